@@ -100,6 +100,7 @@ if TYPE_CHECKING:
     from planner.operations import stop_joints as stop_joints
     from planner.operations import stop_on_path as stop_on_path
     from planner.paths import JointPath as JointPath
+    from planner.planning import Budget as Budget
     from planner.planning import plan as plan
     from planner.plans.result import Plan as Plan
     from planner.plans.tool_lines import LinePolynomial as LinePolynomial
@@ -265,7 +266,7 @@ _NAMES = {
         "stop_on_path",
     ),
     "planner.paths": ("JointPath",),
-    "planner.planning": ("plan",),
+    "planner.planning": ("Budget", "plan"),
     "planner.plots.animation": ("Animation",),
     "planner.plots.picture": ("Picture", "draw_plan", "draw_robot_at", "draw_workspace"),
     "planner.problems.moves": ("CartesianMove", "CylindricalMove", "SphericalMove"),

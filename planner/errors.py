@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
-from planner.fields import BACK_END, FieldPath, field_name, with_field
+from planner.fields import BACK_END, FieldPath, field_name, renumbered, with_field
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -14,6 +14,10 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 """The type of a problem, or of a back end, in which a change is made."""
+
+
+E = TypeVar("E", bound="PlanningError")
+"""The kind of a refusal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +110,9 @@ class PathPoint:
 class PlanningError(Exception):
     """A problem that has no plan, and why.
 
+    In the text that it is made of, `{waypoint}` and `{segment}` stand for its own waypoint and segment, and
+    `{segment_end}` for the waypoint at the end of that segment.
+
     Attributes:
         code: Stable name of the kind, in snake case.
         title: The kind in a few words, for a person.
@@ -140,7 +147,7 @@ class PlanningError(Exception):
         remedies: Iterable[Remedy] = (),
     ) -> None:
         super().__init__(message)
-        self.message = message
+        self._text = message
         self.waypoint = waypoint
         self.segment = segment
         self.joint = joint
@@ -151,6 +158,43 @@ class PlanningError(Exception):
         self.path_point = path_point
         self.remedies = tuple(remedies)
         self.hints: tuple[Remedy, ...] = ()
+
+    @property
+    def message(self) -> str:
+        """The reason, for a person."""
+        end = None if self.segment is None else self.segment + 1
+        own = {"waypoint": self.waypoint, "segment": self.segment, "segment_end": end}
+        text = self._text
+        for name, number in own.items():
+            text = text.replace(f"{{{name}}}", str(number))
+        return text
+
+    def __str__(self) -> str:
+        """Return the message."""
+        return self.message
+
+    def with_remedies(self: E, remedies: Iterable[Remedy], hints: Iterable[Remedy] = ()) -> E:
+        """Return the same refusal with other remedies and hints."""
+        return self.with_fields(remedies=tuple(remedies), hints=tuple(hints))
+
+    def numbered(self: E, numbers: Sequence[int]) -> E:
+        """Return the same refusal with the numbers of waypoints in place of their indices.
+
+        Args:
+            numbers: Of all waypoints, ascending: corners of a detour have the number of the waypoint that it leads to.
+        """
+        last = len(numbers) - 1
+        return self.with_fields(
+            waypoint=None if self.waypoint is None else numbers[self.waypoint],
+            segment=None if self.segment is None else numbers[min(self.segment + 1, last)] - 1,
+            remedies=tuple(replace(remedy, field=renumbered(remedy.field, numbers)) for remedy in self.remedies),
+        )
+
+    def with_fields(self: E, **fields: Any) -> E:
+        """Return the same refusal with other values of some fields."""
+        other = type(self).__new__(type(self), *self.args)
+        other.__dict__.update(self.__dict__, **fields)
+        return other.with_traceback(self.__traceback__)
 
 
 class InvalidProblem(PlanningError):
@@ -166,8 +210,17 @@ class InvalidProblem(PlanningError):
 
     def __init__(self, faults: Iterable[tuple[FieldPath, str]], remedies: Iterable[Remedy] = ()) -> None:
         self.faults = tuple(Fault(*fault) for fault in faults)
-        message = "; ".join(f"{field_name(fault.field)}: {fault.message}" for fault in self.faults)
-        super().__init__(message, remedies=remedies)
+        super().__init__("", remedies=remedies)
+
+    @property
+    def message(self) -> str:
+        """The faults, for a person."""
+        return "; ".join(f"{field_name(fault.field)}: {fault.message}" for fault in self.faults)
+
+    def numbered(self, numbers: Sequence[int]) -> InvalidProblem:
+        """Return the same refusal with the numbers of waypoints in place of their indices."""
+        faults = tuple(fault._replace(field=renumbered(fault.field, numbers)) for fault in self.faults)
+        return super().numbered(numbers).with_fields(faults=faults)
 
 
 class UnknownRobot(PlanningError):

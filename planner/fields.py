@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 FieldPath = tuple[str | int, ...]
 """Names of fields and indices from the outside in, as `("waypoints", 1, "duration")` of a `PlanningProblem`.
@@ -48,6 +51,13 @@ def with_field(holder: T, path: FieldPath, value: Any) -> T:
             changed = replace(holder, **{str(first): inner})  # type: ignore[type-var]
     result: T = changed
     return result
+
+
+def renumbered(path: FieldPath, numbers: Sequence[int]) -> FieldPath:
+    """Return the path to a field of a waypoint with the number of that waypoint in place of its index."""
+    if path[:1] == ("waypoints",) and len(path) > 1 and isinstance(path[1], int):
+        return (path[0], numbers[path[1]], *path[2:])
+    return path
 
 
 class PickledByFields:

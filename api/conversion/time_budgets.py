@@ -6,6 +6,7 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from planner.planning import Budget
 from planner.problems.motion_around import FreeMotion
 
 if TYPE_CHECKING:
@@ -17,6 +18,11 @@ end, and for the answer."""
 
 LEAST = 1e-3
 """The time until a deadline that is counted with at least, s: there is no budget of no time."""
+
+
+def attempts_until(deadline: float) -> Budget:
+    """Return the budget of a plan whose attempts end before a deadline, s on the monotonic clock."""
+    return Budget(seconds=SHARE * max(LEAST, deadline - time.monotonic()))
 
 
 def within_deadline(problem: PlanningProblem, deadline: float) -> PlanningProblem:

@@ -102,7 +102,7 @@ def item_steps(work: Work) -> Generator[None, None, Reply]:
     Returns:
         The reply; its body is the saved plan, its result the plan's duration and worst ratio.
     """
-    from api.conversion.time_budgets import within_deadline
+    from api.conversion.time_budgets import attempts_until, within_deadline
     from planner.export.base import sample
     from planner.planning import plan
     from planner.plans.saved_plan import save_plan
@@ -113,7 +113,7 @@ def item_steps(work: Work) -> Generator[None, None, Reply]:
         asked, backend = _problem_of(request, definition)
     yield
     with work.stage("plan"), acceptable_remedies(work, request, asked.robot.dof):
-        solved = plan(within_deadline(asked, work.task.deadline), backend)
+        solved = plan(within_deadline(asked, work.task.deadline), backend, attempts_until(work.task.deadline))
     yield
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):

@@ -33,7 +33,7 @@ def plan_trajectory(work: Work) -> Reply:
     from api.answers.negotiation import negotiated
     from api.answers.views import VIEWS, View
     from api.conversion.problems import to_backend, to_planning_problem
-    from api.conversion.time_budgets import within_deadline
+    from api.conversion.time_budgets import attempts_until, within_deadline
     from planner.export import FORMATS, Format
     from planner.planning import plan
     from planner.plots.quantities import joint_indices
@@ -47,7 +47,7 @@ def plan_trajectory(work: Work) -> Reply:
         if request.picture is not None and request.picture.joints is not None:
             joint_indices(asked.robot, request.picture.joints, ("picture", "joints"))
     with work.stage("plan"), acceptable_remedies(work, request, asked.robot.dof):
-        solved = plan(within_deadline(asked, work.task.deadline), backend)
+        solved = plan(within_deadline(asked, work.task.deadline), backend, attempts_until(work.task.deadline))
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):
         if isinstance(form, View):
@@ -82,7 +82,7 @@ def export_trajectory(work: Work) -> Reply:
 def compare_backend(work: Work) -> Reply:
     """Answer for one back end of POST /v1/trajectories/compare, the one at the argument `index`."""
     from api.conversion.problems import to_backend, to_planning_problem
-    from api.conversion.time_budgets import within_deadline
+    from api.conversion.time_budgets import attempts_until, within_deadline
     from planner.comparison import figures
     from planner.export.json import as_dict
     from planner.planning import plan
@@ -98,7 +98,7 @@ def compare_backend(work: Work) -> Reply:
     try:
         with work.stage("plan"), acceptable_remedies(work, asked, robot.dof), at_back_end(index):
             problem = within_deadline(to_planning_problem(request, robot), work.task.deadline)
-            solved = plan(problem, to_backend(request.backend))
+            solved = plan(problem, to_backend(request.backend), attempts_until(work.task.deadline))
             refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     except (PlanningError, InvalidRequest) as error:
         _, body = problem_document(error, work.task.instance)

@@ -250,12 +250,12 @@ def _collision(checker: CollisionChecker, part: Trajectory, begin: float, hit: N
         if begin == 0.0:
             return StartInCollision(f"where the robot starts, {nearness}", **known, waypoint=0)
         waypoint = int(part.segments[0])
-        message = f"from waypoint {waypoint} on, {nearness}"
+        message = f"from waypoint {{waypoint}} on, {nearness}"
         return Collision(message, **known, segment=waypoint, waypoint=waypoint)
     time = _first_contact(checker, part, hit)
     segment = int(part.segments[part.locate(np.array([time]))[0][0]])
     nearness, when = _nearness(first, second, hit), begin + time
-    message = f"on the way from waypoint {segment} to {segment + 1}, {nearness}, too near from {when:.4g} s on"
+    message = f"on the way from waypoint {{segment}} to {{segment_end}}, {nearness}, too near from {when:.4g} s on"
     (there,) = part.evaluate(np.array([hit.time]), [0])
     return Collision(message, **_fields(checker, hit, there[0], when), segment=segment)
 
@@ -270,7 +270,7 @@ def refuse_collision_at(checker: CollisionChecker, position: FloatArray, waypoin
     hit = clearances(checker, edge(position, position)).hit
     if hit is not None:
         kind = StartInCollision if waypoint == 0 else Collision
-        message = f"at waypoint {waypoint}, {_nearness(*checker.names(hit.pair), hit)}"
+        message = f"at waypoint {{waypoint}}, {_nearness(*checker.names(hit.pair), hit)}"
         raise kind(message, **_fields(checker, hit, position, None), waypoint=waypoint)
 
 

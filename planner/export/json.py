@@ -58,7 +58,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     samples = sample(plan, options)
     poses = poses_as_dicts([waypoint.pose for waypoint in plan.path.waypoints])
     with_tools, rows = SegmentDynamics.of_robots(plan.problem.robots), np.arange(len(plan.path.positions))
-    asked = _asked_indices(plan)
+    asked = plan.problem.numbers
     measured = with_tools.by_robot(lambda *states: (manipulability(*states),), rows, plan.path.positions)
     manipulabilities = measured[0].tolist()
     answer: dict[str, Any] = {
@@ -114,13 +114,6 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     if options.request_hash is not None:
         answer["request_hash"] = options.request_hash
     return answer
-
-
-def _asked_indices(plan: Plan) -> list[int]:
-    """Return for each waypoint the index of the one asked that it is, or that it is on the way to."""
-    vias = np.array([isinstance(waypoint, ViaWaypoint) for waypoint in plan.problem.waypoints])
-    indices: list[int] = (np.cumsum(~vias) - ~vias).tolist()
-    return indices
 
 
 def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Collection[str]) -> dict[str, Any]:

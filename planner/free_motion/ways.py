@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.certificate.clearance import refuse_collision_at, segment_checkers
-from planner.errors import InvalidProblem, NoPathFound, PathPoint
+from planner.errors import InvalidProblem, NoPathFound, PathPoint, PlanningError
 from planner.free_motion.way import find_way
 from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import tool_pose
@@ -17,7 +17,7 @@ from planner.paths import solved_waypoints
 from planner.problems.actions import AtWaypoint
 from planner.problems.motion_around import FixedWaypoint, FreeMotion, as_requested
 from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, ViaWaypoint, Waypoint
-from planner.problems.transitions import StopTransition
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.waypoints.pinned import pinned_robots
 from planner.waypoints.targets import first_fixing
 
@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
     from planner.waypoints.solve import SolvedWaypoint
+
+LADDER = (ThroughTransition(), BlendTransition(0.05), BlendTransition(0.01), StopTransition())
+"""How the corners of a way are passed, the fastest first: the next one where the certificate refuses. With stops the
+trajectory keeps to the straight motions that have been proved free."""
 
 AS_GIVEN = JointMotion("as_given")
 """The motion to a joint position that was found: no other whole turn of a joint will do."""
@@ -84,16 +88,15 @@ class FoundWay:
         """Whether the way is none that is straight."""
         return len(self.positions) > 2
 
+    def slower(self) -> FoundWay | None:
+        """Return the way with its corners passed more slowly; None: it has none, or stops at them."""
+        rung = LADDER.index(self.transition) + 1
+        return replace(self, transition=LADDER[rung]) if self.has_corners and rung < len(LADDER) else None
+
 
 def free_waypoints(problem: PlanningProblem) -> list[int]:
     """Return the indices of the waypoints that free motions lead to."""
     return [i for i, waypoint in enumerate(problem.waypoints) if isinstance(waypoint.motion, FreeMotion)]
-
-
-def asked_indices(problem: PlanningProblem, ways: Sequence[FoundWay]) -> list[int]:
-    """Return for each waypoint of `with_ways` the index of the one asked that it is, or that it is on the way to."""
-    corners = {way.waypoint: len(way.positions) - 2 for way in ways}
-    return [i for i in range(len(problem.waypoints)) for _ in range(corners.get(i, 0) + 1)]
 
 
 def with_ways(problem: PlanningProblem, ways: Sequence[FoundWay]) -> PlanningProblem:
@@ -125,6 +128,11 @@ def with_ways(problem: PlanningProblem, ways: Sequence[FoundWay]) -> PlanningPro
     return replace(problem, waypoints=tuple(waypoints), actions=tuple(map(moved, problem.actions)))
 
 
+def last_of(problem: PlanningProblem, number: int) -> int:
+    """Return the index of a requested waypoint, by its number, in a problem with detours: corners come before it."""
+    return len(problem.waypoints) - 1 - problem.numbers[::-1].index(number)
+
+
 def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
     """Find the ways of all free motions, each from where the one before ends.
 
@@ -142,7 +150,7 @@ def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
         way = find_way(problem.robot, checker, start, goals, most_checks=most, seed=seed)
         if way.status != "found":
             raise _refusal(problem, checker, index, way, start, goals)
-        ways.append(FoundWay(index, way.positions, StopTransition(), lead))
+        ways.append(FoundWay(index, way.positions, LADDER[0 if len(way.positions) > 2 else -1], lead))
     return tuple(ways)
 
 
@@ -176,8 +184,11 @@ def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int
     """
     itself = problem.self_collision if problem.scene is not None or problem.self_collision else False
     so_far = with_ways(problem, before)
-    number = asked_indices(problem, before).index(index)
-    waypoints, solved = solved_waypoints(so_far)
+    number = last_of(so_far, index)
+    try:
+        waypoints, solved = solved_waypoints(so_far)
+    except PlanningError as refusal:
+        raise refusal.numbered(so_far.numbers) from None
     positions = np.array([waypoint.position for waypoint in solved])
     first = first_fixing(so_far.robots, waypoints, number - 1)
     checker = segment_checkers(replace(so_far, self_collision=itself), positions)[number - 1]

@@ -22,7 +22,8 @@ def passing_error(waypoints: Sequence[int], segment: int, joint: str, value: flo
         limit: The position limit that it breaks, rad or m.
     """
     return JointPositionLimit(
-        f"passing waypoint {waypoints[0]} without stopping would take {joint} beyond its limit {limit:.6g}",
+        f"passing waypoint {{waypoint}} without stopping would take {joint} beyond its limit {limit:.6g}",
+        waypoint=waypoints[0],
         segment=segment,
         joint=joint,
         value=value,

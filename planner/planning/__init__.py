@@ -1,5 +1,6 @@
 """The way from a problem to its certified plan, or to a refusal with remedies."""
 
+from planner.planning.attempts import Budget
 from planner.planning.plan import plan
 
-__all__ = ["plan"]
+__all__ = ["Budget", "plan"]

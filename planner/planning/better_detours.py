@@ -1,4 +1,4 @@
-"""Plans of problems with free motions whose ways are made better once they are found, as long as is asked."""
+"""Detours of a plan, made better one after the other."""
 
 from __future__ import annotations
 
@@ -7,128 +7,101 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from planner.errors import PlanningError
 from planner.free_motion.better_ways import BetterWays
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.objectives import Estimate, value_of
-from planner.free_motion.ways import Gain, asked_indices, ends_of_way, free_waypoints, with_ways
-from planner.paths import solve_path
-from planner.planning.detours import LADDER, plan_around
-from planner.plans.result import certified, timed
+from planner.free_motion.ways import LADDER, Gain, ends_of_way, free_waypoints
+from planner.planning.attempts import NotBetter, Planned, Refused
 from planner.problems.motion_around import OPTIMISE_CHECKS, FreeMotion
-from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
-    from planner.backends.base import BackEnd
-    from planner.free_motion.ways import FoundWay
-    from planner.plans.result import Plan
+    from planner.planning.attempts import Outcome, Proposals
     from planner.problems.motion_around import Objective
-    from planner.problems.problem import PlanningProblem
-    from planner.problems.transitions import Transition
     from planner.spatial import FloatArray
 
 
-def plan_free_motions(problem: PlanningProblem, backend: BackEnd) -> Plan:
-    """Plan a problem with free motions, free of faults, and make those of its ways better of which that is asked.
-
-    Each in its turn is made better while the others stay. A straight way stays as it is.
+def with_better_detours(first: Proposals[Outcome]) -> Proposals[Outcome]:
+    """Make those detours of a plan better of which that is requested, each while the others stay; straight ones stay.
 
     Args:
-        problem: What is asked.
-        backend: What puts time on the path.
+        first: What leads to the plan. Time budgets include it.
 
     Returns:
-        The plan, where one way is made better no worse by its objective than that of `plan_around`; its `ways` have
-        what was gained.
-
-    Raises:
-        NoPathFound: There is no way, or none was found.
-        PlanningError: Another refusal; its indices are those of the problem asked.
+        A plan that is no worse by the objectives, whose `ways` have what was gained; or the refusal.
     """
-    end = monotonic()
-    plan = plan_around(problem, backend)
-    for number, index in enumerate(free_waypoints(problem)):
-        motion = problem.waypoints[index].motion
+    until = monotonic()
+    planned = yield from first
+    if isinstance(planned, Refused):
+        return planned
+    for number, index in enumerate(free_waypoints(planned.attempt.problem)):
+        motion = planned.attempt.problem.waypoints[index].motion
         if isinstance(motion, FreeMotion) and motion.optimise is not None:
-            end += motion.time_budget or 0.0
-            until = inf if motion.time_budget is None else end
+            until += motion.time_budget or 0.0
             most = OPTIMISE_CHECKS if motion.time_budget is None else inf
-            improvement = _Improvement(problem, backend, plan, number, motion.optimise)
-            plan = improvement.within(motion.optimise_checks or most, until)
-    return plan
+            end = inf if motion.time_budget is None else until
+            planned = yield from _with_better(planned, number, motion.optimise, motion.optimise_checks or most, end)
+    return planned
 
 
-class _Improvement:
-    """Makes one way of a plan better.
+def _with_better(planned: Planned, number: int, objective: Objective, most: float, until: float) -> Proposals[Planned]:
+    """Make one detour better.
 
-    Attributes:
-        plan: The best so far.
-        value: Its value.
+    Args:
+        planned: The plan.
+        number: The number of the detour.
+        objective: What is made less.
+        most: The most motions that are looked at.
+        until: The time, s on the monotonic clock, at which it ends.
     """
-
-    def __init__(
-        self, problem: PlanningProblem, backend: BackEnd, plan: Plan, number: int, objective: Objective
-    ) -> None:
-        self._problem, self._backend, self._number = problem, backend, number
-        self._objective: Objective = objective
-        self.plan = plan
-        self.value = value_of(objective, plan.path, plan.trajectory)
-
-    def within(self, most: float, until: float) -> Plan:
-        """Return the best plan that is found among so many motions, until a time on the monotonic clock, s."""
-        first, way = self.value, self.plan.ways[self._number]
-        candidates = checks = 0
-        if way.has_corners:
-            ways, longest = self._ways(most, until), 0.0
-            for positions in ways:
-                begun = monotonic()
-                if begun + longest > until:
-                    break
-                candidates += 1
-                if self._is_better(positions, until):
-                    ways.best = positions
-                longest = max(longest, monotonic() - begun)
-            checks = ways.edges.checked
-        gain = Gain(self._objective, first, self.value, candidates, checks)
-        return self._with(replace(self.plan.ways[self._number], gain=gain))
-
-    def _ways(self, most: float, until: float) -> BetterWays:
-        """Return where other ways come from. Only after the last free motion no other way begins where it ends."""
-        ways, way = self.plan.ways, self.plan.ways[self._number]
-        ends = ends_of_way(self._problem, ways[: self._number], way.waypoint)
-        if self._number < len(ways) - 1:
-            ends = ends._replace(goals=way.positions[-1:])
-        edges = FreeEdges(self._problem.robot, ends.checker, most)
-        edges.until = until
-        segment = asked_indices(self._problem, ways).index(way.waypoint) - 1
-        cost = Estimate(self._objective, self.plan.path, segment)
-        seed = self._problem.inverse_kinematics.seed
-        return BetterWays(self._problem.robot, ends, way.positions, cost, edges, seed)
-
-    def _is_better(self, positions: FloatArray, until: float) -> bool:
-        """Time and certify a way (positions, joints) on the ladder; keep the plan if it is better."""
-        before = self.value
-        for transition in LADDER:
-            if monotonic() > until or not self._refuses(positions, transition):
+    first = value = _value(planned, objective)
+    candidates, checks, longest = 0, 0, 0.0
+    if planned.plan.ways[number].has_corners:
+        ways = _candidates(planned, number, objective, most, until)
+        for positions in ways:
+            begun = monotonic()
+            if begun + longest > until:
                 break
-        return self.value < before
+            candidates += 1
+            outcome = yield from _along(planned, number, positions, (objective, value), until)
+            if isinstance(outcome, Planned):
+                planned, ways.best = outcome, positions
+                value = _value(planned, objective)
+            longest = max(longest, monotonic() - begun)
+        checks = ways.edges.checked
+    detours = list(planned.plan.ways)
+    detours[number] = replace(detours[number], gain=Gain(objective, first, value, candidates, checks))
+    return Planned(planned.attempt.along(detours), replace(planned.plan, ways=tuple(detours)))
 
-    def _refuses(self, positions: FloatArray, transition: Transition) -> bool:
-        """Plan along a way, and keep the plan if it is better; tell whether one is refused that would be."""
-        ways = list(self.plan.ways)
-        ways[self._number] = replace(ways[self._number], positions=positions, transition=transition, gain=None)
-        current = with_ways(self._problem, ways)
-        try:
-            path = solve_path(current)
-            trajectory = timed(current, self._backend, path)
-            value = value_of(self._objective, path, trajectory)
-            if value < self.value * (1.0 - ROUNDING):
-                self.plan = replace(certified(current, self._backend, path, trajectory), ways=tuple(ways))
-                self.value = value
-        except PlanningError:
-            return True
-        return False
 
-    def _with(self, way: FoundWay) -> Plan:
-        ways = self.plan.ways
-        return replace(self.plan, ways=(*ways[: self._number], way, *ways[self._number + 1 :]))
+def _value(planned: Planned, objective: Objective) -> float:
+    return value_of(objective, planned.plan.path, planned.plan.trajectory)
+
+
+def _candidates(planned: Planned, number: int, objective: Objective, most: float, until: float) -> BetterWays:
+    """Return where other detours come from. Only after the last free motion no other detour begins where it ends."""
+    problem, detours = planned.attempt.problem, planned.plan.ways
+    own = detours[number]
+    ends = ends_of_way(problem, detours[:number], own.waypoint)
+    if number < len(detours) - 1:
+        ends = ends._replace(goals=own.positions[-1:])
+    edges = FreeEdges(problem.robot, ends.checker, most)
+    edges.until = until
+    cost = Estimate(objective, planned.plan.path, planned.plan.problem.numbers.index(own.waypoint) - 1)
+    return BetterWays(problem.robot, ends, own.positions, cost, edges, problem.inverse_kinematics.seed)
+
+
+def _along(
+    planned: Planned, number: int, positions: FloatArray, better_than: tuple[Objective, float], until: float
+) -> Proposals[Outcome | None]:
+    """Plan along another detour (positions, joints), as smoothly as stays free; None: it is no better."""
+    detours = list(planned.plan.ways)
+    for transition in LADDER:
+        if monotonic() > until:
+            return None
+        detours[number] = replace(detours[number], positions=positions, transition=transition, gain=None)
+        outcome = yield replace(planned.attempt.along(detours), better_than=better_than)
+        if isinstance(outcome, Planned):
+            return replace(outcome, attempt=replace(outcome.attempt, better_than=None))
+        if isinstance(outcome.refusal, NotBetter):
+            return None
+    return None

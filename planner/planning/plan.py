@@ -1,4 +1,4 @@
-"""The one way through: check the problem, solve its path, put time on it, certify; refuse with remedies, or return."""
+"""The one way through: plan the problem or a variant of it, or refuse with remedies that are proved."""
 
 from __future__ import annotations
 
@@ -6,63 +6,45 @@ from typing import TYPE_CHECKING
 
 from planner.backends import as_backend
 from planner.backends.splines.cubic import Cubic
-from planner.errors import (
-    ClearanceUnproved,
-    Collision,
-    InfeasibleDuration,
-    JointPositionLimit,
-    LimitsUnsatisfiable,
-    PlanningError,
-)
-from planner.free_motion.ways import free_waypoints
-from planner.paths import solve_path
-from planner.planning.better_detours import plan_free_motions
+from planner.planning.attempts import Attempt, Budget, Refused, run
+from planner.planning.better_detours import with_better_detours
 from planner.planning.remedies import remedies_for
-from planner.planning.remedies.proved import proved
-from planner.plans.smaller_blends import plan_with_free_blends
-from planner.problems.check import check_problem
+from planner.planning.variants import planned
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd
+    from planner.planning.attempts import Proposals
     from planner.plans.result import Plan
     from planner.problems.problem import PlanningProblem
 
+DEFAULT = Budget()
+"""The budget of a plan, unless told otherwise."""
 
-def plan(problem: PlanningProblem, backend: BackEnd | str = Cubic()) -> Plan:
+
+def plan(problem: PlanningProblem, backend: BackEnd | str = Cubic(), budget: Budget = DEFAULT) -> Plan:
     """Plan a certified trajectory.
 
     Args:
         problem: What is asked: robot, waypoints, limits.
         backend: The back end that puts time on the path, or its kind, for example `"ruckig"`: one with default options.
+        budget: The bounds on the variants and remedies that are tried.
 
     Raises:
         PlanningError: Of the kind that says why there is no plan, with remedies where there are any.
         TypeError: The back end is none.
         ValueError: No back end is of this kind.
     """
-    backend = as_backend(backend)
-    try:
-        check_problem(problem, backend)
-        if free_waypoints(problem):
-            return plan_free_motions(problem, backend)
-        path = solve_path(problem)
-    except PlanningError as refusal:
-        _try_remedies(refusal, problem, backend)
-        raise
-    try:
-        return plan_with_free_blends(problem, backend, path)
-    except (JointPositionLimit, LimitsUnsatisfiable) as refusal:
-        _try_remedies(refusal, problem, backend)
-        if isinstance(refusal, LimitsUnsatisfiable) and not refusal.remedies:
-            refusal.remedies = tuple(remedies_for(refusal, problem, backend, path))
-        raise
-    except (InfeasibleDuration, Collision, ClearanceUnproved) as refusal:
-        refusal.remedies = tuple(remedies_for(refusal, problem, backend, path))
-        raise
+    return run(_attempts(Attempt(problem, as_backend(backend))), budget)
 
 
-def _try_remedies(refusal: PlanningError, problem: PlanningProblem, backend: BackEnd) -> None:
-    """Leave those remedies of a refusal that lead to a plan; the others become hints."""
-    tried = [(remedy, proved([remedy], problem, backend)) for remedy in refusal.remedies]
-    refusal.remedies = tuple(remedy for _, helping in tried for remedy in helping)
-    refusal.hints = tuple(remedy for remedy, helping in tried if not helping)
+def _attempts(attempt: Attempt) -> Proposals[Plan]:
+    """Plan an attempt or a variant of it, and make its detours better; refuse with remedies.
+
+    Raises:
+        PlanningError: There is no plan.
+    """
+    outcome = yield from with_better_detours(planned(attempt))
+    if isinstance(outcome, Refused):
+        remedies, hints = yield from remedies_for(outcome)
+        raise outcome.refusal.with_remedies(remedies, hints)
+    return outcome.plan

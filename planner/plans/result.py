@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.base import searches
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.sampled_limits import refuse_what_turns_too_often
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
@@ -19,21 +17,19 @@ from planner.certificate.limits import certificate_of, unless_missed
 from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.certificate.tool_path import certify_tool_path
 from planner.certificate.waypoints import certify_passages, certify_waypoints
-from planner.errors import ClearanceUnproved, Collision, InvalidProblem, LimitsUnsatisfiable, PlanningError, distinct
+from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions, moves_at_its_ends
-from planner.plans.half_spaces import half_spaces_between
 from planner.plans.warnings import plan_warnings
 from planner.timing.action_times import action_times
 from planner.timing.durations import duration_error, in_asked_durations
 from planner.timing.slowing import slowed
 from planner.tolerances import ROUNDING
-from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from planner.backends.base import BackEnd, Searching
+    from planner.backends.base import BackEnd
     from planner.certificate.checks import Certificate
     from planner.certificate.clearance import ClearanceReport
     from planner.certificate.speed_zones import SpeedZoneCheck
@@ -45,13 +41,7 @@ if TYPE_CHECKING:
     from planner.problems.problem import PlanningProblem
     from planner.spatial import FloatArray
     from planner.timing.action_times import TimedAction
-    from planner.trajectories.trajectory import Trajectory
-
-NEARER = (0.3, 0.1)
-"""Shares of the deviation allowed within which a search is held, one after the other, where it would collide."""
-
-AHEAD = (0.001, 0.002, 0.004, 0.008)
-"""Distances, m, by which pairs that were too near are kept further away than their margins, search after search."""
+    from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,84 +124,8 @@ class Plan:
 
 
 def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:
-    """Put time on the path of a problem and certify the trajectory.
-
-    Where a back end searches for a better motion and that would collide, it searches again in half-spaces that cut off
-    what collides. Where that does not lead to a free motion either, it is held nearer to the motion that its
-    search begins with, or takes that, if that is free; a warning says so.
-
-    Args:
-        problem: What is asked, free of faults.
-        backend: What puts time on the path.
-        path: The solved path of the problem.
-
-    Raises:
-        InvalidProblem: Motion is asked at the ends of a list of waypoints between which nothing moves.
-        InvalidProblem: A joint travels too far for limits of torque or of the tool to be checked.
-        InfeasibleDuration: A duration, of a segment or of the whole, is shorter than the limits allow.
-        InvalidProblem: An action is asked for after the end of the trajectory.
-        Collision: The robot would come too near to itself, or to something around it.
-        ClearanceUnproved: That it does not could not be proved.
-        LimitsUnsatisfiable: No duration keeps the limits, or the trajectory breaks one that the back end enforces.
-        PlanningError: Another refusal of the back end.
-    """
-    trajectory = timed(problem, backend, path)
-    try:
-        return certified(problem, backend, path, trajectory)
-    except (Collision, ClearanceUnproved):
-        plan = _kept_clear(problem, backend, path, trajectory) if searches(backend) else None
-        if plan is None:
-            raise
-        return plan
-
-
-def _kept_clear(problem: PlanningProblem, backend: Searching, path: JointPath, found: Trajectory) -> Plan | None:
-    """Return a plan in place of what a search has found; None: the motion that it begins with is refused, too."""
-
-    def plan_by(other: BackEnd, held: str) -> Plan:
-        plan = certified(problem, other, path, timed(problem, other, path))
-        known = [warning for warning in plan.warnings if warning.code != "suboptimal"]
-        message = f"what the search finds would collide: {held}"
-        return replace(plan, backend=backend, warnings=(*known, PlanWarning("suboptimal", message)))
-
-    without = backend.without_search()
-    if without == backend:
-        return None
-    try:
-        first = plan_by(without, "what is returned is the motion that it begins with")
-    except PlanningError:
-        return None
-    cut_off = _in_half_spaces(problem, backend, path, first.trajectory, found)
-    if cut_off is not None:
-        return cut_off
-    for share in NEARER:
-        with suppress(PlanningError):
-            return plan_by(backend.held_nearer(share), f"it is held within {share:g} of the deviation allowed")
-    return first
-
-
-def _in_half_spaces(
-    problem: PlanningProblem, backend: Searching, path: JointPath, free: Trajectory, found: Trajectory
-) -> Plan | None:
-    """Return the plan that a search finds where what collides is cut off, again and again; None: there is none.
-
-    Args:
-        problem: What is asked.
-        backend: What searches.
-        path: The solved path of the problem.
-        free: The motion that the search begins with, which is free.
-        found: What it has found, which is not.
-    """
-    checkers, half_spaces = segment_checkers(problem, path.positions), None
-    for ahead in AHEAD:
-        cut = half_spaces_between(checkers, free, found, ahead)
-        half_spaces = cut if half_spaces is None else half_spaces.joined(cut)
-        with suppress(Collision, ClearanceUnproved):
-            found = timed(problem, backend, replace(path, half_spaces=half_spaces))
-            if np.array_equal(found.coefficients, free.coefficients):
-                return None
-            return certified(problem, backend, path, found)
-    return None
+    """Put time on the path of a problem and certify the trajectory; see `timed` and `certified` for the refusals."""
+    return certified(problem, backend, path, timed(problem, backend, path))
 
 
 def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:

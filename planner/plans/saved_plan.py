@@ -20,7 +20,7 @@ from planner.certificate.speed_zones import SpeedZoneCheck
 from planner.free_motion.ways import FoundWay, Gain, with_ways
 from planner.paths import JointPath, dynamics_of, solve_path
 from planner.plans.result import Plan
-from planner.plans.smaller_blends import blend_radii, with_blend_radii
+from planner.problems.blend_radii import blend_radii, with_blend_radii
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.spatial import Pose
 from planner.trajectories.trajectory import PlanWarning, Trajectory

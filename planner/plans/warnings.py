@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,17 +40,18 @@ def plan_warnings(
     yield from _snapped(problem)
     repeated = path.still + 1
     if len(repeated):
-        named = ", ".join(map(str, repeated[:MOST_NAMED].tolist()))
+        named = ", ".join(str(problem.numbers[i]) for i in repeated[:MOST_NAMED].tolist())
         more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""
         message = "the joint position of the waypoint before; both are passed at once, or the robot rests as asked"
         yield PlanWarning("waypoint_repeated", f"waypoint {named}{more}: {message}")
-    for waypoint in path.waypoints:
+    for number, waypoint in zip(problem.numbers, path.waypoints, strict=True):
         if waypoint.tool_motion is not None and waypoint.tool_motion.warning is not None:
-            yield waypoint.tool_motion.warning
+            warning = waypoint.tool_motion.warning
+            yield replace(warning, message=warning.message.replace("{waypoint}", str(number)))
     yield from unchecked_positions(problem.robot)
     masses = [problem.robot.payload_mass + (payload.mass if payload else 0.0) for payload in problem.payloads]
     heaviest = int(np.argmax(masses))
-    yield from payload_above_rating(problem.robot, masses[heaviest], heaviest)
+    yield from payload_above_rating(problem.robot, masses[heaviest], problem.numbers[heaviest])
     yield from _torque_warnings(problem, path)
     for quantity in JOINT_QUANTITIES:
         asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
@@ -57,7 +59,7 @@ def plan_warnings(
             message = f"a {quantity} limit is asked, but {backend.kind} only reports {quantity}"
             yield PlanWarning(f"{quantity}_not_enforced", message)
     yield from trajectory.warnings
-    yield from _wandering(trajectory, certificate)
+    yield from _wandering(problem, trajectory, certificate)
     if certificate.clearance is not None:
         yield from certificate.clearance.warnings()
 
@@ -69,17 +71,19 @@ def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
     for row, joint in np.argwhere(positions != within).tolist():
         asked, limit = distinct(positions[row, joint], within[row, joint])
         name = problem.robot.joint_names[joint]
-        message = f"waypoint {given[row]} puts {name} at {asked}, beyond its limit {limit}, at which it is taken to be"
+        number = problem.numbers[given[row]]
+        message = f"waypoint {number} puts {name} at {asked}, beyond its limit {limit}, at which it is taken to be"
         yield PlanWarning("position_snapped", message)
 
 
-def _wandering(trajectory: Trajectory, certificate: Certificate) -> Iterator[PlanWarning]:
+def _wandering(problem: PlanningProblem, trajectory: Trajectory, certificate: Certificate) -> Iterator[PlanWarning]:
     """Return what is said of a tool or a joint that goes far from straight joint motions."""
     for check in certificate.checks:
         if check.peak <= WANDERING.get(check.quantity, np.inf):
             continue
         segment = int(trajectory.segments[trajectory.locate(np.array([check.time]))[0][0]])
-        way = f"on the way from waypoint {segment} to {segment + 1}"
+        end = problem.numbers[segment + 1]
+        way = f"on the way from waypoint {end - 1} to {end}"
         if check.quantity == TOOL_DEVIATION:
             message = f"{way} the tool goes {check.peak:.3g} m off the straight joint motion; max_deviation bounds that"
             yield PlanWarning("tool_deviates", message)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -370,6 +371,12 @@ class PlanningProblem:
     def robots(self) -> tuple[Robot, ...]:
         """The robot with the tool of each waypoint; one that goes on with the same tool is the same object."""
         return with_tools(self.robot, [waypoint.tool for waypoint in self.waypoints])
+
+    @cached_property
+    def numbers(self) -> tuple[int, ...]:
+        """The index with which each waypoint was requested; a corner of a detour has that of the one it leads to."""
+        requested = [not isinstance(waypoint, ViaWaypoint) for waypoint in self.waypoints]
+        return tuple(accumulate(requested[:-1], initial=0))
 
     @property
     def payloads(self) -> tuple[Payload | None, ...]:

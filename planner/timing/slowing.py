@@ -121,7 +121,7 @@ def _refuse_short_durations(path: JointPath, fastest: Trajectory) -> None:
         k = short[0]
         explanation = "the shortest duration of this segment that keeps the limits and the speeds of the zones"
         raise InfeasibleDuration(
-            f"segment {k} cannot be done in {asked[k]:g} s: with the speeds of the zones near objects it takes "
+            f"segment {{segment}} cannot be done in {asked[k]:g} s: with the speeds of the zones near objects it takes "
             f"{took[k]:.6g} s",
             waypoint=k + 1,
             segment=k,

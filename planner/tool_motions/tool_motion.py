@@ -88,8 +88,8 @@ class AskedMotion:
 
     @property
     def name(self) -> str:
-        """The motion in words."""
-        return f"the {SHAPES[type(self.motion)].name} to waypoint {self.index}"
+        """The motion in words; `{waypoint}` stands for where it leads, as in the text of a refusal."""
+        return f"the {SHAPES[type(self.motion)].name} to waypoint {{waypoint}}"
 
     @property
     def motion(self) -> CartesianMotion:
@@ -304,9 +304,9 @@ def _follow_as_written(
         else:
             warning = _warning(asked, path, curve, deviation)
             return ToolMotion(path, curve, end if given is None else given, warning)
-    error.segment, error.waypoint = asked.index - 1, asked.index
-    error.path_point = PathPoint(u, tool_pose(robot, position), position)
-    return RefusedMotion(asked, start, path, error.path_point, error)
+    there = PathPoint(u, tool_pose(robot, position), position)
+    error = error.with_fields(segment=asked.index - 1, waypoint=asked.index, path_point=there)
+    return RefusedMotion(asked, start, path, there, error)
 
 
 def _followed(

@@ -85,7 +85,8 @@ def configuration_error(
     q = Search(robot, pose, options).beyond_the_limits(wanted)
     if q is None:
         return UnreachableWaypoint(
-            f"no joint position of {robot.id} reaches waypoint {index} with {wanted}; it can be reached with {others}",
+            f"no joint position of {robot.id} reaches waypoint {{waypoint}} with {wanted}; "
+            f"it can be reached with {others}",
             waypoint=index,
             remedies=remedies,
         )
@@ -95,7 +96,7 @@ def configuration_error(
     limit = float(joint.lower if value < joint.lower else joint.upper)
     there, end = distinct(value, limit)
     return JointPositionLimit(
-        f"with {wanted} waypoint {index} can be reached only with {joint.name} at {there}, its limit is {end}; "
+        f"with {wanted} waypoint {{waypoint}} can be reached only with {joint.name} at {there}, its limit is {end}; "
         f"it can be reached with {others}",
         waypoint=index,
         joint=joint.name,

@@ -151,8 +151,7 @@ class _Sequence:
                 if wider != stops:
                     way = shortest_way(self.robot, wider, position, weight, self.follow, prefer)
             if isinstance(way, RefusedMotion):
-                way.error.remedies = tuple(motion_remedies(way, self.waypoints[way.asked.index - 1]))
-                raise way.error
+                raise way.error.with_remedies(motion_remedies(way, self.waypoints[way.asked.index - 1]))
             for stop, passage in zip(stops, way, strict=True):
                 solved.append(self._solved(stop, position, passage))
                 position, weight = passage.position, 1.0
@@ -332,7 +331,7 @@ def position_limit_error(robot: Robot, index: int, q: FloatArray) -> JointPositi
     limit = float(lower[joint] if q[joint] < lower[joint] else upper[joint])
     there, end = distinct(float(q[joint]), limit)
     return JointPositionLimit(
-        f"waypoint {index} puts {robot.joint_names[joint]} at {there}, its limit is {end}",
+        f"waypoint {{waypoint}} puts {robot.joint_names[joint]} at {there}, its limit is {end}",
         waypoint=index,
         joint=robot.joint_names[joint],
         value=float(q[joint]),
@@ -383,7 +382,7 @@ def unreachable_error(
         limit = joint.lower if value < joint.lower else joint.upper
         there, end = distinct(value, float(limit))
         return JointPositionLimit(
-            f"waypoint {index} can be reached only with {joint.name} at {there}, its limit is {end}; "
+            f"waypoint {{waypoint}} can be reached only with {joint.name} at {there}, its limit is {end}; "
             f"within the limits the nearest pose found is {away} away",
             waypoint=index,
             joint=joint.name,
@@ -393,7 +392,7 @@ def unreachable_error(
             nearest=nearest,
         )
     return UnreachableWaypoint(
-        f"no joint position of {robot.id} reaches waypoint {index}; the nearest pose found is {away} away",
+        f"no joint position of {robot.id} reaches waypoint {{waypoint}}; the nearest pose found is {away} away",
         waypoint=index,
         remedies=remedies,
         nearest=nearest,

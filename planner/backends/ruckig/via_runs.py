@@ -282,7 +282,7 @@ class _JointRun:
         k, joint, value, limit = beyond
         name = self.path.robot.joint_names[joint]
         return JointPositionLimit(
-            f"with the motion at the ends, {name} would pass its limit {limit:.6g} on segment {self.segments[k]}",
+            f"with the motion at the ends, {name} would pass its limit {limit:.6g} on segment {{segment}}",
             segment=int(self.segments[k]),
             joint=name,
             value=value,
@@ -299,7 +299,7 @@ class _JointRun:
         if needed is None:
             given = np.flatnonzero(self.asked > 0.0)
             return InfeasibleDuration(
-                f"with the durations asked around segment {segment} no motion was found that keeps the limits",
+                "with the durations asked around segment {segment} no motion was found that keeps the limits",
                 waypoint=segment + 1,
                 segment=segment,
                 value=float(self.asked[first]),

@@ -68,7 +68,7 @@ def infeasible_duration_error(
     """
     segment, needed = next(iter(too_short.items()))
     return InfeasibleDuration(
-        f"segment {segment} cannot be done in {asked:g} s: within {binding.named} it takes {needed:.6g} s",
+        f"segment {{segment}} cannot be done in {asked:g} s: within {binding.named} it takes {needed:.6g} s",
         waypoint=segment + 1,
         segment=segment,
         joint=binding.joint,
@@ -86,7 +86,7 @@ def infeasible_duration_error(
 def no_duration_error(segment: int) -> LimitsUnsatisfiable:
     """Return the error where a duration is to be the shortest, and nothing sets it."""
     return LimitsUnsatisfiable(
-        f"segment {segment} has neither a duration nor a velocity or acceleration limit that would set one",
+        "segment {segment} has neither a duration nor a velocity or acceleration limit that would set one",
         segment=segment,
         remedies=[Remedy(("waypoints", segment + 1, "duration"), 1.0, "any duration will do")],
     )
@@ -118,7 +118,7 @@ def refuse_what_gravity_exceeds(
         limit = abs(middle[worst] + np.copysign(half[worst], beyond[worst]))
         segment, joint = int(segments[worst[:-1]]), robot.joint_names[worst[-1]]
         raise LimitsUnsatisfiable(
-            f"gravity alone asks {abs(gravity[worst]):.6g} of {joint} on segment {segment}, "
+            f"gravity alone asks {abs(gravity[worst]):.6g} of {joint} on segment {{segment}}, "
             f"its torque limit is {limit:.6g}",
             segment=segment,
             joint=joint,

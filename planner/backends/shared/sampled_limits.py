@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planner.trajectories.polynomials import SegmentedPolynomial
 
 TOO_OFTEN = (
-    "joint {joint} travels {own:.6g} rad or m from waypoint {segment} to here, but limits of torque and of the tool "
+    "joint {joint} travels {own:.6g} rad or m on the way here, but limits of torque and of the tool "
     "can be checked on up to {most:g}, of all such segments together; ask for fewer turns, or for none of these limits"
 )
 """What is said of a joint that turns too often."""
@@ -47,7 +47,7 @@ def refuse_what_turns_too_often(path: JointPath) -> None:
         segment = int(too_far[0])
         joint = int(travels[segment].argmax())
         own, name = float(travels[segment, joint]), path.robot.joint_names[joint]
-        message = TOO_OFTEN.format(joint=name, own=own, segment=segment, most=MOST_TRAVEL)
+        message = TOO_OFTEN.format(joint=name, own=own, most=MOST_TRAVEL)
         raise InvalidProblem([(("waypoints", segment + 1), message)])
 
 

@@ -220,7 +220,7 @@ class _PassingTiming(_SplineTiming):
         waypoints, remedies = self._passed_around(segment)
         return LimitsUnsatisfiable(
             f"no motion that passes {waypoints} with the velocity asked was found within {binding.named} on segment "
-            f"{segment}",
+            "{segment}",
             segment=segment,
             joint=binding.joint,
             value=value,
@@ -332,7 +332,7 @@ class _CurveTiming(_Timing):
         given = np.unique(self.segments[~np.isnan(self.asked)])
         segment = int(given[0])
         return InfeasibleDuration(
-            f"with the durations asked around segment {segment} the arm would have to run back and forth on its path",
+            "with the durations asked around segment {segment} the arm would have to run back and forth on its path",
             waypoint=segment + 1,
             segment=segment,
             value=float(self.path.durations[segment]),

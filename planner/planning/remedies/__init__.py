@@ -1,43 +1,43 @@
-"""What would make a refused problem feasible, found by calculation and proved by a second plan before it is offered."""
+"""What would make a refused problem feasible, found by calculation and proved by a plan before it is offered."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.errors import ClearanceUnproved, Collision, InfeasibleDuration
+from planner.errors import ClearanceUnproved, Collision, InfeasibleDuration, LimitsUnsatisfiable
+from planner.planning.proofs import proved
 from planner.planning.remedies.collisions import collision_remedies
 from planner.planning.remedies.durations import duration_remedies
 from planner.planning.remedies.holding import holding_remedies
 
 if TYPE_CHECKING:
-    from planner.backends.base import BackEnd
-    from planner.errors import LimitsUnsatisfiable, Remedy
-    from planner.paths import JointPath
-    from planner.problems.problem import PlanningProblem
+    from planner.errors import Remedy
+    from planner.planning.attempts import Proposals, Refused
 
 
-def remedies_for(
-    refusal: InfeasibleDuration | LimitsUnsatisfiable | Collision | ClearanceUnproved,
-    problem: PlanningProblem,
-    backend: BackEnd,
-    path: JointPath,
-) -> list[Remedy]:
-    """Remedies for what a back end refuses.
+def remedies_for(refused: Refused) -> Proposals[tuple[list[Remedy], list[Remedy]]]:
+    """Find remedies for a refused attempt, each proved by a plan.
 
     Those that change durations belong together, so do those that change limits, and the payload; each such group is a
-    way by itself.
+    remedy by itself.
 
-    Args:
-        refusal: The refusal of the back end.
-        problem: The problem that is refused.
-        backend: That refuses it; each remedy is proved with it.
-        path: The path of the problem.
+    Returns:
+        The remedies, and hints: changes that the refusal names and that do not lead to a plan by themselves.
     """
+    refusal = refused.refusal
     if isinstance(refusal, InfeasibleDuration):
-        return duration_remedies(refusal, problem, backend, path)
+        return (yield from duration_remedies(refused, refusal)), []
     if isinstance(refusal, Collision | ClearanceUnproved):
-        return collision_remedies(refusal, problem, backend, path)
-    return holding_remedies(problem, backend, path)
+        return (yield from collision_remedies(refused, refusal)), []
+    remedies: list[Remedy] = []
+    hints: list[Remedy] = []
+    for remedy in refusal.remedies:
+        helping = yield from proved([remedy], refused.attempt)
+        remedies += helping
+        hints += [] if helping else [remedy]
+    if isinstance(refusal, LimitsUnsatisfiable) and not remedies:
+        remedies = yield from holding_remedies(refused.attempt)
+    return remedies, hints
 
 
 __all__ = ["remedies_for"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,27 +10,28 @@ import numpy as np
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import sampled
 from planner.dynamics import inverse_dynamics
-from planner.errors import InfeasibleDuration, PlanningError, Remedy
+from planner.errors import InfeasibleDuration, Remedy
 from planner.guarantees import JOINT_DERIVATIVES
 from planner.kinematics.forward import tool_rates_on
 from planner.limits import Limits
+from planner.planning.attempts import Attempt, Planned, Refused
+from planner.planning.proofs import first_proved, of_plan, plan_with
 from planner.planning.remedies.higher_limits import higher_limits, limit_of
 from planner.planning.remedies.lighter_payload import lighter_payload
-from planner.planning.remedies.proved import first_proved, of_plan, plan_with
 from planner.timing.durations import durations_sharing, minimum_durations
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
-    from planner.backends.base import BackEnd
     from planner.dynamics import SegmentDynamics
     from planner.fields import FieldPath
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
-    from planner.planning.remedies.higher_limits import Change, Needs
+    from planner.planning.attempts import Proposals
+    from planner.planning.proofs import Change
+    from planner.planning.remedies.higher_limits import Needs
     from planner.plans.result import Plan
-    from planner.problems.problem import PlanningProblem
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import SegmentedPolynomial
@@ -53,59 +53,57 @@ PAYLOAD_EXPLAINED = "the heaviest payload, kg, with which the asked durations ar
 """The explanation of a lighter payload, for a person."""
 
 
-def duration_remedies(
-    refusal: InfeasibleDuration, problem: PlanningProblem, backend: BackEnd, path: JointPath
-) -> list[Remedy]:
+def duration_remedies(refused: Refused, refusal: InfeasibleDuration) -> Proposals[list[Remedy]]:
     """Longer durations; and if limits asked by the request or its payload are what stands against it, these.
 
     The motion with the longer durations, played faster, does what is asked but for the limits: what it needs of them
     is the smallest change for a law of fixed shape, and a sufficient one for every other.
     """
-    longer = _longer_durations(refusal, problem, backend)
+    attempt, path = refused.attempt, refused.attempt.solved
+    longer = yield from _longer_durations(attempt, refusal)
     if longer is None:
         return []
     remedies, plan = longer
-    limits, kept = path.limits, enforced(backend)
-    durations = path.durations
-    if problem.duration is not None:
-        durations = durations_sharing(path, plan.trajectory, problem.duration, minimum_durations(problem))
+    if len(plan.problem.waypoints) != len(attempt.with_detours.waypoints):
+        return remedies  # with these durations another detour was found: it does not tell what this one needs
+    limits, durations = path.limits, path.durations
+    duration = attempt.problem.duration
+    if duration is not None:
+        durations = durations_sharing(path, plan.trajectory, duration, minimum_durations(attempt.with_detours))
         if (durations[path.moving] <= 0.0).any():
             return remedies  # the durations asked leave no time: no limits are high enough for that
-    faster = _faster(plan.trajectory, path, durations)
+    faster, kept = _faster(plan.trajectory, path, durations), enforced(attempt.backend)
     needs = faster.needs(limits, kept)
-    others = (motion.needs(limits, kept) for motion in _within_own_limits(problem, backend))
-    remedies += _higher_limits(problem, limits, chain([needs], others), backend)
+    enough = yield from _higher_limits(attempt, limits, needs)
+    if not enough:
+        own = yield from _within_own_limits(attempt)
+        enough = [] if own is None else (yield from _higher_limits(attempt, limits, own.needs(limits, kept)))
+    remedies += enough
     if {quantity for quantity, *_ in needs} == {"torque"}:
-        remedies += first_proved(_lighter_payload(problem, limits, faster), problem, backend)
+        remedies += yield from first_proved(_lighter_payload(attempt, limits, faster), attempt)
     return remedies
 
 
-def _longer_durations(
-    refusal: InfeasibleDuration, problem: PlanningProblem, backend: BackEnd
-) -> tuple[list[Remedy], Plan] | None:
+def _longer_durations(attempt: Attempt, refusal: InfeasibleDuration) -> Proposals[tuple[list[Remedy], Plan] | None]:
     """Return the durations that back ends name, until there is a plan; where they do not help, none asked."""
-    asked = [k for k, waypoint in enumerate(problem.waypoints) if waypoint.duration is not None]
+    asked = [k for k, waypoint in enumerate(attempt.problem.waypoints) if waypoint.duration is not None]
     longer: dict[FieldPath, Remedy] = {}
     while True:
         named = {remedy.field: remedy for remedy in refusal.remedies}
         if not named.keys() - longer.keys():
             break
         longer |= named
-        try:
-            made = plan_with(longer.values(), problem, backend)
-        except InfeasibleDuration as another:
-            refusal = another
-        except PlanningError:
+        outcome = yield from plan_with(longer.values(), attempt)
+        if isinstance(outcome, Planned):
+            return of_plan(longer.values(), outcome.plan), outcome.plan
+        if not isinstance(outcome.refusal, InfeasibleDuration):
             break
-        else:
-            return of_plan(longer.values(), made), made
+        refusal = outcome.refusal
     for left_out in (list(longer), [_duration(k) for k in asked]):
         free = [Remedy(field, None, "as fast as the limits allow") for field in left_out]
-        try:
-            made = plan_with(free, problem, backend)
-        except PlanningError:
-            continue
-        return of_plan(free, made), made
+        outcome = yield from plan_with(free, attempt)
+        if isinstance(outcome, Planned):
+            return of_plan(free, outcome.plan), outcome.plan
     return None
 
 
@@ -172,39 +170,32 @@ def _faster(trajectory: Trajectory, path: JointPath, durations: FloatArray) -> _
     return _Motion(path.dynamics, trajectory.of(own).stretched(ratio[own]))
 
 
-def _within_own_limits(problem: PlanningProblem, backend: BackEnd) -> Iterator[_Motion]:
-    """Return the motion that is asked, but for the limits asked; none where the robot's own are too narrow for it."""
-    waypoints = tuple(replace(waypoint, limits=None) for waypoint in problem.waypoints)
-    try:
-        plan = plan_with([], replace(problem, limits=Limits(), waypoints=waypoints), backend)
-    except PlanningError:
-        return
-    yield _Motion(plan.path.dynamics, plan.trajectory)
+def _within_own_limits(attempt: Attempt) -> Proposals[_Motion | None]:
+    """Return the motion that is asked, but for the limits asked; None: the robot's own are too narrow for it."""
+    waypoints = tuple(replace(waypoint, limits=None) for waypoint in attempt.problem.waypoints)
+    problem = replace(attempt.problem, limits=Limits(), waypoints=waypoints)
+    outcome = yield from plan_with([], Attempt(problem, attempt.backend))
+    if isinstance(outcome, Refused) or len(outcome.plan.path.durations) != len(attempt.solved.durations):
+        return None
+    return _Motion(outcome.plan.path.dynamics, outcome.plan.trajectory)
 
 
-def _higher_limits(
-    problem: PlanningProblem, limits: SegmentLimits, needs: Iterable[Needs], backend: BackEnd
-) -> list[Remedy]:
-    """Raise limits as the first of some motions needs for which that suffices, and by less if less suffices, too."""
-    for all_of_it in needs:
-        changes = higher_limits(problem, all_of_it, SHARES, LIMITS_EXPLAINED)
-        enough = first_proved(changes, problem, backend)
-        if not enough:
-            continue
-        too_little, sufficient = 0.0, 1.0
-        for _ in range(HALVINGS):
-            part = (too_little + sufficient) / 2.0
-            less = {key: part * value + (1.0 - part) * limit_of(limits, *key) for key, value in all_of_it.items()}
-            changes = higher_limits(problem, less, (1.0,), LIMITS_EXPLAINED)
-            if smaller := first_proved(changes, problem, backend):
-                enough, sufficient = smaller, part
-            else:
-                too_little = part
-        return enough
-    return []
+def _higher_limits(attempt: Attempt, limits: SegmentLimits, needs: Needs) -> Proposals[list[Remedy]]:
+    """Raise limits as a motion needs, if that suffices, and by less if less suffices, too."""
+    enough = yield from first_proved(higher_limits(attempt, needs, SHARES, LIMITS_EXPLAINED), attempt)
+    too_little, sufficient = 0.0, 1.0
+    for _ in range(HALVINGS if enough else 0):
+        part = (too_little + sufficient) / 2.0
+        less = {key: part * value + (1.0 - part) * limit_of(limits, *key) for key, value in needs.items()}
+        smaller = yield from first_proved(higher_limits(attempt, less, (1.0,), LIMITS_EXPLAINED), attempt)
+        if smaller:
+            enough, sufficient = smaller, part
+        else:
+            too_little = part
+    return enough
 
 
-def _lighter_payload(problem: PlanningProblem, limits: SegmentLimits, motion: _Motion) -> Iterator[Change]:
+def _lighter_payload(attempt: Attempt, limits: SegmentLimits, motion: _Motion) -> Iterator[Change]:
     segments = motion.segments()
     limit = limits.torque.narrower[segments]
-    return lighter_payload(problem, motion.torques, segments, limit, SHARES, PAYLOAD_EXPLAINED)
+    return lighter_payload(attempt.with_detours, motion.torques, segments, limit, SHARES, PAYLOAD_EXPLAINED)

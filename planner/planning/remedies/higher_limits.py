@@ -15,13 +15,11 @@ if TYPE_CHECKING:
 
     from planner.fields import FieldPath
     from planner.limits import Limits, SegmentLimits
-    from planner.problems.problem import PlanningProblem
+    from planner.planning.attempts import Attempt
+    from planner.planning.proofs import Change
 
 Needs = dict[tuple[str, int, int], float]
 """The value that a limit must have, by quantity, segment and joint (of the tool's speeds: 0)."""
-
-Change = list[Remedy]
-"""Remedies to be applied together."""
 
 
 def limit_of(limits: SegmentLimits, quantity: str, segment: int, joint: int) -> float:
@@ -29,19 +27,18 @@ def limit_of(limits: SegmentLimits, quantity: str, segment: int, joint: int) -> 
     return float(limits.magnitudes(quantity)[segment, joint])
 
 
-def higher_limits(
-    problem: PlanningProblem, needs: Needs, shares: Sequence[float], explanation: str
-) -> Iterator[Change]:
+def higher_limits(attempt: Attempt, needs: Needs, shares: Sequence[float], explanation: str) -> Iterator[Change]:
     """Return the limits that a problem asks raised as far as needed, for each share; nothing if those do not suffice.
 
     A scale is raised before the values that it scales.
 
     Args:
-        problem: A problem whose limits are too narrow.
-        needs: The limits that are needed at least, on their segments.
+        attempt: The attempt at a problem whose limits are too narrow.
+        needs: The limits that are needed at least, on the segments of its path.
         shares: Shares of the limits that the needs may take, as far as the robot's own limits allow.
         explanation: The explanation of each remedy.
     """
+    problem, numbers = attempt.problem, attempt.with_detours.numbers
     asked: dict[FieldPath, Limits] = {("limits",): problem.limits}
     asked |= {_field(k): waypoint.limits for k, waypoint in enumerate(problem.waypoints) if waypoint.limits is not None}
     for share in shares:
@@ -50,7 +47,8 @@ def higher_limits(
             own = float(problem.robot.limit(quantity)[joint]) if quantity in JOINT_QUANTITIES else float("inf")
             if least > own * (1.0 + LIMIT_TOLERANCE):
                 return
-            holders = [holder for holder in (_field(segment + 1), ("limits",)) if holder in raised]
+            own_field = map(_field, numbers[segment + 1 : segment + 2])  # a single waypoint has none
+            holders = [holder for holder in (*own_field, ("limits",)) if holder in raised]
             _raise(raised, holders, quantity, joint, min(least / share, own), own)
         if raised == asked:
             return

@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics import inverse_dynamics
+from planner.planning.proofs import first_proved
 from planner.planning.remedies.higher_limits import higher_limits
 from planner.planning.remedies.lighter_payload import lighter_payload
-from planner.planning.remedies.proved import first_proved
 
 if TYPE_CHECKING:
-    from planner.backends.base import BackEnd
     from planner.errors import Remedy
     from planner.paths import JointPath
+    from planner.planning.attempts import Attempt, Proposals
     from planner.planning.remedies.higher_limits import Needs
-    from planner.problems.problem import PlanningProblem
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -33,15 +32,14 @@ HELD = "the payload, kg, that is held with torque left to move it"
 """The explanation of a lighter payload, for a person."""
 
 
-def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> list[Remedy]:
-    """Remedies where gravity alone exceeds a torque limit on a path; none where it does not.
+def holding_remedies(attempt: Attempt) -> Proposals[list[Remedy]]:
+    """Find remedies where gravity alone exceeds a torque limit on a path; none where it does not.
 
     Args:
-        problem: The problem that is refused.
-        backend: The back end; only what it can plan is offered.
-        path: The path of the problem.
+        attempt: The attempt that is refused.
     """
-    if not path.dynamics.has_dynamics:
+    path = attempt.path
+    if path is None or not path.dynamics.has_dynamics:
         return []
     positions, segments = _positions_along(path)
     still = np.zeros_like(positions)
@@ -57,8 +55,9 @@ def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath
         needs[key] = max(float(taken[row, joint]), needs.get(key, 0.0))
     if not needs:
         return []
-    higher = first_proved(higher_limits(problem, needs, SHARES, MOVED), problem, backend)
-    return higher + first_proved(lighter_payload(problem, gravity, segments, limit, SHARES, HELD), problem, backend)
+    higher = yield from first_proved(higher_limits(attempt, needs, SHARES, MOVED), attempt)
+    lighter = lighter_payload(attempt.with_detours, gravity, segments, limit, SHARES, HELD)
+    return higher + (yield from first_proved(lighter, attempt))
 
 
 def _positions_along(path: JointPath) -> tuple[FloatArray, np.ndarray]:

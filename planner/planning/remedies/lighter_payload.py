@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from planner.fields import FieldPath
-    from planner.planning.remedies.higher_limits import Change
+    from planner.planning.proofs import Change
     from planner.problems.problem import PlanningProblem
     from planner.robots import Robot
     from planner.robots.payload import Payload
@@ -34,7 +34,7 @@ def lighter_payload(
     """Payloads as heavy as the limits allow, for each share; nothing where no lighter ones do.
 
     Args:
-        problem: A problem, with or without payloads.
+        problem: A problem, with its detours, with or without payloads.
         torques: (M, joints), of a robot with its payload in M states of some motion or at rest, by their mask (N,).
             They are affine in the mass of the payload: two masses tell all.
         segments: (N,), the segment of each state.
@@ -70,7 +70,7 @@ def _carried(problem: PlanningProblem) -> Iterator[tuple[FieldPath, Payload, int
     asked: list[tuple[FieldPath, Payload | None, int]] = [(("payload",), problem.payload, 0)]
     for i, waypoint in enumerate(problem.waypoints):
         if waypoint.payload is not None or waypoint.put_down:
-            asked.append((("waypoints", i, "payload"), waypoint.payload, i))
+            asked.append((("waypoints", problem.numbers[i], "payload"), waypoint.payload, i))
     ends = [first for _, _, first in asked[1:]]
     for (field, payload, first), last in zip(asked, [*ends, len(problem.waypoints)], strict=True):
         if payload is not None and first < last:

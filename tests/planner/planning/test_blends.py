@@ -10,9 +10,10 @@ import pytest
 import planner
 from planner.errors import Collision
 from planner.paths import solve_path
+from planner.planning.blends import FINENESS, LEAST_SHARE
 from planner.plans.result import certified_plan
 from planner.plans.saved_plan import load_plan, save_plan
-from planner.plans.smaller_blends import FINENESS, LEAST_SHARE, blend_radii, with_blend_radii
+from planner.problems.blend_radii import blend_radii, with_blend_radii
 from planner.problems.transitions import BlendTransition
 from planner.scene import CONTACT_TOLERANCE, Scene, SceneObject
 from planner.shapes import Sphere

@@ -10,8 +10,8 @@ import pytest
 import planner
 from planner.paths import solve_path
 from planner.paths.half_spaces import HalfSpaces
-from planner.plans import result
-from planner.plans.half_spaces import SHARES, half_spaces_between
+from planner.planning import clear_searches
+from planner.planning.half_spaces import SHARES, half_spaces_between
 from planner.robots import Robot, load_robot
 from planner.scene import CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, Sphere
@@ -109,7 +109,7 @@ def test_it_costs_little_to_keep_clear(monkeypatch: pytest.MonkeyPatch) -> None:
         assert problem.scene is not None
         clear, quintic = (planner.plan(problem, by) for by in (SEARCHING, SEARCHING.without_search()))
         with monkeypatch.context() as patch:
-            patch.setattr(result, "AHEAD", ())
+            patch.setattr(clear_searches, "AHEAD", ())
             near = planner.plan(problem, SEARCHING)
         assert least_distance(KUKA, problem.scene, clear.trajectory) >= problem.scene.margin - 2e-5
         costs = [effort(KUKA, motion) for motion in (blind, clear.trajectory, near.trajectory, quintic.trajectory)]

@@ -12,8 +12,9 @@ from planner.backends import BACKENDS
 from planner.certificate.clearance import certify_clearance
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.paths import solve_path
+from planner.planning import clear_searches
+from planner.planning.attempts import Attempt, Refused, run
 from planner.planning.remedies.collisions import collision_remedies
-from planner.plans import result
 from planner.plans.saved_plan import load_plan, save_plan
 from planner.problems.problem import PolylineMotion
 from planner.problems.transitions import BlendTransition
@@ -58,12 +59,12 @@ def test_every_back_end_keeps_clear(kind: str) -> None:
 SEARCHING = planner.MinEffort(knots=8)
 
 
-@pytest.mark.parametrize("ahead", [result.AHEAD, ()], ids=["cut off", "held nearer"])
+@pytest.mark.parametrize("ahead", [clear_searches.AHEAD, ()], ids=["cut off", "held nearer"])
 def test_a_search_that_leads_to_a_collision_keeps_clear(
     ahead: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The straight motion is free, and so was what any other back end planned: min_effort refused it."""
-    monkeypatch.setattr(result, "AHEAD", ahead)
+    monkeypatch.setattr(clear_searches, "AHEAD", ahead)
     problem = planner.PlanningProblem(KUKA, [REST, GOAL], scene=Scene([BALL]))
     assert problem.scene is not None
     blind = planner.plan(replace(problem, scene=None), SEARCHING)
@@ -186,7 +187,8 @@ def test_a_robot_that_only_rests_has_no_other_way() -> None:
     """No request leads there: where nothing moves, what is too near is so at the start. Remedies do not rely on it."""
     problem = replace(in_scene(TABLE), waypoints=[RIGHT])
     refusal = Collision("", pair=("link_6", "table"), depth=0.1, point=None, position=np.zeros(6), segment=0)
-    remedies = collision_remedies(refusal, problem, planner.Cubic(), solve_path(problem))
+    refused = Refused(Attempt(problem, planner.Cubic(), (), solve_path(problem)), refusal)
+    remedies = run(collision_remedies(refused, refusal), planner.Budget())
     assert {remedy.field for remedy in remedies} == {("waypoints", 0, "configuration")}
 
 

@@ -1,0 +1,209 @@
+"""Attempts at a plan, each one run from a problem to a certified trajectory, and the one loop that makes them.
+
+Generators propose attempts and see the outcome of each before they propose the next. They compose by `yield from`, and
+share one budget, whatever they vary.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import inf
+from time import monotonic
+from typing import TYPE_CHECKING, TypeVar
+
+from planner.errors import PlanningError
+from planner.free_motion.objectives import value_of
+from planner.free_motion.ways import find_ways, with_ways
+from planner.paths import solve_path
+from planner.plans.result import certified, timed
+from planner.problems.blend_radii import with_blend_radii
+from planner.problems.check import check_problem
+from planner.tolerances import ROUNDING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from planner.backends.base import BackEnd
+    from planner.free_motion.ways import FoundWay
+    from planner.paths import JointPath
+    from planner.plans.result import Plan
+    from planner.problems.motion_around import Objective
+    from planner.problems.problem import PlanningProblem
+    from planner.trajectories.trajectory import PlanWarning, Trajectory
+
+T = TypeVar("T")
+"""The type of what a generator of attempts returns in the end."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The bounds on the attempts of one plan. The first attempt is always made.
+
+    Attributes:
+        attempts: The most attempts: the request itself, its variants and those that prove remedies. Detours that are
+            made better do not count: their motion has a budget of its own.
+        seconds: The time after which no other attempt begins, s; None: there is no such time, so that equal requests
+            have equal answers on every machine.
+
+    Examples:
+        >>> import planner
+        >>> planner.Budget(attempts=1).seconds is None
+        True
+    """
+
+    attempts: int = 150
+    seconds: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """One run of the pipeline: a problem with everything that was varied in it.
+
+    Attributes:
+        problem: The problem, with other radii of its blends or with remedies.
+        backend: The back end that puts time on the path.
+        detours: The detours of the free motions, and how their corners are passed; None: the problem is yet to be
+            checked, and they are yet to be found.
+        path: The solved path; None: it is yet to be solved.
+        warnings: What a plan is to say of the variant.
+        better_than: An objective and the value that the trajectory has to stay below; None: any trajectory will do.
+    """
+
+    problem: PlanningProblem
+    backend: BackEnd
+    detours: tuple[FoundWay, ...] | None = None
+    path: JointPath | None = None
+    warnings: tuple[PlanWarning, ...] = ()
+    better_than: tuple[Objective, float] | None = None
+
+    @cached_property
+    def with_detours(self) -> PlanningProblem:
+        """The problem with joint motions along the detours in the place of free ones."""
+        return with_ways(self.problem, self.detours or ())
+
+    def along(self, detours: Sequence[FoundWay]) -> Attempt:
+        """Return the attempt with other detours."""
+        return replace(self, detours=tuple(detours), path=None)
+
+    def blended(self, radii: Mapping[int, float]) -> Attempt:
+        """Return the attempt with other radii, m, of some blends, by the indices of their waypoints."""
+        return replace(self, problem=with_blend_radii(self.problem, radii), path=None)
+
+    def made(self) -> Planned | Refused:
+        """Run the pipeline: check, find detours, solve the path, put time on it, certify."""
+        attempt, trajectory = self, None
+        try:
+            if attempt.detours is None:
+                check_problem(attempt.problem, attempt.backend)
+                attempt = replace(attempt, detours=find_ways(attempt.problem))
+        except PlanningError as refusal:
+            return Refused(attempt, refusal)
+        problem = attempt.with_detours
+        try:
+            if attempt.path is None:
+                attempt = replace(attempt, path=solve_path(problem))
+            path = attempt.solved
+            trajectory = timed(problem, attempt.backend, path)
+            attempt.refuse_unless_better(trajectory)
+            plan = certified(problem, attempt.backend, path, trajectory)
+        except PlanningError as refusal:
+            return Refused(attempt, refusal.numbered(problem.numbers), trajectory)
+        warnings = (*attempt.warnings, *plan.warnings)
+        return Planned(attempt, replace(plan, ways=attempt.detours or (), warnings=warnings))
+
+    @property
+    def solved(self) -> JointPath:
+        """The solved path."""
+        assert self.path is not None  # noqa: S101 - asked of attempts that came to a path only
+        return self.path
+
+    def refuse_unless_better(self, trajectory: Trajectory) -> None:
+        """Refuse a trajectory, before it is certified, that is no better than one that there is.
+
+        Raises:
+            PlanningError: It is no better.
+        """
+        if self.better_than is not None:
+            objective, value = self.better_than
+            if value_of(objective, self.solved, trajectory) >= value * (1.0 - ROUNDING):
+                raise NotBetter("there is a trajectory as good as this one")
+
+
+class NotBetter(PlanningError):
+    """A trajectory is no better than one that there is."""
+
+
+class BudgetSpent(PlanningError):
+    """An attempt was not made: the budget is spent."""
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """The outcome of an attempt that led to a plan.
+
+    Attributes:
+        attempt: The attempt, with its detours and its path.
+        plan: The plan.
+    """
+
+    attempt: Attempt
+    plan: Plan
+
+    def saying(self, warnings: Iterable[PlanWarning]) -> Planned:
+        """Return the outcome with warnings that its plan and all further variants of it are to have."""
+        said = tuple(warnings)
+        attempt = replace(self.attempt, warnings=(*said, *self.attempt.warnings))
+        return Planned(attempt, replace(self.plan, warnings=(*said, *self.plan.warnings)))
+
+
+@dataclass(frozen=True, eq=False)
+class Refused:
+    """The outcome of an attempt that was refused.
+
+    Attributes:
+        attempt: The attempt, with its detours and its path as far as they were found.
+        refusal: The reason.
+        trajectory: The trajectory that the certificate refuses; None: the attempt was refused before there was one.
+    """
+
+    attempt: Attempt
+    refusal: PlanningError
+    trajectory: Trajectory | None = None
+
+
+Outcome = Planned | Refused
+"""What came of an attempt."""
+
+
+def is_unmade(outcome: Outcome) -> bool:
+    """Tell whether an attempt was not made, because the budget is spent."""
+    return isinstance(outcome, Refused) and isinstance(outcome.refusal, BudgetSpent)
+
+
+Proposals = Generator[Attempt, Outcome, T]
+"""Proposes attempts, sees the outcome of each, and returns a T."""
+
+
+def run(proposals: Proposals[T], budget: Budget) -> T:
+    """Make one attempt after the other until nothing more is proposed.
+
+    Beyond the budget attempts count as refused, so that the best up to there is returned.
+
+    Args:
+        proposals: Proposes the attempts.
+        budget: The bounds on them.
+    """
+    deadline = inf if budget.seconds is None else monotonic() + budget.seconds
+    count = 0
+    try:
+        attempt = next(proposals)
+        while True:
+            is_spent = count > 0 and (count >= budget.attempts or monotonic() > deadline)
+            outcome = Refused(attempt, BudgetSpent("the budget of attempts is spent")) if is_spent else attempt.made()
+            count += attempt.better_than is None
+            attempt = proposals.send(outcome)
+    except StopIteration as end:
+        found: T = end.value
+        return found

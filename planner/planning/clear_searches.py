@@ -1,0 +1,79 @@
+"""Searches of back ends for a better motion, kept clear of what the motion that they find would collide with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.base import searches
+from planner.certificate.clearance import segment_checkers
+from planner.errors import ClearanceUnproved, Collision
+from planner.planning.attempts import Planned, Refused
+from planner.planning.half_spaces import half_spaces_between
+from planner.trajectories.trajectory import PlanWarning
+
+if TYPE_CHECKING:
+    from planner.planning.attempts import Attempt, Outcome, Proposals
+
+NEARER = (0.3, 0.1)
+"""Shares of the deviation allowed within which a search is held, one after the other, where it would collide."""
+
+AHEAD = (0.001, 0.002, 0.004, 0.008)
+"""Distances, m, by which pairs that were too near are kept further away than their margins, search after search."""
+
+
+def kept_clear(attempt: Attempt) -> Proposals[Outcome]:
+    """Plan an attempt whose back end, where it searches and that would collide, is kept clear.
+
+    It searches again in half-spaces that cut off what collides. Where that does not lead to a free motion, it is held
+    nearer to the motion that its search begins with, or takes that, if that is free; a warning says so.
+    """
+    outcome = yield attempt
+    backend = attempt.backend
+    if isinstance(outcome, Planned) or outcome.trajectory is None or not searches(backend):
+        return outcome
+    without = backend.without_search()
+    if without == backend or not isinstance(outcome.refusal, Collision | ClearanceUnproved):
+        return outcome
+    first = yield replace(outcome.attempt, backend=without)
+    if isinstance(first, Refused):
+        return outcome
+    cut_off = yield from _in_half_spaces(outcome, first)
+    if cut_off is not None:
+        return cut_off
+    for share in NEARER:
+        nearer = yield replace(outcome.attempt, backend=backend.held_nearer(share))
+        if isinstance(nearer, Planned):
+            return _in_place_of(outcome.attempt, nearer, f"it is held within {share:g} of the deviation allowed")
+    return _in_place_of(outcome.attempt, first, "what is returned is the motion that it begins with")
+
+
+def _in_half_spaces(refused: Refused, first: Planned) -> Proposals[Planned | None]:
+    """Return the plan that a search finds where what collides is cut off, again and again; None: there is none.
+
+    Args:
+        refused: The search, and what it has found.
+        first: The motion that the search begins with, which is free.
+    """
+    attempt, free, found = refused.attempt, first.plan.trajectory, refused.trajectory
+    path, half_spaces = attempt.solved, None
+    checkers = segment_checkers(attempt.with_detours, path.positions)
+    for ahead in AHEAD:
+        if found is None or np.array_equal(found.coefficients, free.coefficients):
+            return None
+        cut = half_spaces_between(checkers, free, found, ahead)
+        half_spaces = cut if half_spaces is None else half_spaces.joined(cut)
+        outcome = yield replace(attempt, path=replace(path, half_spaces=half_spaces))
+        if isinstance(outcome, Planned):
+            return None if np.array_equal(outcome.plan.trajectory.coefficients, free.coefficients) else outcome
+        found = outcome.trajectory
+    return None
+
+
+def _in_place_of(attempt: Attempt, planned: Planned, held: str) -> Planned:
+    """Return the plan by another back end as that of an attempt, with a warning that says how it was held."""
+    known = [warning for warning in planned.plan.warnings if warning.code != "suboptimal"]
+    warning = PlanWarning("suboptimal", f"what the search finds would collide: {held}")
+    return Planned(attempt, replace(planned.plan, backend=attempt.backend, warnings=(*known, warning)))
