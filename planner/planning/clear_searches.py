@@ -46,8 +46,8 @@ def kept_clear(attempt: Attempt) -> Proposals[Outcome]:
     for share in NEARER:
         nearer = yield replace(outcome.attempt, backend=backend.held_nearer(share))
         if isinstance(nearer, Planned):
-            return _in_place_of(outcome.attempt, nearer, f"it is held within {share:g} of the deviation allowed")
-    return _in_place_of(outcome.attempt, first, "what is returned is the motion that it begins with")
+            return _replacing(outcome.attempt, nearer, f"it is held within {share:g} of the deviation allowed")
+    return _replacing(outcome.attempt, first, "what is returned is the motion that it begins with")
 
 
 def _in_half_spaces(refused: Refused, first: Planned) -> Proposals[Planned | None]:
@@ -72,7 +72,7 @@ def _in_half_spaces(refused: Refused, first: Planned) -> Proposals[Planned | Non
     return None
 
 
-def _in_place_of(attempt: Attempt, planned: Planned, held: str) -> Planned:
+def _replacing(attempt: Attempt, planned: Planned, held: str) -> Planned:
     """Return the plan by another back end as that of an attempt, with a warning that says how it was held."""
     known = [warning for warning in planned.plan.warnings if warning.code != "suboptimal"]
     warning = PlanWarning("suboptimal", f"what the search finds would collide: {held}")

@@ -22,14 +22,14 @@ def planned(attempt: Attempt) -> Proposals[Outcome]:
         The plan; the refusal with the slowest corners, its blends as requested, where no variant has a plan.
     """
     blamed: Blamed = {}
-    told = outcome = yield from kept_clear(attempt)
+    refused = outcome = yield from kept_clear(attempt)
     while isinstance(outcome, Refused):
         variant = _variant_of(outcome, blamed)
         if variant is None:
-            return told
+            return refused
         outcome = yield from kept_clear(variant)
         if not blamed and not is_unmade(outcome):
-            told = outcome
+            refused = outcome
     if not blamed:
         return outcome
     outcome = yield from larger_blends(outcome, blend_radii(attempt.problem), blamed)

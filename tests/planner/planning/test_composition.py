@@ -11,7 +11,7 @@ import planner
 from planner.errors import Collision, InfeasibleDuration, PlanningError
 from planner.problems.blend_radii import blend_radii
 from tests.planner.free_motion.cases import ARM, LEFT, RIGHT, WALL
-from tests.planner.planning.test_blends import ASKED, BESIDE_A_LINE, along_a_rectangle, ball_at
+from tests.planner.planning.blend_cases import ASKED, BESIDE_A_LINE, along_a_rectangle, ball_at
 from tests.planner.scene.brute_force import least_distance
 
 AROUND = [planner.JointWaypoint(LEFT), planner.JointWaypoint(RIGHT, motion=planner.FreeMotion())]
