@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.splines import cubics
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -193,14 +194,7 @@ def _spline(line: _Polyline, weights: FloatArray, stiffness: float) -> Piecewise
         moved[1:-1] += q[1][:, None] * m
         moved[2:] += q[2][:, None] * m
         y = y - give[:, None] * moved
-    slopes = np.diff(y, axis=0) / h[:, None]
-    terms = [
-        y[:-1],
-        slopes - h[:, None] * (2.0 * second[:-1] + second[1:]) / 6.0,
-        second[:-1] / 2.0,
-        np.diff(second, axis=0) / (6.0 * h[:, None]),
-    ]
-    return PiecewisePolynomial(h, np.stack(terms, axis=-1))
+    return PiecewisePolynomial(h, cubics(h, y, second))
 
 
 def _with_few_pieces(spline: PiecewisePolynomial, polyline: _Polyline, most: float) -> PiecewisePolynomial:

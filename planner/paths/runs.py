@@ -16,6 +16,7 @@ from planner.problems.problem import CartesianMotion, JointMotion
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.tool_motions.position_limits import first_beyond
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, quintic_hermite
+from planner.trajectories.splines import slopes_between
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,9 +35,6 @@ smooth one."""
 ALMOST_TANGENT = 0.02
 """The relative difference of the joints' directions up to which two motions of the tool are joined within their
 tolerances: of a line and a circle whose poses are rounded to a tenth of a millimetre. More is a corner."""
-
-STEEPEST = 1.25
-"""Slope of a quintic without curvature at its ends, as a multiple of its mean slope, up to which it is monotone."""
 
 STEEP = 4.0
 """Slope at the end of a joint motion beside one of the tool, as a multiple of its mean slope, that is not exceeded:
@@ -254,7 +252,7 @@ class _Builder:
         means = np.diff(positions, axis=0) / lengths[:, None]
         starts, ends = np.stack([means, np.zeros_like(means)]), np.stack([means, np.zeros_like(means)])
         passed = self.passed
-        starts[0, 1:][passed] = ends[0, :-1][passed] = _slopes_between(means[:-1], means[1:])[passed]
+        starts[0, 1:][passed] = ends[0, :-1][passed] = slopes_between(means[:-1], means[1:])[passed]
         for k, curve in self.tool.items():
             if k > 0 and passed[k - 1]:
                 ends[:, k - 1] = np.concatenate(curve.evaluate(np.zeros(1), [1, 2]))
@@ -295,14 +293,6 @@ class _Builder:
             tolerances = [_tolerances(self.waypoints[segment + 1]) for segment in self.segments[[last, k]]]
             self.tool[last], curve = eased(self.robot, self.tool[last], curve, np.min(tolerances, axis=0))
         return curve
-
-
-def _slopes_between(before: FloatArray, after: FloatArray) -> FloatArray:
-    """Return the slopes (N, joints) at waypoints between motions of these mean slopes."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        harmonic = np.where(before * after > 0.0, 2.0 * before * after / (before + after), 0.0)
-    steepest = STEEPEST * np.minimum(np.abs(before), np.abs(after))
-    return np.clip(harmonic, -steepest, steepest)
 
 
 def _leaves_limits_error(

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.base import enforced
-from planner.backends.jerk_limited.linear_limits import GRIDPOINTS, LinearLimits, QuadraticSpline
+from planner.backends.jerk_limited.linear_limits import GRIDPOINTS, LinearLimits
 from planner.backends.jerk_limited.retiming import fastest_retiming
-from planner.backends.jerk_limited.time_law import LimitsOnCurve, retimed_lengths
+from planner.backends.jerk_limited.time_law import LimitsOnCurve, retimed
+from planner.backends.shared.time_laws import compose
 from planner.backends.shared.time_scaling import slowest, time_scalings
 from planner.certificate.clearance import segment_checkers
 from planner.errors import InfeasibleDuration, InvalidProblem, Remedy
@@ -27,14 +28,7 @@ from planner.paths import Run
 from planner.speed_zones import DECIDED_TO, KNOWN_TO, most_speed, moving_bodies, near_intervals, point_speeds
 from planner.timing.durations import in_asked_durations, in_longer_durations
 from planner.tolerances import DURATION_TOLERANCE
-from planner.trajectories.polynomials import (
-    PiecewisePolynomial,
-    SegmentedPolynomial,
-    differentiate,
-    horner,
-    joined,
-    quintic_hermite,
-)
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,12 +58,6 @@ GAP = 1e-3
 
 CLOSEST = 0.05
 """Least distance of two nodes of the law, but for the breakpoints of the motion, as a share of an even interval."""
-
-PROBES = np.array([0.25, 0.5, 0.75])
-"""Shares of the time of a piece at which it is compared with the path that it follows; at its ends it is on it."""
-
-MOST_HALVINGS = 8
-"""Number of times that pieces are halved, at most, until they follow the path: errors shrink by 2^6 each time."""
 
 RAMP_OPTIONS = ("acceleration_time", "deceleration_time")
 """Names of the options that give the times of acceleration and of braking."""
@@ -223,15 +211,17 @@ def _retimed(
         for own, zone in zip(within, zones, strict=True):
             speeds[own] = np.minimum(speeds[own], zone.speed * SHARE)
         unknowns = fastest_retiming(law.lengths, _with_speeds(limits.along(law), bodies, motion, law, speeds), GAP)
-        pieces, of = _following(motion, law, _timed(law, unknowns), run.tolerance)
+        timed, of = compose(motion, retimed(law, unknowns), run.tolerance)
+        under = motion.locate(law.coefficients[:, 0, 0] + law.lengths / 2.0)[0][of]  # the pieces of the motion
+        pieces = timed.of_segments(motion.segments[under])
         factor = slowest(time_scalings(path, pieces, kept).values()).factor
         for own, zone in zip(within, zones, strict=True):
             times = np.column_stack([pieces.breakpoints[:-1], pieces.breakpoints[1:]])[own[of]]
             factor = max(factor, _excess(bodies, pieces, times, zone.speed))
         if factor <= ENOUGH:
             break
-    pieces, of_motion = pieces.stretched(max(factor, 1.0)), _pieces_under(motion, law)[of]
-    return [pieces.of(np.flatnonzero(of_motion == k)) for k in range(len(motion.lengths))]
+    pieces = pieces.stretched(max(factor, 1.0))
+    return [pieces.of(np.flatnonzero(under == k)) for k in range(len(motion.lengths))]
 
 
 def _excess(bodies: Bodies, motion: PiecewisePolynomial, intervals: FloatArray, speed: float) -> float:
@@ -269,11 +259,6 @@ def _overlaps(law: PiecewisePolynomial, intervals: FloatArray) -> np.ndarray:
     return np.asarray(meets, dtype=bool)
 
 
-def _pieces_under(motion: PiecewisePolynomial, law: PiecewisePolynomial) -> np.ndarray:
-    """Return the indices (pieces of the law,) of the pieces of the motion on which those of a law of one to one are."""
-    return motion.locate(law.coefficients[:, 0, 0] + law.lengths / 2.0)[0]
-
-
 def _with_speeds(
     limits: LinearLimits, bodies: Bodies, motion: PiecewisePolynomial, law: PiecewisePolynomial, speeds: FloatArray
 ) -> LinearLimits:
@@ -285,59 +270,6 @@ def _with_speeds(
     rows = (np.stack([used**2, yes[0]]), none, none, none, yes, none)
     own = (limits.by_b, limits.by_a, limits.by_c, limits.offset, limits.constant, limits.inverse)
     return LinearLimits(*(np.concatenate(parts) for parts in zip(own, rows, strict=True)))
-
-
-def _timed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
-    """Return a law of one to one after retiming: quintics whose speed and acceleration are exact at its nodes."""
-    b, a, _ = QuadraticSpline(law.lengths).states(unknowns).reshape(3, len(GRIDPOINTS), -1)
-    knots, lengths = law.coefficients[:, 0, 0], retimed_lengths(law, unknowns)
-    starts = (knots, np.sqrt(b[0]), a[0])
-    ends = (np.append(knots[1:], law.breakpoints[-1]), np.sqrt(b[-1]), a[-1])
-    states = (tuple(values[:, None] for values in state) for state in (starts, ends))
-    return PiecewisePolynomial(lengths, quintic_hermite(lengths, *states))
-
-
-def _following(
-    motion: SegmentedPolynomial, law: PiecewisePolynomial, timed: PiecewisePolynomial, tolerance: float
-) -> tuple[SegmentedPolynomial, np.ndarray]:
-    """Return quintics in time that follow a motion by a law, and the piece of the law that each is on.
-
-    They meet position, velocity and acceleration at both of their ends; where the motion's acceleration jumps, so does
-    theirs. They are halved until they keep to the motion's path.
-
-    Args:
-        motion: The motion as it was planned.
-        law: The law of one to one.
-        timed: The law after retiming, in the same pieces.
-        tolerance: How far a joint may be from the path, rad or m.
-    """
-    under = _pieces_under(motion, law)
-    derivatives = [motion.derivative_coefficients(k) for k in range(3)]
-
-    def states(of: np.ndarray, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return position, velocity and acceleration (N, joints) at local times (N,) of pieces (N,) of the law."""
-        x, dx, ddx = (horner(differentiate(timed.coefficients[of, 0], k), t)[:, None] for k in range(3))
-        on = under[of]
-        local = np.clip(x - motion.breakpoints[on, None], 0.0, motion.lengths[on, None])
-        q, dq, ddq = (horner(coefficients[on], local) for coefficients in derivatives)
-        return q, dq * dx, ddq * dx**2 + dq * ddx
-
-    of = np.arange(len(law.lengths))
-    start, end = np.zeros(len(of)), timed.lengths
-    for halvings in range(MOST_HALVINGS + 1):
-        coefficients = quintic_hermite(end - start, states(of, start), states(of, end))
-        rough = np.zeros(len(of), dtype=bool)
-        for probe in PROBES:
-            t = probe * (end - start)
-            rough |= np.abs(horner(coefficients, t[:, None]) - states(of, start + t)[0]).max(axis=1) > tolerance
-        if not rough.any() or halvings == MOST_HALVINGS:
-            break
-        middle, halves = (start + end) / 2.0, np.repeat(np.arange(len(of)), 1 + rough)
-        second = np.append(False, np.diff(halves) == 0)
-        first = np.append(second[1:], False)
-        start, end = np.where(second, middle[halves], start[halves]), np.where(first, middle[halves], end[halves])
-        of = of[halves]
-    return SegmentedPolynomial(end - start, coefficients, motion.segments[under[of]]), of
 
 
 def _assembled(trajectory: Trajectory, motions: Sequence[SegmentedPolynomial]) -> Trajectory:

@@ -12,6 +12,7 @@ from planner.problems.regions import TURNS
 from planner.robots.freedoms import with_freedoms
 from planner.tool_motions.least_cost import least_cost
 from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
+from planner.trajectories.splines import slopes_between
 
 if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
 
 NODES = 13
 """Number of points of the path at which offsets are sought, the ends among them."""
-
-STEEPEST = 1.25
-"""Slope at a node, as a multiple of the mean slopes beside it, up to which offsets do not overshoot between nodes."""
 
 ROOM = 0.05
 """The share of its range by which a joint keeps off its limits at nodes: between nodes it is nearly where they have
@@ -154,11 +152,7 @@ def _without_overshoot(offsets: FloatArray) -> PiecewisePolynomial:
     """
     lengths = np.full(len(offsets) - 1, 1.0 / (len(offsets) - 1))
     means = np.diff(offsets, axis=0) / lengths[:, None]
-    before, after = means[:-1], means[1:]
-    same = before * after > 0.0
-    harmonic = np.where(same, 2.0 * before * after / np.where(same, before + after, 1.0), 0.0)
-    steepest = STEEPEST * np.minimum(np.abs(before), np.abs(after))
-    slopes = np.vstack([means[:1], np.clip(harmonic, -steepest, steepest), means[-1:]])
+    slopes = np.vstack([means[:1], slopes_between(means[:-1], means[1:]), means[-1:]])
     flat = np.zeros_like(offsets)
     starts, ends = (offsets[:-1], slopes[:-1], flat[:-1]), (offsets[1:], slopes[1:], flat[1:])
     return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))

@@ -12,6 +12,7 @@ from planner.spatial import Pose, quaternion, rotations_from_quaternions
 from planner.tool_motions.pose_paths import NoPath
 from planner.tool_motions.via_poses import via_poses
 from planner.trajectories.polynomials import PiecewisePolynomial, differentiate, horner
+from planner.trajectories.splines import natural_spline
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,7 +66,7 @@ class PoseSpline:
             agrees = (quaternions[1:] * quaternions[:-1]).sum(axis=1) >= 0.0
             quaternions[1:] *= np.cumprod(np.where(agrees, 1.0, -1.0))[:, None]
             values = np.hstack([values, quaternions])
-        curve = PiecewisePolynomial(poses.lengths, _natural_spline(values, poses.lengths))
+        curve = PiecewisePolynomial(poses.lengths, natural_spline(poses.lengths, values))
         made = cls(curve, _lengths_of_parts(curve))
         slow, turns = made._ill_pieces()
         for ill, message in (
@@ -153,22 +154,6 @@ class PoseSpline:
             return slow, slow[:0]
         norms = np.linalg.norm(horner(self.curve.coefficients[:, None, 3:], at), axis=2)
         return slow, np.flatnonzero(norms.min(axis=1) < SMALLEST_QUATERNION)
-
-
-def _natural_spline(values: FloatArray, lengths: FloatArray) -> FloatArray:
-    """Return coefficients (N - 1, columns, 4) of C2 cubics through values (N, columns), f'' = 0 at both ends."""
-    from scipy.linalg import solve_banded  # loaded by the first spline: importing the library stays quick
-
-    slopes = np.diff(values, axis=0) / lengths[:, None]
-    bends = np.zeros_like(values)  # half of the second derivatives
-    if len(lengths) > 1:
-        bands = np.zeros((3, len(lengths) - 1))
-        bands[0, 1:], bands[2, :-1] = lengths[1:-1], lengths[1:-1]
-        bands[1] = 2.0 * (lengths[:-1] + lengths[1:])
-        bends[1:-1] = solve_banded((1, 1), bands, 3.0 * np.diff(slopes, axis=0))
-    h = lengths[:, None]
-    first = slopes - h * (2.0 * bends[:-1] + bends[1:]) / 3.0
-    return np.stack([values[:-1], first, bends[:-1], np.diff(bends, axis=0) / (3.0 * h)], axis=2)
 
 
 def _speeds(curve: PiecewisePolynomial) -> FloatArray:

@@ -55,7 +55,12 @@ class PiecewisePolynomial:
             at: (N,), within [0, whole length].
             derivatives: Orders of the derivatives; 0 is the curve itself.
         """
-        pieces, x = self.locate(at)
+        return self.evaluate_on(*self.locate(at), derivatives)
+
+    def evaluate_on(
+        self, pieces: np.ndarray, x: FloatArray, derivatives: Sequence[int] = (0, 1, 2)
+    ) -> list[FloatArray]:
+        """Evaluate like `evaluate`, at local coordinates x (N,) of pieces (N,)."""
         column = x[:, None]
         found = []
         for order in derivatives:

@@ -165,11 +165,10 @@ def retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomi
     """Return the law after retiming: quintics between its nodes, whose speed and acceleration are exact there."""
     b, a, _ = QuadraticSpline(law.lengths).states(unknowns).reshape(3, len(GRIDPOINTS), -1)
     lengths = retimed_lengths(law, unknowns)
-    s, speed, gain = law.coefficients[:, 0, :3].T * [[1.0], [1.0], [2.0]]
-    end = horner(law.coefficients[-1, 0], law.lengths[-1])
-    speed, gain = speed * np.sqrt(b[0]), gain * b[0] + speed * a[0]
-    nodes = [np.append(s, end)[:, None], np.append(speed, 0.0)[:, None], np.append(gain, 0.0)[:, None]]
-    starts, ends = tuple(x[:-1] for x in nodes), tuple(x[1:] for x in nodes)
+    b, a = np.append(b[0], b[-1, -1]), np.append(a[0], a[-1, -1])
+    s, speed, gain = law.evaluate(law.breakpoints, range(3))
+    speed, gain = speed * np.sqrt(b)[:, None], gain * b[:, None] + speed * a[:, None]
+    starts, ends = (s[:-1], speed[:-1], gain[:-1]), (s[1:], speed[1:], gain[1:])
     return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
 
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.tool_motions.position_limits import first_beyond
+from planner.trajectories.splines import natural_spline
 
 if TYPE_CHECKING:
     from planner.paths import JointPath, Run
-    from planner.spatial import FloatArray
     from planner.trajectories.polynomials import SegmentedPolynomial
 
 SHARES = (1.0, 0.5, 0.25, 0.0)
@@ -43,29 +43,3 @@ def smooth_curve(path: JointPath, run: Run) -> SegmentedPolynomial:
             return curve
         attempt[beyond[2]] += 1
     return run.curve
-
-
-def natural_spline(lengths: FloatArray, positions: FloatArray) -> FloatArray:
-    """Coefficients (intervals, joints, 4) of the C2 cubic spline without curvature at both ends; ascending powers.
-
-    The second derivatives m at the points solve a tridiagonal system: de Boor, A Practical Guide to Splines (2001),
-    ch. IV.
-
-    Args:
-        lengths: Lengths (intervals,) in the path position.
-        positions: Positions (intervals + 1, joints), rad or m.
-    """
-    h, slopes = lengths[:, None], np.diff(positions, axis=0) / lengths[:, None]
-    count = len(positions)
-    system = np.eye(count)
-    inner = np.arange(1, count - 1)
-    system[inner, inner - 1], system[inner, inner], system[inner, inner + 1] = (
-        lengths[:-1],
-        2.0 * (lengths[:-1] + lengths[1:]),
-        lengths[1:],
-    )
-    right = np.zeros_like(positions)
-    right[1:-1] = 6.0 * np.diff(slopes, axis=0)
-    m = np.linalg.solve(system, right)
-    terms = [positions[:-1], slopes - h * (2.0 * m[:-1] + m[1:]) / 6.0, m[:-1] / 2.0, np.diff(m, axis=0) / (6.0 * h)]
-    return np.stack(terms, axis=-1)

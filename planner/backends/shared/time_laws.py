@@ -49,37 +49,46 @@ def split_at_knots(law: PiecewisePolynomial, knots: FloatArray, segments: np.nda
 
 
 def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
-    """Return motion q(s(t)): quintics in time that meet its position, velocity and acceleration at both of their ends.
+    """Return the motion q(s(t)) along the curve of a run within its tolerance; see `compose`."""
+    pieces, of = compose(run.curve, law, run.tolerance)
+    return pieces.of_segments(law.segments[of])
 
-    They are halved until they keep to the curve within the run's tolerance. Between the pieces of the law the
-    acceleration may jump, as the law's does.
+
+def compose(
+    curve: PiecewisePolynomial, law: PiecewisePolynomial, tolerance: float
+) -> tuple[PiecewisePolynomial, np.ndarray]:
+    """Return q(s(t)) in quintics of time, and the piece (pieces,) of the law that each belongs to.
+
+    The quintics meet position, velocity and acceleration at both of their ends. They are halved until they keep to the
+    curve within the tolerance. Where the acceleration of the curve or of the law jumps, so does theirs.
 
     Args:
-        run: The run, with the curve q(s).
+        curve: q(s).
         law: s(t), ascending from 0 to the length of the curve.
+        tolerance: The largest distance of a joint from the curve, rad or m.
     """
-    curve = run.curve
     s = law.evaluate(law.breakpoints, [0])[0][:, 0]
     s[-1] = curve.breakpoints[-1]
     # The ends of the curve are no knots: a law whose rounding begins behind them would get a piece of no length there.
-    own, start, end = _split_pieces(law, curve.breakpoints[1:-1], s)
+    of, start, end = _split_pieces(law, curve.breakpoints[1:-1], s)
+    on = curve.locate(horner(law.coefficients[of, 0], (start + end) / 2.0))[0]
     for halvings in range(MOST_HALVINGS + 1):
-        states = (_joint_state(law, curve, own, t) for t in (start, end))
+        states = (_joint_state(law, curve, of, on, t) for t in (start, end))
         coefficients = quintic_hermite(end - start, *states)
-        rough = np.zeros(len(own), dtype=bool)
+        rough = np.zeros(len(of), dtype=bool)
         for probe in PROBES:
             t = probe * (end - start)
-            exact = _joint_state(law, curve, own, start + t)[0]
-            rough |= np.abs(horner(coefficients, t[:, None]) - exact).max(axis=1) > run.tolerance
+            exact = _joint_state(law, curve, of, on, start + t)[0]
+            rough |= np.abs(horner(coefficients, t[:, None]) - exact).max(axis=1) > tolerance
         if not rough.any() or halvings == MOST_HALVINGS:
             break
         middle = (start + end) / 2.0
-        halves = np.repeat(np.arange(len(own)), 1 + rough)
+        halves = np.repeat(np.arange(len(of)), 1 + rough)
         second = np.append(False, np.diff(halves) == 0)
         first = np.append(second[1:], False)
-        own, start, end = own[halves], start[halves], end[halves]
+        of, on, start, end = of[halves], on[halves], start[halves], end[halves]
         start, end = np.where(second, middle[halves], start), np.where(first, middle[halves], end)
-    return SegmentedPolynomial(end - start, coefficients, law.segments[own])
+    return PiecewisePolynomial(end - start, coefficients), of
 
 
 def _split_pieces(
@@ -113,11 +122,14 @@ def _split_pieces(
 
 
 def _joint_state(
-    law: PiecewisePolynomial, curve: PiecewisePolynomial, pieces: np.ndarray, t: FloatArray
+    law: PiecewisePolynomial, curve: PiecewisePolynomial, of: np.ndarray, on: np.ndarray, t: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Position, velocity and acceleration (N, joints) at local times t (N,) of the law's pieces (N,)."""
-    s, ds, dds = (horner(differentiate(law.coefficients[pieces, 0], k), t) for k in range(3))
-    q, dq, ddq = curve.evaluate(np.clip(s, 0.0, curve.breakpoints[-1]))
+    """Return position, velocity and acceleration (N, joints) at local times t (N,).
+
+    The law is on its pieces `of` (N,), the curve on its pieces `on` (N,).
+    """
+    s, ds, dds = (horner(differentiate(law.coefficients[of, 0], k), t) for k in range(3))
+    q, dq, ddq = curve.evaluate_on(on, np.clip(s - curve.breakpoints[on], 0.0, curve.lengths[on]))
     return q, dq * ds[:, None], ddq * ds[:, None] ** 2 + dq * dds[:, None]
 
 
