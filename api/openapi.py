@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core.core_schema import FloatSchema, TaggedUnionSchema, WithDefaultSchema
 
+    from api.pool.messages import Reply
     from api.tasks.operation import Operation
     from api.tasks.work import Work
-    from api.workers.messages import Reply
 
 TITLE = "Trajectory planner"
 """The name of the service in its documentation."""

@@ -11,7 +11,7 @@ import orjson
 from api.errors import LONGEST_POINTER, invalid
 
 if TYPE_CHECKING:
-    from api.workers.messages import Caps
+    from api.pool.messages import Caps
 
 MOST_FIELDS = 64
 """The most fields of one object in a request; the schema with the most has less than 20."""

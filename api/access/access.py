@@ -16,8 +16,8 @@ from api.access.keys import SCOPES, id_of, is_valid
 from api.access.quota import Quota
 from api.database.keys import find_key
 from api.errors import DatabaseUnavailable, Forbidden, Unauthorized
+from api.pool.jobs import queue_is_full
 from api.server.connections import client_of
-from api.server.jobs import queue_is_full
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable

@@ -10,7 +10,7 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    from api.workers.messages import Reply
+    from api.pool.messages import Reply
 
 WRITTEN = (1980, 1, 1, 0, 0, 0)
 """When all files of an archive were written, by what it says: the same results make the same bytes."""

@@ -16,8 +16,8 @@ from api.batches.items import READ_ITEMS
 from api.database.batches import BatchBounds, append_items, begin_batch, discard_batches, open_batch
 from api.database.claims import beat
 from api.errors import Conflict, InternalError, PayloadTooLarge, TooManyBatches, invalid
-from api.server.costs import Kind
-from api.workers.messages import Task
+from api.pool.costs import Kind
+from api.pool.messages import Task
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from api.access.access import Client
     from api.access.quota import Quota
     from api.database.batches import Arrival
+    from api.pool.messages import Reply
     from api.server.service import Service
     from api.server.traffic import Share
-    from api.workers.messages import Reply
 
 PIECE = 2**20
 """The bytes of lines that a worker gets at once: some thousand requests, a tenth of a second of its time."""

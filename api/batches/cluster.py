@@ -14,7 +14,7 @@ from api.version import service_version
 
 if TYPE_CHECKING:
     from api.batches.planners import Chunk
-    from api.workers.messages import Reply
+    from api.pool.messages import Reply
 
 CHUNK_SECONDS = 1.0
 """The time that a chunk should take, s: many times what sending it costs, and no more is lost with a machine."""

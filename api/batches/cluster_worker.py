@@ -17,13 +17,13 @@ import structlog
 from distributed import Worker, WorkerPlugin, get_worker
 
 from api.batches.planners import PoolPlanners
-from api.server.pool import WorkerPool
+from api.pool.pool import WorkerPool
 from api.version import service_version
 
 if TYPE_CHECKING:
     from api.batches.planners import Chunk
+    from api.pool.messages import Reply
     from api.settings import Settings
-    from api.workers.messages import Reply
 
 REJOINING = 1.0
 """The time before a worker whose scheduler is gone joins again, s."""

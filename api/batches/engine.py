@@ -19,8 +19,8 @@ from api.database.batches import clean_up
 from api.database.claims import Claimed, Outcome
 from api.errors import DatabaseUnavailable, InternalError
 from api.failures import where_from
+from api.pool.messages import Reply
 from api.problem_documents import MEDIA_TYPE, problem_document
-from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from api.batches.items import CHUNK_SECONDS, PLAN_ITEMS
 from api.errors import DeadlineExceeded, InternalError, MemoryExceeded
+from api.pool.costs import Kind
+from api.pool.messages import Reply, Task
 from api.problem_documents import MEDIA_TYPE, problem_document
-from api.server.costs import Kind
-from api.workers.messages import Reply, Task
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from api.database.claims import Claimed
-    from api.server.pool import WorkerPool
+    from api.pool.pool import WorkerPool
     from api.settings import Settings
 
 

@@ -119,8 +119,8 @@ def worker(
 
     from api.batches.cluster_worker import join
     from api.logs import configure_logs
+    from api.pool.worker_process import hide_main_module
     from api.settings import Settings
-    from api.workers.main import hide_main_module
 
     settings = Settings(access="open", **({} if workers is None else {"workers": workers}))  # type: ignore[arg-type]
     configure_logs(settings.log_level)

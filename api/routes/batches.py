@@ -22,16 +22,16 @@ from api.batches.status import finished, listed, tabulated
 from api.database import batches, claims
 from api.database.batch_reports import report_figures, shown_results
 from api.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
+from api.pool.costs import Kind
+from api.pool.messages import Task
 from api.routes.ordinary import client, is_json, media_type_of, page_limit, respond, run, service_of
-from api.server.costs import Kind
-from api.workers.messages import Task
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping, Sequence
 
     from api.database.batches import BatchRecord
+    from api.pool.messages import Reply
     from api.server.service import Service
-    from api.workers.messages import Reply
 
 A = TypeVar("A")
 T = TypeVar("T")

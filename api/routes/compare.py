@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.errors import DeadlineExceeded, InternalError, MemoryExceeded
+from api.pool.messages import Reply
 from api.problem_documents import MEDIA_TYPE, problem_document
 from api.routes.ordinary import is_known, look_at_body, not_modified, respond, run, service_of
 from api.schemas.comparisons import ComparedBackend
 from api.schemas.requests import MOST_BACKENDS
 from api.server.traffic import Answer
-from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from fastapi import Request, Response

@@ -15,11 +15,11 @@ from starlette.requests import ClientDisconnect
 from api.database.named_contents import ROBOTS, SCENES
 from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
 from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
+from api.pool.costs import kind_of
+from api.pool.messages import Reply, Task
 from api.schemas.common import DEFAULT_DEADLINE
-from api.server.costs import kind_of
 from api.server.traffic import Answer
 from api.size import has_too_many_rows, parse_json
-from api.workers.messages import Reply, Task
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Coroutine, Mapping

@@ -19,11 +19,11 @@ from api.batches.planners import PoolPlanners
 from api.database.database import Database, database_url
 from api.errors import MethodNotAllowed, NotFound, ServiceError
 from api.operations import OPERATIONS
+from api.pool.pool import WorkerPool
 from api.problem_documents import MEDIA_TYPE, problem_document
 from api.routes import batches, compare, page, robots, scenes, service
 from api.routes.ordinary import ordinary
 from api.server.middleware import RequestContext
-from api.server.pool import WorkerPool
 from api.server.service import Service
 from api.server.shared_answers import SharedAnswers
 from api.server.sites import Sites

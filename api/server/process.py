@@ -8,9 +8,9 @@ import sys
 from typing import TYPE_CHECKING, NoReturn
 
 from api.logs import configure_logs
-from api.server.pool import WorkerPool
+from api.pool.pool import WorkerPool
+from api.pool.worker_process import hide_main_module
 from api.settings import Settings
-from api.workers.main import hide_main_module
 
 if TYPE_CHECKING:
     from types import FrameType

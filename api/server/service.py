@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from api.batches.engine import Engine
     from api.batches.looks import Looks
     from api.database.database import Database
-    from api.server.pool import WorkerPool
+    from api.pool.pool import WorkerPool
     from api.server.shared_answers import SharedAnswers
     from api.settings import Settings
     from api.telemetry.metrics import Metrics

@@ -16,9 +16,9 @@ from api.version import service_version
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Mapping
 
+    from api.pool.messages import Reply
     from api.server.traffic import Traffic
     from api.telemetry.metrics import Metrics
-    from api.workers.messages import Reply
 
 LARGEST_SHARE = 8
 """The share of the room that one answer may take, as its divisor: a large one must not push out all others."""

@@ -8,10 +8,10 @@ import orjson
 
 from api.batches.items import PLANNED, decompressed
 from api.content.digests import request_hash
+from api.pool.messages import Reply
 from api.tasks.batches import loaded_plan
 from api.tasks.operation import DATABASE_CODES, Operation
 from api.version import service_version
-from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from api.batches.items import Result

@@ -13,6 +13,7 @@ import orjson
 
 from api.batches.items import PLANNED, NewItem, Result, compressed, decompressed
 from api.errors import PayloadTooLarge, invalid
+from api.pool.messages import Reply
 from api.problem_documents import problem_document
 from api.schemas import batches as schemas
 from api.schemas.common import DEFAULT_DEADLINE
@@ -22,7 +23,6 @@ from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
 from api.tasks.remedies import acceptable_remedies
 from api.tasks.trajectories import TWO_JOINT_WAYPOINTS, export_options, figures_of, refuse_too_many_rows
 from api.tasks.work import in_scene, robot_of, validated
-from api.workers.messages import Reply
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from api.schemas import dynamics as schemas
 from api.tasks.operation import BODY_CODES, Operation
 
 if TYPE_CHECKING:
+    from api.pool.messages import Reply
     from api.tasks.work import Work
-    from api.workers.messages import Reply
 
 
 def inverse_dynamics(work: Work) -> Reply:

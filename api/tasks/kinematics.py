@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from api.answers.negotiation import MediaType, negotiated
 from api.errors import invalid
+from api.pool.messages import Reply
 from api.schemas import kinematics as schemas
 from api.tasks.collisions import TABLE
 from api.tasks.operation import BODY_CODES, Operation
-from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from api.tasks.work import Work

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from api.access.keys import Scope
+    from api.pool.messages import Reply
     from api.tasks.work import Work
-    from api.workers.messages import Reply
 
 CONNECTION_CODES = (
     "malformed_request",

@@ -14,11 +14,11 @@ from api.content.mesh_archive import unpacked
 from api.content.robots import RobotContent
 from api.errors import CatalogueRobot, invalid
 from api.pages import first_page
+from api.pool.messages import Reply
 from api.schemas import robots as schemas
 from api.schemas.robot_geometry import RobotGeometry
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
 from api.tasks.work import JSON, model_of, robot_of, to_json
-from api.workers.messages import Reply
 from planner.errors import UnknownRobot
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from api.content.digests import canonical, sha256
 from api.content.scenes import SceneContent
 from api.errors import invalid
+from api.pool.messages import Reply
 from api.schemas import stored_scenes as schemas
 from api.schemas.scenes import MOST_ATTACHED, MOST_OBJECTS, AttachedObject, Scene, SceneObject
 from api.tasks.collisions import TABLE
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
 from api.tasks.work import JSON, scene_of, to_json
-from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -10,13 +10,13 @@ import orjson
 
 from api.content.digests import request_hash
 from api.errors import InvalidRequest, invalid
+from api.pool.messages import PlanFigures, Reply
 from api.problem_documents import problem_document
 from api.schemas import answers, requests
 from api.schemas.comparisons import ComparedBackend, ComparisonAnswer
 from api.size import rows_of
 from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
 from api.tasks.remedies import acceptable_remedies, at_back_end
-from api.workers.messages import PlanFigures, Reply
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from api.tasks.trajectories import refuse_too_many_rows
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from api.pool.messages import Reply
     from api.tasks.work import Work
-    from api.workers.messages import Reply
     from planner.operations import CertifiedTrajectory
     from planner.robots import Robot
 

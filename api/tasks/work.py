@@ -13,15 +13,15 @@ from pydantic import TypeAdapter, ValidationError
 
 from api.content.digests import sha256
 from api.errors import UnknownScene, invalid, invalid_request
+from api.pool.messages import Reply
 from api.schemas.robots import RobotModel
 from api.schemas.scenes import Scene
 from api.size import parse_json, size_faults
-from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from api.workers.messages import Caps, Task
+    from api.pool.messages import Caps, Task
     from planner.robots import Robot
 
 JSON = "application/json"

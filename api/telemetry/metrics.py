@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
     from prometheus_client import Metric
 
-    from api.server.pool import WorkerPool
+    from api.pool.messages import PlanFigures
+    from api.pool.pool import WorkerPool
     from api.server.traffic import Traffic
-    from api.workers.messages import PlanFigures
 
 MEDIA_TYPE = CONTENT_TYPE_PLAIN_0_0_4
 """The media type of the answer: Prometheus' text format."""

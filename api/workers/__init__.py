@@ -1,1 +1,1 @@
-"""The processes that plan: what they are forked from, what they do, and what they and the server send each other."""
+"""What worker processes are forked from, and how they run one task."""

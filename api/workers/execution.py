@@ -14,16 +14,16 @@ from api.batches.items import CHUNK_BYTES, CHUNK_SECONDS, PLAN_ITEMS, decompress
 from api.failures import where_from
 from api.openapi import get_openapi
 from api.operations import OPERATIONS
+from api.pool.messages import Reply, Task
 from api.problem_documents import MEDIA_TYPE, problem_document
 from api.tasks.batches import item_steps
 from api.tasks.work import Work
-from api.workers.messages import Reply, Task
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
-    from api.workers.messages import Caps
+    from api.pool.messages import Caps
 
 
 class Attempt:

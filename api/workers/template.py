@@ -8,8 +8,8 @@ import gc
 import math
 import warnings
 
+from api.pool.messages import Caps
 from api.workers.execution import warm_up
-from api.workers.messages import Caps
 
 with warnings.catch_warnings(action="ignore"):  # there is no log yet
     warm_up(Caps(max_deadline=math.inf, max_waypoints=1000, max_samples=1_000_000, memory_mib=0))

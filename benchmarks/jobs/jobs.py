@@ -11,7 +11,7 @@ import traceback
 import warnings
 from typing import TYPE_CHECKING, Any
 
-from api.server.worker import NUMERIC_THREADS
+from api.pool.worker import NUMERIC_THREADS
 from planner.errors import PlanningError
 from tests.jobs.checks import keeps_promises
 from tests.jobs.corpus import job, plan_job

@@ -65,7 +65,7 @@ def test_a_circle_would_be_seen() -> None:
 def test_only_the_server_knows_the_web_framework() -> None:
     know_it = {module for module in FILES if any(name.split(".")[0] in WEB for name in imports(module))}
     assert know_it
-    assert not know_it & needed("api.workers.main", "api.workers.execution")
+    assert not know_it & needed("api.pool.worker_process", "api.workers.execution")
 
 
 def loaded(code: str) -> set[str]:
@@ -95,6 +95,6 @@ def test_a_worker_loads_no_web_framework_and_no_database() -> None:
     assert "planner.export" in modules
 
 
-@pytest.mark.parametrize("module", ["api.workers.main", "api.workers.messages"])
+@pytest.mark.parametrize("module", ["api.pool.worker_process", "api.pool.messages"])
 def test_what_a_worker_imports_before_its_limits_are_set_is_light(module: str) -> None:
     assert not loaded(f"import {module}") & {*ROBOTICS, *WEB, "pydantic"}

@@ -11,10 +11,10 @@ import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 from api.operations import OPERATIONS
+from api.pool.messages import PlanFigures
 from api.server.traffic import Traffic
 from api.settings import Settings
 from api.telemetry.metrics import Metrics
-from api.workers.messages import PlanFigures
 from tests.api.made_up_service import WorkersInTheProcess
 from tests.locations import ROOT
 

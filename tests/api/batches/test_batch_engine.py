@@ -26,9 +26,9 @@ from api.database.batches import (
 from api.database.claims import results_behind
 from api.database.database import Database, sqlite_url
 from api.errors import DatabaseUnavailable, DeadlineExceeded
+from api.pool.messages import Reply, Task
 from api.settings import Settings
 from api.telemetry.metrics import Metrics
-from api.workers.messages import Reply, Task
 from tests.api.database.databases import PostgresServer, postgres
 
 if TYPE_CHECKING:

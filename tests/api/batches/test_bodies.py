@@ -18,12 +18,12 @@ from hypothesis import strategies as st
 
 from api.batches.arrival import Body, _pieces
 from api.errors import PayloadTooLarge, ServiceError
+from api.pool.messages import Caps, Task
 from api.server.traffic import Traffic
 from api.settings import Settings
 from api.tasks.batch_bodies import of_document
 from api.tasks.batches import read_items
 from api.tasks.work import Work
-from api.workers.messages import Caps, Task
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

@@ -14,10 +14,10 @@ from api.batches.items import CHUNK_BYTES, PLAN_ITEMS, compressed
 from api.batches.planners import Chunk, PoolPlanners
 from api.database.claims import Claimed
 from api.errors import DeadlineExceeded
+from api.pool.messages import Caps, Reply, Task
 from api.settings import Settings
 from api.workers import execution
 from api.workers.execution import execute
-from api.workers.messages import Caps, Reply, Task
 from tests.api.requests import joint, plan_request
 
 if TYPE_CHECKING:

@@ -32,10 +32,10 @@ from api.database.migrate import DatabaseTooNew, _config, is_current, upgrade
 from api.database.named_contents import ROBOTS, SCENES, Bounds
 from api.database.tables import items, metadata, robot_contents, robots, scene_contents
 from api.errors import DatabaseUnavailable
+from api.pool.messages import Reply
 from api.routes.ordinary import run_with_body
 from api.server.traffic import Traffic
 from api.settings import Settings
-from api.workers.messages import Reply
 from tests.api.database.databases import PostgresServer, engine, postgres
 from tests.api.made_up_service import made_up_service
 

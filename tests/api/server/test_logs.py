@@ -33,8 +33,8 @@ def test_warnings_of_numpy_are_lines_of_the_log_without_paths() -> None:
 WORKER_THAT_WARNS = """
 import socket, sys, warnings
 import api.workers.execution
-from api.workers.messages import Caps, Task, pack
-from api.workers.main import work
+from api.pool.messages import Caps, Task, pack
+from api.pool.worker_process import work
 
 api.workers.execution.execute = lambda task, caps: warnings.warn("of a library")
 server, worker = socket.socketpair()

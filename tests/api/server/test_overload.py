@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from api.errors import ServiceError
-from api.server import jobs as jobs_module
-from api.server import pool as pool_module
-from api.server.costs import Kind
-from api.server.pool import WorkerPool
+from api.pool import jobs as jobs_module
+from api.pool import pool as pool_module
+from api.pool.costs import Kind
+from api.pool.messages import Reply, Task
+from api.pool.pool import WorkerPool
 from api.settings import Settings
-from api.workers.messages import Reply, Task
-from tests.api.server.made_up_workers import MadeUpWorker
+from tests.api.pool.made_up_workers import MadeUpWorker
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable

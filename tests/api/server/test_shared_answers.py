@@ -11,10 +11,10 @@ import pytest
 
 from api.errors import DeadlineExceeded, InternalError, Overloaded
 from api.operations import OPERATIONS
+from api.pool.messages import Reply
 from api.server.shared_answers import OVERHEAD, SharedAnswers
 from api.server.traffic import Traffic
 from api.telemetry.metrics import Metrics
-from api.workers.messages import Reply
 from tests.api.made_up_service import made_up_service
 from tests.api.requests import dh_joint, dh_robot, plan_request
 

@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from api.errors import InvalidRequest
+from api.pool.messages import Caps
 from api.schemas.kinematics import ForwardKinematicsRequest, InverseKinematicsRequest
 from api.schemas.requests import CompareRequest, PlanRequest, ValidateRequest
 from api.schemas.robots import RobotDefinition
 from api.size import MOST_DEEP, has_too_many_rows, is_too_deep, parse_json, size_faults
 from api.tasks import work
-from api.workers.messages import Caps
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, validate_request
 
 if TYPE_CHECKING:

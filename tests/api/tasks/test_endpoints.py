@@ -10,10 +10,10 @@ import numpy as np
 import orjson
 import pytest
 
+from api.pool.messages import Caps, Reply, Task
 from api.schemas import answers, dynamics, kinematics, robots
 from api.schemas import service as service_answers
 from api.workers.execution import execute
-from api.workers.messages import Caps, Reply, Task
 from planner.robots import catalogue_ids
 from planner.spatial import rotation_from_quaternion
 from tests.api.answers import checked

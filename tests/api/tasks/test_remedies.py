@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from api.pool.messages import Caps, Task
 from api.schemas.requests import PlanRequest
 from api.tasks.remedies import acceptable_remedies
 from api.tasks.work import Work
-from api.workers.messages import Caps, Task
 from planner.errors import LimitsUnsatisfiable, Remedy
 from planner.problems.problem import PolylineMotion
 from planner.problems.transitions import BlendTransition, StopTransition

@@ -9,13 +9,13 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from api.errors import Overloaded
-from api.server.costs import UNKNOWN
+from api.pool.costs import UNKNOWN
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from api.server.costs import Cost, Kind
-    from api.workers.messages import Reply, Task
+    from api.pool.costs import Cost, Kind
+    from api.pool.messages import Reply, Task
 
 PRUDENCE = 1.5
 """The times by which a wait may turn out longer than expected. A shorter queue keeps the workers as busy as a long one,

@@ -17,7 +17,7 @@ import sys
 
 import pytest
 from api.workers.execution import warm_up
-from api.workers.messages import Caps
+from api.pool.messages import Caps
 warm_up(Caps(max_deadline=60.0, max_waypoints=100, max_samples=1000, memory_mib=1024))
 print(*sorted(sys.modules))
 """

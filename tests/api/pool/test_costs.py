@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from api.schemas.backends import backend_schemas
-from api.server.costs import (
+from api.pool.costs import (
     BACKENDS,
     CHEAP,
     KNOWN_CLIENTS,
@@ -19,6 +18,7 @@ from api.server.costs import (
     Kind,
     kind_of,
 )
+from api.schemas.backends import backend_schemas
 
 KIND = Kind(("plan", "cubic"), 2)
 

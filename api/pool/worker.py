@@ -13,14 +13,14 @@ from multiprocessing import forkserver, resource_tracker
 from typing import TYPE_CHECKING
 
 from api.errors import Overloaded
-from api.workers.main import work
-from api.workers.messages import HEADER, pack, unpack
+from api.pool.messages import HEADER, pack, unpack
+from api.pool.worker_process import work
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from api.server.jobs import Job
-    from api.workers.messages import Caps, Reply, Task
+    from api.pool.jobs import Job
+    from api.pool.messages import Caps, Reply, Task
 
 READ_AHEAD = 2**22
 """The bytes of an answer that the event loop takes in before it makes the worker wait; most answers have less."""

@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING
 import structlog
 
 from api.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overloaded, what_to_do
-from api.server.costs import Costs
-from api.server.jobs import Job, JobQueue
-from api.server.worker import Worker, start_template, stop_template
-from api.workers.messages import Caps
+from api.pool.costs import Costs
+from api.pool.jobs import Job, JobQueue
+from api.pool.messages import Caps
+from api.pool.worker import Worker, start_template, stop_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from api.server.costs import Kind
+    from api.pool.costs import Kind
+    from api.pool.messages import Reply, Task
     from api.settings import Settings
-    from api.workers.messages import Reply, Task
 
 NO_MEMORY_FOR_A_LIBRARY = 127
 """The exit code of a process whose C library finds no memory for the thread-local data of a library that it loads."""

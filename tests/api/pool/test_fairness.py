@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from api.errors import Overloaded
-from api.server.costs import Cost, Kind
-from api.server.jobs import Job, JobQueue
-from api.workers.messages import Task
+from api.pool.costs import Cost, Kind
+from api.pool.jobs import Job, JobQueue
+from api.pool.messages import Task
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -11,13 +11,13 @@ import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from api.workers.messages import HEADER, pack, unpack
+from api.pool.messages import HEADER, pack, unpack
 
 if TYPE_CHECKING:
     from io import BufferedRWPair
     from socket import socket
 
-    from api.workers.messages import Caps, Reply, Task
+    from api.pool.messages import Caps, Reply, Task
 
 
 def work(channel: socket, caps: Caps) -> None:

@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 
-from api.server.worker import Worker
-from api.workers.messages import Caps
+from api.pool.messages import Caps
+from api.pool.worker import Worker
 from tests.api.conftest import free_port
 from tests.locations import ROOT
 

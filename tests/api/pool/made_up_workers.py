@@ -6,13 +6,13 @@ import asyncio
 import signal
 from typing import TYPE_CHECKING
 
-from api.workers.messages import Reply, Task
+from api.pool.messages import Reply, Task
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from api.server.jobs import Job
-    from api.workers.messages import Caps
+    from api.pool.jobs import Job
+    from api.pool.messages import Caps
 
 
 class MadeUpWorker:

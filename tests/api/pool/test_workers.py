@@ -15,9 +15,9 @@ import psutil
 import pytest
 from pydantic import ValidationError
 
+from api.pool.messages import Caps, Reply, Task
 from api.settings import Settings
 from api.workers.execution import RUN, execute, wants_memory
-from api.workers.messages import Caps, Reply, Task
 from planner.errors import UnreachableWaypoint
 from tests.api.conftest import wait_until
 from tests.api.requests import dh_robot, plan_request
