@@ -133,7 +133,7 @@ def _path(
     check_problem(replace(asked, waypoints=_waypoints(points[[0, -1]])), backend)
     problem = replace(asked, waypoints=_waypoints(points[[0, -1]]), scene=None, self_collision=None, speed_zones=())
     _refuse_other_ways(backend, robot.dof)
-    velocity = counted_velocity(problem.segment_limits().velocity[0])
+    velocity = counted_velocity(problem.segment_limits().velocity.narrower[0])
     smooth = smooth_curve_near(points, velocity, max_deviation)
     if smooth is None:
         still = replace(problem, waypoints=_waypoints(points[[0, 0]]))
