@@ -22,6 +22,7 @@ print(*project['dependencies'], *(line for name in extras for line in project['o
 COPY LICENSE README.md ./
 COPY planner planner
 COPY api api
+COPY cli cli
 COPY examples examples
 COPY web web
 RUN pip install --no-deps .

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from api.cli.local_service import local_service
+from cli.local_service import local_service
 from planner.robots import catalogue_ids
 from tests.documents.shown_answers import assert_shown, parse_shown
 from tests.locations import ROOT
@@ -63,7 +63,7 @@ def test_command_lines_run(tmp_path: Path) -> None:
     """In the order in which they stand: one reads what another has written."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     for command in COMMANDS:
-        arguments = [sys.executable, "-m", "api.cli", *command.split()[1:]]
+        arguments = [sys.executable, "-m", "cli", *command.split()[1:]]
         subprocess.run(arguments, cwd=tmp_path, env=ENVIRONMENT, check=True)
     assert (tmp_path / "refuelling.csv").read_text().startswith("time,segment,position.joint_1")
     assert "<svg" in (tmp_path / "refuelling.html").read_text()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import orjson
 
-from api.cli.terminal import plain_table, terminal
+from cli.terminal import plain_table, terminal
 from tests.jobs.corpus import BACK_ENDS, VARIANTS
 
 if TYPE_CHECKING:

@@ -179,7 +179,7 @@ def main() -> None:
     """Draw the pictures and write the page."""
     from typer.testing import CliRunner
 
-    from api.cli import app
+    from cli import app
 
     IMAGES.mkdir(parents=True, exist_ok=True)
     for figure in FIGURES:

@@ -26,7 +26,7 @@ def main() -> None:
     """Draw the pictures."""
     from typer.testing import CliRunner
 
-    from api.cli import app
+    from cli import app
 
     IMAGES.mkdir(parents=True, exist_ok=True)
     for name, command in commands().items():

@@ -17,13 +17,13 @@ import psutil
 import uvloop
 from rich.console import Console
 
-from api.cli.local_service import local_service
-from api.cli.terminal import plain_table
 from benchmarks.machine import machine
 from benchmarks.service.load import arrivals, summary
 from benchmarks.service.machines import cluster, has_namespaces
 from benchmarks.service.workload import ROBOT as CHEAP_ROBOT
 from benchmarks.service.workload import bodies, http_request
+from cli.local_service import local_service
+from cli.terminal import plain_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

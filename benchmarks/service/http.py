@@ -13,13 +13,13 @@ from typing import Any
 import orjson
 import psutil
 
-from api.cli.local_service import local_service
 from api.conversion.problems import to_backend, to_planning_problem
 from api.schemas.requests import PlanRequest
 from benchmarks.machine import machine
 from benchmarks.service.clients import Connection
 from benchmarks.service.processes import workers_of
 from benchmarks.service.workload import ROBOT, ROWS, bodies, http_request
+from cli.local_service import local_service
 from planner.export import FORMATS, ExportOptions
 from planner.planning import plan
 from planner.robots import load_robot

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import orjson
 import uvloop
 
-from api.cli.local_service import local_service
 from benchmarks.machine import machine
 from benchmarks.service.clients import HOST
 from benchmarks.service.workload import ROBOT, bodies, http_request
+from cli.local_service import local_service
 from planner.robots import load_robot
 
 RATES = (0.5, 1.0, 2.0, 5.0, 10.0)

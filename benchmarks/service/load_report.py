@@ -8,8 +8,8 @@ from typing import Any
 import orjson
 from rich.text import Text
 
-from api.cli.terminal import plain_table, terminal
 from benchmarks.machine import print_machine
+from cli.terminal import plain_table, terminal
 
 GOODPUT = 0.9
 """Least share of the capacity, or of what was asked if that is less, that is answered."""

@@ -48,7 +48,7 @@ def cluster(folder: Path, machines: int) -> Iterator[str]:
         commands = [[sys.executable, "-m", *scheduler]]
         for k in range(machines):
             machine = stack.enter_context(_machine(k))
-            worker = ["api.cli", "worker", f"tcp://{machine.scheduler}:{port}", "--workers", "1"]
+            worker = ["cli", "worker", f"tcp://{machine.scheduler}:{port}", "--workers", "1"]
             commands.append([*machine.prefix, sys.executable, "-m", *worker])
         processes = [subprocess.Popen(command, stdout=log, stderr=log) for command in commands]
         try:

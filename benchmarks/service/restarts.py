@@ -11,11 +11,11 @@ from typing import Any
 
 import uvloop
 
-from api.cli.local_service import local_service
-from api.cli.terminal import plain_table, terminal
 from benchmarks.machine import machine, print_machine
 from benchmarks.service.clients import HOST
 from benchmarks.service.workload import ROBOT, bodies, http_request
+from cli.local_service import local_service
+from cli.terminal import plain_table, terminal
 from planner.robots import load_robot
 
 CLIENTS = 8

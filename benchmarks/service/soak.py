@@ -17,10 +17,10 @@ import httpx
 import psutil
 import uvloop
 
-from api.cli.local_service import local_service
-from api.cli.terminal import plain_table, terminal
 from benchmarks.machine import machine, print_machine
 from benchmarks.service.processes import workers_of
+from cli.local_service import local_service
+from cli.terminal import plain_table, terminal
 from planner.robots import load_robot
 
 if TYPE_CHECKING:

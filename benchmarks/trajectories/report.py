@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import orjson
 from rich.text import Text
 
-from api.cli.terminal import plain_table, terminal
 from benchmarks.machine import print_machine
 from benchmarks.trajectories.trajectories import KEPT, MOST_FOR_SLOW, QUANTITIES, REFERENCE, SAMPLES, SLOW
+from cli.terminal import plain_table, terminal
 
 if TYPE_CHECKING:
     from pathlib import Path

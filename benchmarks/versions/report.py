@@ -8,9 +8,9 @@ from typing import Any
 import orjson
 from rich.text import Text
 
-from api.cli.terminal import plain_table, terminal
 from benchmarks.machine import print_machine
 from benchmarks.versions.versions import NAMES, SLOWER
+from cli.terminal import plain_table, terminal
 
 WIDTH = 140
 """Characters of a line that holds the longest name and all figures."""

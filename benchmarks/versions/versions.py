@@ -19,10 +19,10 @@ import numpy as np
 import orjson
 import psutil
 
-from api.cli.local_service import local_service
 from benchmarks.machine import machine
 from benchmarks.service.processes import workers_of
 from benchmarks.versions.requests import kinds, uploads
+from cli.local_service import local_service
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

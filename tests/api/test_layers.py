@@ -62,6 +62,10 @@ def test_a_circle_would_be_seen() -> None:
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}}) == {"a", "b", "c", "d"}
 
 
+def test_the_service_knows_no_command_line() -> None:
+    assert not {module for module in FILES if any(name.split(".")[0] == "cli" for name in imports(module))}
+
+
 def test_only_the_server_knows_the_web_framework() -> None:
     know_it = {module for module in FILES if any(name.split(".")[0] in WEB for name in imports(module))}
     assert know_it

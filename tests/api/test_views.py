@@ -12,8 +12,8 @@ import orjson
 import pytest
 
 from api.answers import views
-from api.cli.local_plan import plan_request, read_request, report_of
 from api.errors import NotAcceptable
+from cli.local_plan import plan_request, read_request, report_of
 from tests.api import requests
 from tests.documents.read_pictures import graphs_of
 from tests.locations import ROOT

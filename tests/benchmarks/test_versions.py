@@ -31,7 +31,7 @@ def test_kinds_are_always_the_same_and_have_names_of_their_own() -> None:
 @pytest.mark.large_only
 def test_another_version_is_told_from_this_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the copy the tool is 1 m higher, and plans along ten waypoints are refused."""
-    for package in ("api", "planner", "examples"):
+    for package in ("api", "cli", "planner", "examples"):
         shutil.copytree(versions.HERE / package, tmp_path / package)
     forward = tmp_path / "planner/kinematics/forward.py"
     forward.write_text(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from api.cli.local_plan import plan_request, read_request
+from cli.local_plan import plan_request, read_request
 from planner.backends import Trapezoidal
 from planner.dynamics import inverse_dynamics
 from planner.export import ExportOptions, render

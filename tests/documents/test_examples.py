@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 import pytest
 from pydantic import TypeAdapter
 
-from api.cli.local_plan import plan_request, read_request
-from api.cli.local_service import local_service
 from api.content.mesh_archive import unpacked
 from api.conversion.kept_meshes import keep_meshes
 from api.conversion.problems import to_robot
 from api.schemas.robots import Changes, DerivedModel, RobotDefinition, UrdfModel
+from cli.local_plan import plan_request, read_request
+from cli.local_service import local_service
 from planner.errors import Collision
 from tests.locations import ROOT
 

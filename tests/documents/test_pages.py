@@ -74,7 +74,7 @@ def test_every_public_name_has_an_example_and_an_entry(name: str) -> None:
 @pytest.mark.parametrize("page", PAGES)
 def test_files_and_folders_that_are_named_are_there(page: str) -> None:
     """Whatever is written as code and looks like a path of this repository."""
-    named = re.findall(r"`((?:planner|api|tests|docs|benchmarks|examples|\.ci)/[\w./]*)`", text_of(page))
+    named = re.findall(r"`((?:planner|api|cli|tests|docs|benchmarks|examples|\.ci)/[\w./]*)`", text_of(page))
     if page == "docs/architecture.md":
         assert len(named) > 50
     for path in named:
@@ -85,7 +85,7 @@ def test_the_architecture_names_every_folder() -> None:
     page = text_of("docs/architecture.md")
     folders = {
         f"{folder.relative_to(ROOT)}/"
-        for package in ("planner", "api")
+        for package in ("planner", "api", "cli")
         for folder in (ROOT / package).rglob("*")
         if folder.is_dir()
         and not {"__pycache__", "built_page", "built"} & set(folder.parts)  # what is made from sources

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from api.cli.local_service import local_service
+from cli.local_service import local_service
 from tests.documents.shown_answers import assert_shown, parse_shown
 from tests.locations import ROOT
 

@@ -25,7 +25,7 @@ def imported_modules(file: Path) -> set[str]:
 
 @pytest.mark.parametrize("file", sorted((ROOT / "planner").rglob("*.py")), ids=lambda f: str(f.relative_to(ROOT)))
 def test_planner_knows_no_http(file: Path) -> None:
-    forbidden = {"api", "fastapi", "starlette", "pydantic", "uvicorn", "httpx", "socket", "rich"}
+    forbidden = {"api", "cli", "fastapi", "starlette", "pydantic", "uvicorn", "httpx", "socket", "rich"}
     draws = ROOT / "planner/plots" in file.parents
     assert not imported_modules(file) & (forbidden if draws else forbidden | {"matplotlib", "mpl_toolkits"})
 

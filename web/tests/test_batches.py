@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from playwright.sync_api import expect
 from typer.testing import CliRunner
 
-from api.cli import app
+from cli import app
 from tests.api.conftest import wait_until
 from tests.locations import ROOT
 from web.tests.browser import DESKTOP, PHONE, opened, planned, plays

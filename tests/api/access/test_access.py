@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 
 from api.access.allowance import Allowance
 from api.access.quota import Quota
-from api.cli import app
 from api.database.database import Database, sqlite_url
 from api.errors import TooManyRequests
 from api.settings import Settings
+from cli import app
 from tests.api.made_up_service import made_up_service
 
 if TYPE_CHECKING:

@@ -17,11 +17,11 @@ from typer.testing import CliRunner
 from api.access import access as access_module
 from api.access.keys import SCOPES, digest_of, id_of, new_key
 from api.batches.items import NewItem
-from api.cli import app
 from api.database.batches import Arrival, BatchBounds, append_items, begin_batch, open_batch
 from api.database.database import make_engine, sqlite_url
 from api.database.tables import engines, items
 from api.operations import OPERATIONS
+from cli import app
 from tests.api.conftest import wait_until
 from tests.api.made_up_service import made_up_service
 from tests.api.requests import dh_robot, plan_request

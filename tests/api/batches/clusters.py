@@ -32,7 +32,7 @@ class Cluster:
         self._start("scheduler", "distributed.cli.dask_scheduler", *options)
 
     def start_worker(self, name: str) -> None:
-        self._start(name, "api.cli", "worker", self.address, "--workers", "1")
+        self._start(name, "cli", "worker", self.address, "--workers", "1")
 
     def _start(self, name: str, module: str, *options: str) -> None:
         environment = {**os.environ, "PYTHONPATH": str(ROOT), "PLANNER_WORKER_MEMORY_MIB": "512"}

@@ -22,7 +22,6 @@ from typer.testing import CliRunner
 from api.access.access import Client
 from api.access.keys import KeyRecord
 from api.batches.items import NewItem
-from api.cli import app
 from api.content.robots import RobotContent
 from api.content.scenes import SceneContent
 from api.database.batches import Arrival, BatchBounds, append_items, begin_batch, find_batch
@@ -36,6 +35,7 @@ from api.pool.messages import Reply
 from api.routes.ordinary import run_with_body
 from api.server.traffic import Traffic
 from api.settings import Settings
+from cli import app
 from tests.api.database.databases import PostgresServer, engine, postgres
 from tests.api.made_up_service import made_up_service
 

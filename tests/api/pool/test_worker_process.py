@@ -64,7 +64,7 @@ def test_what_nobody_wants_is_not_started() -> None:
 @pytest.mark.parametrize("seconds", [0.3, 0.8, 1.5])
 def test_a_service_that_is_stopped_before_it_is_ready_ends_at_once(seconds: float) -> None:
     """It waited until everything was imported and warm."""
-    command = [sys.executable, "-m", "api.cli", "serve", "--port", str(free_port())]
+    command = [sys.executable, "-m", "cli", "serve", "--port", str(free_port())]
     with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as process:
         time.sleep(seconds)
         process.terminate()

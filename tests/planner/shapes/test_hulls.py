@@ -148,7 +148,9 @@ def test_a_tip_that_is_too_fine_and_flat_is_refused() -> None:
 
 def test_what_of_coal_ends_the_process_is_not_used() -> None:
     """Its own hulls, whose options nobody checks, its meshes, octrees and height fields, and the readers of files."""
-    source = "\n".join(path.read_text() for folder in ("planner", "api") for path in (ROOT / folder).rglob("*.py"))
+    source = "\n".join(
+        path.read_text() for folder in ("planner", "api", "cli") for path in (ROOT / folder).rglob("*.py")
+    )
     assert "coal.Convex(" in source
     assert not re.search(
         r"convexHull\b|buildConvex|\bBVH|OcTree|HeightField|MeshLoader|buildGeom|from coal|hppfcl", source

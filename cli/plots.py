@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from api.cli.shared import read, refusals, robot_named, write
+from cli.shared import read, refusals, robot_named, write
 
 if TYPE_CHECKING:
     from api.schemas.requests import PlanRequest
@@ -71,7 +71,7 @@ def plot(
     title: Annotated[str | None, typer.Option(metavar="TEXT", help="The title.", show_default="the robot's id")] = None,
 ) -> None:
     """Draw the plan of a request, or a robot, into a picture."""
-    from api.cli.terminal import terminal
+    from cli.terminal import terminal
 
     if output.suffix not in (".svg", ".png"):
         raise typer.BadParameter("the file's suffix must be .svg or .png", param_hint="--output")
@@ -80,7 +80,7 @@ def plot(
     with refusals():
         try:
             if is_request:
-                from api.cli.local_plan import plan_request, read_request
+                from cli.local_plan import plan_request, read_request
                 from planner.plots.picture import draw_plan
 
                 asked = read_request(text)
@@ -121,7 +121,7 @@ def draw(solved: Plan, request: PlanRequest, title: str, suffix: str, seconds: f
     """
     from rich.console import Console
 
-    from api.cli.terminal import FILE_WIDTH, plan_summary
+    from cli.terminal import FILE_WIDTH, plan_summary
     from planner.plots.picture import draw_plan
 
     asked = {} if request.picture is None else request.picture.model_dump(exclude_none=True)

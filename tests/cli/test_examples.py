@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from typer.testing import CliRunner
 
-from api.cli import app
+from cli import app
 from tests.locations import ROOT
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import httpx
 from rich.text import Text
 
-from api.cli.local_service import ServiceDidNotStart, local_service
-from api.cli.terminal import plain_table, problem_panel, share_text
-from api.demo.cases import CASES, Case
+from cli.demo.cases import CASES, Case
+from cli.local_service import ServiceDidNotStart, local_service
+from cli.terminal import plain_table, problem_panel, share_text
 
 if TYPE_CHECKING:
     from pathlib import Path

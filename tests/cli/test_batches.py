@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from typer.testing import CliRunner
 
-from api.cli import app
-from api.cli.local_plan import plan_request as plan_here
 from api.schemas.requests import PlanRequest
+from cli import app
+from cli.local_plan import plan_request as plan_here
 from tests.api.conftest import RunningService, wait_until
 from tests.api.requests import joint, plan_request
 from tests.locations import ROOT
@@ -98,7 +98,7 @@ def test_a_batch_goes_on_after_ctrl_c(tmp_path: Path) -> None:
     """With a service of its own, which keeps what is done beside the results."""
     asked = [plan_request(waypoints=[joint(0.1, 0.2, 0.3), joint(0.3 + 1e-4 * k, 0.1, 0.5)]) for k in range(1500)]
     file = write_requests(tmp_path / "asked.ndjson", asked)
-    command = [sys.executable, "-m", "api.cli", "batch", str(file), "-o", str(tmp_path / "out"), "--workers", "1"]
+    command = [sys.executable, "-m", "cli", "batch", str(file), "-o", str(tmp_path / "out"), "--workers", "1"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     reachable = ["env", "--default-signal=INT"]  # a shell lets what it starts in the background ignore the signal
     first = subprocess.Popen([*reachable, *command], env=environment, stderr=subprocess.PIPE, start_new_session=True)

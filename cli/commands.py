@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from api.cli import batches, database, keys, plots
-from api.cli.shared import read, refusals, robot_named, write
+from cli import batches, database, keys, plots
+from cli.shared import read, refusals, robot_named, write
 
 app = typer.Typer(
     name="planner",
@@ -98,7 +98,7 @@ def serve(
         faults = faults_of(error)
         raise typer.BadParameter("; ".join(faults), param_hint="environment") from None
     if sys.stderr.isatty():
-        from api.cli.local_service import announce_when_ready
+        from cli.local_service import announce_when_ready
 
         announce_when_ready(settings.host, settings.port)
     run(settings)
@@ -159,9 +159,9 @@ def plan(
     tip: TipOption = None,
 ) -> None:
     """Plan a request here, without a service, and show what came out."""
-    from api.cli.local_plan import format_of, plan_request, read_request, render, report_of
-    from api.cli.plots import SUFFIXES, draw
-    from api.cli.terminal import plan_summary, terminal
+    from cli.local_plan import format_of, plan_request, read_request, render, report_of
+    from cli.plots import SUFFIXES, draw
+    from cli.terminal import plan_summary, terminal
     from planner.backends import BACKENDS
     from planner.export import FORMATS
 
@@ -216,7 +216,7 @@ def ik(
     """List the joint positions that bring the tool to a pose."""
     import numpy as np
 
-    from api.cli.terminal import solutions_table, terminal
+    from cli.terminal import solutions_table, terminal
     from planner.kinematics import all_solutions
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.problems.problem import PoseWaypoint
@@ -255,10 +255,10 @@ def validate(
     tip: TipOption = None,
 ) -> None:
     """Hold a trajectory of any origin against the limits of its robot; ends with 1 if it breaks one."""
-    from api.cli.robot_files import NamedRobot
-    from api.cli.terminal import certificate_table, terminal
-    from api.cli.trajectory_files import read_trajectory
     from api.tasks.trajectories import certified
+    from cli.robot_files import NamedRobot
+    from cli.terminal import certificate_table, terminal
+    from cli.trajectory_files import read_trajectory
 
     text = read(trajectory, "TRAJECTORY")
     with refusals():
@@ -287,7 +287,7 @@ def robots(
     tip: TipOption = None,
 ) -> None:
     """List the robots of the catalogue, or show one with its limits and where they come from."""
-    from api.cli.terminal import robot_summary, robots_table, terminal
+    from cli.terminal import robot_summary, robots_table, terminal
     from planner.robots import catalogue_ids, load_robot
 
     with refusals():
@@ -306,8 +306,8 @@ def demo(
     ] = Path("demo-output"),
 ) -> None:
     """Start the service, plan the cases of four published works over HTTP, and draw them."""
-    from api.cli.terminal import terminal
-    from api.demo import run_demo
+    from cli.demo import run_demo
+    from cli.terminal import terminal
 
     raise typer.Exit(run_demo(output, terminal()))
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from api.cli.shared import write
 from api.processors import available_processors
+from cli.shared import write
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -153,8 +153,8 @@ def _run(asked: Asked) -> None:
     """Plan a batch, write what comes of it, and end with the status that says how it went."""
     import httpx
 
-    from api.cli.local_service import ServiceDidNotStart
-    from api.cli.terminal import terminal
+    from cli.local_service import ServiceDidNotStart
+    from cli.terminal import terminal
 
     console = terminal(stderr=True)
     try:
@@ -182,7 +182,7 @@ def _service(asked: Asked, console: Console) -> Iterator[httpx.Client]:
     """Reach the service that is named, or start one that keeps the batch beside the results until it is done."""
     import httpx
 
-    from api.cli.local_service import local_service
+    from cli.local_service import local_service
 
     if asked.url is not None:
         key = os.environ.get("PLANNER_KEY")
@@ -214,7 +214,7 @@ def _sent(client: httpx.Client, asked: Asked) -> str:
 
 def _refuse_unless_success(answer: httpx.Response) -> None:
     """Show the problem document that came in place of an answer, and end with 2."""
-    from api.cli.terminal import problem_panel, terminal
+    from cli.terminal import problem_panel, terminal
 
     if not answer.is_success:
         answer.read()
@@ -273,7 +273,7 @@ def _write_plan(folder: Path, result: dict[str, Any], form: str) -> None:
 
 def _summarise(batch: dict[str, Any], durations: list[float], folder: Path, console: Console) -> None:
     """Show what came of the batch, and draw how long the trajectories are."""
-    from api.cli.terminal import plain_table
+    from cli.terminal import plain_table
 
     counts, summary = batch["counts"], batch["summary"]
     table = plain_table("outcome", "requests", right=["requests"])

@@ -44,5 +44,5 @@ CASES = (
 
 def examples_folder() -> Path:
     """Find the request files: inside the installed package, or beside it in a checkout."""
-    installed = Path(str(files("api"))) / "examples"
+    installed = Path(str(files("cli"))) / "examples"
     return installed if installed.is_dir() else Path(__file__).parents[2] / "examples"

@@ -53,7 +53,8 @@ def local_service(
         ServiceDidNotStart: With the last lines of its log.
     """
     port = _free_port()
-    command = [sys.executable, "-m", "api.cli", "serve", "--host", HOST, "--port", str(port)]
+    is_older = checkout is not None and not (checkout / "cli").is_dir()  # its command line is a folder of `api/`
+    command = [sys.executable, "-m", "api.cli" if is_older else "cli", "serve", "--host", HOST, "--port", str(port)]
     if workers is not None:
         command += ["--workers", str(workers)]
     environment = os.environ | dict(settings or {})

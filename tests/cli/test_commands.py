@@ -15,7 +15,7 @@ import pinocchio as pin
 import pytest
 from typer.testing import CliRunner, Result
 
-from api.cli import app, commands
+from cli import app, commands
 from planner.backends import BACKENDS
 from planner.kinematics import forward_kinematics
 from planner.robots import load_robot
@@ -45,7 +45,7 @@ def request_file(tmp_path: Path) -> Path:
 
 
 def test_help_loads_nothing_heavy() -> None:
-    code = "import sys, api.cli; print([m for m in ('numpy', 'pydantic', 'pinocchio', 'fastapi') if m in sys.modules])"
+    code = "import sys, cli; print([m for m in ('numpy', 'pydantic', 'pinocchio', 'fastapi') if m in sys.modules])"
     ran = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True)
     assert ran.stdout.strip() == "[]"
 

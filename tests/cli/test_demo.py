@@ -47,7 +47,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], Path]:
     """Lines that the demo prints, and the folder that it fills."""
     folder = tmp_path_factory.mktemp("demo")
     ran = subprocess.run(
-        [sys.executable, "-m", "api.cli", "demo", "--output", str(folder)],
+        [sys.executable, "-m", "cli", "demo", "--output", str(folder)],
         cwd=ROOT,
         check=True,
         capture_output=True,

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from api.cli.robot_files import NamedRobot
+    from cli.robot_files import NamedRobot
 
 
 def read(name: str, parameter: str = "REQUEST") -> bytes:
@@ -38,7 +38,7 @@ def write(path: Path, content: bytes, console: Console) -> None:
 
 def robot_named(name: str, srdf: Path | None, tip: str | None) -> NamedRobot:
     """Find what a name stands for, a URDF file or a robot of the catalogue."""
-    from api.cli.robot_files import named_robot
+    from cli.robot_files import named_robot
 
     try:
         return named_robot(name, srdf, tip)
@@ -53,9 +53,9 @@ def refusals() -> Iterator[None]:
     """Show the problem where there is one, and end with status 1."""
     import orjson
 
-    from api.cli.terminal import problem_panel, terminal
     from api.errors import ServiceError
     from api.problem_documents import problem_document
+    from cli.terminal import problem_panel, terminal
     from planner.errors import PlanningError
 
     try:

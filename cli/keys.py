@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from api.access.keys import SCOPES, Scope
-from api.cli.database import connected
+from cli.database import connected
 
 app = typer.Typer(
     name="keys",
@@ -71,9 +71,9 @@ def create(
 @app.command("list")
 def list_() -> None:
     """List all keys; of none is kept what it was."""
-    from api.cli.terminal import plain_table, terminal
     from api.database.keys import all_keys
     from api.database.migrate import upgrade
+    from cli.terminal import plain_table, terminal
 
     with connected() as engine:
         upgrade(engine)

@@ -1,5 +1,0 @@
-"""`python -m api.cli` is `planner`."""
-
-from api.cli import main
-
-main()

@@ -1,0 +1,5 @@
+"""`python -m cli` is `planner`."""
+
+from cli import main
+
+main()
