@@ -29,7 +29,7 @@ DRAWN_SAMPLES = 2000
 SHORTEST_PERIOD = 1e-6
 """The least time between two of them, s, for motions that take no time."""
 
-PARTS = frozenset({"jerk", "tcp_pose", "tcp_velocity"})
+PARTS = frozenset({"jerk", "tcp_pose", "tcp_velocity", "limits"})
 """The parts of an answer that a report shows besides positions, velocities and accelerations."""
 
 REPORT = """<!DOCTYPE html>

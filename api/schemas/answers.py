@@ -304,6 +304,33 @@ class PlanWarning(Answer):
     """What to know, for a person."""
 
 
+class SegmentBounds(Answer):
+    """The lower and upper limits in force of one quantity of the joints; rows are segments."""
+
+    lower: list[list[float | None]]
+    """The lower limits, shape (segments, joints), in the unit of the samples; null: none."""
+    upper: list[list[float | None]]
+    """The upper limits, shape (segments, joints), in the unit of the samples; null: none."""
+
+
+class SegmentLimitsAnswer(Answer):
+    """The limits in force on each segment: the robot's, narrowed by the request's and the waypoint's."""
+
+    position: SegmentBounds
+    """The position limits of the joints, rad or m."""
+    velocity: SegmentBounds
+    """Their velocity limits, rad/s or m/s."""
+    acceleration: SegmentBounds
+    """Their acceleration limits, rad/s^2 or m/s^2."""
+    jerk: SegmentBounds
+    """Their jerk limits, rad/s^3 or m/s^3."""
+    torque: SegmentBounds
+    """Their torque limits, N m or N."""
+    tool: dict[str, list[float | None]]
+    """The limits of the tool by quantity, such as `tcp_linear_velocity`: one value a segment, SI units; null: none. A
+    quantity without any limit is absent."""
+
+
 class PlanAnswer(Answer):
     """A certified trajectory."""
 
@@ -331,6 +358,8 @@ class PlanAnswer(Answer):
     tcp_speed_report: list[ToolSpeedReport] | None = None
     """How well the tool holds its speed, one entry a motion of the tool on whose segment `tcp_linear_velocity` is
     limited; when included."""
+    limits: SegmentLimitsAnswer | None = None
+    """The limits in force on each segment; when included."""
     sample_checks: list[InterpolationCertificate] | None = None
     """What a controller reaches that interpolates between these samples, by each interpolation, held against the limits
     in force on each segment, and how far it passes by the waypoints; when included. POST /v1/trajectories/validate says

@@ -25,6 +25,7 @@ INCLUDABLE = (
     "tcp_polynomials",
     "sample_checks",
     "tcp_speed_report",
+    "limits",
 )
 """Names of the parts that an answer carries only when asked."""
 

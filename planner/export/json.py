@@ -105,6 +105,8 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
         answer["tcp_speed_report"] = [
             {**vars(report), "slow": list(map(vars, report.slow))} for report in tool_speed_reports(plan)
         ]
+    if "limits" in options.include:
+        answer["limits"] = plan.path.limits.as_dict()
     if "sample_checks" in options.include:
         ends = end_states(plan.backend, robot.dof)
         answer["sample_checks"] = [

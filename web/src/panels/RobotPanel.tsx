@@ -2,7 +2,7 @@
 import { useComputed } from '@preact/signals';
 import { jointWaypoint } from '../request/edits';
 import { factorOf, short, unitOf } from '../plan/units';
-import type { Quantity } from '../plan/limits';
+import type { Quantity } from '../plan/units';
 import type { Joint, Robot } from '../service/types';
 import { insert } from '../state/actions';
 import { playing } from '../state/playback';

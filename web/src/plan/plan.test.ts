@@ -1,11 +1,10 @@
 import { describe, expect, test } from 'vitest';
 import { jointMatrices, toolMatrix } from '../robot/chain';
 import { shapesOf, sticks } from '../robot/shapes';
-import type { PlanAnswer, PlanRequest, Robot } from '../service/types';
+import type { PlanAnswer, Robot } from '../service/types';
 import { axisRange, shareOf } from '../plots/curves';
-import { bandOf } from './limits';
 import { locate, positionAt } from './samples';
-import { limitUse } from './use';
+import { bandOf, limitUse } from './use';
 
 const still = { quaternion_xyzw: [0, 0, 0, 1] };
 const joint = { lower: -1, upper: 2, velocity: 2, acceleration: 4, jerk: null, torque: null, provenance: {} };
@@ -44,20 +43,13 @@ describe('the chain', () => {
 });
 
 describe('limits', () => {
-  const request = {
-    robot: 'arm',
-    waypoints: [{}, { limits: { velocity: [0.5, 5], velocity_scale: 0.5 } }, {}],
-    limits: { velocity: [1, 1], velocity_scale: 0.5, acceleration_scale: 0.25 },
-  } as unknown as PlanRequest;
-
-  test('are the narrowest of robot, waypoint and request, times both factors', () => {
-    expect(bandOf(arm, request, 'velocity', 0, 1)).toEqual({ lower: -0.5 * 0.25, upper: 0.5 * 0.25 });
-    expect(bandOf(arm, request, 'velocity', 1, 1)).toEqual({ lower: -0.25, upper: 0.25 });
-    expect(bandOf(arm, request, 'velocity', 0, 2)).toEqual({ lower: -0.5, upper: 0.5 });
-    expect(bandOf(arm, { ...request, limits: undefined }, 'velocity', 0, 2)).toEqual({ lower: -1, upper: 3 });
-    expect(bandOf(arm, request, 'acceleration', 1, 2)).toEqual({ lower: -1, upper: 1 });
-    expect(bandOf(arm, request, 'position', 0, 1)).toEqual({ lower: -1, upper: 2 });
-    expect(bandOf(arm, request, 'jerk', 0, 1)).toEqual({ lower: null, upper: null });
+  test('are those that the answer states for the segment', () => {
+    const none = { lower: [[null, null]], upper: [[null, null]] };
+    const velocity = { lower: [[-1, -2], [-0.5, null]], upper: [[1, 2], [3, null]] };
+    const answer = { limits: { position: none, velocity, acceleration: none, jerk: none, torque: none, tool: {} } } as unknown as PlanAnswer;
+    expect(bandOf(answer, 'velocity', 0, 1)).toEqual({ lower: -0.5, upper: 3 });
+    expect(bandOf(answer, 'velocity', 1, 1)).toEqual({ lower: null, upper: null });
+    expect(bandOf({} as PlanAnswer, 'velocity', 0, 0)).toEqual({ lower: null, upper: null });
   });
 
   test('are used from -100 % to 100 %', () => {
@@ -90,12 +82,11 @@ describe('samples', () => {
 
 describe('the use of limits', () => {
   test('is the largest of any joint, of what is promised', () => {
-    const request = { robot: 'arm', waypoints: [{}, {}] } as unknown as PlanRequest;
     const answer = {
-      waypoints: [{ index: 0 }, { index: 1 }],
       certificate: { checks: [{ quantity: 'velocity', enforced: true }, { quantity: 'acceleration', enforced: false }] },
+      limits: { velocity: { lower: [[-1, -2]], upper: [[3, 2]] }, acceleration: { lower: [[-4, -4]], upper: [[4, 4]] } },
       samples: { time: [0, 1], segment: [0, 0], velocity: [[-0.5, 0.2], [1.5, 1]], acceleration: [[40, 0], [0, 0]] },
     } as unknown as PlanAnswer;
-    expect(limitUse(answer, request, arm)).toEqual([0.5, 0.5]);
+    expect(limitUse(answer)).toEqual([0.5, 0.5]);
   });
 });

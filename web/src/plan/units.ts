@@ -1,6 +1,7 @@
 // People read degrees and millimetres; the service speaks rad and m.
 import type { Joint } from '../service/types';
-import type { Quantity } from './limits';
+
+export type Quantity = 'position' | 'velocity' | 'acceleration' | 'jerk' | 'torque';
 
 const DEGREES = 180 / Math.PI;
 const POWERS: Record<Quantity, string> = { position: '', velocity: '/s', acceleration: '/s²', jerk: '/s³', torque: '' };

@@ -1,8 +1,9 @@
 // What a plot shows: curves and the steps of their limits over time, in the units of people or as shares of the limits.
-import { bandOf, toolSpeedLimit } from '../plan/limits';
-import type { Band, Quantity } from '../plan/limits';
 import { toolSpeeds } from '../plan/samples';
 import { factorOf, unitOf } from '../plan/units';
+import type { Quantity } from '../plan/units';
+import { bandOf } from '../plan/use';
+import type { Band } from '../plan/use';
 import { slowTimes } from '../plan/zones';
 import type { Slow } from '../plan/zones';
 import type { Joint, Robot } from '../service/types';
@@ -27,10 +28,10 @@ export interface Curves {
 
 // Returns null where the plan has no such quantity.
 export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focus: number | null, relative: boolean): Curves | null {
-  const { answer, request } = planned;
-  const goals = answer.waypoints.slice(1).map(({ index }) => index);
+  const { answer } = planned;
+  const segments = answer.waypoints.slice(1).map((_, segment) => segment);
   if (quantity === 'tool_speed') {
-    const bands = goals.map((goal) => ({ lower: null, upper: toolSpeedLimit(request, goal) }));
+    const bands = segments.map((segment) => ({ lower: null, upper: answer.limits?.tool['tcp_linear_velocity']?.[segment] ?? null }));
     return { time: answer.samples.time, unit: 'm/s', curves: [{ label: 'tool', colour: jointColour(0), values: toolSpeeds(answer), bands }], slow: slowTimes(answer) };
   }
   const rows = answer.samples[quantity];
@@ -39,7 +40,7 @@ export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focu
   const curves = joints.map((joint): Curve => {
     const described = robot.joints[joint]!;
     const factor = factorOf(described, quantity);
-    const bands = goals.map((goal) => bandOf(robot, request, quantity, joint, goal));
+    const bands = segments.map((segment) => bandOf(answer, quantity, joint, segment));
     const values = relative
       ? rows.map((row, i) => shareOf(row[joint]!, bands[answer.samples.segment[i]!]!))
       : rows.map((row) => row[joint]! * factor);

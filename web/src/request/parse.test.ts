@@ -1,5 +1,4 @@
 import { describe, expect, test } from 'vitest';
-import { bandOf, toolSpeedLimit } from '../plan/limits';
 import { toolAt } from '../plan/tools';
 import { placedOf } from '../scene/objects';
 import type { PlanRequest, Robot, Scene } from '../service/types';
@@ -90,9 +89,7 @@ function read(request: PlanRequest): void {
   request.waypoints.forEach((waypoint, index) => {
     motionsOf(request, index);
     toolAt(request, index);
-    toolSpeedLimit(request, index);
     surroundingsOf(request, scene, index, arm);
-    for (const quantity of ['velocity', 'acceleration', 'jerk', 'torque'] as const) bandOf(arm, request, quantity, 0, index);
     if (waypoint.kind !== 'pose') return;
     const turn = quaternionOf(waypoint.pose.orientation);
     if (turn) rpyOfQuaternion(turn);

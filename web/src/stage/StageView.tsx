@@ -115,7 +115,7 @@ function fastestOf({ answer }: Planned): number {
 
 function sharesOf(shown: Planned | null, arm: Robot | null): readonly number[] {
   if (!shown || !arm) return [];
-  if (byUse.value) return limitUse(shown.answer, shown.request, arm);
+  if (byUse.value) return limitUse(shown.answer);
   const fastest = fastestOf(shown);
   return toolSpeeds(shown.answer).map((speed) => speed / fastest);
 }

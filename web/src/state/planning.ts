@@ -9,7 +9,7 @@ import { duration, time } from './playback';
 import { texts } from '../texts';
 
 const DELAY = 250; // ms after the last change
-const SHOWN: readonly Include[] = ['jerk', 'tcp_pose', 'tcp_velocity'];
+const SHOWN: readonly Include[] = ['jerk', 'tcp_pose', 'tcp_velocity', 'limits'];
 const MOST_SAMPLES = 20_000; // longer motions are sampled more coarsely, so that plots stay fluid
 
 // The answer of a call that asks for JSON, of all the forms that the document lists.
