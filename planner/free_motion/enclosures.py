@@ -57,7 +57,13 @@ class Enclosure(NamedTuple):
 
 
 def find_enclosure(
-    robot: Robot, checker: CollisionChecker, start: FloatArray, goals: FloatArray, most_cells: int
+    robot: Robot,
+    checker: CollisionChecker,
+    start: FloatArray,
+    goals: FloatArray,
+    most_cells: int,
+    *,
+    most_joints: int = len(ATTEMPTS),
 ) -> Enclosure | None:
     """Prove that no motion leads from a start to any goal, if a few joints are enough for it.
 
@@ -67,12 +73,13 @@ def find_enclosure(
         start: (joints,), free, rad or m.
         goals: (goals, joints), free.
         most_cells: The most cells that are looked at in each of a few attempts, among few objects.
+        most_joints: The most joints that are looked at together.
 
     Returns:
         What is in the way; None: nothing is proved.
     """
     for count, halvings in ATTEMPTS:
-        if count > robot.dof:
+        if count > min(most_joints, robot.dof):
             break
         cells, blocked = _Cells.of(robot, count, halvings), BlockedCells(robot, checker, count)
         if cells is None or blocked.is_empty:

@@ -12,6 +12,7 @@ import planner
 from planner.free_motion.blocked_cells import BlockedCells, Looked
 from planner.free_motion.enclosures import find_enclosure
 from planner.free_motion.inner_balls import distance_bounds, inner_balls
+from planner.free_motion.way import find_way
 from planner.robots import Robot, load_robot
 from planner.scene import CollisionChecker, Scene, SceneObject, is_free
 from planner.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
@@ -184,4 +185,19 @@ def test_a_refusal_says_that_there_is_no_way() -> None:
     with pytest.raises(planner.NoPathFound, match="there is no way") as refused:
         planner.plan(problem)
     assert refused.value.enclosed_by == ("behind", "high")
-    assert refused.value.checks >= 300
+    assert refused.value.checks == 1  # the straight motion: the proof comes before the search
+
+
+@pytest.mark.parametrize("arm", ["kuka_kr16_2", "ur5"])
+def test_a_blocked_rail_is_proved_before_any_search(arm: str) -> None:
+    """A wall stands across a rail of 3 m: one joint is enough to prove that no path leads to the other side."""
+    rail = planner.ExternalAxis("rail", "prismatic", (1, 0, 0), lower=0.0, upper=3.0, velocity=1.0, acceleration=2.0)
+    robot = load_robot(arm).derived(id="on_rail", external_axes=[rail])
+    wall = SceneObject("wall", [Box([0.2, 6.0, 6.0])], Pose([1.5, 0.0, 0.0]))
+    start, goal = np.tile(robot.middle, (2, 1))
+    start[:2], goal[0] = (0.0, np.pi), 3.0
+    way = find_way(robot, CollisionChecker(robot, Scene([wall])), start, [goal])
+    assert way.status == "enclosed"
+    assert way.checks == 1
+    assert way.enclosure == (1, ("wall",))
+    assert way.left == pytest.approx(np.linalg.norm(goal - start))
