@@ -14,7 +14,7 @@ import numpy as np
 
 from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, Items
 from planner.scene.excursions import excursions
-from planner.scene.planes import normals_at, plane_bounds
+from planner.scene.planes import Changes, approaches, normals_at, plane_bounds
 
 if TYPE_CHECKING:
     from planner.scene.bodies import Postures
@@ -251,7 +251,20 @@ class _Search:
         if looked:
             these = Items(items.rows[looked], items.pairs[looked])
             normals[looked] = normals_at(self.checker, postures, these, np.array(planes))
+            slides = [k for k, item in enumerate(looked) if low[item] < wanted[item] <= near[item]]
+            if slides:
+                slow = np.array(looked)[slides]
+                pairs = Items(items.rows[slow], items.pairs[slow])
+                changes = self._changes(starts, ends, positions, reach)
+                nearer = approaches(self.checker, postures, pairs, np.array(planes)[slides], changes)
+                low[slow] = np.maximum(low[slow], near[slow] - nearer)
         self._split(_Batch(starts, ends, items, normals), near, low, wanted, kinds)
+
+    def _changes(self, starts: FloatArray, ends: FloatArray, positions: FloatArray, reach: FloatArray) -> Changes:
+        """Return how the joints change within intervals, from their positions and bounds of that in the middles."""
+        velocities = self.motion.evaluate((starts + ends) / 2.0, [1])[0]
+        remainders = excursions(self.motion, starts, ends, positions, velocities)
+        return Changes(velocities, (ends - starts) / 2.0, reach, remainders)
 
     def _look(self, postures: Postures, row: int, pair: int, time: float, kind: int, margin: float) -> Separation:
         apart = self.checker.separate(postures, row, pair)

@@ -14,14 +14,23 @@ if TYPE_CHECKING:
     from planner.trajectories.polynomials import PiecewisePolynomial
 
 
-def excursions(curve: PiecewisePolynomial, starts: FloatArray, ends: FloatArray, positions: FloatArray) -> FloatArray:
+def excursions(
+    curve: PiecewisePolynomial,
+    starts: FloatArray,
+    ends: FloatArray,
+    positions: FloatArray,
+    velocities: FloatArray | None = None,
+) -> FloatArray:
     """Bound |q_j(t) - positions_j| for all t of intervals, by the Bernstein coefficients of the pieces in them.
+
+    With velocities v it is |q_j(t) - positions_j - v_j (t - middle of the interval)|.
 
     Args:
         curve: What the joints do.
         starts: (N,), where the intervals begin.
         ends: (N,), where they end.
         positions: (N, joints).
+        velocities: (N, joints); None: 0.
 
     Returns:
         (N, joints), rounding included.
@@ -39,6 +48,12 @@ def excursions(curve: PiecewisePolynomial, starts: FloatArray, ends: FloatArray,
     coefficients = curve.coefficients[pieces]
     sizes = np.abs(coefficients) @ np.ascontiguousarray(powers(stop, order)[..., None])
     local = shifted(coefficients, begin[:, None]) * powers(stop - begin, order)[:, None]
-    away = np.abs(local @ bernstein_matrix(order) - positions[rows][..., None]).max(axis=-1)
-    away += ROUNDING * (sizes[..., 0] + np.abs(positions[rows]))
+    from_positions = local @ bernstein_matrix(order) - positions[rows][..., None]
+    away = ROUNDING * (sizes[..., 0] + np.abs(positions[rows]))
+    if velocities is not None:
+        since = breakpoints[pieces] + begin - ((starts + ends) / 2.0)[rows]
+        times = since[:, None] + (stop - begin)[:, None] * np.linspace(0.0, 1.0, order)
+        from_positions -= velocities[rows][..., None] * times[:, None]
+        away += ROUNDING * np.abs(velocities[rows]) * breakpoints[-1]
+    away += np.abs(from_positions).max(axis=-1)
     return np.asarray(np.maximum.reduceat(away, offsets, axis=0), dtype=np.float64)

@@ -2,11 +2,16 @@
 
 The plane that GJK suggests between two pieces separates them at postures nearby, too, when it moves with one of them.
 How far the pieces leave each other along its normal is proved by their supports alone, for many pairs at once.
+
+`planner.scene.bodies.Bodies.displacements` bounds motions by their length, in any direction: of an object that slides
+over a table at a distance of zero it would need a posture every 10 micrometres. Along the normal d of the plane, a
+point x of the moving piece goes by d . (v + w x x) t, plus a part of second order. The first is linear in x and t: the
+supports of the piece along d + t (d x w), at both ends of an interval, bound it.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -58,6 +63,81 @@ def plane_bounds(checker: CollisionChecker, postures: Postures, items: Items, no
         scale[rows] += np.abs(origin).max(axis=1)
     found = np.where((normals != 0.0).any(axis=2), -reach, -np.inf).max(axis=1)
     return np.asarray(found - 2.0 * ROUNDING * scale, dtype=np.float64)
+
+
+class Changes(NamedTuple):
+    """How joints change within N intervals of time.
+
+    Attributes:
+        velocities: In the middles (N, joints), rad/s or m/s.
+        half_times: (N,), s: half the lengths of the intervals.
+        reach: Bounds of the changes from the middles (N, joints), rad or m.
+        remainders: Bounds of these changes less what `velocities` alone would do (N, joints), rad or m.
+    """
+
+    velocities: FloatArray
+    half_times: FloatArray
+    reach: FloatArray
+    remainders: FloatArray
+
+
+def approaches(
+    checker: CollisionChecker, postures: Postures, items: Items, normals: FloatArray, changes: Changes
+) -> FloatArray:
+    """Bound how much nearer pairs come along planes within intervals of time, to second order.
+
+    Args:
+        checker: The robot and what is around it.
+        postures: Those in the middles of N intervals.
+        items: n pairs at these postures.
+        normals: (n, 3), in the base frame, of planes that prove the pairs' distances, from the first piece to the
+            second; zero: no plane is known, but for half spaces.
+        changes: Of the joints in the intervals.
+
+    Returns:
+        (n,), m; infinite where no plane is known, and where each piece moves by joints that do not move the other.
+    """
+    rows, own, numbers = items.rows, items.pairs < checker.own_pairs, checker.numbers_of(items.pairs)
+    movers = np.where(own, numbers[:, 1], numbers[:, 0])
+    moved_by, standing = checker.bodies.is_moved, numbers[own, 0]
+    joints, both_move = moved_by[movers], np.zeros(len(rows), dtype=bool)
+    both_move[own] = (moved_by[standing] & ~joints[own]).any(axis=1)
+    joints[own] &= ~moved_by[standing]
+    half_space = numbers[:, 1] - len(checker.bodies.pieces) - len(checker.obstacles.pieces)
+    on_plane = ~own & (half_space >= 0)
+    d = np.where(own, -1.0, 1.0)[:, None] * normals
+    d[on_plane] = -checker.obstacles.normals[half_space[on_plane]]
+    axes = postures.rotations[rows, 1:, :, 2]
+    origins = postures.origins[rows, 1:]
+    is_angle = checker.bodies.is_angle
+    rates = changes.velocities[rows] * joints
+    turning, sliding = rates * is_angle, rates * ~is_angle
+    angular = (turning[..., None] * axes).sum(axis=1)
+    linear = (sliding[..., None] * axes - turning[..., None] * np.cross(axes, origins)).sum(axis=1)
+    steps = changes.half_times[rows, None] * np.array([0.0, -1.0, 1.0])
+    directions = d[:, None] + steps[..., None] * np.cross(d, angular)[:, None]
+    supports = steps * (d * linear).sum(axis=1)[:, None]
+    for number in np.unique(movers).tolist():
+        mine = np.flatnonzero(movers == number)
+        joint, rotation, translation, shape = checker.placed_shape(number)
+        if isinstance(shape, Cluster):
+            raise TypeError("balls stand still")
+        turn = postures.rotations[rows[mine], joint]
+        origin = (turn @ translation + postures.origins[rows[mine], joint])[..., None]
+        local = directions[mine] @ (turn @ rotation)
+        supports[mine] += shape.support(local.reshape(-1, 3)).reshape(-1, 3) + (directions[mine] @ origin)[..., 0]
+    first_order = np.maximum(supports[:, 1], supports[:, 2]) - supports[:, 0]
+    levers = postures.levers[rows, movers] * joints
+    bounds = changes.reach[rows] * joints
+    moved = levers * bounds  # no less than the chords
+    beyond = moved[:, ::-1].cumsum(axis=1)[:, ::-1] - moved
+    # The second derivative by joints j <= k is the distance from the axis of k at most, and 0 where j slides.
+    later = bounds * (levers + beyond)
+    after = later[:, ::-1].cumsum(axis=1)[:, ::-1] - later
+    second_order = (bounds * is_angle * (later / 2.0 + after)).sum(axis=1)
+    rounding = 4.0 * ROUNDING * (1.0 + np.abs(origins).max(axis=(1, 2)))
+    nearer = first_order + second_order + (levers * changes.remainders[rows]).sum(axis=1) + rounding
+    return np.where(both_move | ~d.any(axis=1), np.inf, nearer)
 
 
 def _supports(shape: Shape | Cluster, directions: FloatArray) -> FloatArray:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 import planner
 from planner.backends import BACKENDS
+from planner.certificate import clearance
 from planner.certificate.clearance import certify_clearance
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.paths import solve_path
@@ -19,7 +21,7 @@ from planner.plans.saved_plan import load_plan, save_plan
 from planner.problems.problem import PolylineMotion
 from planner.problems.transitions import BlendTransition
 from planner.robots import load_robot
-from planner.scene import CONTACT_TOLERANCE, CollisionChecker, Scene, SceneObject
+from planner.scene import CONTACT_TOLERANCE, Budget, CollisionChecker, Scene, SceneObject, clearances
 from planner.shapes import Box, HalfSpace, Sphere
 from planner.spatial import Pose
 from tests.planner.problems_of_tests import backend_of
@@ -192,8 +194,8 @@ def test_a_robot_that_only_rests_has_no_other_way() -> None:
     assert {remedy.field for remedy in remedies} == {("waypoints", 0, "configuration"), ("scene", "allowed_pairs")}
 
 
-def test_what_takes_too_long_to_prove_is_refused() -> None:
-    """The tool goes a metre along a plane, a hair above the margin."""
+def test_what_takes_too_long_to_prove_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tool goes a metre along a plane, a hair above the margin: that takes more than a few distances."""
     near = planner.plan(replace(in_scene(), waypoints=(LEFT, replace(RIGHT, motion=planner.LinearMotion()))))
     floor = SceneObject("floor", [HalfSpace([0.0, 0.0, 1.0])])
     others = [(shape.link, "floor") for shape in KUKA.collision_shapes if shape.link != "link_6"]
@@ -202,6 +204,8 @@ def test_what_takes_too_long_to_prove_is_refused() -> None:
     apart = distances_over_time(KUKA, Scene([floor]), times, near.trajectory)
     least = float(np.nanmin(apart[:, links.index("link_6")]))
     checker = CollisionChecker(KUKA, Scene([floor], allowed_pairs=others, margin=least + 5e-6))
+    assert certify_clearance(checker, near.trajectory) is not None
+    monkeypatch.setattr(clearance, "clearances", partial(clearances, budget=Budget(5, 5)))
     with pytest.raises(ClearanceUnproved) as refusal:
         certify_clearance(checker, near.trajectory)
     assert refusal.value.pair == ("link_6", "floor")
