@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import socket
+import re
 import subprocess
 import sys
 import threading
@@ -52,9 +52,8 @@ def local_service(
     Raises:
         ServiceDidNotStart: With the last lines of its log.
     """
-    port = _free_port()
     is_older = checkout is not None and not (checkout / "cli").is_dir()  # its command line is a folder of `api/`
-    command = [sys.executable, "-m", "api.cli" if is_older else "cli", "serve", "--host", HOST, "--port", str(port)]
+    command = [sys.executable, "-m", "api.cli" if is_older else "cli", "serve", "--host", HOST, "--port", "0"]
     if workers is not None:
         command += ["--workers", str(workers)]
     environment = os.environ | dict(settings or {})
@@ -67,8 +66,9 @@ def local_service(
             command, stdout=sink, stderr=subprocess.STDOUT, cwd=checkout, env=environment
         )
     try:
-        url = f"http://{HOST}:{port}"
-        if not _wait_until_ready(url, time.monotonic() + START_TIMEOUT, process):
+        deadline = time.monotonic() + START_TIMEOUT
+        url = _address(log, deadline, process)
+        if url is None or not _wait_until_ready(url, deadline, process):
             tail = "\n".join(log.read_text(errors="replace").splitlines()[-5:])
             raise ServiceDidNotStart(f"the service did not get ready; its log ends with:\n{tail}")
         yield url, process
@@ -81,10 +81,13 @@ def local_service(
             process.wait()
 
 
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind((HOST, 0))
-        return int(probe.getsockname()[1])
+def _address(log: Path, deadline: float, process: subprocess.Popen[bytes]) -> str | None:
+    """Return the URL of a service by its log, on the port that it was given; None: it ended, or took too long."""
+    while time.monotonic() < deadline and process.poll() is None:
+        if found := re.search(rf"running on (http://{re.escape(HOST)}:\d+)", log.read_text(errors="replace")):
+            return found[1]
+        time.sleep(POLL_PERIOD)
+    return None
 
 
 def announce_when_ready(host: str, port: int) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import signal
 import socket
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
 WORKER_MEMORY_MIB = 640
 SETTINGS = {"workers": 2, "express_workers": 0, "worker_niceness": 0, "worker_memory_mib": WORKER_MEMORY_MIB}
 """The settings of a service unless a test asks for others: as few processes as can be."""
+
+
+PORTS = range(20_000, 32_000)
+"""The ports that tests take: below those from which the kernel takes ports for connections by itself."""
 
 
 @dataclass
@@ -80,9 +85,17 @@ def wait_until(condition: Callable[[], bool], timeout: float = 30.0) -> None:
 
 
 def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    """Return a port that nobody else gets until this process ends: no other test, and no connection of the kernel's."""
+    for port in random.sample(PORTS, len(PORTS)):
+        lock = socket.socket(socket.AF_UNIX)
+        with socket.socket() as probe, suppress(OSError):
+            lock.bind(f"\0port {port} of the planner's tests")  # freed when the process ends, however it does
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(("127.0.0.1", port))
+            lock.detach()
+            return port
+        lock.close()
+    raise AssertionError("no port is free")
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from api.pool.messages import Caps, Reply, Task
 from api.server.app import create_app
 from api.settings import Settings
 from api.workers.execution import execute
-from tests.api.conftest import free_port, wait_until
+from tests.api.conftest import wait_until
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -79,11 +79,11 @@ class WorkersInTheProcess:
 def made_up_service(**settings: Any) -> Iterator[httpx.Client]:
     asked = Settings(**settings)
     app = create_app(asked, WorkersInTheProcess(asked))  # type: ignore[arg-type]
-    port = free_port()
-    server = uvicorn.Server(uvicorn.Config(app, port=port, log_config=None, access_log=False, ws="none"))
+    server = uvicorn.Server(uvicorn.Config(app, port=0, log_config=None, access_log=False, ws="none"))
     thread = threading.Thread(target=server.run)
     thread.start()
     wait_until(lambda: server.started)
+    port = server.servers[0].sockets[0].getsockname()[1]
     try:
         with httpx.Client(base_url=f"http://127.0.0.1:{port}", trust_env=False) as client:
             yield client

@@ -83,6 +83,14 @@ async def is_completed(database: Database, batch_id: str) -> bool:
     return batch is not None and batch.status == "completed"
 
 
+async def is_gone(database: Database) -> bool:
+    try:
+        await database.read(find_batch, "")
+    except DatabaseUnavailable:
+        return True
+    return False
+
+
 async def until(condition: Callable[[], Awaitable[bool]]) -> None:
     async with asyncio.timeout(20.0):
         while not await condition():
@@ -112,7 +120,7 @@ def test_the_database_goes_away_in_the_middle(postgres: PostgresServer) -> None:
 
         await until(some)
         await asyncio.to_thread(postgres.stop)
-        await asyncio.sleep(0.1)
+        await until(lambda: is_gone(database))
         await asyncio.to_thread(postgres.start)
         await until(completed)
         for engine in engines:
@@ -211,7 +219,7 @@ def test_the_end_of_a_batch_does_not_wait_for_a_beat(monkeypatch: pytest.MonkeyP
         database.open()
         engine = Engine(database, planners_of(MadeUpPool()), Settings(), Metrics())
         await engine.start()
-        await asyncio.sleep(0.1)  # the first beat is over
+        await until(lambda: _true(bool(engine._all_done._waiters)))  # for the second beat, a minute later
         _, batch_id = await batch_of(database, b"1", b"2", b"3")
 
         await until(lambda: is_completed(database, batch_id))

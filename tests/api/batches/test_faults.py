@@ -31,7 +31,6 @@ def test_a_batch_outlives_its_database(postgres: PostgresServer, tmp_path: Path)
         while time.monotonic() < end:
             asked = service.client.get(location)
             assert (asked.status_code, asked.json()["code"]) == (503, "database_unavailable")
-            assert asked.elapsed.total_seconds() < 5.0
             assert service.client.get("/livez").status_code == 200
             time.sleep(1.0)
         postgres.start()

@@ -70,6 +70,16 @@ def with_pool(test: Callable[[Running], Coroutine[Any, Any, None]], **settings: 
     asyncio.run(run())
 
 
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """The pool's clock, which stands still unless a test moves its `now` on, s."""
+    made = SimpleNamespace(now=time.monotonic())
+    made.monotonic = lambda: made.now
+    for module in (pool_module, jobs_module):
+        monkeypatch.setattr(module, "time", made)
+    return made
+
+
 @pytest.fixture(autouse=True)
 def _made_up_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pool_module, "Worker", MadeUpWorker)
@@ -168,20 +178,16 @@ def test_a_client_that_is_alone_is_never_refused(monkeypatch: pytest.MonkeyPatch
     with_pool(test)
 
 
-def test_what_its_estimate_alone_would_refuse_is_tried_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_its_estimate_alone_would_refuse_is_tried_now_and_then(clock: SimpleNamespace) -> None:
     """Refused requests teach nothing: without a trial a wrong estimate would last for as long as workers are busy."""
-    clock = time.monotonic()
-    monkeypatch.setattr(pool_module, "time", SimpleNamespace(monotonic=lambda: clock))
-    monkeypatch.setattr(jobs_module, "time", SimpleNamespace(monotonic=lambda: clock))
 
     async def test(running: Running) -> None:
-        nonlocal clock
         running.pool._costs.learn(NEW, 60.0)
         busy = await running.ask("busy")
         trial = await running.ask("trial", NEW)
         with pytest.raises(Overloaded):
             await (await running.ask("refused", NEW))
-        clock += 0.01
+        clock.now += 0.01
         for _ in range(2):
             running.worker().finish()
             await settle()
@@ -196,12 +202,12 @@ def test_what_its_estimate_alone_would_refuse_is_tried_now_and_then(monkeypatch:
     with_pool(test)
 
 
-def test_what_became_hopeless_while_it_waited_makes_room_for_others() -> None:
+def test_what_became_hopeless_while_it_waited_makes_room_for_others(clock: SimpleNamespace) -> None:
     async def test(running: Running) -> None:
         worker = running.worker()
         first = await running.ask("first", QUICK)  # it takes longer than expected
         late, other = await running.ask("late", SLOW, deadline=4.1), await running.ask("other")
-        await asyncio.sleep(0.15)
+        clock.now += 0.15
         worker.finish()
         await settle()
         assert worker.begun == ["first", "other"]
