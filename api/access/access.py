@@ -17,7 +17,7 @@ from api.access.quota import Quota
 from api.database.keys import find_key
 from api.errors import DatabaseUnavailable, Forbidden, Unauthorized
 from api.pool.jobs import queue_is_full
-from api.server.connections import client_of
+from api.server.senders import client_of
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable

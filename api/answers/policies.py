@@ -24,3 +24,9 @@ DOCUMENTATION = (
 def default_policy(media_type: str) -> str:
     """Choose the policy of an answer whose route sets none."""
     return REPORT if media_type.partition(";")[0] == "text/html" else PICTURE_OR_DATA
+
+
+def security_headers(media_type: str | None) -> dict[str, str]:
+    """Return the headers that every answer has; None: it has no body, and keeps the policy of the one before."""
+    headers = {"X-Content-Type-Options": "nosniff"}
+    return headers if media_type is None else {**headers, "Content-Security-Policy": default_policy(media_type)}

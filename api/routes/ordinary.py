@@ -18,6 +18,7 @@ from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
 from api.pool.costs import kind_of
 from api.pool.messages import Reply, Task
 from api.schemas.common import DEFAULT_DEADLINE
+from api.server.shedding import leave_place
 from api.server.traffic import Answer
 from api.size import has_too_many_rows, parse_json
 
@@ -158,6 +159,8 @@ async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **
         tag = service.answers.tag(operation, task.body, task.arguments)
         if is_known(request, tag):
             return not_modified(tag)
+        if service.answers.is_under_way(tag):
+            leave_place(request.scope)
         reply = await _unless_hung_up(request, service.answers.answer(tag, task.deadline, task.client, compute))
         share.hold(len(reply.body))
         if reply.status == HTTPStatus.OK:

@@ -18,6 +18,7 @@ from api.errors import NotFound
 from api.routes.ordinary import respond, run, service_of
 from api.schemas.common import DEFAULT_DEADLINE
 from api.schemas.service import ServiceLimits
+from api.server.shedding import ALIVE
 from api.settings import Settings
 from api.telemetry.metrics import MEDIA_TYPE
 
@@ -38,7 +39,7 @@ async def get_limits(request: Request) -> Response:
 
 async def get_liveness(request: Request) -> Response:
     """Answer GET /livez."""
-    return _json({"status": "alive"})
+    return Response(ALIVE, media_type="application/json")
 
 
 async def get_readiness(request: Request) -> Response:

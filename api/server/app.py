@@ -17,7 +17,7 @@ from api.batches.engine import Engine
 from api.batches.looks import Looks
 from api.batches.planners import PoolPlanners
 from api.database.database import Database, database_url
-from api.errors import MethodNotAllowed, NotFound, ServiceError
+from api.errors import MethodNotAllowed, NotFound, Overloaded, ServiceError
 from api.operations import OPERATIONS
 from api.pool.pool import WorkerPool
 from api.problem_documents import MEDIA_TYPE, problem_document
@@ -26,6 +26,7 @@ from api.routes.ordinary import ordinary
 from api.server.middleware import RequestContext
 from api.server.service import Service
 from api.server.shared_answers import SharedAnswers
+from api.server.shedding import Shedding, leave_place
 from api.server.sites import Sites
 from api.server.traffic import Traffic
 from api.settings import Settings
@@ -134,7 +135,10 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
     app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
     answers = SharedAnswers(traffic, settings.answer_cache_bytes, metrics)
-    app.state.service = Service(settings, workers, database, engine, access, metrics, answers, Looks(database))
+    shedding = Shedding(settings, metrics)
+    app.state.service = Service(
+        settings, workers, database, engine, access, metrics, answers, Looks(database), shedding
+    )
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
         app.router.routes.append(Route(operation.path, Guarded(endpoint, operation), methods=[operation.method]))
@@ -162,6 +166,10 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
 async def _answer_with_problem_document(request: Request, error: Exception) -> Response:
     assert isinstance(error, PlanningError | ServiceError)  # noqa: S101 - registered for these
     request.state.code = error.code
+    if isinstance(error, Overloaded):
+        request.state.share.release()
+        leave_place(request.scope)
+        await request.app.state.service.shedding.wait()
     status, body = problem_document(error, request.url.path)
     headers = error.headers if isinstance(error, ServiceError) else None
     return Response(body, status, headers, media_type=MEDIA_TYPE)

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections import Counter
-from functools import lru_cache
 from http import HTTPStatus
-from ipaddress import IPv6Address, IPv6Network, ip_address
 from typing import TYPE_CHECKING, ClassVar
 
 import h11
 import structlog
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from api.answers.policies import security_headers
 from api.errors import HeaderTooLarge, MalformedRequest, Overloaded, RequestTimeout, TooManyRequests
+from api.pool.jobs import queue_is_full
 from api.problem_documents import MEDIA_TYPE, problem_document
+from api.server.senders import client_of, request_id
+from api.server.shedding import ALIVE, LIVENESS
 
 if TYPE_CHECKING:
     import asyncio
+    from collections.abc import Mapping
 
     from api.errors import ServiceError
+    from api.server.shedding import Place, Shedding, WholeRequest
     from api.settings import Settings
     from api.telemetry.metrics import Metrics
 
@@ -36,24 +40,16 @@ has 256 bytes in each."""
 RETRY_AFTER = {"Retry-After": "1"}
 """The header that tells when to try again, s, what was refused because too much goes on."""
 
+SURPLUS = 16
+"""The connections beyond the bound that may still request `/livez`: an orchestrator must not kill a busy service."""
+
 log = structlog.get_logger()
 
 
-@lru_cache(maxsize=4096)
-def client_of(address: str) -> str:
-    """Name the client that an address belongs to: the 64 lower bits of an IPv6 address are the client's to choose."""
-    try:
-        parsed = ip_address(address)
-    except ValueError:
-        return address
-    if not isinstance(parsed, IPv6Address):
-        return address
-    return str(parsed.ipv4_mapped or IPv6Network((int(parsed), 64), strict=False))
-
-
-def bounded_connections(settings: Settings, metrics: Metrics) -> type[Connection]:
+def bounded_connections(settings: Settings, metrics: Metrics, shedding: Shedding) -> type[Connection]:
     """Make the class of the connections of one service; it is what uvicorn's `http` takes."""
-    return type("Connection", (Connection,), {"settings": settings, "metrics": metrics, "clients": Counter()})
+    members = {"settings": settings, "metrics": metrics, "shedding": shedding, "clients": Counter()}
+    return type("Connection", (Connection,), members)
 
 
 class BoundedParser(h11.Connection):
@@ -90,11 +86,13 @@ class Connection(H11Protocol):
     Attributes:
         settings: What the operator has set.
         metrics: What counts refusals.
+        shedding: What decides which requests are refused unparsed.
         clients: The number of connections of each client.
     """
 
     settings: ClassVar[Settings]
     metrics: ClassVar[Metrics]
+    shedding: ClassVar[Shedding]
     clients: ClassVar[Counter[str]]
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -103,12 +101,18 @@ class Connection(H11Protocol):
         self.conn = BoundedParser(h11.SERVER, self.settings.max_header_bytes)
         self._reading: object = None
         self._refused = False
+        self._is_surplus = False
+        self._place: Place | None = None
+        self._shed_timer: asyncio.TimerHandle | None = None
         self._read_timer: asyncio.TimerHandle | None = None
         self._write_timer: asyncio.TimerHandle | None = None
         self._name = client_of(self.client[0] if self.client else "")
         self.clients[self._name] += 1
-        if len(self.connections) > self.settings.max_connections:
-            self._refuse(Overloaded("there are too many connections", headers=RETRY_AFTER), linger=0.0)
+        if len(self.connections) > self.settings.max_connections + SURPLUS:
+            self._refuse(too_many_connections(), linger=0.0)
+        elif len(self.connections) > self.settings.max_connections:
+            self._is_surplus = True
+            self._read_timer = self.loop.call_later(LINGER, self._refuse, too_many_connections(), 0.0)
         elif self.clients[self._name] > self.settings.max_connections_per_client:
             self._refuse(TooManyRequests("you have too many connections", headers=RETRY_AFTER), linger=0.0)
         else:
@@ -117,6 +121,10 @@ class Connection(H11Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Count the connection no longer."""
         super().connection_lost(exc)
+        self._leave_place()
+        if self._shed_timer is not None:
+            self._shed_timer.cancel()
+            self.shedding.delayed -= 1
         _cancel(self._read_timer)
         _cancel(self._write_timer)
         self.clients[self._name] -= 1
@@ -125,10 +133,65 @@ class Connection(H11Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Take data in pieces: a head is seen to be too large before it is parsed."""
+        if self._is_surplus:
+            self._answer_liveness_only(data)
+            return
+        request = self.shedding.whole_request(data, self._name) if self._is_between_requests else None
+        if request is not None and not self.shedding.has_room(request.client):
+            self._shed(request)
+            return
         size = self.settings.max_header_bytes
         for start in range(0, len(data), size):
             if not self._refused:
                 super().data_received(data[start : start + size])
+        if request is not None and self.cycle is not None and not self._refused:
+            self._place = self.cycle.scope["state"]["place"] = self.shedding.enter(request.client)
+
+    @property
+    def _is_between_requests(self) -> bool:
+        """Whether the next byte begins a request that may be answered at once."""
+        is_idle = self.conn.states == {h11.CLIENT: h11.IDLE, h11.SERVER: h11.IDLE}
+        is_answered = self.cycle is None or self.cycle.response_complete
+        return is_idle and is_answered and not self._refused and not self.conn.trailing_data[0]
+
+    def _leave_place(self) -> None:
+        if self._place is not None:
+            self._place.leave()
+
+    def _answer_liveness_only(self, data: bytes) -> None:
+        """Answer a surplus connection that requests the liveness, and refuse every other."""
+        if self._refused:
+            return
+        if LIVENESS.fullmatch(data) is None:
+            self._refuse(too_many_connections(), linger=0.0)
+            return
+        self._refused = True
+        _cancel(self._read_timer)
+        self.transport.write(_raw_answer(HTTPStatus.OK, "application/json", ALIVE, {"Connection": "close"}))
+        self.transport.close()
+
+    def _shed(self, request: WholeRequest) -> None:
+        """Refuse a request that was not parsed, now or as soon as refusals may be sent; the connection goes on."""
+        self._unset_keepalive_if_required()
+        _cancel(self._read_timer)
+        self.transport.pause_reading()
+        self.shedding.delayed += 1
+        self._shed_timer = self.loop.call_later(self.shedding.delay(), self._send_shed, request)
+
+    def _send_shed(self, request: WholeRequest) -> None:
+        self._shed_timer = None
+        self.shedding.delayed -= 1
+        self.shedding.count()
+        if self.transport.is_closing():
+            return
+        refusal = queue_is_full()
+        status, document = problem_document(refusal, request.path)
+        given = (line.partition(b":") for line in request.head.split(b"\r\n")[1:])
+        id_ = request_id((name.lower(), value.strip()) for name, _, value in given)
+        headers = {**refusal.headers, "X-Request-ID": id_, "Server-Timing": "total;dur=0.000"}
+        self.transport.write(_raw_answer(status, MEDIA_TYPE, document, headers))
+        self.timeout_keep_alive_task = self.loop.call_later(self.timeout_keep_alive, self.timeout_keep_alive_handler)
+        self.transport.resume_reading()
 
     def handle_events(self) -> None:
         """Take what has arrived, and watch what has not."""
@@ -181,14 +244,7 @@ class Connection(H11Protocol):
             self.transport.abort()
             return
         status, document = problem_document(error, self.scope["path"] if under_way else "")
-        headers = {
-            "Content-Type": MEDIA_TYPE,
-            "Content-Length": str(len(document)),
-            "Connection": "close",
-            **error.headers,
-        }
-        lines = [f"HTTP/1.1 {status} {HTTPStatus(status).phrase}", *(f"{n}: {value}" for n, value in headers.items())]
-        self.transport.write("\r\n".join([*lines, "\r\n"]).encode() + document)
+        self.transport.write(_raw_answer(status, MEDIA_TYPE, document, {"Connection": "close", **error.headers}))
         if linger:
             self._linger(linger)
         else:
@@ -232,6 +288,7 @@ class Connection(H11Protocol):
     def on_response_complete(self) -> None:
         """Go on with the next request; the last bytes of an answer must be taken in time, too."""
         super().on_response_complete()
+        self._leave_place()
         if self._refused:
             self._unset_keepalive_if_required()  # there is no next one
         self._watch_writing()
@@ -249,6 +306,19 @@ class Connection(H11Protocol):
 
     def _unsupported_upgrade_warning(self) -> None:
         """Say nothing: Java's client and `curl --http2` offer an upgrade with every request, and do well without."""
+
+
+def too_many_connections() -> Overloaded:
+    """Make the refusal of a connection beyond their bound."""
+    return Overloaded("there are too many connections", headers=RETRY_AFTER)
+
+
+def _raw_answer(status: int, media_type: str, body: bytes, headers: Mapping[str, str]) -> bytes:
+    """Write an answer that no application makes."""
+    length = {"Content-Type": media_type, "Content-Length": str(len(body))}
+    fields = {**length, **security_headers(media_type), **headers}
+    lines = [f"HTTP/1.1 {status} {HTTPStatus(status).phrase}", *(f"{name}: {text}" for name, text in fields.items())]
+    return "\r\n".join([*lines, "\r\n"]).encode() + body
 
 
 def _cancel(timer: asyncio.TimerHandle | None) -> None:

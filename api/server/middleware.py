@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import logging
-import re
 import time
-import uuid
 from typing import TYPE_CHECKING
 
 import structlog
@@ -13,10 +11,11 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import ClientDisconnect
 
 from api.access.access import client_by_address
-from api.answers.policies import default_policy
+from api.answers.policies import security_headers
 from api.errors import InternalError, ServiceError
 from api.failures import where_from
 from api.problem_documents import MEDIA_TYPE, problem_document
+from api.server.senders import request_id
 from api.telemetry.traces import Outcome, trace_context
 
 if TYPE_CHECKING:
@@ -26,9 +25,6 @@ if TYPE_CHECKING:
     from api.server.traffic import Traffic
     from api.telemetry.metrics import Metrics
     from api.telemetry.traces import Traces
-
-SANE_ID = re.compile(rb"[A-Za-z0-9._-]{1,128}")
-"""The request ids that are taken from callers: what can be put into any log."""
 
 TIMINGS = ("queue", "validate", "plan", "serialise")
 """The stages of a task in the order of the `Server-Timing` header."""
@@ -58,7 +54,7 @@ class RequestContext:
         state = scope.setdefault("state", {})
         client = client_by_address(scope)
         share = self._traffic.share(client.name)
-        state |= {"arrived": arrived, "timings": {}, "request_id": _request_id(scope), "share": share}
+        state |= {"arrived": arrived, "timings": {}, "request_id": request_id(scope["headers"]), "share": share}
         state |= {"operation": None, "submitted": None, "code": None, "client": client}
         state["quota"] = None
         context = trace_context(Headers(scope=scope).get("traceparent"))
@@ -73,9 +69,8 @@ class RequestContext:
             if message["type"] == "http.response.start":
                 status = message["status"]
                 headers = MutableHeaders(scope=message)
-                headers.setdefault("X-Content-Type-Options", "nosniff")
-                if media_type := headers.get("Content-Type"):  # 304 has none: it would replace the policy of a report
-                    headers.setdefault("Content-Security-Policy", default_policy(media_type))
+                for name, value in security_headers(headers.get("Content-Type")).items():
+                    headers.setdefault(name, value)
                 headers["X-Request-ID"] = state["request_id"]
                 headers["Server-Timing"] = _server_timing(state["timings"], time.monotonic() - arrived)
             else:
@@ -124,14 +119,6 @@ def _level(status: int) -> int:
     if status >= 500:
         return logging.ERROR if status == 500 else logging.WARNING
     return logging.INFO
-
-
-def _request_id(scope: Scope) -> str:
-    """Choose the id that the caller gave the request, where it is a sane one, else a new one."""
-    for name, value in scope["headers"]:
-        if name == b"x-request-id" and SANE_ID.fullmatch(value):
-            return str(value, "ascii")
-    return uuid.uuid4().hex
 
 
 def _server_timing(timings: dict[str, float], total: float) -> str:

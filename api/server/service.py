@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from api.database.database import Database
     from api.pool.pool import WorkerPool
     from api.server.shared_answers import SharedAnswers
+    from api.server.shedding import Shedding
     from api.settings import Settings
     from api.telemetry.metrics import Metrics
 
@@ -29,6 +30,7 @@ class Service:
         metrics: What is counted and measured.
         answers: Answers that are the same for all who ask the same.
         looks: What is told of batches, shared by all who ask.
+        shedding: What refuses requests that there is no room for.
         catalogue: Robots of the catalogue that have been asked for. Only workers know which there are, but a robot for
             which they need no definition is one, and no added robot can have its id: the database need not be asked.
     """
@@ -41,4 +43,5 @@ class Service:
     metrics: Metrics
     answers: SharedAnswers
     looks: Looks
+    shedding: Shedding
     catalogue: set[str] = field(default_factory=set)

@@ -100,6 +100,10 @@ class SharedAnswers:
         flight.work.add_done_callback(lambda _: self._forget(tag, flight))
         return await self._await(tag, flight)
 
+    def is_under_way(self, tag: str) -> bool:
+        """Tell whether the answer with a tag is being computed."""
+        return tag in self._under_way
+
     async def _await(self, tag: str, flight: Flight) -> Reply:
         """Wait for an answer that is being computed; the last one who leaves gives it up."""
         flight.waiting += 1

@@ -6,7 +6,8 @@ import asyncio
 import random
 import tempfile
 import time
-from collections import deque
+from collections import Counter, deque
+from itertools import cycle
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ import uvloop
 
 from benchmarks.machine import machine
 from benchmarks.service.clients import HOST
-from benchmarks.service.workload import ROBOT, bodies, http_request
+from benchmarks.service.workload import ROBOT, bodies, http_get, http_request
 from cli.local_service import local_service
 from planner.robots import load_robot
 
@@ -25,8 +26,20 @@ RATES = (0.5, 1.0, 2.0, 5.0, 10.0)
 CHEAP_RATE = 5.0
 """Cheap requests a second beside the others: next to nothing of the capacity, and enough for a p99 in half a minute."""
 
+LIVENESS_RATE = 10.0
+"""Requests of the liveness a second."""
+
 COSTLY_ROBOT, WAYPOINTS, SPREAD, VARIANTS = "kuka_kr16_2", 3, 0.5, 64
 """Of the `min_effort` requests; rad, of the waypoints about the middle of every joint. They take 0.3 to 2 s each."""
+
+RETRYING = (250, 750)
+"""Connections that repeat a refused request at once."""
+
+CONNECTIONS_OF_AN_ADDRESS = 200
+"""Fewer than the service allows one address by default."""
+
+ADDRESSES = tuple(f"127.0.1.{number}" for number in range(1, 9))
+"""The clients' addresses."""
 
 LATE = 30.0
 """s, after the last arrival: every answer is there by then."""
@@ -78,7 +91,39 @@ async def _measure(port: int, cheap: list[bytes], costly: list[bytes], seconds: 
             load["goodput"] = load["answered_in_time"] / seconds / (min(rate, 1.0) * capacity)
             load["cheap_beside"] = summary(await beside, seconds)
             figures["loads"].append(load)
+    capacity = await _closed_loop(port, cheap, seconds)
+    figures["retrying"] = [await _retrying(port, cheap, count, capacity, seconds) for count in RETRYING]
     return figures | {"cheap_alone": alone}
+
+
+async def _retrying(
+    port: int, requests: list[bytes], connections: int, capacity: float, seconds: float
+) -> dict[str, Any]:
+    """Let connections send one request after the other, whatever the answer, and request the liveness meanwhile."""
+    end, statuses = time.perf_counter() + seconds, Counter[int]()
+    liveness = http_get("/livez")
+
+    async def repeat(first: int) -> None:
+        clients = Clients(port, ADDRESSES[first // CONNECTIONS_OF_AN_ADDRESS])
+        for i in range(first, 1_000_000):
+            status, _ = await clients.send(requests[i % len(requests)])
+            if time.perf_counter() > end:
+                break
+            statuses[status] += 1
+        clients.close()
+
+    async def watch() -> list[Outcome]:
+        return await arrivals(port, [liveness], LIVENESS_RATE, seconds)
+
+    _, seen = await asyncio.gather(asyncio.gather(*map(repeat, range(connections))), watch())
+    return {
+        "connections": connections,
+        "capacity": capacity,
+        "goodput": statuses[200] / seconds / capacity,
+        "refused": statuses[429] + statuses[503],
+        "otherwise": statuses.total() - statuses[200] - statuses[429] - statuses[503],
+        "liveness": summary(seen, seconds),
+    }
 
 
 def summary(outcomes: list[Outcome], seconds: float) -> dict[str, Any]:
@@ -124,7 +169,7 @@ async def _closed_loop(port: int, requests: list[bytes], seconds: float) -> floa
 
 async def arrivals(port: int, requests: list[bytes], rate: float, seconds: float) -> list[Outcome]:
     """Send requests at random times, so many a second (a Poisson process), and wait for what becomes of each."""
-    clients, rng = Clients(port), random.Random(1)  # noqa: S311 - no secret
+    clients, rng = Clients(port, *ADDRESSES), random.Random(1)  # noqa: S311 - no secret
     tasks: list[asyncio.Task[Outcome]] = []
     start, arrival = time.perf_counter(), 0.0
 
@@ -145,15 +190,20 @@ async def arrivals(port: int, requests: list[bytes], rate: float, seconds: float
 class Clients:
     """As many connections as there are requests under way, each used again once its request is answered."""
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, *addresses: str) -> None:
         self._port = port
+        self._addresses = cycle(addresses or (HOST,))
         self._idle: deque[tuple[asyncio.StreamReader, asyncio.StreamWriter]] = deque()
 
     async def send(self, request: bytes) -> tuple[int, bool]:
         """Send a request; its status, 0 where the connection was ended, and whether it says when to try again."""
         while self._idle and self._idle[-1][1].is_closing():  # the service ends idle ones
             self._idle.pop()
-        reader, writer = self._idle.pop() if self._idle else await asyncio.open_connection(HOST, self._port)
+        reader, writer = (
+            self._idle.pop()
+            if self._idle
+            else await asyncio.open_connection(HOST, self._port, local_addr=(next(self._addresses), 0))
+        )
         try:
             writer.write(request)
             head = (await reader.readuntil(b"\r\n\r\n")).lower()

@@ -35,3 +35,8 @@ def http_request(body: bytes) -> bytes:
         f"Cache-Control: no-cache\r\nContent-Length: {len(body)}\r\n\r\n"
     )
     return head.encode() + body
+
+
+def http_get(path: str) -> bytes:
+    """A request without a body as it goes over the wire."""
+    return f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode()

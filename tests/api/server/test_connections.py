@@ -16,20 +16,18 @@ import httpx
 import pytest
 
 from api.errors import Overloaded
-from api.server.connections import client_of
 from api.server.process import within_open_files
+from api.server.senders import client_of
 from api.server.traffic import Traffic
 from api.settings import Settings
 from tests.api.conftest import running_service, wait_until
 from tests.api.requests import joint, plan_request
+from tests.api.server.raw_connections import PATIENCE, connect, problem, received
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from tests.api.conftest import RunningService
-
-PATIENCE = 20.0
-"""How long a test waits for what takes half a second on a quiet machine, s."""
 
 SETTINGS: dict[str, Any] = {
     "workers": 1,
@@ -61,35 +59,6 @@ def _only_the_connections_of_the_test(wary: RunningService) -> None:
     """The client that all tests share keeps its connections for a second."""
     wary.client.close()
     wary.client = httpx.Client(base_url=wary.url, timeout=60.0, trust_env=False)
-
-
-def connect(service: RunningService, sent: bytes = b"", source: str = "127.0.0.1") -> socket.socket:
-    port = httpx.URL(service.url).port
-    assert port is not None
-    client = socket.create_connection(("127.0.0.1", port), PATIENCE, (source, 0))
-    with suppress(ConnectionError):  # refused at once
-        client.sendall(sent)
-    return client
-
-
-def received(client: socket.socket) -> bytes:
-    """Everything until the service ends the connection."""
-    parts = []
-    with client, suppress(ConnectionError):
-        while part := client.recv(65536):
-            parts.append(part)
-    return b"".join(parts)
-
-
-def problem(answer: bytes) -> dict[str, Any]:
-    """The problem document of a raw answer."""
-    head, _, body = answer.partition(b"\r\n\r\n")
-    assert b"application/problem+json" in head.lower()
-    assert b"connection: close" in head.lower()
-    document: dict[str, Any] = json.loads(body)
-    assert int(head.split()[1]) == document["status"]
-    assert document["type"].endswith(document["code"])
-    return document
 
 
 def test_a_header_without_end_is_refused_at_once(wary: RunningService) -> None:
