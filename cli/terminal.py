@@ -192,7 +192,7 @@ def certificate_table(certificate: Certificate, robot: Robot) -> Table:
     for check in certificate.checks:
         limit = "none" if check.limit is None else f"{check.limit:.4g} {check.unit(robot)}"
         table.add_row(
-            MEASURES[check.quantity].title.lower(),
+            check.measure.title.lower(),
             check.joint or "",
             f"{check.peak:.4g}",
             limit,

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.constraints import TOOL, TORQUE, Bounds, Constraint
 from planner.errors import InvalidProblem
 from planner.guarantees import TCP_ORDERS
 from planner.robots.description import RANGED_QUANTITIES
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping
 
     from planner.fields import FieldPath
     from planner.robots import Robot
@@ -59,6 +60,7 @@ class Limits:
         velocity_range: Lower and upper velocity of each joint, the lower one negative, where they differ.
         acceleration_range: The same of the acceleration.
         torque_range: The same of the torque or force.
+        further: The largest magnitudes of further quantities, each a `Constraint`, in its unit.
     """
 
     velocity: tuple[float, ...] | None = None
@@ -77,72 +79,7 @@ class Limits:
     velocity_range: tuple[tuple[float, float], ...] | None = None
     acceleration_range: tuple[tuple[float, float], ...] | None = None
     torque_range: tuple[tuple[float, float], ...] | None = None
-
-
-class Bounds(NamedTuple):
-    """The lower and upper limits of one quantity, both (..., joints); infinite: none.
-
-    Attributes:
-        lower: Lower limits, negative but for those of positions.
-        upper: Upper limits, positive but for those of positions.
-    """
-
-    lower: FloatArray
-    upper: FloatArray
-
-    @classmethod
-    def of_magnitudes(cls, limit: FloatArray) -> Bounds:
-        """Return the bounds that limit both directions alike."""
-        return cls(-limit, limit)
-
-    @property
-    def narrower(self) -> FloatArray:
-        """The magnitudes (..., joints) that keep both limits."""
-        return np.minimum(-self.lower, self.upper)
-
-    @property
-    def is_symmetric(self) -> bool:
-        """Whether both directions have the same limits."""
-        return bool((self.upper == -self.lower).all())
-
-    @property
-    def weights(self) -> FloatArray:
-        """The shares (2, ..., joints) that the narrower limit is of the lower and of the upper one, up to 1."""
-        magnitudes, narrower = np.abs(self), self.narrower
-        limited = np.broadcast_to(np.isfinite(narrower), magnitudes.shape)
-        return np.divide(narrower, magnitudes, out=np.ones_like(magnitudes), where=limited)
-
-    @property
-    def centred(self) -> tuple[FloatArray, FloatArray]:
-        """The middle between the limits, and their distance from there, both (..., joints)."""
-        half = (self.upper - self.lower) / 2.0
-        middle = np.add(self.lower, self.upper, out=np.zeros_like(half), where=np.isfinite(half)) / 2.0
-        return middle, half
-
-    def used(self, rows: np.ndarray, values: FloatArray) -> FloatArray:
-        """Return the shares (..., joints) that values (..., joints) use of the limits in rows (...)."""
-        return np.asarray(values / np.where(values < 0.0, self.lower[rows], self.upper[rows]))
-
-    def within(self, others: Bounds | FloatArray) -> Bounds:
-        """Return the limits that keep others, too: bounds or magnitudes (..., joints)."""
-        lower, upper = others if isinstance(others, Bounds) else (-others, others)
-        return Bounds(np.maximum(self.lower, lower), np.minimum(self.upper, upper))
-
-    def at_least(self, magnitudes: FloatArray) -> Bounds:
-        """Return the limits widened to magnitudes (..., joints) where they are narrower."""
-        return Bounds(np.minimum(self.lower, -magnitudes), np.maximum(self.upper, magnitudes))
-
-    def along(self, travels: FloatArray) -> Bounds:
-        """Return the limits that count in the direction of travels (..., joints)."""
-        return Bounds(*np.where(travels < 0.0, [-self.upper, -self.lower], self))
-
-    def divided_by(self, factors: FloatArray) -> Bounds:
-        """Return the limits divided by positive factors (..., joints)."""
-        return Bounds(self.lower / factors, self.upper / factors)
-
-    def of(self, rows: np.ndarray) -> Bounds:
-        """Return the limits in some rows, in that order."""
-        return Bounds(self.lower[rows], self.upper[rows])
+    further: Mapping[Constraint, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +93,7 @@ class SegmentLimits:
         jerk: Jerk limits (segments, joints), rad/s^3 or m/s^3, the same in both directions.
         torque: Torque or force limits (segments, joints), N m or N.
         of_tool: The limits (segments,) of those of `TCP_ORDERS` that are limited anywhere, SI units.
+        further: The limits (segments,) of further quantities, by their constraints.
     """
 
     position: Bounds
@@ -164,13 +102,23 @@ class SegmentLimits:
     jerk: Bounds
     torque: Bounds
     of_tool: Mapping[str, FloatArray] = field(default_factory=dict)
+    further: Mapping[Constraint, FloatArray] = field(default_factory=dict)
+
+    @property
+    def constraints(self) -> list[tuple[Constraint, Bounds]]:
+        """The constraints that are limited anywhere, and their limits (segments, columns)."""
+        one: dict[Constraint, FloatArray] = {TOOL[quantity]: limit for quantity, limit in self.of_tool.items()}
+        one |= self.further
+        of_joints = [(TORQUE, self.torque)] if np.isfinite(self.torque.upper).any() else []
+        return [*of_joints, *((constraint, Bounds.of_magnitudes(limit[:, None])) for constraint, limit in one.items())]
 
     def without(self, quantities: Collection[str]) -> SegmentLimits:
         """Return the limits without those of some quantities."""
         none = Bounds.of_magnitudes(np.full_like(self.torque.upper, np.inf))
         of_tool = {quantity: limit for quantity, limit in self.of_tool.items() if quantity not in quantities}
         of_joints: Any = dict.fromkeys(set(JOINT_QUANTITIES) & set(quantities), none)
-        return replace(self, **of_joints, of_tool=of_tool)
+        further = {own: limit for own, limit in self.further.items() if own.name not in quantities}
+        return replace(self, **of_joints, of_tool=of_tool, further=further)
 
     def bounds(self, quantity: str) -> Bounds:
         """Return the limits of a quantity of the joints."""
@@ -198,20 +146,8 @@ class SegmentLimits:
         """Return the limits of some segments, in that order."""
         of_joints = {quantity: self.bounds(quantity).of(segments) for quantity in JOINT_QUANTITIES}
         of_tool = {quantity: limit[segments] for quantity, limit in self.of_tool.items()}
-        return SegmentLimits(self.position, **of_joints, of_tool=of_tool)
-
-
-def measures(limits: Sequence[Bounds]) -> tuple[FloatArray, FloatArray | None]:
-    """Return the narrower limits (quantities, ..., joints), and the `weights` (2, quantities, ...) if they differ."""
-    narrower = np.stack([bounds.narrower for bounds in limits])
-    if all(bounds.is_symmetric for bounds in limits):
-        return narrower, None
-    return narrower, np.stack([bounds.weights for bounds in limits], axis=1)
-
-
-def counted_velocity(limit: FloatArray) -> FloatArray:
-    """Velocity limits to measure motions of joints by: a joint without one counts as if its were 1 rad/s or m/s."""
-    return np.where(np.isfinite(limit), limit, 1.0)
+        further = {constraint: limit[segments] for constraint, limit in self.further.items()}
+        return SegmentLimits(self.position, **of_joints, of_tool=of_tool, further=further)
 
 
 def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
@@ -222,6 +158,8 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
         limits: What is asked.
         field: Path of the field that has the limits.
     """
+    further = {constraint.name: number for constraint, number in limits.further.items()}
+    yield from ((((*field, "further", name), TOO_SMALL)) for name, number in further.items() if not number >= SMALLEST)
     for name in (*TCP_QUANTITIES, *SCALES):
         number = getattr(limits, name)
         if number is not None and not number >= SMALLEST:
@@ -297,8 +235,14 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         return np.array([min(asked) for asked in each])
 
     of_tool = {quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES}
+    asked = [[limits.further for limits in (common, narrower) if limits is not None] for narrower in own]
+    further = {
+        constraint: np.array([min(limits.get(constraint, np.inf) for limits in each) for each in asked])
+        for constraint in dict.fromkeys(constraint for each in asked for limits in each for constraint in limits)
+    }
     return SegmentLimits(
         Bounds(robot.limit("lower"), robot.limit("upper")),
         **{quantity: joint_bounds(quantity) for quantity in JOINT_QUANTITIES},
         of_tool={quantity: limit for quantity, limit in of_tool.items() if np.isfinite(limit).any()},
+        further=further,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from planner.quantities import MEASURES
+from planner.quantities import MEASURES, Measure
 from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ class Check:
         enforced: Whether the back end promises to keep the limit.
         bounded: False where the quantity below jumps, so that this one has an impulse there that no peak
             measures (the jerk of a cubic at its ends).
+        own_unit: Unit of a further quantity, which is not one of `MEASURES`; None: it is one of them.
     """
 
     quantity: str
@@ -41,6 +42,7 @@ class Check:
     method: Literal["exact", "sampled"]
     enforced: bool
     bounded: bool
+    own_unit: str | None = None
 
     def __post_init__(self) -> None:
         """Refuse a quantity that could not be shown.
@@ -48,13 +50,20 @@ class Check:
         Raises:
             ValueError: It has no title and no unit.
         """
-        if self.quantity not in MEASURES:
+        if self.own_unit is None and self.quantity not in MEASURES:
             raise ValueError(f"the quantity {self.quantity!r} has no title and unit in planner.quantities")
 
     def unit(self, robot: Robot) -> str:
         """Return the unit of the peak and of the limit, of a check of this robot."""
         is_angle = self.joint is None or robot.joints[robot.joint_names.index(self.joint)].is_angle
-        return MEASURES[self.quantity].unit_at(is_angle)
+        return self.measure.unit_at(is_angle)
+
+    @property
+    def measure(self) -> Measure:
+        """The title and the unit of the quantity."""
+        if self.own_unit is None:
+            return MEASURES[self.quantity]
+        return Measure(self.quantity.replace("_", " ").capitalize(), self.own_unit)
 
     @property
     def satisfied(self) -> bool:
@@ -88,7 +97,8 @@ class Certificate:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate in plain values, ready for JSON; without clearance and zones that were not asked."""
-        values = {**vars(self), "checks": [vars(check) for check in self.checks]}
+        checks = ({k: v for k, v in vars(check).items() if k != "own_unit" or v is not None} for check in self.checks)
+        values = {**vars(self), "checks": list(checks)}
         del values["clearance"], values["speed_zones"]
         if self.clearance is not None:
             values["clearance"] = self.clearance.as_dict()

@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.certificate.checks import Certificate, Check
+from planner.constraints import Bounds, measures
+from planner.constraints.peaks import SampledConstraints
 from planner.dynamics import SegmentDynamics, inverse_dynamics
-from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates, Guarantee
-from planner.kinematics.forward import CENTRIPETAL, OF_BENDS, bend_bounds, tool_rates_on
-from planner.limits import Bounds, measures
+from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
+from planner.quantities import MEASURES
 from planner.tolerances import CONTINUITY_TOLERANCE, POSITION_TOLERANCE
 from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
-from planner.trajectories.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
+from planner.trajectories.sampled_peaks import BROKEN, DERIVATIVES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -38,9 +39,6 @@ MOST_CONTINUOUS = 4
 MISS = 1e-6
 """Distance of a joint from its waypoint, rad or m, from which on it is missed: a micrometre at the end of an arm
 of 1 m."""
-
-SAMPLED = tuple(quantity for quantity in QUANTITIES if quantity not in JOINT_DERIVATIVES)
-"""The quantities that are no polynomials of time, whose peaks are sampled."""
 
 
 def certificate_of(
@@ -160,63 +158,39 @@ def _sampled_checks(
     enforced: Mapping[str, bool],
     smooth: int,
 ) -> list[Check]:
-    """Give the checks of what is not polynomial; none where there is no limit, or (torque) no inertia to compute it."""
-    robot = dynamics.robots[0]
-    limited = [quantity for quantity in SAMPLED if np.isfinite(limits.magnitudes(quantity)).any()]
-    if not dynamics.has_dynamics and "torque" in limited:
-        limited.remove("torque")
-    if not limited:
+    """Return the checks of the sampled constraints; none of torque where inertias are unknown."""
+    robot, segments = dynamics.robots[0], trajectory.segments
+    sampled = SampledConstraints(dynamics, limits.constraints, len(limits.torque.upper))
+    if not sampled.constraints:
         return []
-    torque, tool = "torque" in limited, limited != ["torque"]
-    columns = [quantity for quantity in limited for _ in range(robot.dof if quantity == "torque" else 1)]
-    segments, motion = trajectory.segments, derivatives[:4]
-    middles, halves = limits.torque.centred
-    # What is the same in both directions is measured from nought; a torque from the middle between its limits.
-    bounds = [halves if quantity == "torque" else limits.magnitudes(quantity) for quantity in limited]
-    bounds = np.hstack(bounds)[segments]
-    rated = [*limits.of_tool, *(OF_BENDS if CENTRIPETAL in limited else ())]
 
-    def use(pieces: np.ndarray, units: FloatArray) -> FloatArray:
-        """Return the shares (N, columns) of the limits that are used at unit times (N,) of pieces (N,)."""
-        q, dq, ddq, dddq = motion.evaluate(pieces, units)
-        values: dict[str, FloatArray] = {}
-        if torque:
-            values["torque"] = dynamics.torques(segments[pieces], q, dq, ddq) - middles[segments[pieces]]
-        if tool:
-            rates = tool_rates_on(dynamics, segments[pieces], list(dict.fromkeys(rated)), q, dq, ddq, dddq)
-            values |= {quantity: rate[:, None] for quantity, rate in rates.items()}
-        shares: FloatArray = np.hstack([values[quantity] for quantity in limited]) / bounds[pieces]
-        if CENTRIPETAL not in limited:
-            return shares
-        bends = bend_bounds(rates, bounds[pieces, columns.index(CENTRIPETAL)], trajectory.lengths[pieces])
-        return np.hstack([shares, bends])
+    def shares(pieces: np.ndarray, states: Sequence[FloatArray]) -> FloatArray:
+        return sampled.shares(segments[pieces], segments[pieces], states, trajectory.lengths[pieces])
 
-    quantities = np.array([limited.index(quantity) for quantity in columns])
-    checks = []
-    whole = np.zeros_like(segments)
-    parts = parts_of(derivatives, trajectory.lengths)
-    bend = (columns.index(CENTRIPETAL), 1.0) if CENTRIPETAL in limited else None
-    peaks = sampled_peaks(use, parts, quantities, whole, decided_at=BROKEN, bend=bend)
-    for quantity, ratio, piece, unit, column in zip(limited, *(part[0].tolist() for part in peaks), strict=True):
-        limit = float(bounds[piece, column])
+    whole, checks = np.zeros_like(segments), []
+    peaks = sampled.peaks(shares, derivatives, trajectory.lengths, whole, decided_at=BROKEN)
+    for constraint, ratio, piece, unit, column in zip(
+        sampled.constraints, *(part[0].tolist() for part in peaks), strict=True
+    ):
+        limit = float(sampled.half[segments[piece], column])
         known = bool(np.isfinite(limit))  # if not, nothing is used anywhere that is limited
-        order = TCP_ORDERS.get(quantity, 1)
-        bounded = order == 1 or smooth >= order - 1
+        bounded = constraint.order == 1 or constraint.name == "torque" or smooth >= constraint.order - 1
         check = Check(
-            quantity=quantity,
-            joint=robot.joint_names[column - columns.index(quantity)] if quantity == "torque" else None,
+            quantity=constraint.name,
+            joint=sampled.joints[column],
             peak=ratio * limit if known else 0.0,
             limit=limit if known else None,
             ratio=ratio if known and bounded else None,
             time=float(trajectory.breakpoints[piece] + unit * trajectory.lengths[piece]),
             method="sampled",
-            enforced=enforced[quantity],
+            enforced=enforced.get(constraint.name, True),
             bounded=bounded,
+            own_unit=None if constraint.name in MEASURES else constraint.unit,
         )
-        if quantity == "torque":
+        if constraint.counts_at_rest:
             if known and not limits.torque.is_symmetric:
-                state = motion[:3].evaluate(np.array([piece]), np.array([unit]))
-                torque, joint = dynamics.torques(segments[[piece]], *state)[0], column - columns.index(quantity)
+                state = derivatives[:3].evaluate(np.array([piece]), np.array([unit]))
+                torque, joint = dynamics.torques(segments[[piece]], *state)[0], robot.joint_names.index(check.joint)
                 used = limits.torque.used(segments[piece], torque)
                 check = _of_torque(check, joint, torque, used) if used[joint] > 0.0 else check
             check = _held_at_changes(check, trajectory, dynamics, limits)

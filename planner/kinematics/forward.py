@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 import pinocchio as pin
 
-from planner.guarantees import TCP_ORDERS
 from planner.kinematics.screws import screws_of
 from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
@@ -232,33 +232,56 @@ def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> 
     return np.sqrt((linear * linear).sum(axis=1)), np.sqrt((angular * angular).sum(axis=1))
 
 
-def tool_rates(
-    robot: Robot,
-    quantities: Collection[str],
-    q: FloatArray,
-    v: FloatArray,
-    a: FloatArray,
-    j: FloatArray | None = None,
-) -> dict[str, FloatArray]:
-    """Compute magnitudes (N,) of some of `TCP_ORDERS` at many states of the joints, each (N, joints).
+class JointStates:
+    """States of the joints, and the motion of the tool in them, computed once it is used.
 
-    The centripetal acceleration is that of the tool centre point across its path, |v x a| / |v|, but no more than v^2
-    by the radius `TIGHTEST_BEND`.
+    The derivatives by time may be those of a path q(s) by s, too: then s' is 1 and s'' is 0.
 
-    Returns:
-        By quantity, m/s, rad/s, m/s^2, rad/s^2, m/s^3 or rad/s^3; without jerks of the joints, none of the tool's.
+    Attributes:
+        robot: The robot, with its tool.
+        q: Positions (N, joints), rad or m.
+        v: Velocities (N, joints).
+        a: Accelerations (N, joints).
+        j: Jerks (N, joints); None: they are not known.
     """
-    screws, point = screws_of(robot), robot.tool_in_tip.translation
-    velocities = screws.twists(q, v, point)
-    rates = {name: _norms(own) for name, own in zip(VELOCITIES, velocities, strict=True) if name in quantities}
-    if any(TCP_ORDERS[quantity] == 2 for quantity in quantities):
-        accelerations = screws.accelerations(q, v, a, point)
-        rates |= {name: _norms(own) for name, own in zip(ACCELERATIONS, accelerations, strict=True)}
-        on_path = _along_and_across(velocities[0], accelerations[0])
-        rates[CENTRIPETAL] = np.minimum(on_path.across, on_path.speed**2 / TIGHTEST_BEND)
-    if j is not None and any(quantity in quantities for quantity in JERKS):
-        rates |= {name: _norms(own) for name, own in zip(JERKS, screws.jerks(q, v, a, j, point), strict=True)}
-    return {quantity: rates[quantity] for quantity in quantities if quantity in rates}
+
+    def __init__(self, robot: Robot, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray | None = None) -> None:
+        self.robot, self.q, self.v, self.a, self.j = robot, q, v, a, j
+        self._screws, self._point = screws_of(robot), robot.tool_in_tip.translation
+
+    @cached_property
+    def _velocities(self) -> tuple[FloatArray, FloatArray]:
+        return self._screws.twists(self.q, self.v, self._point)
+
+    @cached_property
+    def _accelerations(self) -> tuple[FloatArray, FloatArray]:
+        return self._screws.accelerations(self.q, self.v, self.a, self._point)
+
+    @cached_property
+    def _jerks(self) -> tuple[FloatArray, FloatArray]:
+        assert self.j is not None  # noqa: S101 - jerks of the tool are asked only where those of the joints are known
+        return self._screws.jerks(self.q, self.v, self.a, self.j, self._point)
+
+    @cached_property
+    def tool_on_path(self) -> tuple[AccelerationOnPath, AccelerationOnPath]:
+        """The linear and the angular acceleration of the tool along a path."""
+        pairs = zip(self._velocities, self._accelerations, strict=True)
+        linear, angular = (_along_and_across(velocity, acceleration) for velocity, acceleration in pairs)
+        return linear, angular
+
+    def tool_rate(self, quantity: str) -> FloatArray:
+        """Return the magnitudes (N,) of one of `TCP_ORDERS`, m and rad by powers of s.
+
+        The centripetal acceleration is that of the tool centre point across its path, |v x a| / |v|, but no more than
+        v^2 by the radius `TIGHTEST_BEND`.
+        """
+        if quantity == CENTRIPETAL:
+            on_path = self.tool_on_path[0]
+            return np.minimum(on_path.across, on_path.speed**2 / TIGHTEST_BEND)
+        for names, of in ((VELOCITIES, "_velocities"), (ACCELERATIONS, "_accelerations"), (JERKS, "_jerks")):
+            if quantity in names:
+                return _norms(getattr(self, of)[names.index(quantity)])
+        raise KeyError(quantity)
 
 
 def tool_poses_on(
@@ -273,24 +296,6 @@ def tool_poses_on(
     """
     points, rotations = dynamics.by_robot(tool_poses, segments, positions)
     return points, rotations
-
-
-def tool_rates_on(
-    dynamics: SegmentDynamics, segments: np.ndarray, quantities: Collection[str], *states: FloatArray
-) -> dict[str, FloatArray]:
-    """Compute magnitudes (N,) of velocities and accelerations of the tool, as `tool_rates` does.
-
-    Args:
-        dynamics: The robot on each segment.
-        segments: (N,), index of the segment of each state.
-        quantities: Names of what is asked.
-        states: Positions, velocities and accelerations of the joints, each (N, joints).
-    """
-
-    def rates(robot: Robot, *states: FloatArray) -> tuple[FloatArray, ...]:
-        return tuple(tool_rates(robot, quantities, *states).values())
-
-    return dict(zip(quantities, dynamics.by_robot(rates, segments, *states), strict=True))
 
 
 def bend_bounds(rates: Mapping[str, FloatArray], limits: FloatArray, lengths: FloatArray) -> FloatArray:
@@ -317,42 +322,6 @@ class AccelerationOnPath(NamedTuple):
     speed: FloatArray
     along: FloatArray
     across: FloatArray
-
-
-def accelerations_on_path(
-    robot: Robot, q: FloatArray, first: FloatArray, second: FloatArray
-) -> tuple[AccelerationOnPath, AccelerationOnPath]:
-    """Compute the linear and the angular acceleration of the tool along a path q(s), whose derivatives by s are given.
-
-    Args:
-        robot: The robot, with its tool.
-        q: (N, joints), rad or m.
-        first: (N, joints).
-        second: (N, joints).
-    """
-    screws, point = screws_of(robot), robot.tool_in_tip.translation
-    pairs = zip(screws.twists(q, first, point), screws.accelerations(q, first, second, point), strict=True)
-    linear, angular = (_along_and_across(velocity, acceleration) for velocity, acceleration in pairs)
-    return linear, angular
-
-
-def shares_of_path_speed(
-    robot: Robot, limits: Mapping[str, FloatArray], q: FloatArray, first: FloatArray, second: FloatArray
-) -> FloatArray:
-    """Return a path velocity of 1 as a share (N,) of the highest that limits of `OF_PATH_SPEED` allow on a path q(s).
-
-    Args:
-        robot: The robot, with its tool.
-        limits: Limits (N,) of the tool by quantity; others are not looked at.
-        q: (N, joints), rad or m.
-        first: (N, joints), derivative by s.
-        second: (N, joints), second derivative by s.
-    """
-    own = {quantity: limit for quantity, limit in limits.items() if quantity in OF_PATH_SPEED}
-    shares = np.zeros(len(q))
-    for quantity, rate in tool_rates(robot, own, q, first, second).items():
-        shares = np.maximum(shares, (rate / own[quantity]) ** (1.0 / TCP_ORDERS[quantity]))
-    return shares
 
 
 def _along_and_across(velocity: FloatArray, acceleration: FloatArray) -> AccelerationOnPath:

@@ -14,8 +14,7 @@ from planner.kinematics.descent import Target, descend_many
 from planner.kinematics.forward import jacobian
 from planner.kinematics.search import BEYOND, QUICK, STEADY, search_all, targets
 from planner.kinematics.seeds import searched_box, seed_table
-from planner.kinematics.turns import TURN, by_distance, nearest_turn, travel_times, turns_within
-from planner.limits import counted_velocity
+from planner.kinematics.turns import TURN, by_distance, counted_velocity, nearest_turn, travel_times, turns_within
 from planner.tolerances import SAME_SOLUTION
 
 if TYPE_CHECKING:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.limits import counted_velocity
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
@@ -89,3 +88,8 @@ def distances(robot: Robot, positions: FloatArray, others: FloatArray) -> FloatA
     difference -= np.where(robot.is_angle, TURN * np.round(difference / TURN), 0.0)
     largest: FloatArray = np.abs(difference).max(axis=-1)
     return largest
+
+
+def counted_velocity(limit: FloatArray) -> FloatArray:
+    """Velocity limits to measure motions of joints by: a joint without one counts as if its were 1 rad/s or m/s."""
+    return np.where(np.isfinite(limit), limit, 1.0)

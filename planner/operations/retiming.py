@@ -13,7 +13,8 @@ from planner.backends.splines.cubic import Cubic
 from planner.errors import InvalidProblem, JointPositionLimit
 from planner.fields import BACK_END, KIND
 from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions
-from planner.limits import Limits, counted_velocity
+from planner.kinematics.turns import counted_velocity
+from planner.limits import Limits
 from planner.operations.certified import CertifiedTrajectory, certified, kept_clear
 from planner.operations.smoothing import smooth_curve_near
 from planner.paths import JointPath, solve_path

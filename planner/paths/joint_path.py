@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
-from planner.limits import counted_velocity
+from planner.kinematics.turns import counted_velocity
 from planner.paths.clear_motions import ClearMotions
 from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
 from planner.problems.problem import JointMotion

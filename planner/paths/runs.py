@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import InvalidProblem, JointPositionLimit, Remedy
-from planner.limits import counted_velocity
+from planner.kinematics.turns import counted_velocity
 from planner.paths.blends import Corners, cut_corners
 from planner.paths.easing import eased
 from planner.paths.errors import passing_error

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.guarantees import Guarantee
-from planner.kinematics.forward import tool_rates, tool_speeds
+from planner.kinematics.forward import JointStates, tool_speeds
 from planner.limits import JOINT_QUANTITIES
 from planner.trajectories.polynomials import differentiate, horner
 
@@ -159,9 +159,10 @@ def _slow_part(plan: Plan, segment: int, limit: float, samples: _Samples, first:
 def _uses(plan: Plan, segment: int, samples: _Samples) -> Iterator[tuple[str, str | None, FloatArray]]:
     """Yield each limit that is kept: its quantity, its joint, and the shares (N,) of it that samples use."""
     limits, names, dynamics = plan.path.limits, plan.path.robot.joint_names, plan.path.dynamics
-    of_tool = {name: limit[segment] for name, limit in limits.of_tool.items() if name != "tcp_linear_velocity"}
-    rates = tool_rates(dynamics.robot_on(segment), of_tool, samples.q, samples.v, samples.a, samples.j)
-    yield from ((quantity, None, rates[quantity] / limit) for quantity, limit in of_tool.items())
+    states = JointStates(dynamics.robot_on(segment), samples.q, samples.v, samples.a, samples.j)
+    for quantity, limit in limits.of_tool.items():
+        if quantity != "tcp_linear_velocity":
+            yield quantity, None, states.tool_rate(quantity) / limit[segment]
     values = {"velocity": samples.v, "acceleration": samples.a, "jerk": samples.j}
     if dynamics.has_dynamics and np.isfinite(limits.torque.upper[segment]).any():
         segments = np.full(len(samples.times), segment)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.limits import counted_velocity
+from planner.kinematics.turns import counted_velocity
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.position_limits import shares_of_range
 from planner.tool_motions.tool_motion import RefusedMotion, ToolMotion, follow_chain, follow_motion, start_of_motion

@@ -10,7 +10,7 @@ import numpy as np
 from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.forward import manipulability
 from planner.kinematics.search import Search, wide_spread
-from planner.limits import counted_velocity
+from planner.kinematics.turns import counted_velocity
 from planner.tool_motions.least_cost import least_cost
 from planner.tool_motions.position_limits import shares_of_range
 

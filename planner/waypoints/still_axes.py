@@ -9,8 +9,7 @@ import numpy as np
 from planner.kinematics.configurations import in_configuration
 from planner.kinematics.inverse import all_solutions
 from planner.kinematics.search import QUICK
-from planner.kinematics.turns import travel_times
-from planner.limits import counted_velocity
+from planner.kinematics.turns import counted_velocity, travel_times
 from planner.tool_motions.least_cost import least_cost
 from planner.waypoints.pinned import pinned_at
 

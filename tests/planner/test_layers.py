@@ -79,8 +79,18 @@ def test_no_circles() -> None:
     assert not left
 
 
+@pytest.mark.parametrize(("own", "other"), [("rows", "peaks"), ("peaks", "rows")])
+def test_rows_and_peaks_know_nothing_of_each_other(own: str, other: str) -> None:
+    """What back ends time a path by, and what the certificate finds, have only the values of a quantity in common."""
+    seen, waiting = set(), [f"planner.constraints.{own}"]
+    while waiting:
+        seen.add(module := waiting.pop())
+        waiting += [name for name, _ in imports(module) if name not in seen and name.startswith("planner.constraints.")]
+    assert f"planner.constraints.{other}" not in seen
+
+
 def test_the_checks_see_what_is_wrong() -> None:
-    assert not is_downward("planner.limits", "planner.kinematics")
+    assert not is_downward("planner.kinematics", "planner.limits")
     assert not is_downward("planner.backends.ruckig.ruckig", "planner.backends.toppra.toppra")
     assert not is_downward("planner.backends.shared.assembly", "planner.backends.splines.cubic")
     assert not is_downward("planner.errors", "planner")

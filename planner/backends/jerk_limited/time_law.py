@@ -11,11 +11,10 @@ from planner.backends.jerk_limited.retiming import fastest_retiming
 from planner.backends.shared.refusals import duration_of_run, refuse_what_gravity_exceeds
 from planner.backends.shared.time_laws import follow_curve, split_at_knots
 from planner.backends.shared.time_scaling import scaled_to_duration
-from planner.backends.shared.tool_accelerations import acceleration_rows
 from planner.backends.shared.tool_jerks import jerk_rows
 from planner.dynamics import path_dynamics
-from planner.guarantees import QUANTITIES, TCP_ORDERS
-from planner.kinematics.forward import ACCELERATIONS, JERKS, OF_PATH_SPEED, tool_rates
+from planner.guarantees import QUANTITIES
+from planner.kinematics.forward import JERKS, JointStates
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
@@ -26,6 +25,8 @@ from planner.trajectories.polynomials import (
 from planner.trajectories.sampled_peaks import MOST_TRAVEL
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from planner.limits import SegmentLimits
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
@@ -236,16 +237,14 @@ class LimitsOnCurve:
         own = self.limits.of(segments)
         speeds = self.limits.velocity.used(np.broadcast_to(segments, s.shape), first).max(axis=2)[..., None]
         middle, half = own.acceleration.centred
-        if self.sampled.has_tool:
-            speeds = np.maximum(speeds, self.sampled.tool_use(s, own)[..., None] * ds)
+        speeds = np.maximum(speeds, self.sampled.path_speed_use(s, own)[..., None] * ds)
         no, yes = np.zeros_like(first), np.ones_like(first)
         groups: list[tuple[FloatArray, ...]] = [
             (speeds**2, 0.0 * speeds, 0.0 * speeds, 0.0 * speeds, 1.0 + 0.0 * speeds, 0.0 * speeds),
             (second / half, first / half, no, -middle / half + no, yes, no),
             (*(rate / own.jerk.upper for rate in (third, 3.0 * second, first)), no, no, yes),
         ]
-        if self.sampled.accelerations:
-            by_u, by_x = self.sampled.tool_accelerations_at(s, own)
+        for by_u, by_x in self.sampled.rows_at(s, own):
             none = np.zeros_like(by_u)
             groups.append((by_x * ds**2 + by_u * dds, by_u * ds, none, none, none + 1.0, none))
         if self.sampled.jerks:
@@ -264,8 +263,8 @@ class _Sampled:
 
     Attributes:
         limits_torque: Whether any torque is limited.
-        has_tool: Whether anything of the tool is limited.
-        accelerations: The accelerations of the tool that are limited, but for the centripetal one.
+        speeds: The values of the constraints that follow the path speed alone, at the gridpoints.
+        rows: The rows of constraints besides torque, at the gridpoints.
         jerks: The jerks of the tool that are limited.
     """
 
@@ -273,10 +272,10 @@ class _Sampled:
         curve, robot, limits = run.curve, path.dynamics.robot_on(run.first), path.limits.of(run.segments)
         self.robot, self.limits_torque = robot, robot.has_dynamics and bool(np.isfinite(limits.torque.upper).any())
         knows_torques = knows_torques or self.limits_torque
-        of_tool = limits.of_tool
-        self.has_tool, self.accelerations = bool(of_tool), [name for name in ACCELERATIONS if name in of_tool]
-        self.jerks = [name for name in JERKS if name in of_tool]
-        if not (knows_torques or self.has_tool):
+        limited = [own for own, _ in limits.constraints if own.name != "torque" and own.is_known(robot)]
+        self.jerks = [own.name for own in limited if own.name in JERKS]
+        if not (knows_torques or limited):
+            self.speeds, self.rows = {}, {}
             return
         travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
         fewer = np.maximum(MANY_SAMPLES, FEWER_PER_RADIAN * np.minimum(travels, MOST_TRAVEL))
@@ -287,9 +286,9 @@ class _Sampled:
             curve.breakpoints[-1],
         )
         q, dq, ddq = curve.evaluate(self.gridpoints)
-        if self.has_tool:
-            self.speeds = tool_rates(robot, [name for name in OF_PATH_SPEED if name in of_tool], q, dq, ddq)
-            self.rows = acceleration_rows(robot, of_tool, q, dq, ddq)
+        states = JointStates(robot, q, dq, ddq)
+        self.speeds = {own: own.values(states) for own in limited if own.follows_path_speed}
+        self.rows = {own: own.rows(states) for own in limited if own.has_rows}
         if knows_torques:
             segments = curve.segments[curve.locate(self.gridpoints)[0]]
             dynamics = path_dynamics(robot, q, dq, ddq)
@@ -297,22 +296,26 @@ class _Sampled:
             refuse_what_gravity_exceeds(robot, segments, dynamics.gravity, middle, half)
             self.dynamics = np.concatenate(dynamics, axis=1).T
 
-    def tool_use(self, s: FloatArray, limits: SegmentLimits) -> FloatArray:
-        """Return the ratio of the tool's speed to its limit where s' is 1, (points, pieces), 1/s."""
+    def path_speed_use(self, s: FloatArray, limits: SegmentLimits) -> FloatArray:
+        """Return the share of the highest path velocity that s' = 1 is (points, pieces), by the constraints on it."""
         use = np.zeros_like(s)
-        for quantity, rate in self.speeds.items():
-            share = np.interp(s, self.gridpoints, rate) / limits.of_tool[quantity]
-            use = np.maximum(use, share ** (1.0 / TCP_ORDERS[quantity]))
+        for constraint, bounds in limits.constraints:
+            for values, limit in zip(self.speeds.get(constraint, np.empty((0, 0))).T, bounds.upper.T, strict=False):
+                share = np.interp(s, self.gridpoints, values) / limit
+                use = np.maximum(use, share ** (1.0 / constraint.order))
         return use
 
-    def tool_accelerations_at(self, s: FloatArray, limits: SegmentLimits) -> tuple[FloatArray, FloatArray]:
-        """Return coefficients (points, pieces, rows) of s'' and s'^2 in accelerations of the tool, by their limits."""
-        bound = np.stack([limits.of_tool[quantity] for quantity in self.rows.quantities], axis=-1)
-        by_u, by_x = (
-            np.stack([np.interp(s, self.gridpoints, row) for row in part.T], axis=-1) / bound
-            for part in (self.rows.per_u, self.rows.per_x)
-        )
-        return by_u, by_x
+    def rows_at(self, s: FloatArray, limits: SegmentLimits) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Yield the coefficients (points, pieces, rows) of s'' and s'^2 in each constraint with rows, by its limits."""
+        for constraint, bounds in limits.constraints:
+            if constraint in self.rows:
+                rows = self.rows[constraint]
+                limit = np.repeat(bounds.upper, rows.by_u.shape[1] // bounds.upper.shape[1], axis=1)
+                by_u, by_x = (
+                    np.stack([np.interp(s, self.gridpoints, row) for row in part.T], axis=-1) / limit
+                    for part in rows[:2]
+                )
+                yield by_u, by_x
 
     def tool_jerks_at(
         self, limits: SegmentLimits, q: FloatArray, first: FloatArray, second: FloatArray, third: FloatArray

@@ -276,8 +276,8 @@ class ThroughWaypoints(Optimum):
     def _solve(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
         """Return the optimum from a first motion, near its way; None: none was found that keeps the limits."""
         segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
-        if any(TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool):
-            return None  # the program knows no accelerations of the tool
+        if limits.further or any(TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool):
+            return None  # the program knows no accelerations of the tool, and no further quantities
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
         if self.turn(self.positions).max(initial=0.0) > MOST_TURN * intervals:
             return None  # between its instants torques would come and go unseen

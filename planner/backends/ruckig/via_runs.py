@@ -15,10 +15,10 @@ from planner.backends.shared.assembly import largest_speeds
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.straight_lines import NOTICED
 from planner.backends.shared.time_scaling import time_scalings
+from planner.constraints import Bounds
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, JOINT_DERIVATIVES, TCP_ORDERS
-from planner.limits import Bounds
 from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.constraints.quantities import NAMED
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, Remedy
 
 if TYPE_CHECKING:
@@ -34,26 +35,14 @@ class BindingLimit(NamedTuple):
     def named(self) -> str:
         """What the limit is called in a sentence."""
         match self.quantity:
-            case "tcp_linear_velocity":
-                return "the limit of the tool's speed"
-            case "tcp_angular_velocity":
-                return "the limit of the tool's angular speed"
-            case "tcp_linear_acceleration":
-                return "the limit of the tool's acceleration"
-            case "tcp_angular_acceleration":
-                return "the limit of the tool's angular acceleration"
-            case "tcp_centripetal_acceleration":
-                return "the limit of the tool's centripetal acceleration"
-            case "tcp_linear_jerk":
-                return "the limit of the tool's jerk"
-            case "tcp_angular_jerk":
-                return "the limit of the tool's angular jerk"
             case _ if self.quantity == RAMPS:
                 return "the acceleration and deceleration times"
             case None:
                 return f"the limits of {self.joint}"
-            case quantity:
+            case quantity if self.joint is not None:
                 return f"the {quantity} limit of {self.joint}"
+            case quantity:
+                return f"the limit of {NAMED.get(quantity) or quantity.replace('_', ' ')}"
 
 
 def infeasible_duration_error(

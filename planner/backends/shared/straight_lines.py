@@ -10,7 +10,6 @@ import numpy as np
 from planner.backends.shared.refusals import infeasible_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
 from planner.errors import InfeasibleDuration, PlanningError
-from planner.guarantees import TCP_ORDERS
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -46,11 +45,13 @@ def time_lines(
         InfeasibleDuration: Asked durations are too short, with those that will do.
         LimitsUnsatisfiable: Nothing limits a duration, or gravity exceeds a torque limit.
     """
-    sampled = SampledLimits(motions.dynamics, motions.limits)
+    limits, sampled = motions.limits, SampledLimits(motions.dynamics, motions.limits)
     if not sampled.limited.any():
         return [closed_form(motions)] if len(motions.segments) else []
     try:
-        pieces = closed_form(replace(motions, limits=motions.limits.without(["torque", *TCP_ORDERS])))
+        pieces = closed_form(
+            replace(motions, limits=limits.without([constraint.name for constraint, _ in limits.constraints]))
+        )
     except PlanningError:
         return [closed_form(motions)]  # the refusal is to know all limits
     pieces = pieces.of(pieces.lengths > 0.0)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.kinematics.forward import shares_of_path_speed
+from planner.constraints.rows import path_speed_shares
+from planner.kinematics.forward import JointStates
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
@@ -138,23 +139,18 @@ class ToolSpeeds:
 
     Attributes:
         gridpoints: (N,), path positions at which it is computed.
-        shares: (N,), by the limits of linear and angular speed and of the centripetal acceleration.
+        shares: (N,), by the constraints that follow the path speed alone.
     """
 
     def __init__(self, path: JointPath, run: Run) -> None:
-        curve = run.curve
-        limits = {
-            quantity: np.repeat(limit, SPEED_SAMPLES)
-            for quantity, limit in path.limits.of(curve.segments).of_tool.items()
-        }
+        curve, limited = run.curve, path.limits.constraints
         self.gridpoints = np.zeros(1)
         self.shares = np.zeros(1)
-        if limits:
+        if any(constraint.follows_path_speed for constraint, _ in limited):
             unit = (np.arange(SPEED_SAMPLES) + 0.5) / SPEED_SAMPLES
             self.gridpoints = (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
-            self.shares = shares_of_path_speed(
-                path.dynamics.robot_on(run.first), limits, *curve.evaluate(self.gridpoints)
-            )
+            states = JointStates(path.dynamics.robot_on(run.first), *curve.evaluate(self.gridpoints))
+            self.shares = path_speed_shares(limited, states, np.repeat(curve.segments, SPEED_SAMPLES))
 
     def shares_at(self, s: FloatArray) -> FloatArray:
         """Return the shares at path positions of any shape, by linear interpolation."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
+from planner.constraints import measures
 from planner.guarantees import JOINT_DERIVATIVES
-from planner.limits import measures
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.limits import counted_velocity
+from planner.kinematics.turns import counted_velocity
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import differentiate, horner, shifted
 

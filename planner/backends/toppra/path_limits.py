@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.shared.refusals import refuse_what_gravity_exceeds
-from planner.backends.shared.tool_accelerations import acceleration_rows, limited_accelerations
 from planner.backends.toppra.intervals import PROBES
-from planner.kinematics.forward import shares_of_path_speed
+from planner.constraints.rows import path_speed_shares
+from planner.kinematics.forward import JointStates
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
@@ -285,20 +285,7 @@ def path_limits(
     q, first, second = intervals.at(POINTS)
     middle, half = (values[intervals.segments] for values in limits.acceleration.centred)
     parts: list[tuple[FloatArray, ...]] = [(first / half, second / half, np.broadcast_to(-middle / half, q.shape))]
-    if dynamics.has_dynamics and np.isfinite(limits.torque.upper[intervals.segments]).any():
-        parts.append(_torques(dynamics, limits, intervals, (q, first, second)))
-    of_tool = {quantity: limit[intervals.segments] for quantity, limit in limits.of_tool.items()}
-    states = (values.reshape(-1, q.shape[2]) for values in (q, first, second))
-    if quantities := limited_accelerations(of_tool):
-
-        def rows_of(robot: Robot, *states: FloatArray) -> tuple[FloatArray, ...]:
-            rows = acceleration_rows(robot, of_tool, *states)
-            return rows.per_u, rows.per_x
-
-        rows = dynamics.by_robot(rows_of, np.tile(intervals.segments, len(POINTS)), *states)
-        bound = np.stack([of_tool[quantity] for quantity in quantities], axis=1)
-        by_u, by_x = (part.reshape(*q.shape[:2], -1) / bound for part in rows)
-        parts.append((by_u, by_x, np.zeros_like(by_u)))
+    parts += _sampled(dynamics, limits, intervals, (q, first, second))
     per_u, per_x, rest = (np.concatenate(values, axis=2) for values in zip(*parts, strict=True))
     slower = squares[:, None]
     return PathLimits(
@@ -310,20 +297,43 @@ def path_limits(
     )
 
 
-def _torques(
+def _sampled(
     dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals, states: tuple[FloatArray, ...]
-) -> tuple[FloatArray, ...]:
-    """Torque per u, per x and without motion, as shares of the limits, each (points, intervals, joints)."""
+) -> list[tuple[FloatArray, ...]]:
+    """Return the rows of each sampled constraint, as shares of its limits: per u, per x and without motion.
+
+    Each is (points, intervals, rows).
+    """
+    limited = [
+        (constraint, bounds)
+        for constraint, bounds in limits.constraints
+        if constraint.has_rows and np.isfinite(bounds.upper[intervals.segments]).any()
+    ]
+    limited = [own for own in limited if any(map(own[0].is_known, dynamics.robots))]
+    if not limited:
+        return []
     q, first, second = states
     segments = np.broadcast_to(intervals.segments, q.shape[:2])
     # Where a run goes on, the end of an interval is the start of the next.
     own = np.ones(q.shape[:2], dtype=bool)
     own[-1, :-1] = intervals.rests[1:-1] | ~np.all([_equal(rows[-1, :-1], rows[0, 1:]) for rows in states], axis=0)
-    found = dynamics.along_path(segments[own], q[own], first[own], second[own])
-    inertia, centripetal, gravity = (_at_all_points(rows, own) for rows in found)
-    middle, half = (values[segments] for values in limits.torque.centred)
-    refuse_what_gravity_exceeds(dynamics.robots[0], segments, gravity, middle, half)
-    return inertia / half, centripetal / half, np.clip((gravity - middle) / half, -MOST_GRAVITY, MOST_GRAVITY)
+
+    def of(robot: Robot, *path: FloatArray) -> tuple[FloatArray, ...]:
+        at = JointStates(robot, *path)
+        return tuple(part for constraint, _ in limited for part in constraint.rows(at))
+
+    found = [
+        _at_all_points(rows, own) for rows in dynamics.by_robot(of, segments[own], q[own], first[own], second[own])
+    ]
+    parts: list[tuple[FloatArray, ...]] = []
+    for k, (constraint, bounds) in enumerate(limited):
+        by_u, by_x, rest = found[3 * k : 3 * k + 3]
+        middle, half = (values[segments] for values in bounds.centred)
+        if constraint.counts_at_rest:
+            refuse_what_gravity_exceeds(dynamics.robots[0], segments, rest, middle, half)
+        middle, half = (np.repeat(values, by_u.shape[2] // values.shape[2], axis=2) for values in (middle, half))
+        parts.append((by_u / half, by_x / half, np.clip((rest - middle) / half, -MOST_GRAVITY, MOST_GRAVITY)))
+    return parts
 
 
 def _equal(ends: FloatArray, starts: FloatArray) -> np.ndarray:
@@ -351,16 +361,16 @@ def _bounds(dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Interva
     q, first, second = intervals.at(PROBES)
     segments = intervals.segments
     used = limits.velocity.used(segments, first).max(axis=2)
-    if limits.of_tool:
-        of_tool = {quantity: np.tile(limit[segments], len(PROBES)) for quantity, limit in limits.of_tool.items()}
-        states = (values.reshape(-1, q.shape[2]) for values in (q, first, second))
+    constraints = [own for own in limits.constraints if own[0].follows_path_speed]
+    if constraints:
+        at = np.tile(segments, len(PROBES))
 
         def shares(robot: Robot, *states: FloatArray) -> tuple[FloatArray]:
-            own = dict(zip(of_tool, states[3:], strict=True))
-            return (shares_of_path_speed(robot, own, *states[:3]),)
+            return (path_speed_shares(constraints, JointStates(robot, *states[:3]), states[3].astype(int)),)
 
-        (by_tool,) = dynamics.by_robot(shares, np.tile(segments, len(PROBES)), *states, *of_tool.values())
-        used = np.maximum(used, by_tool.reshape(used.shape))
+        states = (values.reshape(-1, q.shape[2]) for values in (q, first, second))
+        (by_constraints,) = dynamics.by_robot(shares, at, *states, at.astype(np.float64))
+        used = np.maximum(used, by_constraints.reshape(used.shape))
     bounds = 1.0 / np.maximum(used, MOST_SQUARE**-0.5) ** 2
     limited: FloatArray = np.minimum(bounds, STEEP * bounds.min(axis=0))
     return limited

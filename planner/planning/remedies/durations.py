@@ -9,10 +9,10 @@ import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import sampled
+from planner.constraints.peaks import SampledConstraints
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, Remedy
 from planner.guarantees import JOINT_DERIVATIVES
-from planner.kinematics.forward import tool_rates_on
 from planner.limits import Limits
 from planner.planning.attempts import Attempt, Planned, Refused
 from planner.planning.proofs import first_proved, of_plan, plan_with
@@ -139,14 +139,13 @@ class _Motion:
                 only = np.full((len(groups), robot.dof), np.inf)
                 only[:, joint] = 1.0
                 note(quantity, segments, joint, largest_magnitudes(derivatives[order], only, groups).values)
-        sampled = {}
-        if self.dynamics.has_dynamics and np.isfinite(limits.torque.upper).any():
-            sampled["torque"] = np.abs(self.dynamics.torques(self.segments(), *self.samples()[:3]))
-        if limits.of_tool:
-            sampled |= tool_rates_on(self.dynamics, self.segments(), limits.of_tool, *self.samples())
-        for quantity, values in sampled.items():
-            for joint, column in enumerate(values.reshape(len(segment_of) * SAMPLES, -1).T):
-                note(quantity, segment_of, joint, column.reshape(-1, SAMPLES).max(axis=1))
+        sampled = SampledConstraints(self.dynamics, limits.constraints, len(limits.torque.upper))
+        if sampled.constraints:
+            values = np.abs(sampled.values(self.segments(), self.samples())[0])
+            most = values.reshape(-1, SAMPLES, len(sampled.joints)).max(axis=1)
+            for k, name, column in zip(sampled.of_column.tolist(), sampled.joints, most.T, strict=True):
+                joint = 0 if name is None else robot.joint_names.index(name)
+                note(sampled.constraints[k].name, segment_of, joint, column)
         return needs
 
     def samples(self) -> tuple[FloatArray, ...]:

@@ -1,0 +1,7 @@
+"""Limited quantities that are no polynomials of time: their values, their rows for time scaling, and their peaks."""
+
+from planner.constraints.bounds import Bounds, measures
+from planner.constraints.constraint import Constraint, Rows
+from planner.constraints.quantities import TOOL, TORQUE
+
+__all__ = ["TOOL", "TORQUE", "Bounds", "Constraint", "Rows", "measures"]

@@ -1,0 +1,58 @@
+"""The protocol of a limited quantity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    from planner.kinematics.forward import JointStates
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+
+class Rows(NamedTuple):
+    """Values by_u s'' + by_x s'^2 + rest on a path q(s), all within the limits; each (N, rows).
+
+    A quantity has as many rows for each of its columns.
+    """
+
+    by_u: FloatArray
+    by_x: FloatArray
+    rest: FloatArray
+
+
+class Constraint(Protocol):
+    """A limited quantity that is no polynomial of time: what certificate and back ends know of it.
+
+    A class that limits one more quantity inherits from this one and has a `name`, a `unit`, an `order` and `values`.
+
+    Attributes:
+        name: Its name, that of its check in the certificate.
+        unit: Its unit.
+        order: Its power of the pace: in T times the time, what motion adds to its value is 1 / T^order of that.
+        of_joints: Whether it has a column for each joint, or one in all.
+        counts_at_rest: Whether it has a value where the robot rests.
+        follows_path_speed: Whether it depends on path and path velocity alone.
+        has_rows: Whether it has `rows`. Back ends scale all others in time as a whole.
+    """
+
+    name: str
+    unit: str
+    order: int
+    of_joints: bool = False
+    counts_at_rest: bool = False
+    follows_path_speed: bool = True
+    has_rows: bool = False
+
+    def is_known(self, robot: Robot) -> bool:
+        """Return whether the values can be computed for a robot; where they cannot, they are taken for zero."""
+        del robot
+        return True
+
+    def values(self, states: JointStates) -> FloatArray:
+        """Return the values (N, columns) in states of the joints."""
+        ...
+
+    def rows(self, path: JointStates) -> Rows:
+        """Return the rows at points of a path, whose states are those at s' = 1 and s'' = 0."""
+        raise NotImplementedError
