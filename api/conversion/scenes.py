@@ -11,8 +11,8 @@ from api.schemas import scenes
 from planner.errors import InvalidProblem
 from planner.scene import AttachedObject, PointCloud, Scene, SceneObject
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, InvalidShape, Shape, Sphere
+from planner.shapes.meshes.files import tight_mesh_pieces
 from planner.shapes.meshes.mesh import InvalidMesh, Mesh
-from planner.shapes.meshes.pieces import convex_pieces
 from planner.spatial import Pose
 from planner.speed_zones import SpeedZone
 
@@ -45,7 +45,8 @@ def to_scene(asked: scenes.Scene | str, in_world: Mapping[str, Pose], field: Fie
             continue
         pose = _to_pose(thing.pose).from_frame(with_axes(in_world[thing.frame]))
         shapes = _shapes(thing.shape, at, faults)
-        objects.append(SceneObject(thing.id, shapes, pose, thing.margin))
+        mesh = _mesh(thing.shape) if isinstance(thing.shape, scenes.MeshShape) and len(shapes) else None
+        objects.append(SceneObject(thing.id, shapes, pose, thing.margin, mesh))
     for i, held in enumerate(asked.attached):
         shapes = _shapes(held.shape, (*field, "attached", i), faults)
         solid = tuple(shape for shape in shapes if isinstance(shape, Shape))
@@ -94,11 +95,15 @@ def _pieces(asked: scenes.SceneShape | scenes.SolidShape) -> tuple[Shape | Point
         case scenes.Convex():
             return (ConvexHull(asked.vertices),)
         case scenes.MeshShape():
-            corners, triangles = np.array(asked.vertices), np.array(asked.triangles)
-            if triangles.max() >= len(corners):
-                raise InvalidShape("triangles", f"name vertices beyond the {len(corners)} that there are")
-            return convex_pieces(Mesh.checked(corners[triangles]))
+            return tight_mesh_pieces(_mesh(asked))
         case scenes.PointCloudShape():
             return (PointCloud(asked.points, asked.radius, asked.voxel),)
         case _:
             raise TypeError(f"{asked} is no shape")
+
+
+def _mesh(asked: scenes.MeshShape) -> Mesh:
+    corners, triangles = np.array(asked.vertices), np.array(asked.triangles)
+    if triangles.max() >= len(corners):
+        raise InvalidShape("triangles", f"name vertices beyond the {len(corners)} that there are")
+    return Mesh.checked(corners[triangles])

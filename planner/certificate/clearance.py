@@ -13,6 +13,7 @@ from planner.scene.carried import checkers_of_segments
 from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, checker_of
 from planner.scene.continuous import Nearest, clearances
 from planner.scene.postures import edge
+from planner.shapes.meshes.distance import distance_from_mesh
 from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 if TYPE_CHECKING:
@@ -170,9 +171,11 @@ def _certified_part(
     if found.undecided is not None:
         first, second = checker.names(found.undecided.pair)
         time = begin + found.undecided.time
+        (there,) = part.evaluate(np.array([found.undecided.time]), [0])
         raise ClearanceUnproved(
             f"that {first} keeps {found.undecided.margin:g} m clear of {second} near {time:.4g} s "
-            f"could not be proved after {found.distances} distances: they come as near as that, or nearly so, for long",
+            f"could not be proved after {found.distances} distances: they come as near as that, or nearly so, for long"
+            + _coarseness(checker, found.undecided, there[0]),
             time=time,
             limit=found.undecided.margin,
             pair=(first, second),
@@ -244,9 +247,8 @@ def _collision(checker: CollisionChecker, part: Trajectory, begin: float, hit: N
     """Return the refusal of a part of a trajectory with a pair that is too near, from when on it is."""
     (start,) = part.evaluate(np.zeros(1), [0])
     at_start = clearances(checker, edge(start[0], start[0])).hit
-    first, second = checker.names((at_start or hit).pair)
     if at_start is not None:
-        nearness, known = _nearness(first, second, at_start), _fields(checker, at_start, start[0], begin)
+        nearness, known = _nearness(checker, at_start, start[0]), _fields(checker, at_start, start[0], begin)
         if begin == 0.0:
             return StartInCollision(f"where the robot starts, {nearness}", **known, waypoint=0)
         waypoint = int(part.segments[0])
@@ -254,9 +256,9 @@ def _collision(checker: CollisionChecker, part: Trajectory, begin: float, hit: N
         return Collision(message, **known, segment=waypoint, waypoint=waypoint)
     time = _first_contact(checker, part, hit)
     segment = int(part.segments[part.locate(np.array([time]))[0][0]])
-    nearness, when = _nearness(first, second, hit), begin + time
-    message = f"on the way from waypoint {{segment}} to {{segment_end}}, {nearness}, too near from {when:.4g} s on"
     (there,) = part.evaluate(np.array([hit.time]), [0])
+    nearness, when = _nearness(checker, hit, there[0]), begin + time
+    message = f"on the way from waypoint {{segment}} to {{segment_end}}, {nearness}, too near from {when:.4g} s on"
     return Collision(message, **_fields(checker, hit, there[0], when), segment=segment)
 
 
@@ -270,14 +272,37 @@ def refuse_collision_at(checker: CollisionChecker, position: FloatArray, waypoin
     hit = clearances(checker, edge(position, position)).hit
     if hit is not None:
         kind = StartInCollision if waypoint == 0 else Collision
-        message = f"at waypoint {{waypoint}}, {_nearness(*checker.names(hit.pair), hit)}"
+        message = f"at waypoint {{waypoint}}, {_nearness(checker, hit, position)}"
         raise kind(message, **_fields(checker, hit, position, None), waypoint=waypoint)
 
 
-def _nearness(first: str, second: str, hit: Nearest) -> str:
+def _nearness(checker: CollisionChecker, hit: Nearest, position: FloatArray) -> str:
+    first, second = checker.names(hit.pair)
+    coarse = _coarseness(checker, hit, position)
     if hit.distance <= 0.0:
-        return f"{first} would be {-hit.distance:.3g} m inside of {second}"
-    return f"{first} would come within {hit.distance:.4g} m of {second}, with a margin of {hit.margin:g} m"
+        return f"{first} would be {-hit.distance:.3g} m inside of {second}{coarse}"
+    return f"{first} would come within {hit.distance:.4g} m of {second}, with a margin of {hit.margin:g} m{coarse}"
+
+
+def _coarseness(checker: CollisionChecker, near: Nearest, position: FloatArray) -> str:
+    """Return what to add to a refusal where a mesh keeps its margin at joint positions (joints,), unlike its pieces."""
+    if near.pair < checker.own_pairs:
+        return ""
+    body, number = checker.numbers_of(np.array([near.pair]))[0].tolist()
+    piece, obstacle = checker.bodies.pieces[body], checker.obstacles.all[number - len(checker.bodies.pieces)]
+    mesh = next((thing.mesh for thing in checker.scene.objects if thing.id == obstacle.name), None)
+    if mesh is None:
+        return ""
+    postures = checker.bodies.at(position[None])
+    turn = obstacle.rotation.T @ postures.rotations[0, piece.joint]
+    origin = obstacle.rotation.T @ (postures.origins[0, piece.joint] - obstacle.translation)
+    distance = distance_from_mesh(mesh, piece.shape, turn @ piece.rotation, turn @ piece.translation + origin)
+    if distance <= near.margin:
+        return ""
+    return (
+        f" (its mesh is {distance:.3g} m away there: the convex pieces of {obstacle.name} fill the room between; "
+        "give it as several objects, each nearly convex)"
+    )
 
 
 def _fields(checker: CollisionChecker, hit: Nearest, position: FloatArray, time: float | None) -> dict[str, Any]:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from planner.scene.point_cloud import PointCloud
     from planner.shapes import Shape
+    from planner.shapes.meshes.mesh import Mesh
 
 HERE = Pose(np.zeros(3), np.eye(3))
 """The pose of what stands in the frame that it is given in."""
@@ -28,6 +29,8 @@ class SceneObject:
         shapes: The shapes that it is made of, in its own frame.
         pose: Pose of the object in the world; without a rotation its axes are those of the world.
         margin: Least distance that the robot keeps from it, m; None: that of the scene.
+        mesh: The mesh in its frame that `shapes` are convex pieces of, so that a refusal can tell where they are
+            coarser; None: the shapes are the object.
 
     Examples:
         >>> import planner
@@ -40,6 +43,7 @@ class SceneObject:
     shapes: Sequence[Shape | PointCloud]
     pose: Pose = HERE
     margin: float | None = None
+    mesh: Mesh | None = None
 
     def __post_init__(self) -> None:
         """Convert other types of poses; keep the shapes in a tuple, which cannot change."""

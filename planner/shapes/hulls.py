@@ -186,6 +186,17 @@ def hull_volume(points: FloatArray) -> float:
         return 0.0
 
 
+def hull_corners(points: FloatArray) -> FloatArray:
+    """Return those of points (N, 3) that are corners of their hull; all, if they are flat or not enough."""
+    from scipy.spatial import ConvexHull as Qhull
+    from scipy.spatial import QhullError
+
+    try:
+        return points[Qhull(points).vertices] if len(points) >= LEAST_POINTS else points
+    except QhullError:
+        return points
+
+
 def _around_line(points: FloatArray, middle: FloatArray, axis: FloatArray) -> BoundingCapsule:
     """Return the capsule with its axis on a line, as thin and then as short as it can be around points (N, 3)."""
     along = (points - middle) @ axis

@@ -13,7 +13,7 @@ from planner.shapes.hulls import hull_volume
 from planner.shapes.meshes.dae import read_dae
 from planner.shapes.meshes.mesh import MAX_BYTES, InvalidMesh, Mesh
 from planner.shapes.meshes.obj import read_obj
-from planner.shapes.meshes.pieces import MOST_PIECES, convex_pieces
+from planner.shapes.meshes.pieces import MOST_PIECES, convex_pieces, tight_pieces
 from planner.shapes.meshes.stl import read_stl
 from planner.shapes.shape import InvalidShape
 
@@ -85,6 +85,16 @@ def mesh_pieces(
     """
     key = hashlib.sha256(data).digest(), PurePosixPath(name).suffix.lower(), tuple(scale), most
     return _KEPT.get(key, lambda: _cut(read_mesh(name, data).scaled(np.array(scale)), most))
+
+
+def tight_mesh_pieces(mesh: Mesh) -> tuple[ConvexHull, ...]:
+    """Cut a mesh into convex pieces that leave its cavities open, once for the same triangles.
+
+    Raises:
+        InvalidShape: A piece is no shape.
+    """
+    key = hashlib.sha256(mesh.triangles.tobytes()).digest()
+    return _KEPT.get(key, lambda: MeshPieces(tight_pieces(mesh), mesh.size)).hulls
 
 
 def _cut(mesh: Mesh, most: int) -> MeshPieces:

@@ -7,19 +7,40 @@ ends, as forearms have, would fill the space beside the middle.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.shapes.hulls import LEAST_THICKNESS, ConvexHull, hull_volume
+from planner.shapes.hulls import LEAST_THICKNESS, ConvexHull, hull_corners, hull_volume
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.shapes.meshes.mesh import Mesh
     from planner.spatial import FloatArray
 
 MOST_PIECES = 6
 """Number of convex pieces that a mesh becomes at most: with six the forearm of a UR5 leaves the places free that it
 does not reach, and the time that a check takes grows with it."""
+
+MOST_TIGHT_PIECES = 32
+"""Number of convex pieces that a mesh of a scene becomes at most."""
+
+TRIANGLES_OF_PARTS = 200_000
+"""Largest number of parts times triangles, so that fine meshes are cut into fewer parts: in a second or two."""
+
+LEAST_DEPTH = 1e-3
+"""Depth of a face in the hull of its part, relative to the size of the mesh, from which on a cut is made along it."""
+
+SNAPPED = 1e-6
+"""Height above a cut, relative to the least depth, up to which a corner is in it."""
+
+JOINED = 1e-6
+"""Volume that two parts may fill between them, relative to that of the whole hull, and still are joined."""
+
+MANY_FACES = 500
+"""Number of faces of a part along which it may be cut: a half of them the largest, the others of all sizes."""
 
 WORTHWHILE = 0.02
 """Share of the volume of a mesh's hull that a cut has to take off to be made."""
@@ -51,6 +72,115 @@ def convex_pieces(mesh: Mesh, most: int = MOST_PIECES) -> tuple[ConvexHull, ...]
         mesh: The triangles.
         most: Number of pieces that there may be.
     """
+    return _hulls(_parts(mesh, most))
+
+
+def tight_pieces(mesh: Mesh, most: int = MOST_TIGHT_PIECES) -> tuple[ConvexHull, ...]:
+    """Cut a mesh into convex pieces that cover it as those of `convex_pieces` do, and leave its cavities open.
+
+    A bin needs five cuts before the first of them takes anything off the hulls. So each connected component is cut as
+    in `convex_pieces`, then along those of its own faces that lie deep inside the hull of a part; and parts are joined
+    again where that fills nothing.
+
+    Args:
+        mesh: The triangles.
+        most: Number of pieces that there may be.
+    """
+    whole = hull_volume(mesh.triangles.reshape(-1, 3))
+    components = _components(mesh.triangles)
+    if len(components) > most:
+        return convex_pieces(mesh, most)
+    most = int(np.clip(TRIANGLES_OF_PARTS / len(mesh.triangles), len(components) + MOST_PIECES, most))
+    parts = [part for triangles in components for part in _parts(replace(mesh, triangles=triangles), MOST_PIECES)]
+    least = LEAST_DEPTH * float(mesh.size.max())
+    inner = [_deepest_face(part, least) for part in parts]
+    while len(parts) < most and max(face.weight for face in inner) > 0.0:
+        number = max(range(len(inner)), key=lambda k: inner[k].weight)
+        face, part = inner.pop(number), parts.pop(number)
+        heights = part @ face.normal - face.offset
+        halves = split_at(part, np.where(np.abs(heights) < SNAPPED * least, 0.0, heights))
+        parts += halves
+        inner += [_deepest_face(half, least) for half in halves]
+    return _hulls(_joined(parts, JOINED * whole))
+
+
+def _hulls(parts: Sequence[FloatArray]) -> tuple[ConvexHull, ...]:
+    return tuple(ConvexHull(np.concatenate([part.reshape(-1, 3), part[0, :1]])) for part in parts)
+
+
+def _components(triangles: FloatArray) -> list[FloatArray]:
+    """Return the triangles (T, 3, 3) of each part of a surface that is connected by corners."""
+    from scipy.sparse import coo_array  # here: a process that cuts no mesh stays small
+    from scipy.sparse.csgraph import connected_components
+
+    corners = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    ends = np.concatenate([corners[:, :2], corners[:, 1:]])
+    count = int(corners.max()) + 1
+    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+    labels = connected_components(graph, directed=False)[1][corners[:, 0]]
+    order = np.argsort(labels, kind="stable")
+    return np.split(triangles[order], np.flatnonzero(np.diff(labels[order])) + 1)
+
+
+class _Face(NamedTuple):
+    """The plane normal . x = offset of a face inside the hull of its part, and its area times its depth there, m^3."""
+
+    weight: float
+    normal: FloatArray
+    offset: float
+
+
+def _deepest_face(triangles: FloatArray, least: float) -> _Face:
+    """Find the face of a part (T, 3, 3) that lies at least so deep, m, in its hull; weight 0: there is none."""
+    from scipy.spatial import ConvexHull as Qhull
+    from scipy.spatial import QhullError
+
+    crosses = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    areas = np.linalg.norm(crosses, axis=1)
+    order, half = np.argsort(-areas, kind="stable"), MANY_FACES // 2
+    some = np.concatenate([order[:half], order[half :: 1 + len(areas) // half]])
+    middles = triangles[some].mean(axis=1)
+    try:
+        planes = Qhull(triangles.reshape(-1, 3)).equations
+    except QhullError:  # flat
+        return _Face(0.0, np.zeros(3), 0.0)
+    depths = -(middles @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+    weights = np.where(depths > least, depths * areas[some], 0.0)
+    best = int(np.argmax(weights))
+    normal = crosses[some[best]] / max(areas[some[best]], np.finfo(np.float64).tiny)
+    return _Face(float(weights[best]), normal, float(normal @ middles[best]))
+
+
+def _joined(parts: list[FloatArray], free: float) -> list[FloatArray]:
+    """Join parts whose boxes touch where their common hull fills no more than a volume, m^3, beyond them."""
+    corners = [hull_corners(part.reshape(-1, 3)) for part in parts]
+    volumes = [
+        hull_volume(points) for points in corners
+    ]  # of joined parts the sum, so that nothing is filled bit by bit
+    apart = free ** (1.0 / 3.0)
+
+    def filled(i: int, j: int) -> float:
+        one, other = corners[i], corners[j]
+        if ((one.min(axis=0) > other.max(axis=0) + apart) | (other.min(axis=0) > one.max(axis=0) + apart)).any():
+            return np.inf
+        return hull_volume(np.concatenate([one, other])) - volumes[i] - volumes[j]
+
+    losses = {(i, j): filled(i, j) for j in range(len(parts)) for i in range(j)}
+    left = set(range(len(parts)))
+    while losses:
+        (i, j), loss = min(losses.items(), key=lambda item: item[1])
+        if loss > free:
+            break
+        left.remove(j)
+        parts[i] = np.concatenate([parts[i], parts[j]])
+        corners[i] = hull_corners(np.concatenate([corners[i], corners[j]]))
+        volumes[i] += volumes[j]
+        losses = {pair: filled(*pair) if i in pair else loss for pair, loss in losses.items() if j not in pair}
+    return [parts[k] for k in sorted(left)]
+
+
+def _parts(mesh: Mesh, most: int) -> list[FloatArray]:
+    """Cut a mesh into parts where that takes most off the volume of their hulls."""
     whole = hull_volume(mesh.triangles.reshape(-1, 3))
     parts = [mesh.triangles]
     if mesh.volume < NEARLY_CONVEX * whole:
@@ -60,7 +190,7 @@ def convex_pieces(mesh: Mesh, most: int = MOST_PIECES) -> tuple[ConvexHull, ...]
             halves = split(parts.pop(number), *cuts.pop(number)[:2])
             parts += halves
             cuts += [_best_cut(half) for half in halves]
-    return tuple(ConvexHull(np.concatenate([part.reshape(-1, 3), part[0, :1]])) for part in parts)
+    return parts
 
 
 class _Cut(NamedTuple):
@@ -97,7 +227,11 @@ def _best_cut(triangles: FloatArray) -> _Cut:
 
 def split(triangles: FloatArray, axis: int, height: float) -> tuple[FloatArray, FloatArray]:
     """Cut triangles (T, 3, 3) at the plane x[axis] = height into those below it and those above it."""
-    x = triangles[:, :, axis] - height
+    return split_at(triangles, triangles[:, :, axis] - height)
+
+
+def split_at(triangles: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Cut triangles (T, 3, 3) at a plane, above which their corners are by x (T, 3), into those below and above it."""
     lower, upper = (x <= 0.0).all(axis=1), (x >= 0.0).all(axis=1)
     crossing = ~(lower | upper)
     # Turned so that the corner that is alone on its side (a corner in the plane is with neither) comes first.

@@ -1,0 +1,44 @@
+"""The distance of a convex shape from a mesh itself, where its convex pieces are coarser."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import coal
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.shapes.meshes.mesh import Mesh
+    from planner.shapes.shape import Shape
+    from planner.spatial import FloatArray
+
+
+def distance_from_mesh(mesh: Mesh, shape: Shape, rotation: FloatArray, translation: FloatArray) -> float:
+    """Compute the distance of a shape from a mesh, m, in the frame of the mesh; 0 where it meets it or is inside."""
+    surface = coal.BVHModelOBBRSS()
+    surface.beginModel(len(mesh.triangles), 3 * len(mesh.triangles))
+    for corners in mesh.triangles:
+        surface.addTriangle(*corners)
+    surface.endModel()
+    at = coal.Transform3s(np.asarray(rotation), np.asarray(translation))
+    distance = float(
+        coal.distance(
+            surface, coal.Transform3s.Identity(), shape.geometry, at, coal.DistanceRequest(), coal.DistanceResult()
+        )
+    )
+    return 0.0 if distance <= 0.0 or winding_number(mesh, np.asarray(translation)) > 0.5 else distance
+
+
+def winding_number(mesh: Mesh, point: FloatArray) -> float:
+    """Compute how often a mesh goes around a point (3,): 1 inside of a closed one, 0 outside.
+
+    It is the sum of the solid angles of the triangles (Van Oosterom and Strackee, IEEE Transactions on Biomedical
+    Engineering 30, 1983) over 4 pi, of either orientation.
+    """
+    a, b, c = np.moveaxis(mesh.triangles - point, 1, 0)
+    lengths = [np.linalg.norm(corner, axis=1) for corner in (a, b, c)]
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    product = lengths[0] * lengths[1] * lengths[2]
+    for one, other, length in ((a, b, lengths[2]), (b, c, lengths[0]), (c, a, lengths[1])):
+        product += np.einsum("ij,ij->i", one, other) * length
+    return abs(float(np.arctan2(volume, product).sum())) / (2.0 * np.pi)
