@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.time_laws import follow_curve
 from planner.certificate import certify
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.guarantees import EndStates
@@ -37,6 +36,7 @@ from planner.operations.editing import slice_trajectory
 from planner.operations.stop_limits import INTERVALS, PROBES, Law, StopLimits
 from planner.operations.stopping_on_line import stop_on_line
 from planner.paths.runs import JOINT_TOLERANCE, Run
+from planner.time_scaling.compose import follow_curve
 from planner.trajectories.polynomials import PiecewisePolynomial
 from planner.trajectories.trajectory import PlanWarning, Trajectory
 

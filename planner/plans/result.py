@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.assembly import assemble
-from planner.backends.shared.sampled_limits import refuse_what_turns_too_often
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
 from planner.certificate.durations import certify_durations
 from planner.certificate.joint_motions import certify_joint_motions
@@ -21,6 +20,7 @@ from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.plans.warnings import plan_warnings
+from planner.time_scaling.sampled_limits import refuse_what_turns_too_often
 from planner.timing.action_times import action_times
 from planner.timing.durations import duration_error, in_asked_durations
 from planner.timing.slowing import slowed

@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.base import enforced
-from planner.backends.jerk_limited.linear_limits import GRIDPOINTS, LinearLimits
-from planner.backends.jerk_limited.retiming import fastest_retiming
-from planner.backends.jerk_limited.time_law import LimitsOnCurve, retimed
-from planner.backends.shared.time_laws import compose
-from planner.backends.shared.time_scaling import slowest, time_scalings
 from planner.certificate.clearance import segment_checkers
 from planner.errors import InfeasibleDuration, InvalidProblem, Remedy
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states
 from planner.paths import Run
 from planner.speed_zones import DECIDED_TO, KNOWN_TO, most_speed, moving_bodies, near_intervals, point_speeds
+from planner.time_scaling.compose import compose
+from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits
+from planner.time_scaling.retiming import fastest_retiming
+from planner.time_scaling.time_law import LimitsOnCurve, retimed
+from planner.time_scaling.uniform import slowest, time_scalings
 from planner.timing.durations import in_asked_durations, in_longer_durations
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined

@@ -26,6 +26,7 @@ LAYERS = (
     "waypoints",
     "paths",
     "certificate",
+    "time_scaling",
     "backends",
     "timing",
     "free_motion",

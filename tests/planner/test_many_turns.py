@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from planner.backends import BACKENDS, BackEnd
-from planner.backends.shared.sampled_limits import SampledLimits
 from planner.certificate.limits import certificate_of
 from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.errors import InvalidProblem
@@ -19,6 +18,7 @@ from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.problems.transitions import StopTransition, ThroughTransition, Transition
 from planner.robots import load_robot
 from planner.robots.payload import Payload
+from planner.time_scaling.sampled_limits import SampledLimits
 from planner.trajectories.polynomials import quintic_hermite
 from planner.trajectories.sampled_peaks import EASY_TRAVEL, MOST_TRAVEL
 from planner.trajectories.trajectory import Trajectory

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.backends.jerk_limited.straight_lines import along_lines
-from planner.backends.jerk_limited.time_law import time_run
 from planner.backends.shared.smooth_curve import smoothed
+from planner.time_scaling.time_law import time_run
 
 if TYPE_CHECKING:
     from planner.paths import JointPath, Run

@@ -17,22 +17,22 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.jerk_limited.linear_limits import QuadraticSpline
-from planner.backends.jerk_limited.retiming import (
+from planner.backends.min_effort.stage import SMOOTHING
+from planner.time_scaling.linear_limits import QuadraticSpline
+from planner.time_scaling.retiming import (
     LEAST_CURVATURE,
     Aim,
     AskedDurations,
     Duration,
     best_retiming,
 )
-from planner.backends.jerk_limited.time_law import COARSE, LimitsOnCurve, retimed, retimed_lengths
-from planner.backends.min_effort.stage import SMOOTHING
+from planner.time_scaling.time_law import COARSE, LimitsOnCurve, retimed, retimed_lengths
 
 if TYPE_CHECKING:
-    from planner.backends.jerk_limited.linear_limits import LinearLimits
     from planner.backends.min_effort.cost import Cost
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
+    from planner.time_scaling.linear_limits import LinearLimits
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 ROUNDS = (1e-2, 1e-4)

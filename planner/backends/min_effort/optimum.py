@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.jerk_limited.retiming import MOST_STEPS
-from planner.backends.jerk_limited.time_law import fastest_law
 from planner.backends.min_effort.cost import Cost, use_of_rates
 from planner.backends.min_effort.on_curve import Search
 from planner.backends.min_effort.program import Numbers, program_of
 from planner.backends.min_effort.terms import Layout
 from planner.backends.min_effort.way import Way
-from planner.backends.shared.sampled_limits import SampledLimits
-from planner.backends.shared.time_laws import follow_curve
-from planner.backends.shared.time_scaling import scaled_to_duration, slowest, time_scalings
 from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.run_timing import time_run
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS
 from planner.kinematics.forward import VELOCITIES
+from planner.time_scaling.compose import follow_curve
+from planner.time_scaling.retiming import MOST_STEPS
+from planner.time_scaling.sampled_limits import SampledLimits
+from planner.time_scaling.time_law import fastest_law
+from planner.time_scaling.uniform import scaled_to_duration, slowest, time_scalings
 from planner.tolerances import DURATION_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 

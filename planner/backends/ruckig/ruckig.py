@@ -11,7 +11,6 @@ import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
-from planner.backends.jerk_limited.time_law import time_run
 from planner.backends.ruckig.state_to_state import Synchronization  # noqa: TC001 - the schema of the options is made from it
 from planner.backends.ruckig.via_runs import time_joint_run
 from planner.backends.shared.assembly import assemble
@@ -20,6 +19,7 @@ from planner.backends.shared.straight_lines import time_lines
 from planner.errors import InfeasibleDuration, LimitsUnsatisfiable
 from planner.guarantees import ALL_HARD, Capabilities, EndStates, Guarantee, end_states
 from planner.kinematics.turns import counted_velocity
+from planner.time_scaling.time_law import time_run
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:

@@ -26,13 +26,13 @@ import numpy as np
 
 from planner.backends.ruckig.state_to_state import Rates
 from planner.backends.ruckig.via_problem import LATE
-from planner.backends.shared.interior_point import InteriorPoint, next_centring
 from planner.guarantees import JOINT_DERIVATIVES
+from planner.time_scaling.interior_point import InteriorPoint, next_centring
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.via_problem import ViaProblem
-    from planner.backends.shared.interior_point import NewtonTerms
     from planner.spatial import FloatArray
+    from planner.time_scaling.interior_point import NewtonTerms
 
 PIECES = 8
 """Number of pieces of constant jerk in each segment."""

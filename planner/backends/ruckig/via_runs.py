@@ -12,25 +12,25 @@ from planner.backends.ruckig.state_to_state import Rates
 from planner.backends.ruckig.via_problem import ViaProblem
 from planner.backends.ruckig.via_states import pass_waypoints
 from planner.backends.shared.assembly import largest_speeds
-from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.straight_lines import NOTICED
-from planner.backends.shared.time_scaling import time_scalings
 from planner.constraints import Bounds
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, JOINT_DERIVATIVES, TCP_ORDERS
+from planner.time_scaling.refusals import BindingLimit, infeasible_duration_error, no_duration_error
+from planner.time_scaling.uniform import time_scalings
 from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization
     from planner.backends.ruckig.via_problem import ViaMotion
-    from planner.backends.shared.time_scaling import TimeScaling
     from planner.fields import FieldPath
     from planner.guarantees import EndStates
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
     from planner.spatial import FloatArray
+    from planner.time_scaling.uniform import TimeScaling
 
 MOST_SLOWINGS = 10
 """Number of times that segments are slowed, at most, until they keep the limits of torque and tool speed."""

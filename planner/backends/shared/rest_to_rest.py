@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.refusals import RAMPS, BindingLimit, infeasible_duration_error, no_duration_error
-from planner.backends.shared.sampled_limits import SampledLimits
+from planner.time_scaling.refusals import RAMPS, BindingLimit, infeasible_duration_error, no_duration_error
+from planner.time_scaling.sampled_limits import SampledLimits
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.polynomials import SegmentedPolynomial
 

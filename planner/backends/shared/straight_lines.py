@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.refusals import infeasible_duration_error
-from planner.backends.shared.sampled_limits import SampledLimits
 from planner.errors import InfeasibleDuration, PlanningError
+from planner.time_scaling.refusals import infeasible_duration_error
+from planner.time_scaling.sampled_limits import SampledLimits
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:

@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
-from planner.backends.shared.time_laws import ToolSpeeds, follow_curve, split_at_knots
-from planner.backends.shared.time_scaling import TimeScaling, time_scalings
 from planner.backends.splines.given_velocities import PassingSpline, VelocityOutOfReach
 from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.shortest_durations import Evaluation, shortest_durations
@@ -18,6 +15,9 @@ from planner.backends.splines.spline_limits import DurationsTooShort, PositionOv
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.paths.errors import passing_error
+from planner.time_scaling.compose import ToolSpeeds, follow_curve, split_at_knots
+from planner.time_scaling.refusals import BindingLimit, infeasible_duration_error, no_duration_error
+from planner.time_scaling.uniform import TimeScaling, time_scalings
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
 

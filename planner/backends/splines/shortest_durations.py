@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from planner.backends.shared.interior_point import QuadraticProgram, solve_quadratic_program
+from planner.time_scaling.interior_point import QuadraticProgram, solve_quadratic_program
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.shared.refusals import refuse_what_gravity_exceeds
 from planner.backends.toppra.intervals import PROBES
 from planner.constraints.rows import path_speed_shares
 from planner.kinematics.forward import JointStates
+from planner.time_scaling.refusals import refuse_what_gravity_exceeds
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.shared.time_laws import MOST_HALVINGS
 from planner.backends.toppra.intervals import PROBES, shares_between
 from planner.backends.toppra.path_limits import path_limits
+from planner.time_scaling.compose import MOST_HALVINGS
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial, horner, quintic_hermite
 

@@ -11,17 +11,17 @@ import numpy as np
 from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.jerk_limited.through_waypoints import time_through_waypoints
-from planner.backends.jerk_limited.time_law import time_run
 from planner.backends.shared.assembly import assemble
-from planner.backends.shared.refusals import duration_of_run, infeasible_duration_error, no_duration_error
 from planner.backends.shared.smooth_curve import smooth_curve
 from planner.backends.shared.straight_lines import time_lines
-from planner.backends.shared.time_scaling import slowest, time_scalings
 from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
 from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of, solved_again
 from planner.backends.toppra.solver_failed import SolverFailed
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids, reciprocal_accelerations
 from planner.guarantees import ALL_BUT_JERK, ALL_HARD, Capabilities, Guarantee
+from planner.time_scaling.refusals import duration_of_run, infeasible_duration_error, no_duration_error
+from planner.time_scaling.time_law import time_run
+from planner.time_scaling.uniform import slowest, time_scalings
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.polynomials import joined
 from planner.trajectories.trajectory import PlanWarning
@@ -29,10 +29,10 @@ from planner.trajectories.trajectory import PlanWarning
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from planner.backends.shared.time_scaling import TimeScaling
     from planner.backends.toppra.profile import Profile
     from planner.paths import JointPath, Run, StraightMotions
     from planner.spatial import FloatArray
+    from planner.time_scaling.uniform import TimeScaling
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
     from planner.trajectories.trajectory import Trajectory
 

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.refusals import (
+from planner.time_scaling.compose import ToolSpeeds, follow_curve, split_at_knots
+from planner.time_scaling.refusals import (
     RAMPS,
     BindingLimit,
     duration_of_run,
     infeasible_duration_error,
     ramps_error,
 )
-from planner.backends.shared.time_laws import ToolSpeeds, follow_curve, split_at_knots
-from planner.backends.shared.time_scaling import TimeScaling, scaled_to_duration, slowest, time_scalings
+from planner.time_scaling.uniform import TimeScaling, scaled_to_duration, slowest, time_scalings
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
-from planner.backends.shared.refusals import RAMPS
 from planner.backends.shared.rest_to_rest import time_straight_motions, unit_laws
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.trapezoidal.along_curve import time_run, time_run_with_ramps
 from planner.guarantees import ALL_BUT_JERK, Capabilities, Guarantee
+from planner.time_scaling.refusals import RAMPS
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from planner.backends import Auto, Quintic, Ruckig, Toppra
-from planner.backends.jerk_limited.time_law import time_run
 from planner.backends.shared.smooth_curve import smoothed
 from planner.limits import Limits
 from planner.paths import solve_path
@@ -16,6 +15,7 @@ from planner.planning import plan
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 from planner.spatial import FloatArray
+from planner.time_scaling.time_law import time_run
 from tests.planner.backends.ruckig.ruckig_problems import passing
 
 SLOWER = 1.001

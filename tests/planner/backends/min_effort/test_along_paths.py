@@ -10,7 +10,6 @@ import pytest
 from scipy.optimize import minimize
 
 from planner.backends import BackEnd, MinEffort, Quintic, Ruckig, Toppra
-from planner.backends.jerk_limited.retiming import Duration
 from planner.backends.min_effort.cost import Objective
 from planner.backends.min_effort.on_curve import RetimingCost
 from planner.dynamics import inverse_dynamics
@@ -32,6 +31,7 @@ from planner.problems.problem import (
 )
 from planner.problems.transitions import BlendTransition, Transition
 from planner.robots import ExternalAxis, load_robot
+from planner.time_scaling.retiming import Duration
 
 ARM = load_robot("kuka_kr16_l6_2")
 START = JointWaypoint(position=(0.2, -1.3, 1.4, 0.3, 0.6, 0.2))

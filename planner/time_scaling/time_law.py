@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.jerk_limited.linear_limits import GRIDPOINTS, LinearLimits, QuadraticSpline
-from planner.backends.jerk_limited.retiming import fastest_retiming
-from planner.backends.shared.refusals import duration_of_run, refuse_what_gravity_exceeds
-from planner.backends.shared.time_laws import follow_curve, split_at_knots
-from planner.backends.shared.time_scaling import scaled_to_duration
-from planner.backends.shared.tool_jerks import jerk_rows
 from planner.dynamics import path_dynamics
 from planner.guarantees import QUANTITIES
 from planner.kinematics.forward import JERKS, JointStates
+from planner.time_scaling.compose import follow_curve, split_at_knots
+from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits, QuadraticSpline
+from planner.time_scaling.refusals import duration_of_run, refuse_what_gravity_exceeds
+from planner.time_scaling.retiming import fastest_retiming
+from planner.time_scaling.tool_jerks import jerk_rows
+from planner.time_scaling.uniform import scaled_to_duration
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,

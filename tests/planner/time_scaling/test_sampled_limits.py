@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from planner.backends import BACKENDS
 from planner.backends.shared.assembly import sampled
-from planner.backends.shared.time_scaling import time_scalings
 from planner.dynamics import inverse_dynamics
 from planner.errors import LimitsUnsatisfiable
 from planner.kinematics import tool_speeds
@@ -21,6 +20,7 @@ from planner.planning import plan
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.problems.transitions import ThroughTransition
 from planner.robots import load_robot
+from planner.time_scaling.uniform import time_scalings
 from planner.trajectories.polynomials import SegmentedPolynomial, quintic_hermite
 from tests.planner.problems_of_tests import problem_of, random_position
 

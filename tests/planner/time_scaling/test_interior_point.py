@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, linprog, minimize
 
-from planner.backends.shared.interior_point import (
+from planner.time_scaling.interior_point import (
     InteriorPoint,
     QuadraticProgram,
     longest_step,

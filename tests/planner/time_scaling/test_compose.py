@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import planner
-from planner.backends.shared.time_laws import follow_curve
 from planner.paths import solve_path
 from planner.robots import load_robot
+from planner.time_scaling.compose import follow_curve
 from planner.trajectories.polynomials import SegmentedPolynomial
 
 ARM = load_robot("three_dof_arm")

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from planner.backends.jerk_limited.retiming import _solve
 from planner.backends.ruckig.ruckig import Ruckig
 from planner.backends.trapezoidal.trapezoidal import Trapezoidal
 from planner.kinematics.forward import tool_pose
@@ -18,6 +17,7 @@ from planner.problems.problem import LinearMotion, PlanningProblem, PoseWaypoint
 from planner.problems.transitions import BlendTransition
 from planner.robots import load_robot
 from planner.spatial import Pose
+from planner.time_scaling.retiming import _solve
 
 if TYPE_CHECKING:
     from collections.abc import Callable

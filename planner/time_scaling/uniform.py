@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
-from planner.backends.shared.sampled_limits import SampledLimits
 from planner.constraints import measures
 from planner.guarantees import JOINT_DERIVATIVES
+from planner.time_scaling.refusals import BindingLimit, infeasible_duration_error, no_duration_error
+from planner.time_scaling.sampled_limits import SampledLimits
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 

@@ -28,13 +28,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.jerk_limited.linear_limits import GRIDPOINTS, WEIGHTS, QuadraticSpline
-from planner.backends.shared.interior_point import InteriorPoint, next_centring
+from planner.time_scaling.interior_point import InteriorPoint, next_centring
+from planner.time_scaling.linear_limits import GRIDPOINTS, WEIGHTS, QuadraticSpline
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
-    from planner.backends.jerk_limited.linear_limits import LinearLimits
     from planner.spatial import FloatArray
+    from planner.time_scaling.linear_limits import LinearLimits
 
 FIRST_SHARE = 0.9
 """Share of the largest constant b within the limits that the search begins with: it has to begin inside of them."""

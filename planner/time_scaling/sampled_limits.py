@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.refusals import BindingLimit, refuse_what_gravity_exceeds
 from planner.constraints.peaks import SampledConstraints
 from planner.errors import InvalidProblem
+from planner.time_scaling.refusals import BindingLimit, refuse_what_gravity_exceeds
 from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.sampled_peaks import DERIVATIVES, EASY_TRAVEL, MOST_TRAVEL
 

@@ -11,7 +11,6 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.backends.jerk_limited.time_law import ENFORCED, FEWER_PER_RADIAN, LimitsOnCurve, time_run
 from planner.backends.splines.run_timing import time_run as quintic_along
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, PlanningError
@@ -30,6 +29,7 @@ from planner.problems.problem import (
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose
+from planner.time_scaling.time_law import ENFORCED, FEWER_PER_RADIAN, LimitsOnCurve, time_run
 from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
 from planner.trajectories.sampled_peaks import MOST_TRAVEL
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from planner.backends import BackEnd, MinEffort, Quintic, Ruckig, Toppra
-from planner.backends.shared.tool_jerks import NORMALS, jerk_rows
 from planner.errors import InfeasibleDuration
 from planner.guarantees import TCP_ORDERS, Guarantee
 from planner.kinematics import tool_accelerations, tool_jerks
@@ -16,6 +15,7 @@ from planner.plans.result import Plan
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
 from planner.spatial import FloatArray
+from planner.time_scaling.tool_jerks import NORMALS, jerk_rows
 from planner.tolerances import LIMIT_TOLERANCE
 from tests.planner.problems_of_tests import backend_of
 from tests.planner.tool_problems import CORNER, JOINTS, LINE, ROBOT, START
