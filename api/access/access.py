@@ -8,29 +8,23 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import structlog
-from starlette.datastructures import Headers, MutableHeaders
-from starlette.routing import request_response
 
 from api.access.allowance import Allowance
 from api.access.keys import SCOPES, id_of, is_valid
 from api.access.quota import Quota
 from api.database.keys import find_key
 from api.errors import DatabaseUnavailable, Forbidden, Unauthorized
-from api.pool.jobs import queue_is_full
 from api.server.senders import client_of
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
-
+    from starlette.datastructures import Headers
     from starlette.requests import Request
-    from starlette.responses import Response
-    from starlette.types import Message, Receive, Scope, Send
+    from starlette.types import Scope
 
     from api.access.keys import KeyRecord
     from api.access.keys import Scope as KeyScope
     from api.database.database import Database
     from api.settings import Settings
-    from api.tasks.operation import Operation
 
 KNOWN_FOR = 1.0
 """The time for which a key is not looked up again, s: a revoked one is refused after as long."""
@@ -154,52 +148,6 @@ def _remember(known: OrderedDict[str, Any], name: str) -> None:
     known.move_to_end(name)
     if len(known) > KNOWN_KEYS:
         known.popitem(last=False)
-
-
-class Guarded:
-    """An endpoint that is reached with a key of its scope only, where keys are asked for. It is an ASGI application."""
-
-    def __init__(self, endpoint: Callable[[Request], Awaitable[Response]], operation: Operation) -> None:
-        self._app = request_response(endpoint)
-        self._operation = operation
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """See the ASGI specification.
-
-        Raises:
-            Unauthorized, Forbidden, DatabaseUnavailable: See `Access.key_of`.
-            TooManyRequests: See `Allowance.request` and `Quota.take`.
-            Overloaded: Too many requests wait; the body of this one is not read.
-        """
-        scope["state"]["operation"] = self._operation
-        access: Access = scope["app"].state.service.access
-        if not access.asks_for_keys or self._operation.scope is None:
-            _refuse_if_full(scope)
-            await self._app(scope, receive, send)
-            return
-        key = await access.key_of(Headers(scope=scope), self._operation.scope)
-        sender = scope["state"]["client"] = Client(f"key:{key.id}", key.scopes, has_key=True)
-        scope["state"]["share"].client = sender.name
-        allowance, quota = access.allowance_of(key), access.quota_of(key)
-        scope["state"]["quota"] = quota
-
-        async def send_with_headers(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                grants = [allowance.headers(), *([] if quota is None else [quota.headers()])]
-                MutableHeaders(scope=message).update(min(grants, key=lambda left: int(left["RateLimit-Remaining"])))
-            await send(message)
-
-        with allowance.request(time.monotonic()):
-            _refuse_if_full(scope)
-            if quota is not None:
-                await quota.take(1)
-            await self._app(scope, receive, send_with_headers)
-
-
-def _refuse_if_full(scope: Scope) -> None:
-    """Refuse a request with a body, before that is read, where there is no room for it."""
-    if scope["method"] in ("POST", "PATCH") and scope["app"].state.service.pool.is_full(scope["state"]["client"].name):
-        raise queue_is_full()
 
 
 def audit(request: Request, action: str, subject: str) -> None:

@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import structlog
 from fastapi import FastAPI, Response
+from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.middleware.cors import CORSMiddleware
 from starlette.routing import Match, Route
 
-from api.access.access import Access, Guarded
+from api.access.access import Access
 from api.batches.cluster import ClusterPlanners
 from api.batches.engine import Engine
 from api.batches.looks import Looks
 from api.batches.planners import PoolPlanners
 from api.database.database import Database, database_url
-from api.errors import MethodNotAllowed, NotFound, Overloaded, ServiceError
-from api.operations import OPERATIONS
+from api.errors import MethodNotAllowed, NotFound, Overloaded, ServiceError, invalid
+from api.http.routers import ROUTERS, page
 from api.pool.pool import WorkerPool
 from api.problem_documents import MEDIA_TYPE, problem_document
-from api.routes import batches, compare, page, robots, scenes, service
-from api.routes.ordinary import ordinary
 from api.server.middleware import RequestContext
 from api.server.service import Service
 from api.server.shared_answers import SharedAnswers
@@ -35,39 +34,14 @@ from api.telemetry.traces import Traces
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable
+    from collections.abc import AsyncIterator
 
     from starlette.requests import Request
 
     from api.batches.planners import Planners
 
-ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
-    "compare_backends": compare.compare_backends,
-    "create_batch": batches.create_batch,
-    "list_batches": batches.list_batches,
-    "get_batch": batches.get_batch,
-    "get_batch_results": batches.get_batch_results,
-    "stream_batch_results": batches.stream_batch_results,
-    "download_batch_results": batches.download_batch_results,
-    "get_batch_report": batches.get_batch_report,
-    "stream_batch_events": batches.stream_batch_events,
-    "cancel_batch": batches.cancel_batch,
-    "list_robots": robots.list_robots,
-    "get_robot": robots.get_robot,
-    "get_robot_geometry": robots.get_robot_geometry,
-    "add_robot": robots.add_robot,
-    "delete_robot": robots.delete_robot,
-    "list_scenes": scenes.list_scenes,
-    "get_scene": scenes.get_scene,
-    "add_scene": scenes.add_scene,
-    "change_scene": scenes.change_scene,
-    "delete_scene": scenes.delete_scene,
-    "get_limits": service.get_limits,
-    "get_liveness": service.get_liveness,
-    "get_readiness": service.get_readiness,
-    "get_metrics": service.get_metrics,
-}
-"""The endpoints of the operations that are not ordinary: they need the database, several workers or none."""
+METHODS = ("DELETE", "GET", "PATCH", "POST")
+"""The methods of all operations."""
 
 READ_HEADERS = (
     "Accept",
@@ -132,31 +106,25 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
             traces.close()
         log.info("stopped")
 
-    # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
+    # `api/http/openapi.py` serves the document, as only workers know the schemas of the back ends.
     app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
     answers = SharedAnswers(traffic, settings.answer_cache_bytes, metrics)
     shedding = Shedding(settings, metrics)
     app.state.service = Service(
         settings, workers, database, engine, access, metrics, answers, Looks(database), shedding
     )
-    for operation in OPERATIONS:
-        endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
-        app.router.routes.append(Route(operation.path, Guarded(endpoint, operation), methods=[operation.method]))
-    app.add_route("/", page.page)
-    app.add_route("/assets/{name}", page.page_file)
-    app.add_route("/openapi.json", service.openapi)
-    app.add_route("/docs", service.docs_page)
-    app.add_route("/docs/{name}", service.docs_file)
+    for router in ROUTERS:
+        app.router.routes.extend(router.routes)  # FastAPI matches routes that are included three times as slowly
     app.add_exception_handler(PlanningError, _answer_with_problem_document)
     app.add_exception_handler(ServiceError, _answer_with_problem_document)
     app.add_exception_handler(HTTPException, _answer_http_exception)
+    app.add_exception_handler(RequestValidationError, _answer_invalid_parameters)
     app.add_middleware(RequestContext, sites=Sites(settings), traffic=traffic, metrics=metrics, traces=traces)
     if settings.cors_origins:
-        methods = sorted({operation.method for operation in OPERATIONS})
         app.add_middleware(
             CORSMiddleware,
             allow_origins=settings.cors_origins,
-            allow_methods=methods,
+            allow_methods=METHODS,
             allow_headers=READ_HEADERS,
             expose_headers=SENT_HEADERS,
         )
@@ -179,6 +147,20 @@ def _methods_at(request: Request) -> set[str]:
     """Collect the methods of all routes at the path; the router itself looks no further than the first."""
     routes = (route for route in request.app.routes if isinstance(route, Route))
     return {m for route in routes if route.matches(request.scope)[0] != Match.NONE for m in route.methods or ()}
+
+
+async def _answer_invalid_parameters(request: Request, error: Exception) -> Response:
+    """Answer where FastAPI finds that parameters of the path, the query or the headers are invalid."""
+    assert isinstance(error, RequestValidationError)  # noqa: S101 - registered for it
+    faults = [{"pointer": "", "message": _parameter_fault(fault)} for fault in error.errors()]
+    return await _answer_with_problem_document(request, invalid(faults))
+
+
+def _parameter_fault(fault: dict[str, Any]) -> str:
+    """Say what is wrong with a parameter."""
+    if fault["type"] == "missing":
+        return f"the parameter {fault['loc'][-1]} is missing"
+    return f"the parameter {fault['loc'][-1]} {fault['msg'].replace('Input should', 'must', 1)}"
 
 
 async def _answer_http_exception(request: Request, error: Exception) -> Response:

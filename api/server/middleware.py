@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from http import HTTPStatus
 from typing import TYPE_CHECKING
 
 import structlog
@@ -19,6 +20,7 @@ from api.server.senders import request_id
 from api.telemetry.traces import Outcome, trace_context
 
 if TYPE_CHECKING:
+    from fastapi.routing import APIRoute
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
     from api.server.sites import Sites
@@ -55,8 +57,7 @@ class RequestContext:
         client = client_by_address(scope)
         share = self._traffic.share(client.name)
         state |= {"arrived": arrived, "timings": {}, "request_id": request_id(scope["headers"]), "share": share}
-        state |= {"operation": None, "submitted": None, "code": None, "client": client}
-        state["quota"] = None
+        state |= {"submitted": None, "code": None, "client": client, "quota": None, "grants": []}
         context = trace_context(Headers(scope=scope).get("traceparent"))
         span = None
         if self._traces is not None:
@@ -71,6 +72,9 @@ class RequestContext:
                 headers = MutableHeaders(scope=message)
                 for name, value in security_headers(headers.get("Content-Type")).items():
                     headers.setdefault(name, value)
+                if state["grants"]:
+                    grants = (grant.headers() for grant in state["grants"])
+                    headers.update(min(grants, key=lambda left: int(left["RateLimit-Remaining"])))
                 headers["X-Request-ID"] = state["request_id"]
                 headers["Server-Timing"] = _server_timing(state["timings"], time.monotonic() - arrived)
             else:
@@ -94,8 +98,8 @@ class RequestContext:
         finally:
             share.release()
         seconds = time.monotonic() - arrived
-        operation = state["operation"]
-        self._metrics.count_request("none" if operation is None else operation.id, status, seconds, state["code"])
+        operation = _operation(scope, status)
+        self._metrics.count_request("none" if operation is None else operation.name, status, seconds, state["code"])
         if self._traces is not None and span is not None:
             route = None if operation is None else operation.path
             told = Outcome(scope["method"], route, status, state["code"], state["submitted"], state["timings"])
@@ -119,6 +123,12 @@ def _level(status: int) -> int:
     if status >= 500:
         return logging.ERROR if status == 500 else logging.WARNING
     return logging.INFO
+
+
+def _operation(scope: Scope, status: int) -> APIRoute | None:
+    """Find the route that answered; None: it is no operation, or the router itself answered."""
+    route: APIRoute | None = scope.get("route")
+    return None if route is None or not route.tags or status == HTTPStatus.METHOD_NOT_ALLOWED else route
 
 
 def _server_timing(timings: dict[str, float], total: float) -> str:

@@ -10,7 +10,7 @@ from api.batches.items import PLANNED, decompressed
 from api.content.digests import request_hash
 from api.pool.messages import Reply
 from api.tasks.batches import loaded_plan
-from api.tasks.operation import DATABASE_CODES, Operation
+from api.tasks.work import task
 from api.version import service_version
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ MOST_WORDS = 500
 """The most characters of what a problem document says that a report repeats."""
 
 
+@task("get_batch_report")
 def report_batch(work: Work) -> Reply:
     """Answer GET /v1/batches/{id}/report.
 
@@ -75,24 +76,3 @@ def _shown_plan(result: Result, work: Work) -> tuple[bytes, bytes]:
     shown = shown_plan(plan, asked, request_hash(request, definition), SAMPLES)
     written, arm = (orjson.dumps(part, option=orjson.OPT_SERIALIZE_NUMPY) for part in (shown, shown_robot(plan)))
     return written, arm
-
-
-OPERATIONS = (
-    Operation(
-        id="get_batch_report",
-        method="GET",
-        path="/v1/batches/{id}/report",
-        tag="batches",
-        scope="batches",
-        summary="A report of a batch: one file that anyone can open, without a network.",
-        description="It has the counts, histograms of durations, use of limits and compute times, the refusals with "
-        "examples, and the worst plans, each with the index of its request and, where it is small enough, its graphs "
-        "and playback. It is as large for a hundred thousand requests as for a hundred. Of a batch that is running it "
-        "tells what there is so far.",
-        run=report_batch,
-        answer=str,
-        codes=("not_acceptable", "unknown_batch", *DATABASE_CODES),
-        media_type="text/html",
-    ),
-)
-"""The operation that makes reports."""

@@ -15,14 +15,12 @@ from api.batches.items import PLANNED, NewItem, Result, compressed, decompressed
 from api.errors import PayloadTooLarge, invalid
 from api.pool.messages import Reply
 from api.problem_documents import problem_document
-from api.schemas import batches as schemas
 from api.schemas.common import DEFAULT_DEADLINE
 from api.schemas.requests import PlanRequest
 from api.tasks.batch_bodies import of_document, of_lines
-from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
 from api.tasks.remedies import acceptable_remedies
-from api.tasks.trajectories import TWO_JOINT_WAYPOINTS, export_options, figures_of, refuse_too_many_rows
-from api.tasks.work import in_scene, robot_of, validated
+from api.tasks.trajectories import export_options, figures_of, refuse_too_many_rows
+from api.tasks.work import in_scene, robot_of, task, validated
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
@@ -44,6 +42,7 @@ PAGE_BYTES = 4 * 2**20
 """The bytes after which a page of results ends."""
 
 
+@task("create_batch")
 def read_items(work: Work) -> Reply:
     """Take the requests out of the body of POST /v1/batches, or out of a piece of one with one request a line.
 
@@ -133,6 +132,7 @@ def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[Plannin
     return to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
 
 
+@task("get_batch_results")
 def render_results(work: Work) -> Reply:
     """Write results as GET /v1/batches/{id}/results does, up to so many bytes; the result is how many they are.
 
@@ -234,140 +234,3 @@ def loaded_plan(result: Result, work: Work) -> LoadedPlan:
     asked, backend = _problem_of(request, definition)
     with_runs = not OF_THE_PATH.isdisjoint(request.include)
     return LoadedPlan(load_plan(result.result, asked, backend, with_runs), request, definition)
-
-
-OPERATIONS = (
-    Operation(
-        id="create_batch",
-        method="POST",
-        path="/v1/batches",
-        tag="batches",
-        scope="batches",
-        summary="Plan many requests, behind those that somebody waits for.",
-        description="The body is a list of plan requests, a grid of them, or lines of JSON with a request each. They "
-        "are planned in the background; what is wrong with one of them is told among the results.",
-        run=read_items,
-        request=schemas.BatchRequest,
-        answer=schemas.Batch,
-        status=202,
-        codes=(*BODY_CODES, "conflict", "too_many_batches"),
-        examples={
-            "two_requests": {"requests": [TWO_JOINT_WAYPOINTS, TWO_JOINT_WAYPOINTS | {"backend": {"kind": "cubic"}}]},
-            "a_grid": {
-                "grid": {
-                    "template": TWO_JOINT_WAYPOINTS,
-                    "vary": [
-                        {"pointer": "/waypoints/1/duration", "values": [1.0, 2.0, 4.0]},
-                        {"pointer": "/backend/kind", "values": ["cubic", "quintic"]},
-                    ],
-                }
-            },
-        },
-        headers={
-            "Idempotency-Key": "A text of your own. The same key and body again is answered with the same batch, "
-            "another body with `conflict`."
-        },
-        leads_to=(
-            "get_batch",
-            "get_batch_results",
-            "stream_batch_results",
-            "stream_batch_events",
-            "get_batch_report",
-            "cancel_batch",
-        ),
-        lines=True,
-    ),
-    Operation(
-        id="list_batches",
-        method="GET",
-        path="/v1/batches",
-        tag="batches",
-        scope="batches",
-        summary="The batches that are kept, in pages.",
-        description="The newest come first.",
-        answer=schemas.BatchesAnswer,
-        codes=("invalid_request", *DATABASE_CODES),
-        pages=True,
-    ),
-    Operation(
-        id="get_batch",
-        method="GET",
-        path="/v1/batches/{id}",
-        tag="batches",
-        scope="batches",
-        summary="How far a batch is, and what came of it so far.",
-        description="With the counts, the rate, an estimate of the time that is left, and a summary of the plans and "
-        "the problems.",
-        answer=schemas.Batch,
-        codes=("unknown_batch", *DATABASE_CODES),
-    ),
-    Operation(
-        id="get_batch_results",
-        method="GET",
-        path="/v1/batches/{id}/results",
-        tag="batches",
-        scope="batches",
-        summary="The results of a batch, in pages.",
-        description="In the order of the requests. The page of a running batch ends before the first request that has "
-        "no result yet.",
-        run=render_results,
-        answer=schemas.BatchResultsAnswer,
-        codes=("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES),
-        pages=True,
-        formats_of_plans=True,
-    ),
-    Operation(
-        id="stream_batch_results",
-        method="GET",
-        path="/v1/batches/{id}/results.ndjson",
-        tag="batches",
-        scope="batches",
-        summary="All results of a batch, one a line (`BatchResult`), as they come; the stream ends with the batch.",
-        description="The lines come in the order of the requests.",
-        answer=schemas.BatchResult,
-        codes=("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES),
-        formats_of_plans=True,
-        media_type="application/x-ndjson",
-    ),
-    Operation(
-        id="download_batch_results",
-        method="GET",
-        path="/v1/batches/{id}/results.zip",
-        tag="batches",
-        scope="batches",
-        summary="All results of a batch as an archive: a file for each plan, named after the index of its request.",
-        description="Requests without a plan have their problem document, `INDEX.problem.json`. The archive is sent "
-        "while it is made, and ends with the batch.",
-        answer=bytes,
-        codes=("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES),
-        file=True,
-        media_type="application/zip",
-    ),
-    Operation(
-        id="stream_batch_events",
-        method="GET",
-        path="/v1/batches/{id}/events",
-        tag="batches",
-        scope="batches",
-        summary="How far a batch is (`Batch`), again and again, as server-sent events: `progress`, and last `end`.",
-        description="A client that comes back with `Last-Event-ID` is told what has changed since.",
-        answer=schemas.Batch,
-        codes=("unknown_batch", *DATABASE_CODES),
-        headers={"Last-Event-ID": "The id of the last event that was received; omitted: none was."},
-        media_type="text/event-stream",
-    ),
-    Operation(
-        id="cancel_batch",
-        method="DELETE",
-        path="/v1/batches/{id}",
-        tag="batches",
-        scope="batches",
-        summary="Give up what is left of a batch; what is done is kept.",
-        description="What is being planned is given up within a second; results that there are can still be read. With "
-        "`?forget=true` the batch and its results are deleted.",
-        answer=None,
-        status=204,
-        codes=("unknown_batch", *DATABASE_CODES),
-    ),
-)
-"""What there is about batches."""

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 from api.errors import invalid
 from api.schemas import dynamics as schemas
-from api.tasks.operation import BODY_CODES, Operation
+from api.tasks.work import task
 
 if TYPE_CHECKING:
     from api.pool.messages import Reply
     from api.tasks.work import Work
 
 
+@task("inverse_dynamics")
 def inverse_dynamics(work: Work) -> Reply:
     """Answer POST /v1/dynamics/inverse."""
     import numpy as np
@@ -40,29 +41,3 @@ def inverse_dynamics(work: Work) -> Reply:
     with work.stage("plan"):
         torques = inverse_dynamics(robot, positions, velocities, accelerations)
     return work.reply({"torques": torques})
-
-
-OPERATIONS = (
-    Operation(
-        id="inverse_dynamics",
-        method="POST",
-        path="/v1/dynamics/inverse",
-        tag="dynamics",
-        summary="Joint torques of states of motion.",
-        description="Gravity, inertia and Coriolis forces of the arm and of what it carries, by recursive "
-        "Newton-Euler.",
-        run=inverse_dynamics,
-        request=schemas.InverseDynamicsRequest,
-        answer=schemas.InverseDynamicsAnswer,
-        shared=True,
-        codes=(*BODY_CODES, "unknown_robot", "missing_dynamics"),
-        examples={
-            "holding_a_payload": {
-                "robot": "date_sorting_arm",
-                "payload": {"mass": 1.0},
-                "positions": [[0.0, 0.25, 0.0, 0.0, 1.5, 0.0]],
-            }
-        },
-    ),
-)
-"""What there is about dynamics."""

@@ -8,8 +8,7 @@ from api.answers.negotiation import MediaType, negotiated
 from api.errors import invalid
 from api.pool.messages import Reply
 from api.schemas import kinematics as schemas
-from api.tasks.collisions import TABLE
-from api.tasks.operation import BODY_CODES, Operation
+from api.tasks.work import task
 
 if TYPE_CHECKING:
     from api.tasks.work import Work
@@ -25,6 +24,7 @@ MOST_SOLUTIONS = 64
 """The most solutions of one pose in an answer; a robot with six joints has 16 at most, whole turns aside."""
 
 
+@task("forward_kinematics")
 def forward_kinematics(work: Work) -> Reply:
     """Answer POST /v1/kinematics/forward."""
     from api.conversion.problems import to_matrix, with_tool
@@ -40,6 +40,7 @@ def forward_kinematics(work: Work) -> Reply:
     return work.reply({"poses": poses_as_dicts(poses)})
 
 
+@task("inverse_kinematics")
 def inverse_kinematics(work: Work) -> Reply:
     """Answer POST /v1/kinematics/inverse."""
     from functools import partial
@@ -80,6 +81,7 @@ def inverse_kinematics(work: Work) -> Reply:
     return work.reply({"results": results})
 
 
+@task("reachability")
 def reachability(work: Work) -> Reply:
     """Answer POST /v1/kinematics/reachability."""
     from api.answers.kinematics import reachability_answer
@@ -98,6 +100,7 @@ def reachability(work: Work) -> Reply:
     return work.reply(reachability_answer(waypoints, found))
 
 
+@task("jacobian")
 def jacobian(work: Work) -> Reply:
     """Answer POST /v1/kinematics/jacobian."""
     from api.conversion.problems import to_vector, with_tool
@@ -116,6 +119,7 @@ def jacobian(work: Work) -> Reply:
     return work.reply(answer)
 
 
+@task("workspace")
 def workspace(work: Work) -> Reply:
     """Answer POST /v1/kinematics/workspace."""
     from api.conversion.problems import with_tool
@@ -141,110 +145,3 @@ def workspace(work: Work) -> Reply:
         picture = draw_workspace(robot, found, view=request.view)
         body = picture.svg() if form is FORMS_OF_WORKSPACE["svg"] else picture.png()
     return Reply(200, form.media_type, body, work.timings, headers={"Vary": "Accept"})
-
-
-OPERATIONS = (
-    Operation(
-        id="forward_kinematics",
-        method="POST",
-        path="/v1/kinematics/forward",
-        tag="kinematics",
-        summary="Poses of the tool at joint positions.",
-        description="Poses are in the base frame, one for each joint position.",
-        run=forward_kinematics,
-        request=schemas.ForwardKinematicsRequest,
-        answer=schemas.ForwardKinematicsAnswer,
-        shared=True,
-        codes=(*BODY_CODES, "unknown_robot"),
-        examples={"one_position": {"robot": "three_dof_arm", "positions": [[0.1, 0.2, 0.3]]}},
-    ),
-    Operation(
-        id="inverse_kinematics",
-        method="POST",
-        path="/v1/kinematics/inverse",
-        tag="kinematics",
-        summary="Joint positions that bring the tool to poses.",
-        description="The best solution of each pose, or all of them; a pose without any has the nearest that the arm "
-        "comes to it. In a `scene` those at which the robot keeps clear go first, and each says what is in its way.",
-        run=inverse_kinematics,
-        request=schemas.InverseKinematicsRequest,
-        answer=schemas.InverseKinematicsAnswer,
-        shared=True,
-        codes=(*BODY_CODES, "unknown_robot", "unknown_scene"),
-        examples={
-            "one_position": {
-                "robot": "ngv_refuelling_arm",
-                "poses": [{"position": [-0.8, 1.0, -0.3], "orientation": None}],
-            },
-            "beside_a_table": {
-                "robot": "welding_arm",
-                "poses": [{"position": [1.0, 0.2, 0.5], "orientation": {"kind": "rpy", "rpy": [0.0, 2.5, 0.0]}}],
-                "solutions": "all",
-                "scene": {"objects": [TABLE], "margin": 0.01},
-            },
-        },
-    ),
-    Operation(
-        id="reachability",
-        method="POST",
-        path="/v1/kinematics/reachability",
-        tag="kinematics",
-        summary="Which waypoints can be reached, in how many configurations, and by what margin; nothing is planned.",
-        description="Each waypoint is looked at by itself, as far as the one before it does not matter. In a `scene` "
-        "it is also said at which of them the robot can keep clear, and what is in the way at the others.",
-        run=reachability,
-        request=schemas.ReachabilityRequest,
-        answer=schemas.ReachabilityAnswer,
-        shared=True,
-        codes=(*BODY_CODES, "unknown_robot", "unknown_scene"),
-        examples={
-            "a_pose_and_a_move": {
-                "robot": "ngv_refuelling_arm",
-                "waypoints": [
-                    {"kind": "pose", "pose": {"position": [-0.8, 1.0, -0.3], "orientation": None}},
-                    {
-                        "kind": "relative",
-                        "frame": "base",
-                        "move": {"kind": "cartesian", "translation": [0.0, 0.0, 0.1]},
-                    },
-                ],
-            },
-            "a_pose_in_a_table": {
-                "robot": "kuka_kr16_2",
-                "waypoints": [{"kind": "pose", "pose": {"position": [1.2, 0.3, 0.35], "orientation": None}}],
-                "scene": {"objects": [TABLE]},
-            },
-        },
-    ),
-    Operation(
-        id="jacobian",
-        method="POST",
-        path="/v1/kinematics/jacobian",
-        tag="kinematics",
-        summary="Jacobian of the tool at a joint position, and how far that is from singular.",
-        description="Its rows are linear over angular velocity in the base frame, its columns are the joints.",
-        run=jacobian,
-        request=schemas.JacobianRequest,
-        answer=schemas.JacobianAnswer,
-        shared=True,
-        codes=(*BODY_CODES, "unknown_robot"),
-        examples={"one_position": {"robot": "three_dof_arm", "position": [0.1, 0.2, 0.3]}},
-    ),
-    Operation(
-        id="workspace",
-        method="POST",
-        path="/v1/kinematics/workspace",
-        tag="kinematics",
-        summary="How far the tool reaches within the position limits, and a cloud of points where it can be.",
-        description="Joint positions are drawn at random from within the limits; the same seed gives the same points. "
-        "`Accept` or `?format=` asks for a picture of them: `svg`, `png`.",
-        run=workspace,
-        request=schemas.WorkspaceRequest,
-        answer=schemas.WorkspaceAnswer,
-        also_as=tuple(form.media_type for name, form in FORMS_OF_WORKSPACE.items() if name != "json"),
-        shared=True,
-        codes=(*BODY_CODES, "unknown_robot", "not_acceptable"),
-        examples={"ten_points": {"robot": "date_sorting_arm", "samples": 10}},
-    ),
-)
-"""What there is about kinematics."""

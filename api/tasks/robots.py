@@ -16,9 +16,7 @@ from api.errors import CatalogueRobot, invalid
 from api.pages import first_page
 from api.pool.messages import Reply
 from api.schemas import robots as schemas
-from api.schemas.robot_geometry import RobotGeometry
-from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
-from api.tasks.work import JSON, model_of, robot_of, to_json
+from api.tasks.work import JSON, model_of, robot_of, task, to_json
 from planner.errors import UnknownRobot
 
 if TYPE_CHECKING:
@@ -41,6 +39,7 @@ MOST_DERIVATIONS = 8
 """The most robots that a robot is derived from one after the other."""
 
 
+@task("list_robots")
 def list_robots(work: Work) -> Reply:
     """Answer GET /v1/robots; the argument `added` is a page of the uploaded ones that come after the `cursor`."""
     from planner.robots import catalogue_ids
@@ -56,6 +55,7 @@ def list_robots(work: Work) -> Reply:
     return work.reply(answer)
 
 
+@task("get_robot")
 def get_robot(work: Work) -> Reply:
     """Answer GET /v1/robots/{id} where the server keeps no robot of this id."""
     from planner.robots import catalogue_ids
@@ -67,6 +67,7 @@ def get_robot(work: Work) -> Reply:
     return work.reply(orjson.Fragment(description))
 
 
+@task("add_robot")
 def add_robot(work: Work) -> Reply:
     """Answer POST /v1/robots: read the model. The server keeps the content that comes back in `result`."""
     from api.conversion.kept_meshes import keep_meshes
@@ -122,6 +123,7 @@ def without_name(named: Any, base: bytes | None) -> Any:
     raise invalid([{"pointer": "/from", "message": message}])
 
 
+@task("get_robot_geometry")
 def get_robot_geometry(work: Work) -> Reply:
     """Answer GET /v1/robots/{id}/geometry; the argument `definition` is that of an added robot."""
     from planner.robots import catalogue_ids
@@ -148,6 +150,7 @@ def get_robot_geometry(work: Work) -> Reply:
     return Reply(200, form.media_type, drawing, work.timings, headers={"Vary": "Accept"})
 
 
+@task("delete_robot")
 def delete_robot(work: Work) -> Reply:
     """Refuse DELETE /v1/robots/{id} where the server keeps no robot of this id."""
     from planner.robots import catalogue_ids
@@ -175,122 +178,3 @@ def _described(robot_id: str) -> bytes:
     from planner.robots import describe, load_robot
 
     return to_json(describe(load_robot(robot_id)) | {"content": None})
-
-
-OPERATIONS = (
-    Operation(
-        id="list_robots",
-        method="GET",
-        path="/v1/robots",
-        tag="robots",
-        summary="The robots, the catalogue's and the added ones, in pages.",
-        description="Summaries; `get_robot` has frames, groups, shapes and the rest.",
-        run=list_robots,
-        answer=schemas.RobotsAnswer,
-        codes=("invalid_request", *DATABASE_CODES),
-        pages=True,
-    ),
-    Operation(
-        id="get_robot",
-        method="GET",
-        path="/v1/robots/{id}",
-        tag="robots",
-        summary="One robot.",
-        description="With its joints, their limits and where each limit comes from.",
-        run=get_robot,
-        answer=schemas.RobotDescription,
-        shared=True,
-        codes=("unknown_robot", *DATABASE_CODES),
-    ),
-    Operation(
-        id="get_robot_geometry",
-        method="GET",
-        path="/v1/robots/{id}/geometry",
-        tag="robots",
-        summary="What of a robot can collide.",
-        description="The convex shapes of its links, where they stand and where they come from; and the pairs of "
-        "links, with the reason of those that are not checked against each other. `Accept` (or `?format=gltf`, `glb`) "
-        "asks for glTF 2.0 to look at, a node for each joint at position 0, or for a picture of the arm there as a "
-        "stick model (`?format=svg`, `png`).",
-        run=get_robot_geometry,
-        answer=RobotGeometry,
-        also_as=tuple(form.media_type for form in FORMS_OF_GEOMETRY.values() if form.media_type != JSON),
-        shared=True,
-        codes=("unknown_robot", "not_acceptable", *DATABASE_CODES),
-    ),
-    Operation(
-        id="add_robot",
-        method="POST",
-        path="/v1/robots",
-        tag="robots",
-        scope="robots:write",
-        summary="Add a robot from a URDF document, a Denavit-Hartenberg table, or another robot.",
-        description="`findings` says what was read, and what was filled in. Where keys are asked for, only who "
-        "sends the same key sees the robot, or everybody with `visibility`: `public`.",
-        run=add_robot,
-        request=schemas.RobotDefinition,
-        answer=schemas.AddedRobot,
-        status=201,
-        leads_to=("get_robot", "delete_robot"),
-        also={200: "The same robot was there already."},
-        codes=(
-            *BODY_CODES,
-            "invalid_robot_model",
-            "unknown_robot",
-            "robot_exists",
-            "catalogue_robot",
-            "too_many_robots",
-        ),
-        examples={
-            "two_joint_table": {
-                "kind": "dh",
-                "id": "planar_arm",
-                "convention": "standard",
-                "joints": [
-                    {"kind": "revolute", "theta": 0.0, "d": 0.0, "a": 0.4, "alpha": 0.0, "velocity": 2.0},
-                    {"kind": "revolute", "theta": 0.0, "d": 0.0, "a": 0.3, "alpha": 0.0, "velocity": 2.0},
-                ],
-            },
-            "own_limits": {
-                "kind": "derived",
-                "id": "kuka_in_cell_4",
-                "from": "kuka_kr16_2",
-                "limits": {"joint_a1": {"lower": -1.5, "upper": 1.5, "velocity": 1.2}, "joint_a4": {"jerk": 150.0}},
-                "tool": {"position": [0.0, 0.0, 0.2]},
-                "named_positions": {"home": [0.0, -1.5, 1.5, 0.0, 0.5, 0.0]},
-            },
-            "on_a_rail": {
-                "kind": "derived",
-                "id": "kuka_on_rail",
-                "from": "kuka_kr16_2",
-                "external_axes": [
-                    {
-                        "name": "rail",
-                        "kind": "prismatic",
-                        "axis": [1.0, 0.0, 0.0],
-                        "lower": 0.0,
-                        "upper": 4.0,
-                        "velocity": 1.5,
-                        "acceleration": 2.0,
-                        "mass": 120.0,
-                    }
-                ],
-                "arm_origin": {"position": [0.0, 0.0, 0.5]},
-            },
-        },
-    ),
-    Operation(
-        id="delete_robot",
-        method="DELETE",
-        path="/v1/robots/{id}",
-        tag="robots",
-        scope="robots:write",
-        summary="Forget an added robot.",
-        description="Robots of the catalogue stay, and so do those that another client added.",
-        run=delete_robot,
-        answer=None,
-        status=204,
-        codes=("unknown_robot", "catalogue_robot", "robot_of_another", *DATABASE_CODES),
-    ),
-)
-"""What there is about robots."""

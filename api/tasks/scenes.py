@@ -11,9 +11,7 @@ from api.errors import invalid
 from api.pool.messages import Reply
 from api.schemas import stored_scenes as schemas
 from api.schemas.scenes import MOST_ATTACHED, MOST_OBJECTS, AttachedObject, Scene, SceneObject
-from api.tasks.collisions import TABLE
-from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
-from api.tasks.work import JSON, scene_of, to_json
+from api.tasks.work import JSON, scene_of, task, to_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -30,6 +28,7 @@ EMPTY = b"{}"
 """The definition of a scene in which nothing stands."""
 
 
+@task("add_scene")
 def add_scene(work: Work) -> Reply:
     """Answer POST /v1/scenes. The server keeps the content that comes back in `result`."""
     with work.stage("validate"):
@@ -41,6 +40,7 @@ def add_scene(work: Work) -> Reply:
     return Reply(201, JSON, content.described_as(scene_id), work.timings, headers, result)
 
 
+@task("change_scene")
 def change_scene(work: Work) -> Reply:
     """Answer PATCH /v1/scenes/{id}; the argument `kept` is the definition of the scene as it is.
 
@@ -155,100 +155,3 @@ def _asked(changed: schemas.ObjectChange | schemas.AttachedChange) -> Mapping[st
     if asked.get("touch_links", "") is None:
         asked["touch_links"] = []
     return {name: value for name, value in asked.items() if name not in left_out}
-
-
-CELL = {
-    "id": "cell_4",
-    "objects": [TABLE, {"id": "floor", "shape": {"kind": "half_space", "normal": [0.0, 0.0, 1.0], "offset": -0.01}}],
-    "allowed_pairs": [["table", "base_link"]],
-    "margin": 0.02,
-}
-"""The scene of the examples."""
-
-OPERATIONS = (
-    Operation(
-        id="list_scenes",
-        method="GET",
-        path="/v1/scenes",
-        tag="scenes",
-        summary="The scenes that are kept, in pages.",
-        description="Summaries; `get_scene` has the objects.",
-        answer=schemas.ScenesAnswer,
-        codes=("invalid_request", *DATABASE_CODES),
-        pages=True,
-    ),
-    Operation(
-        id="get_scene",
-        method="GET",
-        path="/v1/scenes/{id}",
-        tag="scenes",
-        summary="One scene.",
-        description="With its objects, as they were added and changed.",
-        answer=schemas.StoredScene,
-        shared=True,
-        codes=("unknown_scene", *DATABASE_CODES),
-    ),
-    Operation(
-        id="add_scene",
-        method="POST",
-        path="/v1/scenes",
-        tag="scenes",
-        scope="scenes:write",
-        summary="Keep a scene, for requests that name it by its id.",
-        description="What stands around a robot and what it carries. A request with `scene`: `cell_4` is answered as "
-        "one that has all that in it, as it is then. Where keys are asked for, only who sends the same key sees the "
-        "scene, or everybody with `visibility`: `public`.",
-        run=add_scene,
-        request=schemas.SceneToKeep,
-        answer=schemas.StoredScene,
-        status=201,
-        leads_to=("get_scene", "change_scene", "delete_scene"),
-        also={200: "The same scene was there already."},
-        codes=(*BODY_CODES, "scene_exists", "too_many_scenes"),
-        examples={"a_table_on_a_floor": CELL},
-    ),
-    Operation(
-        id="change_scene",
-        method="PATCH",
-        path="/v1/scenes/{id}",
-        tag="scenes",
-        scope="scenes:write",
-        summary="Move, change, add and remove single objects of a scene.",
-        description="What is given of an object replaces that of the object with this id, field by field; a new id "
-        "adds an object. All changes are made together, or none; where another request has changed the scene at the "
-        "same time, the answer is `conflict`.",
-        run=change_scene,
-        request=schemas.SceneChange,
-        answer=schemas.StoredScene,
-        codes=(*BODY_CODES, "unknown_scene", "scene_of_another", "too_many_scenes", "conflict"),
-        examples={
-            "a_crate_comes": {
-                "objects": [
-                    {
-                        "id": "crate",
-                        "shape": {"kind": "box", "size": [0.4, 0.3, 0.2]},
-                        "pose": {"position": [1.3, 0.2, 0.43]},
-                        "margin": 0.05,
-                    },
-                ],
-            },
-            "it_goes_and_the_table_moves": {
-                "remove": ["crate"],
-                "objects": [{"id": "table", "pose": {"position": [1.4, 0.0, 0.3]}}],
-            },
-        },
-    ),
-    Operation(
-        id="delete_scene",
-        method="DELETE",
-        path="/v1/scenes/{id}",
-        tag="scenes",
-        scope="scenes:write",
-        summary="Forget a scene.",
-        description="Scenes that another client added stay. Batches that name it keep what it was.",
-        answer=None,
-        status=204,
-        codes=("unknown_scene", "scene_of_another", *DATABASE_CODES),
-    ),
-)
-"""What there is about scenes."""

@@ -12,11 +12,11 @@ from api.content.digests import request_hash
 from api.errors import InvalidRequest, invalid
 from api.pool.messages import PlanFigures, Reply
 from api.problem_documents import problem_document
-from api.schemas import answers, requests
-from api.schemas.comparisons import ComparedBackend, ComparisonAnswer
+from api.schemas import requests
+from api.schemas.comparisons import ComparedBackend
 from api.size import rows_of
-from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
 from api.tasks.remedies import acceptable_remedies, at_back_end
+from api.tasks.work import task
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from planner.robots import Robot
 
 
+@task("plan_trajectory")
 def plan_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories."""
     from api.answers.negotiation import negotiated
@@ -65,6 +66,7 @@ def figures_of(solved: Plan) -> PlanFigures:
     return PlanFigures(solved.backend.kind, ratios)
 
 
+@task("export_trajectory")
 def export_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/export."""
     name = work.arguments["format"]
@@ -79,6 +81,7 @@ def export_trajectory(work: Work) -> Reply:
     return replace(reply, media_type="application/octet-stream", headers=headers)
 
 
+@task("compare_backends")
 def compare_backend(work: Work) -> Reply:
     """Answer for one back end of POST /v1/trajectories/compare, the one at the argument `index`."""
     from api.conversion.problems import to_backend, to_planning_problem
@@ -115,6 +118,7 @@ def _compared(found: Figures) -> dict[str, Any]:
     return asdict(found) | unbounded | {"jerk_is_bounded": bounded}
 
 
+@task("validate_trajectory")
 def validate_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/validate."""
     with work.stage("validate"):
@@ -173,6 +177,7 @@ def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests
     return interpolation, certify_interpolation(robot, trajectory, interpolation, limits, ends)
 
 
+@task("list_backends")
 def list_backends(work: Work) -> Reply:
     """Answer GET /v1/backends."""
     from api.schemas.backends import backend_schemas
@@ -207,159 +212,3 @@ def refuse_too_many_rows(duration: float, period: float, dof: int, work: Work, f
     if rows * dof > work.caps.max_samples:
         limit = f"{rows} rows of {dof} joints are more than the {work.caps.max_samples} values of an answer"
         raise invalid([{"pointer": field, "message": limit}])
-
-
-TWO_JOINT_POSITIONS = [
-    {"kind": "joint", "name": "P1", "position": [0.1, -0.4, 0.2, 0.0, 0.3, 0.0]},
-    {"kind": "joint", "name": "P2", "position": [0.2, -0.3, 0.2, 0.0, 0.3, 0.0]},
-]
-"""The waypoints of examples with the refuelling arm."""
-
-TWO_JOINT_WAYPOINTS = {
-    "robot": "ngv_refuelling_arm",
-    "waypoints": TWO_JOINT_POSITIONS,
-    "backend": {"kind": "quintic"},
-    "sample_period": 0.25,
-}
-"""The example of a short plan."""
-
-PLAN_CODES = (
-    *BODY_CODES,
-    "unknown_robot",
-    "unknown_scene",
-    "not_acceptable",
-    "unreachable_waypoint",
-    "configuration_change",
-    "singular_path",
-    "joint_position_limit",
-    "missing_dynamics",
-    "unsupported_format",
-    "infeasible_duration",
-    "limits_unsatisfiable",
-    "start_in_collision",
-    "collision",
-    "clearance_unproved",
-    "no_path_found",
-)
-"""Codes of the problem documents that may be the answer in place of a plan."""
-
-OPERATIONS = (
-    Operation(
-        id="plan_trajectory",
-        method="POST",
-        path="/v1/trajectories",
-        tag="trajectories",
-        summary="Plan a certified joint trajectory through waypoints.",
-        description="The answer is certified to keep every limit that the back end promises to keep, or a problem "
-        "document says what to change. The other forms of the answer are had by `Accept`, by `?format=`, or "
-        "as a file from `export_trajectory`.",
-        run=plan_trajectory,
-        request=requests.PlanRequest,
-        answer=answers.PlanAnswer,
-        shared=True,
-        codes=PLAN_CODES,
-        examples={
-            "two_joint_waypoints": TWO_JOINT_WAYPOINTS,
-            "a_line_and_a_blended_corner": {
-                "robot": "kuka_kr16_l6_2",
-                "waypoints": [
-                    {"kind": "joint", "position": [0.3, -1.2, 1.4, 0.2, 0.6, 0.1]},
-                    {
-                        "kind": "relative",
-                        "frame": "base",
-                        "move": {"kind": "cartesian", "translation": [0.0, -0.2, 0.0]},
-                        "motion": {"kind": "linear"},
-                        "transition": {"kind": "blend", "radius": 0.05},
-                    },
-                    {
-                        "kind": "relative",
-                        "frame": "base",
-                        "move": {"kind": "cartesian", "translation": [0.0, 0.0, -0.2]},
-                        "motion": {"kind": "linear"},
-                    },
-                ],
-                "limits": {"tcp_linear_velocity": 0.25},
-                "sample_period": 0.5,
-            },
-        },
-        formats=True,
-    ),
-    Operation(
-        id="export_trajectory",
-        method="POST",
-        path="/v1/trajectories/export",
-        tag="trajectories",
-        summary="Plan as `plan_trajectory` does, and answer with a file in the form that `format` names.",
-        description="Tables, messages, arrays and programs of robots. What a form cannot carry is refused with "
-        "`unsupported_format`, or said in the file.",
-        run=export_trajectory,
-        request=requests.PlanRequest,
-        answer=bytes,
-        shared=True,
-        codes=PLAN_CODES,
-        examples={
-            "two_joint_waypoints": TWO_JOINT_WAYPOINTS,
-        },
-        file=True,
-        media_type="application/octet-stream",
-    ),
-    Operation(
-        id="compare_backends",
-        method="POST",
-        path="/v1/trajectories/compare",
-        tag="trajectories",
-        summary="Plan the same waypoints with several back ends, side by side.",
-        description="Each back end plans by itself; one that has no plan says why in its `problem`, beside the "
-        "figures of the others.",
-        run=compare_backend,
-        request=requests.CompareRequest,
-        answer=ComparisonAnswer,
-        shared=True,
-        codes=(*BODY_CODES, "unknown_robot", "unknown_scene"),
-        examples={
-            "two_back_ends": {
-                "robot": "ngv_refuelling_arm",
-                "waypoints": TWO_JOINT_POSITIONS,
-                "backends": [{"kind": "cubic"}, {"kind": "quintic"}],
-                "sample_period": 0.25,
-            },
-        },
-    ),
-    Operation(
-        id="validate_trajectory",
-        method="POST",
-        path="/v1/trajectories/validate",
-        tag="trajectories",
-        summary="Hold a trajectory of any origin against limits.",
-        description="Samples are checked as a controller runs them, between the samples, too; polynomials are checked "
-        "exactly.",
-        run=validate_trajectory,
-        request=requests.ValidateRequest,
-        answer=answers.InterpolationCertificate,
-        shared=True,
-        codes=(*BODY_CODES, "unknown_robot", "unknown_scene"),
-        examples={
-            "three_samples": {
-                "robot": "three_dof_arm",
-                "samples": {
-                    "time": [0.0, 1.0, 2.0],
-                    "position": [[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [0.1, 0.0, 0.0]],
-                },
-            },
-        },
-    ),
-    Operation(
-        id="list_backends",
-        method="GET",
-        path="/v1/backends",
-        tag="trajectories",
-        summary="Every back end, its options and what it guarantees.",
-        description="What a back end guarantees of a quantity is a `hard` limit, one that is only `reported`, or "
-        "`none`.",
-        run=list_backends,
-        answer=answers.BackendsAnswer,
-        shared=True,
-        codes=WORKER_CODES,
-    ),
-)
-"""What there is about trajectories."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from api.schemas import trajectory_operations as schemas
-from api.tasks.operation import BODY_CODES, Operation
 from api.tasks.remedies import acceptable_remedies
 from api.tasks.trajectories import refuse_too_many_rows
+from api.tasks.work import task
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,6 +25,7 @@ POINTS_OF_POLYNOMIALS = 2000
 """The number of positions along polynomials that are timed."""
 
 
+@task("reverse_trajectory")
 def reverse_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/reverse."""
     from api.conversion.given_trajectories import to_trajectory
@@ -37,6 +38,7 @@ def reverse_trajectory(work: Work) -> Reply:
     return _answer(work, schemas.ReverseRequest, run)
 
 
+@task("slice_trajectory")
 def slice_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/slice."""
     from api.conversion.given_trajectories import to_trajectory
@@ -49,6 +51,7 @@ def slice_trajectory(work: Work) -> Reply:
     return _answer(work, schemas.SliceRequest, run)
 
 
+@task("join_trajectories")
 def join_trajectories(work: Work) -> Reply:
     """Answer POST /v1/trajectories/join."""
     from api.conversion.given_trajectories import to_trajectory
@@ -63,6 +66,7 @@ def join_trajectories(work: Work) -> Reply:
     return _answer(work, schemas.JoinRequest, run)
 
 
+@task("retime_trajectory")
 def retime_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/retime."""
     return _answer(work, schemas.RetimeRequest, _retime, is_kept_clear=True)
@@ -91,6 +95,7 @@ def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory
     )
 
 
+@task("stop_trajectory")
 def stop_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/stop."""
     return _answer(work, schemas.StopRequest, _stop)
@@ -133,6 +138,7 @@ def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
     return stop_joints(robot, JointState(position, velocity, acceleration), **_kept(request))
 
 
+@task("resample_trajectory")
 def resample_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/resample."""
     from api.conversion.given_trajectories import to_trajectory
@@ -204,180 +210,3 @@ def _kept(request: schemas.EditRequest) -> dict[str, Any]:
     from api.conversion.problems import to_limits
 
     return {"limits": to_limits(request.limits), "enforced": request.enforced}
-
-
-THERE = {
-    "time": [0.0, 0.5, 1.0],
-    "position": [[0.1, 0.2, 0.3], [0.15, 0.2, 0.25], [0.2, 0.2, 0.2]],
-    "velocity": [[0.0, 0.0, 0.0], [0.15, 0.0, -0.15], [0.0, 0.0, 0.0]],
-}
-"""Samples of a short motion of the arm with three joints."""
-
-POST = {
-    "id": "post",
-    "shape": {"kind": "cylinder", "radius": 0.05, "length": 0.5},
-    "pose": {"position": [0.45, 0.0, 0.0]},
-}
-"""A thing that stands beside its way."""
-
-BACK = {
-    "time": [0.0, 1.0],
-    "position": [[0.2, 0.2, 0.2], [0.1, 0.2, 0.3]],
-    "velocity": [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
-}
-"""Samples of the way back."""
-
-CODES = (
-    *BODY_CODES,
-    "unknown_robot",
-    "unknown_scene",
-    "missing_dynamics",
-    "limits_unsatisfiable",
-    "start_in_collision",
-    "collision",
-    "clearance_unproved",
-)
-"""Codes of the problem documents that may be the answer to an operation instead."""
-
-OPERATIONS = (
-    Operation(
-        id="retime_trajectory",
-        method="POST",
-        path="/v1/trajectories/retime",
-        tag="trajectories",
-        summary="Put time on a dense list of joint positions, smoothed within a tolerance.",
-        description="The points may come from any planner; the answer says how far a joint goes from them, and runs "
-        "from rest to rest. In `speed_zones` it is slowed.",
-        run=retime_trajectory,
-        request=schemas.RetimeRequest,
-        answer=schemas.RetimeAnswer,
-        shared=True,
-        codes=(*CODES, "joint_position_limit", "infeasible_duration"),
-        examples={
-            "four_points": {
-                "robot": "three_dof_arm",
-                "points": [[0.1, 0.2, 0.3], [0.15, 0.2, 0.25], [0.2, 0.25, 0.2], [0.2, 0.3, 0.2]],
-                "backend": {"kind": "toppra"},
-                "max_deviation": 0.01,
-                "sample_period": 0.5,
-            },
-            "slow_beside_a_post": {
-                "robot": "three_dof_arm",
-                "points": [[-0.8, 0.2, 0.3], [0.0, 0.25, 0.25], [0.7, 0.3, 0.2]],
-                "scene": {"objects": [POST]},
-                "speed_zones": [{"clearance": 0.2, "speed": 0.1}],
-                "backend": {"kind": "quintic"},
-                "max_deviation": 0.01,
-                "sample_period": 1.0,
-            },
-        },
-    ),
-    Operation(
-        id="stop_trajectory",
-        method="POST",
-        path="/v1/trajectories/stop",
-        tag="trajectories",
-        summary="Stop a motion as fast as the limits let it, on its path or off it.",
-        description="The fastest stop within all limits of a trajectory at a time, or of a state of the joints. Where "
-        "a joint cannot stop before a limit, the problem names it.",
-        run=stop_trajectory,
-        request=schemas.StopRequest,
-        answer=schemas.OperationAnswer,
-        shared=True,
-        codes=(*CODES, "joint_position_limit"),
-        examples={
-            "on_the_path": {
-                "robot": "three_dof_arm",
-                "trajectory": {"samples": THERE},
-                "time": 0.4,
-                "sample_period": 0.25,
-            },
-            "from_a_state": {
-                "robot": "three_dof_arm",
-                "state": {"position": [0.1, 0.2, 0.3], "velocity": [0.1, 0.0, -0.2]},
-                "sample_period": 0.25,
-            },
-        },
-    ),
-    Operation(
-        id="reverse_trajectory",
-        method="POST",
-        path="/v1/trajectories/reverse",
-        tag="trajectories",
-        summary="Run a trajectory backwards, with the same timing.",
-        description="Positions are those of the trajectory from its end to its start, velocities have the opposite "
-        "sign.",
-        run=reverse_trajectory,
-        request=schemas.ReverseRequest,
-        answer=schemas.OperationAnswer,
-        shared=True,
-        codes=CODES,
-        examples={
-            "the_way_back": {"robot": "three_dof_arm", "trajectory": {"samples": THERE}, "sample_period": 0.25},
-        },
-    ),
-    Operation(
-        id="slice_trajectory",
-        method="POST",
-        path="/v1/trajectories/slice",
-        tag="trajectories",
-        summary="Cut out the part of a trajectory between two times.",
-        description="Its polynomials stay exact. A part that begins or ends in motion says so in `initial`, `final` "
-        "and a warning.",
-        run=slice_trajectory,
-        request=schemas.SliceRequest,
-        answer=schemas.OperationAnswer,
-        shared=True,
-        codes=CODES,
-        examples={
-            "from_the_middle_on": {
-                "robot": "three_dof_arm",
-                "trajectory": {"samples": THERE},
-                "start": 0.5,
-                "sample_period": 0.25,
-            },
-        },
-    ),
-    Operation(
-        id="join_trajectories",
-        method="POST",
-        path="/v1/trajectories/join",
-        tag="trajectories",
-        summary="Run trajectories one after the other, which have to meet.",
-        description="Each begins where the one before ends, in position and velocity; where they do not meet, the "
-        "problem says by how much.",
-        run=join_trajectories,
-        request=schemas.JoinRequest,
-        answer=schemas.JoinAnswer,
-        shared=True,
-        codes=CODES,
-        examples={
-            "there_and_back": {
-                "robot": "three_dof_arm",
-                "trajectories": [{"samples": THERE}, {"samples": BACK}],
-                "sample_period": 0.25,
-            },
-        },
-    ),
-    Operation(
-        id="resample_trajectory",
-        method="POST",
-        path="/v1/trajectories/resample",
-        tag="trajectories",
-        summary="Sample a trajectory again, with its derivatives, as the controller runs it.",
-        description="At another period, or at times of your own.",
-        run=resample_trajectory,
-        request=schemas.ResampleRequest,
-        answer=schemas.OperationAnswer,
-        shared=True,
-        codes=CODES,
-        examples={
-            "every_250_ms": {
-                "robot": "three_dof_arm",
-                "trajectory": {"samples": THERE, "interpolation": "cubic"},
-                "period": 0.25,
-            },
-        },
-    ),
-)
-"""The operations on trajectories."""

@@ -19,7 +19,7 @@ from api.schemas.scenes import Scene
 from api.size import parse_json, size_faults
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from api.pool.messages import Caps, Task
     from planner.robots import Robot
@@ -29,6 +29,24 @@ JSON = "application/json"
 
 CACHED_ROBOTS = 32
 """The number of uploaded robots that one worker keeps built; one takes up to some MiB with its seed table."""
+
+
+TASKS: dict[str, Callable[[Work], Reply]] = {}
+"""The function that runs for each task, by the id of its operation."""
+
+
+def task(name: str) -> Callable[[Callable[[Work], Reply]], Callable[[Work], Reply]]:
+    """Make a function the one that a worker runs for a task.
+
+    Args:
+        name: The id of the operation.
+    """
+
+    def register(function: Callable[[Work], Reply]) -> Callable[[Work], Reply]:
+        TASKS[name] = function
+        return function
+
+    return register
 
 
 class Work:

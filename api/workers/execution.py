@@ -12,18 +12,42 @@ import orjson
 from api import errors
 from api.batches.items import CHUNK_BYTES, CHUNK_SECONDS, PLAN_ITEMS, decompressed
 from api.failures import where_from
-from api.openapi import get_openapi
-from api.operations import OPERATIONS
 from api.pool.messages import Reply, Task
 from api.problem_documents import MEDIA_TYPE, problem_document
+from api.request_examples import request_examples
+from api.tasks import (
+    batch_reports,
+    collisions,
+    dynamics,
+    kinematics,
+    openapi,
+    robots,
+    scenes,
+    trajectories,
+    trajectory_operations,
+)
 from api.tasks.batches import item_steps
-from api.tasks.work import Work
+from api.tasks.work import TASKS, Work, task
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from api.pool.messages import Caps
+
+
+SUBJECTS = (
+    trajectories,
+    trajectory_operations,
+    batch_reports,
+    robots,
+    scenes,
+    collisions,
+    kinematics,
+    dynamics,
+    openapi,
+)
+"""The modules whose functions are registered as tasks, besides `batches` and this one."""
 
 
 class Attempt:
@@ -51,6 +75,7 @@ class Attempt:
             self.reply = _refused(refusal, self.work)
 
 
+@task(PLAN_ITEMS)
 def plan_items(work: Work) -> Reply:
     """Plan requests of a batch, the argument `items`, each as if it were alone; the result is a list of replies.
 
@@ -86,13 +111,6 @@ def _read(work: Work, end: float) -> list[Attempt]:
     return under_way
 
 
-RUN: dict[str, Callable[[Work], Reply]] = {
-    "get_openapi": get_openapi,
-    PLAN_ITEMS: plan_items,
-    **{operation.id: operation.run for operation in OPERATIONS if operation.run is not None},
-}
-"""The function that runs for each operation id."""
-
 WARM_UP_ROBOT = "kuka_kr16_l6_2"
 """The robot that is planned for before any request; it has inertias, which one back end asks for."""
 
@@ -107,7 +125,7 @@ def execute(task: Task, caps: Caps) -> Reply:
         if time.monotonic() >= task.deadline:
             hint = errors.what_to_do(caps.max_deadline)
             raise errors.DeadlineExceeded(f"the deadline passed while the request waited for a worker; {hint}")
-        reply = RUN[task.operation](work)
+        reply = TASKS[task.operation](work)
     except (PlanningError, errors.ServiceError) as refusal:
         reply = _refused(refusal, work)
     except Exception as error:  # noqa: BLE001 - the boundary of the process: nothing may leave it but a reply
@@ -144,10 +162,9 @@ def warm_up(caps: Caps) -> None:
     waypoints[1]["transition"] = {"kind": "through"}  # straight lines alone would not load the package toppra
     for kind in BACKENDS:
         _run("plan_trajectory", {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": {"kind": kind}}, caps)
-    for operation in OPERATIONS:
-        for example in [*operation.examples.values()][:1]:
-            _run(operation.id, example, caps)
+    for operation, examples in request_examples().items():
+        _run(operation, next(iter(examples.values())), caps)
 
 
 def _run(operation: str, request: Any, caps: Caps) -> None:
-    RUN[operation](Work(Task(operation, "", 0.0, math.inf, orjson.dumps(request), ARGUMENTS), caps))
+    TASKS[operation](Work(Task(operation, "", 0.0, math.inf, orjson.dumps(request), ARGUMENTS), caps))

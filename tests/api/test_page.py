@@ -13,7 +13,7 @@ import pytest
 from starlette.requests import Request
 from structlog.testing import capture_logs
 
-from api.routes import page
+from api.http.routers import page
 from tests.api.requests import plan_request
 from tests.locations import ROOT
 

@@ -10,12 +10,12 @@ import pytest
 import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
-from api.operations import OPERATIONS
 from api.pool.messages import PlanFigures
 from api.server.traffic import Traffic
 from api.settings import Settings
 from api.telemetry.metrics import Metrics
 from tests.api.made_up_service import WorkersInTheProcess
+from tests.api.operations import OPERATIONS
 from tests.locations import ROOT
 
 if TYPE_CHECKING:

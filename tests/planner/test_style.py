@@ -30,7 +30,6 @@ LARGER_FOLDERS = {
     "planner/certificate": "a module for each kind of check",
     "planner/tool_motions": "a module for each kind of path, and for each way in which the joints follow it",
     "api/schemas": "a module for each subject of requests and answers",
-    "api/tasks": "a module for each subject of operations",
 }
 """Folders with more modules, and why."""
 

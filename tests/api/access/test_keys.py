@@ -20,10 +20,10 @@ from api.batches.items import NewItem
 from api.database.batches import Arrival, BatchBounds, append_items, begin_batch, open_batch
 from api.database.database import make_engine, sqlite_url
 from api.database.tables import engines, items
-from api.operations import OPERATIONS
 from cli import app
 from tests.api.conftest import wait_until
 from tests.api.made_up_service import made_up_service
+from tests.api.operations import OPERATIONS
 from tests.api.requests import dh_robot, plan_request
 
 if TYPE_CHECKING:

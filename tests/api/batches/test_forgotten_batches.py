@@ -27,7 +27,7 @@ from api.database.claims import Outcome, settle
 from api.database.database import Database, sqlite_url
 from api.database.named_contents import ROBOTS, Bounds
 from api.errors import UnknownBatch
-from api.routes.batches import get_batch, get_batch_report, get_batch_results
+from api.http.routers.batches import get_batch, get_batch_report, get_batch_results
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -62,7 +62,7 @@ def ended_batch(connection: Connection) -> str:
 def test_who_reads_a_batch_that_is_forgotten_meanwhile_is_told_so(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
-    read: Callable[[Request], Awaitable[Any]],
+    read: Callable[[Request, str], Awaitable[Any]],
     module: Any,
     before: str,
 ) -> None:
@@ -83,9 +83,9 @@ def test_who_reads_a_batch_that_is_forgotten_meanwhile_is_told_so(
         service = SimpleNamespace(database=database, looks=Looks(database))
         app = SimpleNamespace(state=SimpleNamespace(service=service))
         scope = {"type": "http", "method": "GET", "path": "/", "headers": [], "query_string": b"", "app": app}
-        scope |= {"path_params": {"id": batch_id}, "state": {"client": Client("127.0.0.1")}}
+        scope |= {"state": {"client": Client("127.0.0.1")}}
         with pytest.raises(UnknownBatch, match="no batch has this id"):
-            await read(Request(scope))
+            await read(Request(scope), batch_id)
 
     asyncio.run(run())
     database.close()

@@ -21,11 +21,10 @@ import orjson
 import pytest
 
 from api import errors
-from api.operations import OPERATIONS
 from api.problem_documents import problem_document
-from api.tasks.collisions import TABLE
-from api.tasks.trajectory_operations import THERE
+from api.request_examples import request_examples
 from tests.api.conftest import running_service, wait_until
+from tests.api.operations import OPERATIONS
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, pose_waypoint, urdf_robot
 from tests.locations import ROOT
 
@@ -84,7 +83,11 @@ PROBLEMS: dict[str, tuple[str, str, Any]] = {
     "limits_unsatisfiable": (
         "POST",
         f"{PLAN}/reverse",
-        {"robot": "three_dof_arm", "trajectory": {"samples": THERE}, "limits": {"velocity": [0.05] * 3}},
+        {
+            "robot": "three_dof_arm",
+            "trajectory": request_examples()["reverse_trajectory"]["the_way_back"]["trajectory"],
+            "limits": {"velocity": [0.05] * 3},
+        },
     ),
     "start_in_collision": ("POST", PLAN, plan_request(scene={"objects": [FLOOR | {"margin": 1.0}]})),
     "clearance_unproved": ("POST", PLAN, plan_request(waypoints=ROUND, scene={"objects": [BARELY_BELOW]})),
@@ -94,7 +97,7 @@ PROBLEMS: dict[str, tuple[str, str, Any]] = {
         KUKA
         | {
             "waypoints": [joint(0.0, -1.5, 1.5, 0.0, 0.5, 0.0), joint(0.0, -0.2, 0.9, 0.0, 0.9, 0.0)],
-            "scene": {"objects": [TABLE]},
+            "scene": {"objects": request_examples()["check_collisions"]["two_postures"]["scene"]["objects"]},
         },
     ),
     "no_path_found": ("POST", PLAN, KUKA | {"waypoints": AROUND_A_WALL, "scene": {"objects": [WALL]}}),
@@ -117,7 +120,7 @@ def answers(service: RunningService) -> dict[str, dict[str, dict[str, Any]]]:
         requests = operation.examples or {"an_answer": None}
         of_operation = found.setdefault(operation.id, {})
         for name, body in requests.items():
-            for _ in range(1 + len(operation.also) * (operation.method == "POST")):
+            for _ in range(1 + (len(operation.answers) - 1) * (operation.method == "POST")):
                 path = operation.path.replace("{id}", _id(service, operation.tag))
                 reply = service.client.request(operation.method, path, json=body, params=QUERIES.get(operation.id))
                 assert reply.is_success, reply.text

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from api.openapi import openapi_document
 from clients.changes import breaking_changes, may_break
+from clients.document import openapi_document
 
 if TYPE_CHECKING:
     from collections.abc import Callable

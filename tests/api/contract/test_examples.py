@@ -8,11 +8,11 @@ import pytest
 from pydantic import TypeAdapter
 
 from api.errors import STATUS_OF_CODE
-from api.openapi import examples
-from api.operations import OPERATIONS
+from api.http.openapi import examples
 from api.schemas.problem_documents import ProblemDocument
 from tests.api.contract import recorded_examples
 from tests.api.contract.recorded_examples import differences
+from tests.api.operations import OPERATIONS
 
 if TYPE_CHECKING:
     from tests.api.conftest import RunningService
@@ -40,11 +40,10 @@ def test_problems_are_as_shown(recorded: dict[str, Any]) -> None:
 def test_every_status_of_every_operation_has_an_example() -> None:
     for operation in OPERATIONS:
         shown = examples()["answers"].get(operation.id, {})
-        statuses = {operation.status, *operation.also} if operation.answer is not None else set()
-        assert shown.keys() == set(map(str, statuses)), operation.id
+        assert shown.keys() == set(map(str, operation.answers)), operation.id
         for named in shown.values():
             assert named
-        assert not operation.examples or shown[str(operation.status)].keys() == operation.examples.keys()
+        assert not operation.examples or shown[str(operation.answers[0])].keys() == operation.examples.keys()
         assert set(operation.codes) <= examples()["problems"].keys()
 
 

@@ -12,10 +12,9 @@ from hypothesis.errors import FlakyStrategyDefinition
 from schemathesis.checks import CHECKS
 from schemathesis.config import SchemathesisConfig
 
-from api.operations import OPERATIONS
 from api.schemas.common import LARGEST
-from api.tasks.operation import Operation
 from tests.api.conftest import running_service
+from tests.api.operations import OPERATIONS, Operation
 from tests.sizes import HTTP
 
 if TYPE_CHECKING:

@@ -31,8 +31,9 @@ from api.database.migrate import DatabaseTooNew, _config, is_current, upgrade
 from api.database.named_contents import ROBOTS, SCENES, Bounds
 from api.database.tables import items, metadata, robot_contents, robots, scene_contents
 from api.errors import DatabaseUnavailable
+from api.http.dependencies import read_body
+from api.http.running import run
 from api.pool.messages import Reply
-from api.routes.ordinary import run_with_body
 from api.server.traffic import Traffic
 from api.settings import Settings
 from cli import app
@@ -346,11 +347,11 @@ def test_the_database_is_not_asked_for_robots_of_the_catalogue() -> None:
             "share": Traffic(10**6).share(""),
             "arrived": time.monotonic(),
             "client": Client("127.0.0.1"),
-            "operation": None,
         }
         headers = [(b"content-type", b"application/json")]
         scope = {"type": "http", "method": "POST", "path": "/", "headers": headers, "app": app, "state": state}
-        await run_with_body(Request(scope, receive), "plan_trajectory")
+        request = Request(scope, receive)
+        await run(request, "plan_trajectory", await read_body(request))
 
     async def three_times() -> None:
         for _ in range(3):

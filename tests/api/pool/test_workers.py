@@ -17,7 +17,8 @@ from pydantic import ValidationError
 
 from api.pool.messages import Caps, Reply, Task
 from api.settings import Settings
-from api.workers.execution import RUN, execute, wants_memory
+from api.tasks.work import TASKS
+from api.workers.execution import execute, wants_memory
 from planner.errors import UnreachableWaypoint
 from tests.api.conftest import wait_until
 from tests.api.requests import dh_robot, plan_request
@@ -237,7 +238,7 @@ def test_a_worker_is_unfit_after_errors_that_nobody_foresaw(
     def fail(_: Work) -> Reply:
         raise error
 
-    monkeypatch.setitem(RUN, "plan_trajectory", fail)
+    monkeypatch.setitem(TASKS, "plan_trajectory", fail)
     reply = execute(Task("plan_trajectory", PLAN, 0.0, math.inf), Caps(60.0, 10, 10, 448))
     assert json.loads(reply.body)["code"] == code
     assert reply.worker_is_fit == (code == "unreachable_waypoint")

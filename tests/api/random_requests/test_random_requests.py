@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from api.workers.execution import RUN
+from api.tasks.work import TASKS
 from tests.api.made_up_service import made_up_service
 from tests.api.random_requests.conversation import Conversation
 from tests.sizes import OVER_FIELDS
@@ -61,7 +61,7 @@ def test_a_task_that_wants_all_memory_fails_one_test_and_names_its_request(
         return np.ones((4096, 2**20))
 
     for name in ("plan_trajectory", "check_collisions"):
-        monkeypatch.setitem(RUN, name, wants_all)
+        monkeypatch.setitem(TASKS, name, wants_all)
     with pytest.raises(AssertionError, match=r'(?s)"robot": .*memory_exceeded'):
         Conversation(client, 0).hold()
     assert resource.getrlimit(resource.RLIMIT_DATA) == before

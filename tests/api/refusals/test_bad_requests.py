@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from api.operations import OPERATIONS
 from tests.api.conftest import WORKER_MEMORY_MIB
+from tests.api.operations import OPERATIONS
 from tests.api.refusals.bad_requests import BAD_REQUESTS, PLAN, Bad
 from tests.api.requests import plan_request
 
 if TYPE_CHECKING:
-    from api.tasks.operation import Operation
     from tests.api.conftest import RunningService
+    from tests.api.operations import Operation
 
 STATUS = {"unknown_robot": 404, "catalogue_robot": 409}
 JSON = {"Content-Type": "application/json"}

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from api.errors import MisdirectedRequest
-from api.operations import OPERATIONS
 from api.server.sites import Sites
 from api.settings import Settings
 from tests.api.made_up_service import made_up_service
+from tests.api.operations import OPERATIONS
 from tests.api.requests import plan_request
 
 if TYPE_CHECKING:

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import httpx
 import pytest
 
+from api.request_examples import request_examples
 from api.schemas.stored_scenes import ScenesAnswer, StoredScene
-from api.tasks.scenes import CELL
 from tests.api.conftest import wait_until
 from tests.api.requests import dh_robot, plan_request, validate_request
 from tests.locations import ROOT
+
+CELL = request_examples()["add_scene"]["a_table_on_a_floor"]
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -12,18 +12,12 @@ from fastapi import Request, Response
 from api.access.access import audit
 from api.database.named_contents import FOR_ALL, SCENES, Bounds
 from api.errors import Conflict, PayloadTooLarge, SceneExists, SceneOfAnother, TooManyScenes, UnknownScene
-from api.pages import first_page
-from api.routes.ordinary import (
-    client,
-    is_known,
-    look_at_body,
-    not_modified,
-    page_limit,
-    respond,
-    run,
-    run_with_body,
-    service_of,
-)
+from api.http.dependencies import Cursor, Limit, PlannedBody, SceneId, client, needs, service_of
+from api.http.described import BODY_CODES, DATABASE_CODES, returns, takes
+from api.http.router import Router
+from api.http.running import is_known, not_modified, respond, run
+from api.pages import DEFAULT_ENTRIES, first_page
+from api.schemas import stored_scenes as schemas
 from api.server.traffic import Answer
 
 if TYPE_CHECKING:
@@ -31,10 +25,19 @@ if TYPE_CHECKING:
     from api.settings import Settings
 
 
-async def list_scenes(request: Request) -> Response:
+router = Router(tags=["scenes"])
+
+
+@router.get(
+    "/v1/scenes",
+    summary="The scenes that are kept, in pages.",
+    description="Summaries; `get_scene` has the objects.",
+    dependencies=[needs("plan")],
+    responses=returns(schemas.ScenesAnswer, codes=("invalid_request", *DATABASE_CODES)),
+)
+async def list_scenes(request: Request, limit: Limit = DEFAULT_ENTRIES, cursor: Cursor = None) -> Response:
     """Answer GET /v1/scenes: a page."""
-    limit, cursor = page_limit(request), request.query_params.get("cursor", "")
-    found = await service_of(request).database.read(SCENES.behind, client(request).namespace, cursor, limit + 1)
+    found = await service_of(request).database.read(SCENES.behind, client(request).namespace, cursor or "", limit + 1)
     page, has_more = first_page(found, limit)
     answer = {
         "scenes": [orjson.Fragment(summary) for _, summary in page],
@@ -43,18 +46,42 @@ async def list_scenes(request: Request) -> Response:
     return Answer([orjson.dumps(answer)], HTTPStatus.OK, "application/json", {})
 
 
-async def get_scene(request: Request) -> Response:
+@router.get(
+    "/v1/scenes/{id}",
+    summary="One scene.",
+    description="With its objects, as they were added and changed.",
+    dependencies=[needs("plan")],
+    responses=returns(schemas.StoredScene, codes=("unknown_scene", *DATABASE_CODES), shared=True),
+)
+async def get_scene(request: Request, scene_id: SceneId) -> Response:
     """Answer GET /v1/scenes/{id}."""
-    scene_id, content = await _found(request)
+    content = await _found(request, scene_id)
     tag = service_of(request).answers.tag("get_scene", b"", {"id": scene_id, "content": content.digest})
     if is_known(request, tag):
         return respond(not_modified(tag))
     return Answer([content.described_as(scene_id)], HTTPStatus.OK, "application/json", {"ETag": tag})
 
 
-async def add_scene(request: Request) -> Response:
+@router.post(
+    "/v1/scenes",
+    summary="Keep a scene, for requests that name it by its id.",
+    description="What stands around a robot and what it carries. A request with `scene`: `cell_4` is answered as "
+    "one that has all that in it, as it is then. Where keys are asked for, only who sends the same key sees the "
+    "scene, or everybody with `visibility`: `public`.",
+    status_code=201,
+    dependencies=[needs("scenes:write")],
+    responses=returns(
+        schemas.StoredScene,
+        codes=(*BODY_CODES, "scene_exists", "too_many_scenes"),
+        status=201,
+        also={200: "The same scene was there already."},
+        leads_to=("get_scene", "change_scene", "delete_scene"),
+    ),
+    openapi_extra=takes(schemas.SceneToKeep),
+)
+async def add_scene(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/scenes. The same scene again is answered with 200, not 201."""
-    reply = await run_with_body(request, "add_scene")
+    reply = await run(request, "add_scene", body)
     if reply.result is None:
         return respond(reply)
     scene_id, visibility, content = reply.result
@@ -74,11 +101,22 @@ async def add_scene(request: Request) -> Response:
     return respond(reply)
 
 
-async def change_scene(request: Request) -> Response:
+@router.patch(
+    "/v1/scenes/{id}",
+    summary="Move, change, add and remove single objects of a scene.",
+    description="What is given of an object replaces that of the object with this id, field by field; a new id "
+    "adds an object. All changes are made together, or none; where another request has changed the scene at the "
+    "same time, the answer is `conflict`.",
+    dependencies=[needs("scenes:write")],
+    responses=returns(
+        schemas.StoredScene, codes=(*BODY_CODES, "unknown_scene", "scene_of_another", "too_many_scenes", "conflict")
+    ),
+    openapi_extra=takes(schemas.SceneChange),
+)
+async def change_scene(request: Request, scene_id: SceneId, body: PlannedBody) -> Response:
     """Answer PATCH /v1/scenes/{id}."""
-    asked = await look_at_body(request)
-    scene_id, before = await _found(request)
-    reply = await run(request, "change_scene", asked, kept=before.definition, id=scene_id)
+    before = await _found(request, scene_id)
+    reply = await run(request, "change_scene", body, kept=before.definition, id=scene_id)
     if reply.result is None:
         return respond(reply)
     service, sender, content = service_of(request), client(request), reply.result
@@ -107,9 +145,17 @@ async def change_scene(request: Request) -> Response:
     return respond(reply)
 
 
-async def delete_scene(request: Request) -> Response:
+@router.delete(
+    "/v1/scenes/{id}",
+    summary="Forget a scene.",
+    description="Scenes that another client added stay. Batches that name it keep what it was.",
+    status_code=204,
+    dependencies=[needs("scenes:write")],
+    responses=returns(None, codes=("unknown_scene", "scene_of_another", *DATABASE_CODES), status=204),
+)
+async def delete_scene(request: Request, scene_id: SceneId) -> Response:
     """Answer DELETE /v1/scenes/{id}."""
-    scene_id, sender = request.path_params["id"], client(request)
+    sender = client(request)
     match await service_of(request).database.write(SCENES.delete, sender.namespace, scene_id, sender.changes_of):
         case "deleted":
             audit(request, "scene_deleted", scene_id)
@@ -120,13 +166,12 @@ async def delete_scene(request: Request) -> Response:
             raise _unknown()
 
 
-async def _found(request: Request) -> tuple[str, SceneContent]:
-    """Find the scene of the path, with its id."""
-    scene_id = request.path_params["id"]
+async def _found(request: Request, scene_id: str) -> SceneContent:
+    """Find a scene that the client may see."""
     content = await service_of(request).database.read(SCENES.find, client(request).namespace, scene_id)
     if content is None:
         raise _unknown()
-    return scene_id, content
+    return content
 
 
 def _bounds(settings: Settings) -> Bounds:

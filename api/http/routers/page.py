@@ -10,6 +10,7 @@ from fastapi import Request, Response
 
 from api.answers import policies
 from api.errors import NotFound
+from api.http.router import Router
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -39,9 +40,12 @@ NOT_BUILT = """<!DOCTYPE html>
 """
 """The document where the page was not built."""
 
+router = Router(include_in_schema=False)
+
 log = structlog.get_logger()
 
 
+@router.get("/")
 async def page(request: Request) -> Response:
     """Answer GET /: the page, for everybody but those who ask for JSON and take no HTML."""
     accept = request.headers.get("accept", "*/*")
@@ -53,9 +57,9 @@ async def page(request: Request) -> Response:
     return _file(request, folder, "index.html", DOCUMENT_HEADERS)
 
 
-async def page_file(request: Request) -> Response:
+@router.get("/assets/{name}")
+async def page_file(request: Request, name: str) -> Response:
     """Answer GET /assets/{name}."""
-    name = request.path_params["name"]
     if name not in _names():
         raise NotFound("there is no such file")
     return _file(request, built_page() / "assets", name, FOREVER)

@@ -11,52 +11,101 @@ from fastapi import Request, Response
 from api.access.access import audit
 from api.database.named_contents import FOR_ALL, ROBOTS, Bounds
 from api.errors import RobotExists, RobotOfAnother, TooManyRobots
-from api.pages import first_page
-from api.routes.ordinary import client, is_known, not_modified, page_limit, respond, run, run_with_body, service_of
+from api.http.dependencies import Cursor, Form, Limit, PlannedBody, RobotId, client, needs, service_of
+from api.http.described import BODY_CODES, DATABASE_CODES, returns, takes
+from api.http.router import Router
+from api.http.running import is_known, not_modified, respond, run
+from api.pages import DEFAULT_ENTRIES, first_page
+from api.schemas import robots as schemas
+from api.schemas.robot_geometry import RobotGeometry
 from api.server.traffic import Answer
 
 if TYPE_CHECKING:
     from api.settings import Settings
 
+router = Router(tags=["robots"])
+
 ADDED = "uploaded."
 """What the cursors of added robots begin with; those of the catalogue's come before."""
 
 
-async def list_robots(request: Request) -> Response:
+@router.get(
+    "/v1/robots",
+    summary="The robots, the catalogue's and the added ones, in pages.",
+    description="Summaries; `get_robot` has frames, groups, shapes and the rest.",
+    dependencies=[needs("plan")],
+    responses=returns(schemas.RobotsAnswer, codes=("invalid_request", *DATABASE_CODES)),
+)
+async def list_robots(request: Request, limit: Limit = DEFAULT_ENTRIES, cursor: Cursor = None) -> Response:
     """Answer GET /v1/robots: a page, of the catalogue's robots first, then of the added ones."""
-    limit = page_limit(request)
-    cursor = request.query_params.get("cursor", "")
+    cursor = cursor or ""
     last = cursor.removeprefix(ADDED) if cursor.startswith(ADDED) else ""  # those of the catalogue come before
     kept = await service_of(request).database.read(ROBOTS.behind, client(request).namespace, last, limit + 1)
     page, has_more = first_page(((ADDED + robot_id, summary) for robot_id, summary in kept), limit)
     return respond(await run(request, "list_robots", limit=limit, cursor=cursor, added=page, has_more=has_more))
 
 
-async def get_robot(request: Request) -> Response:
+@router.get(
+    "/v1/robots/{id}",
+    summary="One robot.",
+    description="With its joints, their limits and where each limit comes from.",
+    dependencies=[needs("plan")],
+    responses=returns(schemas.RobotDescription, codes=("unknown_robot", *DATABASE_CODES), shared=True),
+)
+async def get_robot(request: Request, robot_id: RobotId) -> Response:
     """Answer GET /v1/robots/{id}."""
-    robot_id = request.path_params["id"]
     content = await service_of(request).database.read(ROBOTS.find, client(request).namespace, robot_id)
     if content is None:
-        return respond(await run(request, "get_robot", id=robot_id))
+        return respond(await run(request, "get_robot", shared=True, id=robot_id))
     tag = service_of(request).answers.tag("get_robot", b"", {"id": robot_id, "content": content.digest})
     if is_known(request, tag):
         return respond(not_modified(tag))
     return Answer([content.described_as(robot_id)], HTTPStatus.OK, "application/json", {"ETag": tag})
 
 
-async def get_robot_geometry(request: Request) -> Response:
+@router.get(
+    "/v1/robots/{id}/geometry",
+    summary="What of a robot can collide.",
+    description="The convex shapes of its links, where they stand and where they come from; and the pairs of "
+    "links, with the reason of those that are not checked against each other. `Accept` (or `?format=gltf`, `glb`) "
+    "asks for glTF 2.0 to look at, a node for each joint at position 0, or for a picture of the arm there as a "
+    "stick model (`?format=svg`, `png`).",
+    dependencies=[needs("plan")],
+    responses=returns(RobotGeometry, codes=("unknown_robot", "not_acceptable", *DATABASE_CODES), shared=True),
+)
+async def get_robot_geometry(request: Request, robot_id: RobotId, form: Form) -> Response:
     """Answer GET /v1/robots/{id}/geometry."""
-    robot_id = request.path_params["id"]
     content = await service_of(request).database.read(ROBOTS.find, client(request).namespace, robot_id)
     definition = None if content is None else content.definition
-    form, accept = request.query_params.get("format"), request.headers.get("accept", "*/*")
-    asked = {"id": robot_id, "definition": definition, "format": form, "accept": accept}
-    return respond(await run(request, "get_robot_geometry", **asked))
+    return respond(await run(request, "get_robot_geometry", shared=True, id=robot_id, definition=definition, **form))
 
 
-async def add_robot(request: Request) -> Response:
+@router.post(
+    "/v1/robots",
+    summary="Add a robot from a URDF document, a Denavit-Hartenberg table, or another robot.",
+    description="`findings` says what was read, and what was filled in. Where keys are asked for, only who "
+    "sends the same key sees the robot, or everybody with `visibility`: `public`.",
+    status_code=201,
+    dependencies=[needs("robots:write")],
+    responses=returns(
+        schemas.AddedRobot,
+        codes=(
+            *BODY_CODES,
+            "invalid_robot_model",
+            "unknown_robot",
+            "robot_exists",
+            "catalogue_robot",
+            "too_many_robots",
+        ),
+        status=201,
+        also={200: "The same robot was there already."},
+        leads_to=("get_robot", "delete_robot"),
+    ),
+    openapi_extra=takes(schemas.RobotDefinition),
+)
+async def add_robot(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/robots. The same robot again is answered with 200, not 201."""
-    reply = await run_with_body(request, "add_robot")
+    reply = await run(request, "add_robot", body)
     if reply.result is None:
         return respond(reply)
     robot_id, visibility, content = reply.result
@@ -88,9 +137,18 @@ def _bounds(settings: Settings) -> Bounds:
     )
 
 
-async def delete_robot(request: Request) -> Response:
+@router.delete(
+    "/v1/robots/{id}",
+    summary="Forget an added robot.",
+    description="Robots of the catalogue stay, and so do those that another client added.",
+    status_code=204,
+    dependencies=[needs("robots:write")],
+    responses=returns(
+        None, codes=("unknown_robot", "catalogue_robot", "robot_of_another", *DATABASE_CODES), status=204
+    ),
+)
+async def delete_robot(request: Request, robot_id: RobotId) -> Response:
     """Answer DELETE /v1/robots/{id}."""
-    robot_id = request.path_params["id"]
     sender = client(request)
     match await service_of(request).database.write(ROBOTS.delete, sender.namespace, robot_id, sender.changes_of):
         case "deleted":

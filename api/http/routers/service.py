@@ -15,12 +15,21 @@ from fastapi.openapi.docs import get_swagger_ui_html
 from api.answers.policies import DOCUMENTATION
 from api.database.batches import left_to_plan
 from api.errors import NotFound
-from api.routes.ordinary import respond, run, service_of
+from api.http.dependencies import needs, service_of
+from api.http.described import returns
+from api.http.openapi import document_of
+from api.http.router import Router
+from api.schemas import service
 from api.schemas.common import DEFAULT_DEADLINE
 from api.schemas.service import ServiceLimits
 from api.server.shedding import ALIVE
 from api.settings import Settings
 from api.telemetry.metrics import MEDIA_TYPE
+
+router = Router(tags=["service"])
+
+documentation = Router(include_in_schema=False)
+"""The routes of the documentation, which are no part of it."""
 
 SWAGGER_FILES = {
     "swagger-ui-bundle.js": "text/javascript",
@@ -30,6 +39,13 @@ SWAGGER_FILES = {
 """Files of Swagger UI and their media types, from the package `fastapi-swagger`: the page needs no other host."""
 
 
+@router.get(
+    "/v1/limits",
+    summary="The caps of the service.",
+    description="How large requests may be, how many wait, and how long they may take.",
+    dependencies=[needs("plan")],
+    responses=returns(service.ServiceLimits),
+)
 async def get_limits(request: Request) -> Response:
     """Answer GET /v1/limits."""
     settings = service_of(request).settings
@@ -37,11 +53,23 @@ async def get_limits(request: Request) -> Response:
     return _json(caps | {"default_deadline": DEFAULT_DEADLINE})
 
 
+@router.get(
+    "/livez",
+    summary="Whether the process answers.",
+    description="It is answered by the server itself, whatever the workers do.",
+    responses=returns(service.Liveness, open_to_all=True),
+)
 async def get_liveness(request: Request) -> Response:
     """Answer GET /livez."""
     return Response(ALIVE, media_type="application/json")
 
 
+@router.get(
+    "/readyz",
+    summary="Whether the workers are warm: each has planned once with every back end.",
+    description="Load balancers send requests to a service that is ready.",
+    responses=returns(service.Readiness, also={503: "Not yet."}, open_to_all=True),
+)
 async def get_readiness(request: Request) -> Response:
     """Answer GET /readyz."""
     service = service_of(request)
@@ -56,6 +84,13 @@ async def get_readiness(request: Request) -> Response:
     return _json(answer, 200 if status == "ready" else 503)
 
 
+@router.get(
+    "/metrics",
+    summary="What the service counts and measures, in Prometheus' text format.",
+    description="Requests, latencies, refusals, workers, what waits for them, and batches.",
+    dependencies=[needs("admin")],
+    responses=returns(str, codes=("database_unavailable",), media_type="text/plain"),
+)
 async def get_metrics(request: Request) -> Response:
     """Answer GET /metrics."""
     service = service_of(request)
@@ -63,11 +98,13 @@ async def get_metrics(request: Request) -> Response:
     return Response(service.metrics.as_text(), media_type=MEDIA_TYPE)
 
 
+@documentation.get("/openapi.json")
 async def openapi(request: Request) -> Response:
     """Answer GET /openapi.json."""
-    return respond(await run(request, "get_openapi"))
+    return await document_of(request)
 
 
+@documentation.get("/docs")
 async def docs_page(request: Request) -> Response:
     """Answer GET /docs."""
     page = get_swagger_ui_html(
@@ -83,9 +120,9 @@ async def docs_page(request: Request) -> Response:
     return page
 
 
-async def docs_file(request: Request) -> Response:
+@documentation.get("/docs/{name}")
+async def docs_file(name: str) -> Response:
     """Answer GET /docs/{name}."""
-    name = request.path_params["name"]
     if name not in SWAGGER_FILES:
         raise NotFound("there is no such file")
     content = files("fastapi_swagger").joinpath("resources", name).read_bytes()

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.errors import DeadlineExceeded, InternalError, MemoryExceeded
+from api.http.dependencies import Body, service_of
+from api.http.running import is_known, not_modified, respond, run
 from api.pool.messages import Reply
 from api.problem_documents import MEDIA_TYPE, problem_document
-from api.routes.ordinary import is_known, look_at_body, not_modified, respond, run, service_of
 from api.schemas.comparisons import ComparedBackend
 from api.schemas.requests import MOST_BACKENDS
 from api.server.traffic import Answer
@@ -23,28 +24,27 @@ OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_er
 """Codes of what befalls one back end in a comparison and says nothing of the others."""
 
 
-async def compare_backends(request: Request) -> Response:
-    """Answer POST /v1/trajectories/compare: read the body and plan with each of its back ends."""
-    asked = await look_at_body(request)
-    tag = service_of(request).answers.tag("compare_backends", asked.body, asked.contents)
+async def compare(request: Request, body: Body) -> Response:
+    """Plan with each back end of a comparison."""
+    tag = service_of(request).answers.tag("compare_backends", body.content, body.contents)
     if is_known(request, tag):
         return respond(not_modified(tag))
-    kinds = _kinds(asked.document.get("backends"))
+    kinds = _kinds(body.document.get("backends"))
     workers = asyncio.Semaphore(service_of(request).settings.workers)
 
-    async def compare(index: int) -> Reply:
+    async def plan_with(index: int) -> Reply:
         async with workers:
             try:
-                return await run(request, "compare_backends", asked, index=index)
+                return await run(request, "compare_backends", body, shared=True, index=index)
             except (DeadlineExceeded, MemoryExceeded, InternalError) as error:
                 status, refusal = problem_document(error, request.url.path)
                 return Reply(status, MEDIA_TYPE, refusal)
 
     if kinds is None:  # a worker says what is wrong
-        return respond(await compare(0))
+        return respond(await plan_with(0))
     try:
         async with asyncio.TaskGroup() as group:
-            tasks = [group.create_task(compare(index)) for index in range(len(kinds))]
+            tasks = [group.create_task(plan_with(index)) for index in range(len(kinds))]
     except ExceptionGroup as errors:  # the others have been cancelled
         raise errors.exceptions[0] from None
     replies = [task.result() for task in tasks]

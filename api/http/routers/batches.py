@@ -6,10 +6,11 @@ import asyncio
 import time
 from dataclasses import replace
 from http import HTTPStatus
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import orjson
-from fastapi import Request, Response
+from fastapi import Header, Query, Request, Response
+from pydantic.json_schema import SkipJsonSchema
 from sqlalchemy.exc import NoResultFound
 from starlette.responses import StreamingResponse
 
@@ -22,9 +23,14 @@ from api.batches.status import finished, listed, tabulated
 from api.database import batches, claims
 from api.database.batch_reports import report_figures, shown_results
 from api.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
+from api.http.dependencies import BatchId, Cursor, FormOfPlans, Limit, client, is_json, media_type_of, needs, service_of
+from api.http.described import BODY_CODES, DATABASE_CODES, returns, takes
+from api.http.router import Router
+from api.http.running import respond, run
+from api.pages import DEFAULT_ENTRIES
 from api.pool.costs import Kind
 from api.pool.messages import Task
-from api.routes.ordinary import client, is_json, media_type_of, page_limit, respond, run, service_of
+from api.schemas import batches as schemas
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping, Sequence
@@ -33,8 +39,10 @@ if TYPE_CHECKING:
     from api.pool.messages import Reply
     from api.server.service import Service
 
-A = TypeVar("A")
-T = TypeVar("T")
+router = Router(tags=["batches"])
+
+RESULTS_CODES = ("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES)
+"""Codes of the problem documents that may be the answer in place of results."""
 
 LINES = frozenset({"application/x-ndjson", "application/ndjson", "application/jsonl"})
 """The media types of bodies with one request a line."""
@@ -52,7 +60,39 @@ MOST_TRIES = 30
 """The number of times that a piece of a stream is tried, a second apart, while the service has too much to do."""
 
 
-async def create_batch(request: Request) -> Response:
+@router.post(
+    "/v1/batches",
+    summary="Plan many requests, behind those that somebody waits for.",
+    description="The body is a list of plan requests, a grid of them, or lines of JSON with a request each. They "
+    "are planned in the background; what is wrong with one of them is told among the results.",
+    status_code=202,
+    dependencies=[needs("batches")],
+    responses=returns(
+        schemas.Batch,
+        codes=(*BODY_CODES, "conflict", "too_many_batches"),
+        status=202,
+        leads_to=(
+            "get_batch",
+            "get_batch_results",
+            "stream_batch_results",
+            "stream_batch_events",
+            "get_batch_report",
+            "cancel_batch",
+        ),
+    ),
+    openapi_extra=takes(schemas.BatchRequest, lines=True),
+)
+async def create_batch(
+    request: Request,
+    key: Annotated[
+        str | SkipJsonSchema[None],
+        Header(
+            alias="Idempotency-Key",
+            description="A text of your own. The same key and body again is answered with the same batch, another "
+            "body with `conflict`.",
+        ),
+    ] = None,
+) -> Response:
     """Answer POST /v1/batches."""
     media_type = media_type_of(request)
     is_lines = media_type in LINES
@@ -60,7 +100,6 @@ async def create_batch(request: Request) -> Response:
         raise UnsupportedMediaType(
             "send the body with the header `Content-Type: application/json`, or `application/x-ndjson` for lines of it"
         )
-    key = request.headers.get("idempotency-key")
     if key is not None and not 1 <= len(key) <= LONGEST_KEY:
         raise invalid([{"pointer": "", "message": f"the header Idempotency-Key has 1 to {LONGEST_KEY} characters"}])
     declared = request.headers.get("content-length", "")
@@ -75,9 +114,15 @@ async def create_batch(request: Request) -> Response:
     return _json(await service_of(request).looks.describe(batch), HTTPStatus.ACCEPTED, headers)
 
 
-async def list_batches(request: Request) -> Response:
+@router.get(
+    "/v1/batches",
+    summary="The batches that are kept, in pages.",
+    description="The newest come first.",
+    dependencies=[needs("batches")],
+    responses=returns(schemas.BatchesAnswer, codes=("invalid_request", *DATABASE_CODES)),
+)
+async def list_batches(request: Request, limit: Limit = DEFAULT_ENTRIES, cursor: Cursor = None) -> Response:
     """Answer GET /v1/batches: a page, the newest first."""
-    limit, cursor = page_limit(request), request.query_params.get("cursor")
     number = None if cursor is None else _number(cursor)
     database, owner = service_of(request).database, client(request).batches_of
     found = await database.read(batches.batches_before, number, limit + 1, owner)
@@ -85,32 +130,59 @@ async def list_batches(request: Request) -> Response:
     return _json({"batches": [listed(batch) for batch in found[:limit]], "next_cursor": next_cursor})
 
 
-async def get_batch(request: Request) -> Response:
+@router.get(
+    "/v1/batches/{id}",
+    summary="How far a batch is, and what came of it so far.",
+    description="With the counts, the rate, an estimate of the time that is left, and a summary of the plans and "
+    "the problems.",
+    dependencies=[needs("batches")],
+    responses=returns(schemas.Batch, codes=("unknown_batch", *DATABASE_CODES)),
+)
+async def get_batch(request: Request, batch_id: BatchId) -> Response:
     """Answer GET /v1/batches/{id}."""
     service = service_of(request)
-    return _json(await service.looks.describe(await _batch(request, request.path_params["id"])))
+    return _json(await service.looks.describe(await _batch(request, batch_id)))
 
 
-async def cancel_batch(request: Request) -> Response:
+@router.delete(
+    "/v1/batches/{id}",
+    summary="Give up what is left of a batch; what is done is kept.",
+    description="What is being planned is given up within a second; results that there are can still be read. With "
+    "`?forget=true` the batch and its results are deleted.",
+    status_code=204,
+    dependencies=[needs("batches")],
+    responses=returns(None, codes=("unknown_batch", *DATABASE_CODES), status=204),
+)
+async def cancel_batch(
+    request: Request, batch_id: BatchId, forget: Annotated[str, Query(include_in_schema=False)] = ""
+) -> Response:
     """Answer DELETE /v1/batches/{id}."""
     service = service_of(request)
-    batch = await _batch(request, request.path_params["id"])
+    batch = await _batch(request, batch_id)
     await service.database.write(batches.cancel_batch, batch.number)
     service.engine.forget(batch.number)
     audit(request, "batch_cancelled", batch.id)
-    if request.query_params.get("forget") == "true":
+    if forget == "true":
         await service.database.write(batches.discard_batches, [batch.number])
         audit(request, "batch_forgotten", batch.id)
     return Response(status_code=HTTPStatus.NO_CONTENT)
 
 
-async def get_batch_results(request: Request) -> Response:
+@router.get(
+    "/v1/batches/{id}/results",
+    summary="The results of a batch, in pages.",
+    description="In the order of the requests. The page of a running batch ends before the first request that has "
+    "no result yet.",
+    dependencies=[needs("batches")],
+    responses=returns(schemas.BatchResultsAnswer, codes=RESULTS_CODES),
+)
+async def get_batch_results(
+    request: Request, batch_id: BatchId, limit: Limit = DEFAULT_ENTRIES, cursor: Cursor = None, form: FormOfPlans = None
+) -> Response:
     """Answer GET /v1/batches/{id}/results: a page, in the order of the requests."""
     service = service_of(request)
-    limit, form = page_limit(request), _form(request)
-    cursor = request.query_params.get("cursor")
     behind = -1 if cursor is None else _number(cursor)
-    batch = await _batch(request, request.path_params["id"])
+    batch = await _batch(request, batch_id)
     page, has_more = await _results(service, batch, behind, limit)
     is_last = batch.status != "running" and not has_more
     arguments: dict[str, Any] = {"results": page, "form": form, "shape": "page", "last": is_last, "behind": behind}
@@ -118,38 +190,62 @@ async def get_batch_results(request: Request) -> Response:
     return respond(await run(request, RENDER_RESULTS, **arguments))
 
 
-async def stream_batch_results(request: Request) -> Response:
+@router.get(
+    "/v1/batches/{id}/results.ndjson",
+    summary="All results of a batch, one a line (`BatchResult`), as they come; the stream ends with the batch.",
+    description="The lines come in the order of the requests.",
+    dependencies=[needs("batches")],
+    responses=returns(
+        schemas.BatchResult,
+        codes=RESULTS_CODES,
+        media_type="application/x-ndjson",
+    ),
+)
+async def stream_batch_results(request: Request, batch_id: BatchId, form: FormOfPlans = None) -> Response:
     """Answer GET /v1/batches/{id}/results.ndjson: all results, as they come, until the batch has ended."""
-    batch, empty = await _first_look(request, "lines")
+    batch, empty = await _first_look(request, batch_id, form, "lines")
     if empty.result is None:  # there is no such form
         return respond(empty)
-    pieces = (reply.body async for reply in _pieces_of(request, batch, "lines"))
+    pieces = (reply.body async for reply in _pieces_of(request, batch, form, "lines"))
     return _streamed(request, pieces, empty.media_type)
 
 
-async def download_batch_results(request: Request) -> Response:
+@router.get(
+    "/v1/batches/{id}/results.zip",
+    summary="All results of a batch as an archive: a file for each plan, named after the index of its request.",
+    description="Requests without a plan have their problem document, `INDEX.problem.json`. The archive is sent "
+    "while it is made, and ends with the batch.",
+    dependencies=[needs("batches")],
+    responses=returns(
+        bytes,
+        codes=RESULTS_CODES,
+        file=True,
+        media_type="application/zip",
+    ),
+)
+async def download_batch_results(request: Request, batch_id: BatchId, form: FormOfPlans = None) -> Response:
     """Answer GET /v1/batches/{id}/results.zip: an archive of all results, until the batch has ended."""
-    batch, empty = await _first_look(request, "files")
+    batch, empty = await _first_look(request, batch_id, form, "files")
     if empty.result is None:
         return respond(empty)
     name = {"Content-Disposition": f'attachment; filename="{batch.id}.zip"'}
-    return _streamed(request, zipped(_pieces_of(request, batch, "files")), empty.media_type, name)
+    return _streamed(request, zipped(_pieces_of(request, batch, form, "files")), empty.media_type, name)
 
 
-async def _first_look(request: Request, shape: str) -> tuple[BatchRecord, Reply]:
+async def _first_look(request: Request, batch_id: str, form: str | None, shape: str) -> tuple[BatchRecord, Reply]:
     """Find the batch whose results are asked for, and see whether there is the form that is asked for."""
-    batch = await _batch(request, request.path_params["id"])
-    return batch, await _rendered(request, [], shape)
+    batch = await _batch(request, batch_id)
+    return batch, await _rendered(request, [], form, shape)
 
 
-async def _pieces_of(request: Request, batch: BatchRecord, shape: str) -> AsyncIterator[Reply]:
+async def _pieces_of(request: Request, batch: BatchRecord, form: str | None, shape: str) -> AsyncIterator[Reply]:
     """Have all results written, some at a time, as they come."""
     service, behind = service_of(request), -1
     while not request.scope["state"].get("stopping"):
         batch = await _batch(request, batch.id)
         found, _ = await _results(service, batch, behind, RESULTS_AT_ONCE)
         while found:
-            reply = await _rendered(request, found, shape)
+            reply = await _rendered(request, found, form, shape)
             yield reply
             request.state.share.release()
             behind, found = found[reply.result - 1].position, found[reply.result :]
@@ -160,11 +256,11 @@ async def _pieces_of(request: Request, batch: BatchRecord, shape: str) -> AsyncI
         await asyncio.sleep(LOOK)
 
 
-async def _rendered(request: Request, results: Sequence[Result], shape: str) -> Reply:
+async def _rendered(request: Request, results: Sequence[Result], form: str | None, shape: str) -> Reply:
     """Have a part of a stream written; while there is too much to do, or to hold, later."""
     service, path = service_of(request), request.url.path
     definitions = await _definitions(service, results)
-    arguments = {"results": results, "form": _form(request), "shape": shape, "definitions": definitions}
+    arguments = {"results": results, "form": form, "shape": shape, "definitions": definitions}
     kind = Kind((RENDER_RESULTS,), len(results).bit_length())
     for tries in range(1, MOST_TRIES + 1):
         now = time.monotonic()
@@ -179,10 +275,20 @@ async def _rendered(request: Request, results: Sequence[Result], shape: str) -> 
     raise AssertionError  # the last try has returned or raised
 
 
-async def get_batch_report(request: Request) -> Response:
+@router.get(
+    "/v1/batches/{id}/report",
+    summary="A report of a batch: one file that anyone can open, without a network.",
+    description="It has the counts, histograms of durations, use of limits and compute times, the refusals with "
+    "examples, and the worst plans, each with the index of its request and, where it is small enough, its graphs "
+    "and playback. It is as large for a hundred thousand requests as for a hundred. Of a batch that is running it "
+    "tells what there is so far.",
+    dependencies=[needs("batches")],
+    responses=returns(str, codes=("not_acceptable", "unknown_batch", *DATABASE_CODES), media_type="text/html"),
+)
+async def get_batch_report(request: Request, batch_id: BatchId) -> Response:
     """Answer GET /v1/batches/{id}/report: the database sums up, a worker writes."""
     service = service_of(request)
-    batch = await _batch(request, request.path_params["id"])
+    batch = await _batch(request, batch_id)
     description = await service.looks.describe(batch)
     codes = [refusal["code"] for refusal in description["summary"]["refusals"]]
     figures = await service.database.read(report_figures, batch.number, codes)
@@ -192,16 +298,29 @@ async def get_batch_report(request: Request) -> Response:
     return respond(replace(reply, headers={**reply.headers, "Cache-Control": "no-store"}))
 
 
-async def stream_batch_events(request: Request) -> Response:
+@router.get(
+    "/v1/batches/{id}/events",
+    summary="How far a batch is (`Batch`), again and again, as server-sent events: `progress`, and last `end`.",
+    description="A client that comes back with `Last-Event-ID` is told what has changed since.",
+    dependencies=[needs("batches")],
+    responses=returns(schemas.Batch, codes=("unknown_batch", *DATABASE_CODES), media_type="text/event-stream"),
+)
+async def stream_batch_events(
+    request: Request,
+    batch_id: BatchId,
+    last: Annotated[
+        str | SkipJsonSchema[None],
+        Header(alias="Last-Event-ID", description="The id of the last event that was received; omitted: none was."),
+    ] = None,
+) -> Response:
     """Answer GET /v1/batches/{id}/events.
 
     The id of an event is the number of requests that have been answered: who comes back with `Last-Event-ID` hears
     what has changed since.
     """
     service = service_of(request)
-    batch = await _batch(request, request.path_params["id"])
-    last = request.headers.get("last-event-id", "")
-    seen = int(last) if last.isascii() and last.isdecimal() and len(last) < 10 else -1
+    batch = await _batch(request, batch_id)
+    seen = int(last) if last and last.isascii() and last.isdecimal() and len(last) < 10 else -1
     return _streamed(request, _events(request, service, batch, seen), "text/event-stream")
 
 
@@ -247,7 +366,7 @@ async def _check_key(request: Request) -> None:
         Unauthorized, Forbidden: The key may not do this any more.
     """
     if client(request).has_key:
-        await service_of(request).access.key_of(request.headers, request.state.operation.scope)
+        await service_of(request).access.key_of(request.headers, request.state.scope)
 
 
 async def _results(service: Service, batch: BatchRecord, behind: int, limit: int) -> tuple[list[Result], bool]:
@@ -267,11 +386,6 @@ async def _definitions(service: Service, results: Sequence[Result]) -> Mapping[s
         return {digest: await service.database.read(claims.definition_of, digest) for digest in digests}
     except NoResultFound as error:
         raise UnknownBatch(FORGOTTEN) from error
-
-
-def _form(request: Request) -> str | None:
-    """Read which form the plans are to have; a worker knows which there are."""
-    return request.query_params.get("format")
 
 
 def _number(cursor: str) -> int:

@@ -1,0 +1,205 @@
+"""The dependencies of routes: the client with its key and allowance, the body, the page, the form of the answer."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import AsyncIterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any
+
+from fastapi import Depends, Header, Path, Query, Request, Security
+from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer, SecurityScopes
+from pydantic.json_schema import SkipJsonSchema
+
+from api.access.access import Client
+from api.database.named_contents import ROBOTS, SCENES
+from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
+from api.pages import MOST_ENTRIES
+from api.pool.jobs import queue_is_full
+from api.schemas.common import DEFAULT_DEADLINE
+from api.size import has_too_many_rows, parse_json
+
+if TYPE_CHECKING:
+    from fastapi.params import Security as Dependency
+
+    from api.access.access import Access
+    from api.access.keys import Scope
+    from api.server.service import Service
+
+KEY = HTTPBearer(
+    scheme_name="key",
+    description="An API key, where the service asks for one; every operation says which scope its key needs.",
+    auto_error=False,
+)
+"""How clients identify themselves. A service on a loopback address asks for no key, so no operation requires one."""
+
+
+def service_of(request: Request) -> Service:
+    """Find the service that received the request."""
+    service: Service = request.app.state.service
+    return service
+
+
+def client(request: Request) -> Client:
+    """Find the client that sent the request."""
+    sender: Client = request.state.client
+    return sender
+
+
+async def admitted(
+    request: Request, needed: SecurityScopes, _key: Annotated[HTTPAuthorizationCredentials | None, Security(KEY)]
+) -> AsyncIterator[Client]:
+    """Let the client in while its request is answered, or refuse it before the body is read.
+
+    Raises:
+        Unauthorized, Forbidden, DatabaseUnavailable: See `Access.key_of`.
+        TooManyRequests: See `Allowance.request` and `Quota.take`.
+        Overloaded: Too many requests wait for a worker.
+    """
+    access: Access = service_of(request).access
+    request.state.scope = needed.scopes[0]
+    if not access.asks_for_keys:
+        _refuse_if_full(request)
+        yield client(request)
+        return
+    key = await access.key_of(request.headers, request.state.scope)
+    request.state.client = Client(f"key:{key.id}", key.scopes, has_key=True)
+    request.state.share.client = client(request).name
+    allowance, quota = access.allowance_of(key), access.quota_of(key)
+    request.state.quota = quota
+    with allowance.request(time.monotonic()):
+        _refuse_if_full(request)
+        if quota is not None:
+            await quota.take(1)
+        request.state.grants = [allowance, *([] if quota is None else [quota])]
+        yield client(request)
+
+
+def needs(scope: Scope) -> Dependency:
+    """Require a key with a scope, where the service asks for keys."""
+    dependency: Dependency = Security(admitted, scopes=[scope])
+    return dependency
+
+
+def _refuse_if_full(request: Request) -> None:
+    """Refuse a request with a body, before that is read, where there is no room for it."""
+    if request.method in ("POST", "PATCH") and service_of(request).pool.is_full(client(request).name):
+        raise queue_is_full()
+
+
+@dataclass(frozen=True)
+class Body:
+    """The body of a request, and what the server looks at of it; a worker validates it.
+
+    Attributes:
+        content: The bytes as they came.
+        document: The body as JSON, which need not follow any schema.
+        deadline: The time that the answer may take from the arrival of the request, s.
+        named: The id of the robot to use, or to derive another `from`; None: there is none.
+        contents: The definitions that the ids in the body stand for: `definition` of an added robot, `scene` of a
+            scene.
+    """
+
+    content: bytes = b""
+    document: Mapping[str, Any] = field(default_factory=dict)
+    deadline: float = DEFAULT_DEADLINE
+    named: str | None = None
+    contents: Mapping[str, Any] = field(default_factory=dict)
+
+
+async def read_body(request: Request) -> Body:
+    """Read the body, within the bounds of the service, and the definitions that it names.
+
+    Raises:
+        UnsupportedMediaType: It is not declared to be JSON.
+        PayloadTooLarge: It is larger than the service reads.
+        Overloaded: There is no room for it now.
+        InvalidRequest: It is no JSON object.
+    """
+    service = service_of(request)
+    content = await _content(request)
+    document = _parse(content, service.settings.max_body_bytes)
+    named = document.get("robot", document.get("from"))
+    named = named if isinstance(named, str) else None
+    contents: dict[str, Any] = {}
+    namespace, scene_id = client(request).namespace, document.get("scene")
+    if named is not None and named not in service.catalogue:
+        robot = await service.database.read(ROBOTS.find, namespace, named)
+        contents |= {} if robot is None else {"definition": robot.definition}
+    if isinstance(scene_id, str):
+        scene = await service.database.read(SCENES.find, namespace, scene_id)
+        contents |= {} if scene is None else {"scene": scene.definition}
+    deadline = document.get("deadline")
+    if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:
+        deadline = DEFAULT_DEADLINE  # it is omitted, or the worker will refuse it
+    return Body(content, document, min(deadline, service.settings.max_deadline), named, contents)
+
+
+PlannedBody = Annotated[Body, Depends(read_body)]
+"""The body of a request that a worker validates."""
+
+
+async def form_of_answer(
+    form: Annotated[str | None, Query(alias="format", include_in_schema=False)] = None,
+    accept: Annotated[str, Header(include_in_schema=False)] = "*/*",
+) -> dict[str, Any]:
+    """Read which form the answer should have; the worker knows the forms."""
+    return {"format": form, "accept": accept}
+
+
+Form = Annotated[dict[str, Any], Depends(form_of_answer)]
+"""The form that the answer should have, by `?format=` or `Accept`, as arguments of a task."""
+
+FormOfPlans = Annotated[
+    str | SkipJsonSchema[None], Query(alias="format", description="Form of the plans; omitted: `json`.")
+]
+"""The form that the plans in the answer should have."""
+
+Limit = Annotated[int, Query(ge=1, le=MOST_ENTRIES, description="Most entries of the page.")]
+"""The number of entries that a page may have."""
+
+Cursor = Annotated[
+    str | SkipJsonSchema[None], Query(description="The `next_cursor` of the page before; omitted: the first page.")
+]
+"""The entry behind which a page begins."""
+
+RobotId = Annotated[str, Path(alias="id", min_length=1, description="Id of a robot.")]
+SceneId = Annotated[str, Path(alias="id", min_length=1, description="Id of a scene.")]
+BatchId = Annotated[str, Path(alias="id", min_length=1, description="Id of a batch.")]
+
+
+def media_type_of(request: Request) -> str:
+    """Read the media type of the body; no header is no media type, as a page of any site may send that."""
+    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
+
+
+def is_json(media_type: str) -> bool:
+    """Tell whether a media type is that of JSON (RFC 6839)."""
+    return media_type == "application/json" or (media_type.startswith("application/") and media_type.endswith("+json"))
+
+
+async def _content(request: Request) -> bytes:
+    """Read the bytes of the body, of no more than the allowed size, declared or not."""
+    if not is_json(media_type_of(request)):
+        raise UnsupportedMediaType("send the body with the header `Content-Type: application/json`")
+    settings = service_of(request).settings
+    too_large = PayloadTooLarge(f"the body may have {settings.max_body_bytes} bytes", headers={"Connection": "close"})
+    declared = request.headers.get("content-length", "0")
+    if declared.isdecimal() and int(declared) > settings.max_body_bytes:
+        raise too_large
+    body = bytearray()
+    async for chunk in request.stream():
+        request.state.share.hold(len(chunk))
+        body += chunk
+        if len(body) > settings.max_body_bytes:
+            raise too_large
+    return bytes(body)
+
+
+def _parse(body: bytes, max_body_bytes: int) -> dict[str, Any]:
+    if has_too_many_rows(body, max_body_bytes):
+        raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
+    document = parse_json(body)
+    if not isinstance(document, dict):
+        raise invalid([{"pointer": "", "message": "the body must be a JSON object"}])
+    return document

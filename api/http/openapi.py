@@ -1,0 +1,168 @@
+"""The OpenAPI 3.1 document: FastAPI's, from the routes, with schemas from a worker and the recorded examples."""
+
+from __future__ import annotations
+
+from functools import cache
+from http import HTTPStatus
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+import orjson
+from fastapi.openapi.utils import get_openapi
+
+from api.http.described import JSON
+from api.http.running import respond, run
+from api.request_examples import request_examples
+from api.server.traffic import Answer
+from api.version import service_version
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from fastapi import Request, Response
+    from starlette.routing import BaseRoute
+
+TITLE = "Trajectory planner"
+"""The name of the service in its documentation."""
+
+DESCRIPTION = (
+    "Waypoints in, certified joint trajectory out. SI units everywhere; joint arrays follow `joint_names`. "
+    "Who sends the `ETag` of an answer back in `If-None-Match` gets 304 where it would be the same."
+)
+"""What the service does, in the words of its documentation."""
+
+NEEDS = " Where keys are asked for, the key needs the scope `{scope}`."
+"""The last sentence of the description of an operation that needs a key."""
+
+TAGS = {
+    "trajectories": "Plans, and certificates of trajectories of any origin.",
+    "kinematics": "Poses of the tool, joint positions that reach them, and what lies between the two.",
+    "dynamics": "Joint torques.",
+    "collisions": "How near robots come to themselves and to what is around them, for certain.",
+    "batches": "Thousands of plan requests at once, worked on behind all others.",
+    "robots": "The robots of the catalogue, and your own.",
+    "scenes": "What stands around your robots, kept for requests that name it.",
+    "service": "What the service is and how it does.",
+}
+"""The groups of operations in the documentation, and what each is about."""
+
+
+async def document_of(request: Request) -> Response:
+    """Answer with the document of the service; a worker is asked for the schemas once."""
+    state = request.app.state
+    if not hasattr(state, "openapi"):
+        described = described_by_fastapi(request.app.routes)
+        reply = await run(request, "get_schemas", **schema_names(described))
+        if reply.status != HTTPStatus.OK:
+            return respond(reply)
+        state.openapi = orjson.dumps(completed(described, orjson.loads(reply.body)))
+    return Answer([state.openapi], HTTPStatus.OK, JSON, {})
+
+
+def described_by_fastapi(routes: Sequence[BaseRoute]) -> dict[str, Any]:
+    """Have FastAPI describe the routes; the schemas that they name are left to a worker."""
+    document = get_openapi(
+        title=TITLE,
+        version=service_version(),
+        description=DESCRIPTION,
+        routes=routes,
+        tags=[{"name": name, "description": description} for name, description in TAGS.items()],
+        servers=[{"url": "/", "description": "The service that this document comes from."}],
+        contact={"name": TITLE},
+        license_info={"name": "MIT", "identifier": "MIT"},
+    )
+    for operation in _operations(document):
+        if JSON in operation["responses"].get("422", {}).get("content", {}):
+            del operation["responses"]["422"]  # FastAPI's own, of a path whose only parameter cannot be invalid
+    return document
+
+
+def schema_names(document: Mapping[str, Any]) -> dict[str, Any]:
+    """List the names of the schemas of requests and of answers, in the order of the document."""
+    requests: dict[str, None] = {}
+    answers: dict[str, None] = {}
+    for operation in _operations(document):
+        requests |= _named(operation.get("requestBody", {}))
+        for response in operation["responses"].values():
+            answers |= _named(response)
+    return {"requests": list(requests), "answers": list(answers)}
+
+
+def completed(document: dict[str, Any], parts: Mapping[str, Any]) -> dict[str, Any]:
+    """Complete the document of FastAPI with what it cannot know.
+
+    Args:
+        document: What FastAPI says of the routes.
+        parts: What a worker knows: `schemas`, `forms` of answers and `formats` of plans.
+    """
+    bodies = request_examples()
+    for operation in _operations(document):
+        name = operation["operationId"]
+        _say_who_may(operation)
+        for parameter in operation.get("parameters", ()):
+            for said in ("title", "description"):  # the name and the description of the parameter say the same
+                parameter["schema"].pop(said, None)
+            if not parameter["required"]:
+                del parameter["required"]
+            if parameter["name"] == "format":
+                formats = parts["formats"].get(name, parts["formats"]["batches"])
+                parameter["schema"] |= {"enum": formats, "title": "PlanFormat"}
+        if "requestBody" in operation:
+            content = operation["requestBody"]["content"][JSON]
+            content["examples"] = {key: {"value": value} for key, value in bodies[name].items()}
+        for status, response in operation["responses"].items():
+            if status >= "300" and status not in examples()["answers"].get(name, {}):
+                continue
+            for content in response.get("content", {}).values():
+                named = examples()["answers"].get(name, {}).get(status, {})
+                content["examples"] = {key: {"value": value} for key, value in named.items()}
+            further = parts["forms"].get(name, {}) if status == "200" else {}
+            response.get("content", {}).update({media: {"schema": schema} for media, schema in further.items()})
+    codes = {code for operation in _operations(document) for code in _codes(operation)}
+    document["components"] = {
+        "schemas": parts["schemas"],
+        "examples": {
+            code: {"summary": problem["title"], "value": problem}
+            for code, problem in examples()["problems"].items()
+            if code in codes
+        },
+        "securitySchemes": document["components"]["securitySchemes"],
+    }
+    return document
+
+
+@cache
+def examples() -> dict[str, Any]:
+    """Read the examples of what the service answers, which tests compare with its answers.
+
+    Returns:
+        `answers`, by operation, status and name, where a name is that of the request; and `problems`, by code.
+    """
+    read: dict[str, Any] = orjson.loads(files("api").joinpath("openapi_examples.json").read_bytes())
+    return read
+
+
+def _say_who_may(operation: dict[str, Any]) -> None:
+    """Say which scope a key needs; no operation requires a key, as not every service asks for one."""
+    required = [scope for scheme in operation.get("security", ()) for scope in scheme["key"]]
+    operation["security"] = [{}, {"key": []}] if required else [{}]
+    operation["description"] += "".join(NEEDS.format(scope=scope) for scope in required)
+
+
+def _operations(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    for path in document["paths"].values():
+        yield from path.values()
+
+
+def _named(part: Mapping[str, Any]) -> dict[str, None]:
+    """Collect the names of the schemas of a body or an answer."""
+    schemas = (content["schema"] for content in part.get("content", {}).values())
+    return {schema["$ref"].rpartition("/")[2]: None for schema in schemas if "$ref" in schema}
+
+
+def _codes(operation: Mapping[str, Any]) -> Iterator[str]:
+    """List the codes of the problem documents that may be the answer."""
+    for status, response in operation["responses"].items():
+        if status >= "400":
+            for content in response["content"].values():
+                yield from content.get("examples", ())

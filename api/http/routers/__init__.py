@@ -1,0 +1,17 @@
+"""The routes of the service by subject, in the order of the documentation."""
+
+from api.http.routers import batches, collisions, dynamics, kinematics, page, robots, scenes, service, trajectories
+
+ROUTERS = (
+    trajectories.router,
+    batches.router,
+    robots.router,
+    scenes.router,
+    collisions.router,
+    kinematics.router,
+    dynamics.router,
+    service.router,
+    service.documentation,
+    page.router,
+)
+"""The routers of the service."""

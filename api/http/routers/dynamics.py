@@ -1,0 +1,26 @@
+"""Routes under /v1/dynamics."""
+
+from fastapi import Request, Response
+
+from api.http.dependencies import PlannedBody, needs
+from api.http.described import BODY_CODES, returns, takes
+from api.http.router import Router
+from api.http.running import respond, run
+from api.schemas import dynamics as schemas
+
+router = Router(tags=["dynamics"])
+
+
+@router.post(
+    "/v1/dynamics/inverse",
+    summary="Joint torques of states of motion.",
+    description="Gravity, inertia and Coriolis forces of the arm and of what it carries, by recursive Newton-Euler.",
+    dependencies=[needs("plan")],
+    responses=returns(
+        schemas.InverseDynamicsAnswer, codes=(*BODY_CODES, "unknown_robot", "missing_dynamics"), shared=True
+    ),
+    openapi_extra=takes(schemas.InverseDynamicsRequest),
+)
+async def inverse_dynamics(request: Request, body: PlannedBody) -> Response:
+    """Answer POST /v1/dynamics/inverse."""
+    return respond(await run(request, "inverse_dynamics", body, shared=True))

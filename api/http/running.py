@@ -1,0 +1,133 @@
+"""What every route does: let a worker run the task, share equal answers, send the reply."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from dataclasses import replace
+from http import HTTPStatus
+from typing import TYPE_CHECKING, Any
+
+import structlog
+from fastapi import Response
+from starlette.requests import ClientDisconnect
+
+from api.http.dependencies import Body, client, service_of
+from api.pool.costs import kind_of
+from api.pool.messages import Reply, Task
+from api.server.shedding import leave_place
+from api.server.traffic import Answer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+
+    from fastapi import Request
+
+log = structlog.get_logger()
+
+
+NO_BODY = Body()
+"""The body of a request that has none."""
+
+
+async def run(
+    request: Request, operation: str, body: Body = NO_BODY, *, shared: bool = False, **arguments: Any
+) -> Reply:
+    """Run a task in a worker, or give the answer that another request of the same content has got or gets.
+
+    Args:
+        request: The request.
+        operation: The id of the operation, which is the name of the task.
+        body: The body of the request.
+        shared: Whether equal requests have equal answers.
+        arguments: Further arguments of the task.
+
+    Raises:
+        ClientDisconnect: The client has hung up; the work is given up, too, unless others wait for it.
+    """
+    service, share = service_of(request), request.state.share
+    arrived: float = request.state.arrived
+    task = Task(
+        operation=operation,
+        instance=request.url.path,
+        submitted=time.monotonic(),
+        deadline=arrived + body.deadline,
+        body=body.content,
+        arguments={**body.contents, **arguments},
+        client=client(request).name,
+    )
+    size = len(task.body) + sum(len(content) for content in body.contents.values() if isinstance(content, bytes))
+    kind = kind_of(operation, body.document, arguments.get("index", 0), size)
+
+    async def compute(hold: Callable[[int], None]) -> Reply:
+        reply = await service.pool.run(task, kind, hold)
+        if reply.plan is not None:
+            service.metrics.count_plan(reply.plan, reply.timings)
+        if reply.failure is not None:
+            log.error("task_failed", request_id=request.state.request_id, operation=operation, failure=reply.failure)
+        return reply
+
+    if not (shared and may_be_shared(request)):
+        reply = await _unless_hung_up(request, compute(share.hold))
+    else:
+        tag = service.answers.tag(operation, task.body, task.arguments)
+        if is_known(request, tag):
+            return not_modified(tag)
+        if service.answers.is_under_way(tag):
+            leave_place(request.scope)
+        reply = await _unless_hung_up(request, service.answers.answer(tag, task.deadline, task.client, compute))
+        share.hold(len(reply.body))
+        if reply.status == HTTPStatus.OK:
+            reply = replace(reply, headers={**reply.headers, "ETag": tag})
+    if body.named is not None and "definition" not in body.contents and reply.status < HTTPStatus.MULTIPLE_CHOICES:
+        service.catalogue.add(body.named)
+    request.state.timings = dict(reply.timings)
+    request.state.submitted, request.state.code = task.submitted - arrived, reply.code
+    return reply
+
+
+def may_be_shared(request: Request) -> bool:
+    """Tell whether the client takes an answer that was computed for another request."""
+    asked = request.headers.get("cache-control", "").lower()
+    return "no-cache" not in asked and "no-store" not in asked
+
+
+def is_known(request: Request, tag: str) -> bool:
+    """Tell whether the client has the answer with this tag already (`If-None-Match`)."""
+    known = (one.strip() for one in request.headers.get("if-none-match", "").split(","))
+    if not any(one.removeprefix("W/") == tag.removeprefix("W/") for one in known):
+        return False
+    service_of(request).metrics.count_shared("not_modified")
+    return True
+
+
+def not_modified(tag: str) -> Reply:
+    """Make the reply to a client that has the answer with this tag already."""
+    return Reply(HTTPStatus.NOT_MODIFIED, "", b"", headers={"ETag": tag})
+
+
+async def _unless_hung_up(request: Request, answering: Coroutine[Any, Any, Reply]) -> Reply:
+    """Wait for an answer, unless the client hangs up before."""
+    work = asyncio.ensure_future(answering)
+    hang_up = asyncio.ensure_future(_hang_up(request))
+    try:
+        await asyncio.wait((work, hang_up), return_when=asyncio.FIRST_COMPLETED)
+        if not work.done():
+            raise ClientDisconnect
+        return await work
+    finally:
+        hang_up.cancel()
+        work.cancel()
+
+
+async def _hang_up(request: Request) -> None:
+    """Wait until the client hangs up."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
+
+
+def respond(reply: Reply) -> Response:
+    """Make the reply of a worker the response; its body goes out as it is."""
+    if reply.status == HTTPStatus.NOT_MODIFIED:
+        return Response(None, reply.status, reply.headers)
+    return Answer([reply.body], reply.status, reply.media_type, reply.headers)
