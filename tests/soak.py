@@ -21,7 +21,7 @@ def main() -> int:
     parser.add_argument("tests", nargs="*", default=["tests"], help="files or folders of tests")
     arguments = parser.parse_args()
     print(f"{arguments.size}: {SIZES[arguments.size]._asdict()}", flush=True)
-    command = [sys.executable, "-m", "pytest", "-m", LARGER, "--durations=15", *arguments.tests]
+    command = [sys.executable, "-m", "pytest", "-n", "logical", "-m", LARGER, "--durations=15", *arguments.tests]
     return subprocess.run(command, cwd=ROOT, env={**os.environ, "TEST_SIZE": arguments.size}, check=False).returncode
 
 

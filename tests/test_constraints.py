@@ -43,3 +43,10 @@ def test_every_installed_dependency_is_pinned() -> None:
     installed = installed_dependencies(wanted)
     assert len(installed) > 40
     assert installed - pinned - {"pip", "setuptools", "wheel"} == set()
+
+
+def test_build_requirements_are_the_pinned_versions() -> None:
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    requires_to_build = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["build-system"]["requires"]
+    assert requires_to_build
+    assert set(requires_to_build) <= set(lines)
