@@ -6,7 +6,7 @@ import ctypes
 import platform
 import subprocess
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+N = TypeVar("N", bound=np.generic)
+"""The type of the numbers of an array."""
+
 HOW_TO_BUILD = f"run `pip install {COMPILER}` and then `python -m planner.kernels.build`"
 """What mends a library that is not there."""
 
@@ -25,11 +28,19 @@ ARGUMENTS: dict[type, type[ctypes._SimpleCData[Any]]] = {
     int: ctypes.c_int64,
     float: ctypes.c_double,
     np.ndarray: ctypes.c_void_p,
+    type(None): ctypes.c_void_p,
 }
 """The types of C by those of arguments."""
 
 NO_MEMORY = 1
 """The code that a kernel returns when there is no memory left for it."""
+
+TOO_MANY = 2
+"""The code that a kernel returns when its answer would take too many samples."""
+
+
+class TooManySamples(Exception):
+    """A kernel would need more samples than it may take."""
 
 
 @cache
@@ -67,22 +78,41 @@ def doubles(values: ArrayLike, *shape: int) -> NDArray[np.float64]:
     Raises:
         ValueError: It has another shape.
     """
-    array = np.ascontiguousarray(values, dtype=np.float64)
+    return _checked(np.ascontiguousarray(values, dtype=np.float64), shape)
+
+
+def indices(values: ArrayLike, below: int, *shape: int) -> NDArray[np.int64]:
+    """Return an array of indices from 0 on and below a number, as a kernel reads it.
+
+    Raises:
+        ValueError: It has another shape, or an index is out of range.
+    """
+    array = _checked(np.ascontiguousarray(values, dtype=np.int64), shape)
+    if array.size and not (array.min() >= 0 and array.max() < below):
+        raise ValueError(f"an index is not from 0 to {below - 1}")
+    return array
+
+
+def _checked(array: NDArray[N], shape: tuple[int, ...]) -> NDArray[N]:
     if array.shape != shape:
         raise ValueError(f"an array of shape {shape} was expected, not {array.shape}")
     return array
 
 
-def call(name: str, *arguments: int | float | NDArray[np.float64] | NDArray[np.int64]) -> None:
-    """Call a kernel with numbers and with arrays that it reads or fills.
+def call(name: str, *arguments: int | float | NDArray[np.float64] | NDArray[np.int64] | None) -> None:
+    """Call a kernel with numbers and with arrays that it reads or fills; None: an array that is not there.
 
     Raises:
         MemoryError: There is no memory left for it.
+        TooManySamples: Its answer would take too many samples.
     """
     kernel = _kernel(name, tuple(map(type, arguments)))
     pointers = [value.ctypes.data if isinstance(value, np.ndarray) else value for value in arguments]
-    if kernel(*pointers) == NO_MEMORY:
+    code = kernel(*pointers)
+    if code == NO_MEMORY:
         raise MemoryError(f"no memory left for {name}")
+    if code == TOO_MANY:
+        raise TooManySamples
 
 
 @cache

@@ -1,31 +1,24 @@
 """Extrema of polynomials, found and not sampled.
 
 Bernstein coefficients bound a polynomial on an interval, and their first and last are values of it. Where that bound
-could beat the best value seen, the interval is cut into parts; with each cut the gap between bound and value shrinks by
-the square of their number (Lane and Riesenfeld, Bounds on a polynomial, BIT 21, 1981).
+could beat the best value seen, the interval is halved; with each cut the gap between bound and value shrinks to a
+quarter (Lane and Riesenfeld, Bounds on a polynomial, BIT 21, 1981).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from math import comb
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.kernels import polynomials as kernels
 from planner.tolerances import ROUNDING
-from planner.trajectories.polynomials import bernstein_matrix, differentiate, horner, powers
+from planner.trajectories.polynomials import horner
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial
-
-PARTS = 8
-"""Parts that an interval is cut into at once: fewer need more rounds, more need larger ones."""
-
-MOST_CUTS = 16
-"""Number of times that intervals are cut, at most: 8^-16 of a piece is less than the spacing of numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +44,8 @@ class UnitPolynomials:
         return UnitPolynomials(coefficients, self.bernstein - constants[..., None])
 
     def evaluate(self, pieces: np.ndarray, units: FloatArray) -> FloatArray:
-        """Return the values (..., N, joints) at unit times (N,) of pieces (N,)."""
-        return horner(self.coefficients[..., pieces, :, :], units[:, None])
+        """Return the values (derivatives, N, joints) at unit times (N,) of pieces (N,)."""
+        return kernels.evaluate(self.coefficients, pieces, units)
 
     @property
     def starts(self) -> FloatArray:
@@ -72,13 +65,7 @@ def derivatives_on_unit_time(curve: PiecewisePolynomial, count: int) -> UnitPoly
         curve: The polynomials of time.
         count: Number of derivatives, the polynomials themselves included.
     """
-    coefficients, order = curve.coefficients, curve.coefficients.shape[2]
-    unit, scales = np.zeros((count, *coefficients.shape)), powers(curve.lengths[:, None], order)
-    for k in range(count):
-        terms = coefficients.shape[2]
-        unit[k, :, :, :terms] = coefficients * scales[:, :, :terms]
-        coefficients = differentiate(coefficients)
-    return UnitPolynomials(unit, (unit.reshape(-1, order) @ bernstein_matrix(order)).reshape(unit.shape))
+    return UnitPolynomials(*kernels.unit_derivatives(curve.lengths, curve.coefficients, count))
 
 
 class Extrema(NamedTuple):
@@ -126,56 +113,12 @@ def largest_magnitudes(
             of which one of each pair is 1; None: all are 1.
     """
     joints, order = polynomials.bernstein.shape[-2:]
-    group_of_row = np.repeat(groups, joints)
-    best = np.full(int(groups.max()) + 1, -1.0)
-    at_row, at_unit = np.zeros(len(best), dtype=int), np.zeros(len(best))
-    rows, starts, width = np.arange(measure.size), np.zeros(measure.size), 1.0
-    signed = polynomials.bernstein.reshape(-1, order) / measure.reshape(-1, 1)
-    weights = None if directions is None else directions.reshape(2, -1, 1)
-    for _ in range(MOST_CUTS):
-        own = group_of_row[rows]
-        # Also with weights this is convex, so that no value exceeds the largest of its Bernstein coefficients.
-        ratios = (
-            np.abs(signed) if weights is None else np.maximum(-signed * weights[0, rows], signed * weights[1, rows])
-        )
-        values = np.maximum(ratios[:, 0], ratios[:, -1])
-        reached = best.copy()
-        np.maximum.at(reached, own, values)
-        # Of equal ones the first, which is written last.
-        better = np.flatnonzero((values == reached[own]) & (values > best[own]))[::-1]
-        at_row[own[better]] = rows[better]
-        at_unit[own[better]] = starts[better] + np.where(ratios[better, 0] == values[better], 0.0, width)
-        best = reached
-        open_ones = np.flatnonzero(ratios.max(axis=1) > best[own] * (1.0 + ROUNDING))
-        if not len(open_ones):
-            break
-        width /= PARTS
-        starts = (starts[open_ones, None] + width * np.arange(PARTS)).ravel()
-        rows = np.repeat(rows[open_ones], PARTS)
-        signed = (signed[open_ones] @ _cut(order)).reshape(-1, order)
+    at_row, at_unit = kernels.extrema(
+        polynomials.bernstein.reshape(-1, order),
+        measure.reshape(-1),
+        np.repeat(groups.reshape(-1), joints),
+        None if directions is None else directions.reshape(2, -1),
+        ROUNDING,
+    )
     values = horner(polynomials.coefficients.reshape(-1, order)[at_row], at_unit)
     return Extrema(*np.divmod(at_row, joints), at_unit, values)
-
-
-def peaks_on_pieces(polynomials: UnitPolynomials) -> FloatArray:
-    """Return bounds (..., pieces, joints) of the magnitudes on each piece, hardly larger than these: by its parts.
-
-    The Bernstein coefficients of the whole piece bound the velocity of a quintic by 2.7 times its peak.
-    """
-    bounds: FloatArray = np.abs(polynomials.bernstein @ _cut(polynomials.bernstein.shape[-1])).max(axis=-1)
-    return bounds
-
-
-@lru_cache(maxsize=16)
-def _cut(order: int) -> FloatArray:
-    """Return the matrix (order, PARTS * order) from Bernstein coefficients on [0, 1] to those on each of its parts."""
-    to_powers = np.linalg.inv(bernstein_matrix(order))
-    blocks = []
-    for part in range(PARTS):
-        start, width = part / PARTS, 1.0 / PARTS
-        # p(start + width v) in powers of v
-        shift = np.array(
-            [[comb(k, m) * start ** (k - m) * width**m if m <= k else 0.0 for m in range(order)] for k in range(order)]
-        )
-        blocks.append(to_powers @ shift @ bernstein_matrix(order))
-    return np.hstack(blocks)

@@ -10,13 +10,16 @@ The back ends and the certificate share this arithmetic; its tests hold it again
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.errors import InvalidProblem
+from planner.kernels.library import TooManySamples
+from planner.kernels.polynomials import count_parts
+from planner.kernels.sampled_peaks import search_peaks
 from planner.tolerances import LIMIT_TOLERANCE
-from planner.trajectories.extrema import peaks_on_pieces
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -117,16 +120,8 @@ def parts_of(derivatives: UnitPolynomials, lengths: FloatArray) -> np.ndarray:
         derivatives: The motion and its derivatives by time, `DERIVATIVES` of them.
         lengths: (pieces,), s.
     """
-    largest = np.abs(derivatives.bernstein).max(axis=3)
-    half = np.zeros_like(lengths)
-    for order in (1, 2):
-        peaks = largest[order].max(axis=0)
-        peaks = np.maximum(peaks, LEAST_SHARE * peaks.max()) + np.finfo(float).tiny
-        bends = (largest[order + 3] / peaks).max(axis=1) / (9.0 * np.sqrt(3.0) * OFF_PARABOLA)
-        half = np.maximum(half, lengths * np.cbrt(bends))
-    half = np.minimum(half, 2.0 * MOST_PARTS)
-    half = np.maximum(half, SAMPLES_PER_RADIAN * peaks_on_pieces(derivatives[1]).max(axis=1) * lengths)
-    return np.asarray(np.ceil(np.maximum(half / 2.0, FEWEST_PARTS)), dtype=int)
+    density = np.array([LEAST_SHARE, OFF_PARABOLA, MOST_PARTS, SAMPLES_PER_RADIAN, FEWEST_PARTS])
+    return count_parts(derivatives.bernstein, lengths, density)
 
 
 def sampled_peaks(
@@ -157,51 +152,18 @@ def sampled_peaks(
     Raises:
         InvalidProblem: A joint travels so far that the peaks would take too many samples.
     """
-    count = len(quantities)
-    coarse = -(-parts // COARSER)
-    counts = 2 * coarse + 1
-    if np.maximum(coarse - MOST_PARTS // COARSER, 0).sum() > MOST_SAMPLES / 2:
+    if np.maximum(-(-parts // COARSER) - MOST_PARTS // COARSER, 0).sum() > MOST_SAMPLES / 2:
         raise InvalidProblem([(("limits",), TOO_FAR)])
-    pieces = np.repeat(np.arange(len(parts)), counts)
-    number = np.arange(len(pieces)) - np.repeat(np.cumsum(counts) - counts, counts)
-    units = number / (counts - 1)[pieces]
-    values = _in_blocks(use, pieces, units)
-    samples = [(pieces, units, np.abs(values[:, :count]))]
-    best = np.zeros((int(groups.max()) + 1, int(quantities[-1]) + 1))
-    first_columns = np.flatnonzero(np.diff(quantities, prepend=-1))
-    scale = np.abs(values).max(axis=0)
-    first = np.flatnonzero((number % 2 == 0) & (number < counts[pieces] - 1))
-    triples = np.stack([values[first], values[first + 1], values[first + 2]])
-    pieces, units, step = pieces[first], units[first], 0.5 / coarse[pieces[first]]
-    fine = 0.5 / parts
-    between = np.flatnonzero(np.arange(2 * FINER) % FINER)
-    for rounds in range(MOST_ROUNDS + 1):
-        seen, _, magnitudes = samples[-1]
-        np.maximum.at(best, groups[seen], np.maximum.reduceat(magnitudes, first_columns, axis=1))
-        enough = np.maximum(best * (1.0 + known_to), np.reshape(above, (-1, 1)))
-        enough = np.where(best <= decided_at, np.minimum(enough, decided_at), enough)
-        bends = np.abs(triples[0] - 2.0 * triples[1] + triples[2])
-        off = OFF_PARABOLA * np.maximum((step / fine[pieces]) ** 3 - 1.0, 0.0)
-        room = np.abs(triples).max(axis=0) + CAUTION * (bends / 8.0 + off[:, None] * scale)
-        if bend is not None:
-            column, power = bend
-            turning = _bends_between(triples[..., count:], room[:, count:], step)
-            room[:, column] = np.maximum(room[:, column], turning**power)
-        rows = np.flatnonzero((room[:, :count] > enough[groups[pieces]][:, quantities]).any(axis=1))
-        if not len(rows) or rounds == MOST_ROUNDS:
-            break
-        if len(rows) * len(between) > max(MOST_SAMPLES, MOST_SAMPLES_OF_PIECE * len(parts)):
-            raise InvalidProblem([(("limits",), TOO_FAR)])
-        pieces, units, step = pieces[rows], units[rows], step[rows] / FINER
-        seen, times = np.tile(pieces, len(between)), (units + between[:, None] * step).ravel()
-        values = _in_blocks(use, seen, times)
-        samples.append((seen, times, np.abs(values[:, :count])))
-        grid = np.empty((2 * FINER + 1, len(rows), values.shape[1]))
-        grid[::FINER], grid[between] = triples[:, rows], values.reshape(len(between), len(rows), -1)
-        triples = np.stack([grid[:-2:2], grid[1::2], grid[2::2]]).reshape(3, -1, values.shape[1])
-        units = (units + 2.0 * np.arange(FINER)[:, None] * step).ravel()
-        pieces, step = np.tile(pieces, FINER), np.tile(step, FINER)
-    return _located(samples, best, quantities, groups)
+    column, power = (-1, 1.0) if bend is None else bend
+    most_samples = max(MOST_SAMPLES, MOST_SAMPLES_OF_PIECE * len(parts))
+    of_rounds = COARSER, FINER, MOST_ROUNDS, CAUTION, OFF_PARABOLA, known_to, decided_at
+    accuracy = np.array([*of_rounds, SLOWING, LEAST_BEND, most_samples, column, power])
+    lowest = np.broadcast_to(above, int(groups.max()) + 1)
+    more = 0 if bend is None else BEND_COLUMNS
+    try:
+        return Peaks(*search_peaks(partial(_in_blocks, use), parts, quantities, groups, lowest, accuracy, more))
+    except TooManySamples:
+        raise InvalidProblem([(("limits",), TOO_FAR)]) from None
 
 
 def _in_blocks(
@@ -212,38 +174,3 @@ def _in_blocks(
         return use(pieces, units)
     starts = range(0, len(pieces), ROWS_AT_ONCE)
     return np.concatenate([use(pieces[start:][:ROWS_AT_ONCE], units[start:][:ROWS_AT_ONCE]) for start in starts])
-
-
-def _bends_between(triples: FloatArray, most: FloatArray, step: FloatArray) -> FloatArray:
-    """Bound the use (N,) of the limit of the acceleration across the path, where samples do not resolve the path.
-
-    That is no more than the acceleration, and no more than the speed squared by the radius of the tightest bend.
-
-    Args:
-        triples: (3, N, `BEND_COLUMNS`), samples one after the other.
-        most: (N, `BEND_COLUMNS`), bounds of the same.
-        step: (N,), unit time between two of them.
-    """
-    slower = step * most[:, 2]
-    bounds = np.minimum(most[:, 1], (triples[..., 0].max(axis=0) + slower) ** 2)
-    is_unresolved = (slower > SLOWING * triples[..., 0].min(axis=0)) & (bounds > LEAST_BEND)
-    return np.where(is_unresolved, bounds, 0.0)
-
-
-def _located(
-    samples: list[tuple[np.ndarray, FloatArray, FloatArray]],
-    best: FloatArray,
-    quantities: np.ndarray,
-    groups: np.ndarray,
-) -> Peaks:
-    """Find where the largest magnitudes (groups, quantities) are, of samples: pieces, unit times and magnitudes."""
-    pieces, units, magnitudes = (np.concatenate(arrays) for arrays in zip(*samples, strict=True))
-    own = groups[pieces]
-    rows, columns = np.zeros((2, *best.shape), dtype=int)
-    for quantity in range(best.shape[1]):
-        there = np.flatnonzero(quantities == quantity)
-        column = magnitudes[:, there].argmax(axis=1)
-        largest = magnitudes[np.arange(len(own)), there[column]]
-        hits = np.flatnonzero(largest == best[own, quantity])[::-1]  # the first is written last
-        rows[own[hits], quantity], columns[own[hits], quantity] = hits, there[column[hits]]
-    return Peaks(best, pieces[rows], units[rows], columns)

@@ -1,4 +1,6 @@
 // The C interface of the kernels: arrays in, arrays out, and a code that says what failed. All arrays are in row order.
+#include "polynomials.hpp"
+#include "sampled_peaks.hpp"
 #include "serial_chain.hpp"
 #if defined(__x86_64__)
 #include <cpuid.h>
@@ -57,6 +59,76 @@ int path_dynamics(int64_t joints, const double* links, const double* gravity, in
         torques<false, false, true>(chain, nullptr, nullptr, chain.state(3));
         store_states(chain.state(3), joints, left, still + at);
     }
+    return OK;
+}
+
+int derivatives(int64_t pieces, int64_t joints, int64_t order, int64_t count, const double* lengths,
+                const double* coefficients, double* unit, double* bernstein) {
+    return unit_derivatives(pieces, joints, order, count, lengths, coefficients, unit, bernstein);
+}
+
+// Values (count, samples, joints) of polynomials (count, pieces, joints, order) at unit times of pieces.
+int evaluate(int64_t count, int64_t pieces, int64_t joints, int64_t order, const double* coefficients, int64_t samples,
+             const int64_t* piece, const double* unit, double* values) {
+    for (int64_t d = 0; d < count; d++)
+        for (int64_t i = 0; i < samples; i++)
+            for (int64_t j = 0; j < joints; j++)
+                *values++ = horner(coefficients + ((d * pieces + piece[i]) * joints + j) * order, order, unit[i]);
+    return OK;
+}
+
+int extrema(int64_t rows, int64_t order, const double* bernstein, const double* measure, const int64_t* groups,
+            const double* directions, double rounding, int64_t* at_row, double* at_unit, double* best) {
+    return largest_magnitudes(rows, order, bernstein, measure, groups, directions, rounding, at_row, at_unit, best);
+}
+
+int parts(int64_t pieces, int64_t joints, int64_t order, const double* bernstein, const double* lengths,
+          const double* density, int64_t* parts) {
+    return count_parts(pieces, joints, order, bernstein, lengths, density, parts);
+}
+
+// A search for sampled peaks: its handle and the number of samples that it wants go into `state`.
+int start_search(int64_t pieces, int64_t columns, int64_t width, int64_t groups, int64_t quantities,
+                 const double* accuracy, const int64_t* parts, const int64_t* group, const int64_t* quantity,
+                 const double* above, int64_t* state) {
+    PeakSearch* search = static_cast<PeakSearch*>(calloc(1, sizeof(PeakSearch)));
+    if (!search) return NO_MEMORY;
+    state[0] = (int64_t)(intptr_t)search;
+    search->pieces = pieces; search->columns = columns; search->width = width;
+    search->groups = groups; search->quantities = quantities;
+    memcpy(&search->a, accuracy, sizeof(Accuracy));
+    if (!search->set(parts, group, quantity, above)) return NO_MEMORY;
+    state[1] = search->wanted;
+    return OK;
+}
+
+int wanted_samples(const int64_t* state, int64_t* pieces, double* units) {
+    const PeakSearch* search = reinterpret_cast<const PeakSearch*>((intptr_t)state[0]);
+    memcpy(pieces, search->sample_piece, search->wanted * sizeof(int64_t));
+    memcpy(units, search->unit, search->wanted * sizeof(double));
+    return OK;
+}
+
+int take_samples(int64_t* state, const double* values) {
+    PeakSearch* search = reinterpret_cast<PeakSearch*>((intptr_t)state[0]);
+    const int code = search->take(values);
+    state[1] = search->wanted;
+    return code;
+}
+
+int found_peaks(const int64_t* state, double* best, int64_t* pieces, double* units, int64_t* columns) {
+    const PeakSearch* search = reinterpret_cast<const PeakSearch*>((intptr_t)state[0]);
+    const int64_t count = search->groups * search->quantities;
+    memcpy(best, search->best, count * sizeof(double));
+    memcpy(pieces, search->at_piece, count * sizeof(int64_t));
+    memcpy(units, search->at_unit, count * sizeof(double));
+    memcpy(columns, search->at_column, count * sizeof(int64_t));
+    return OK;
+}
+
+int end_search(const int64_t* state) {
+    PeakSearch* search = reinterpret_cast<PeakSearch*>((intptr_t)state[0]);
+    if (search) { search->release(); free(search); }
     return OK;
 }
 }

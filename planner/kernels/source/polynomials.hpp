@@ -1,0 +1,160 @@
+// Piecewise polynomials on unit time: derivatives, Bernstein coefficients, values, exact extrema, and how many samples
+// a motion takes. Rows are polynomials, (pieces, joints, order) in row order.
+#pragma once
+#include "vectors.hpp"
+
+// The matrix (order, order) from powers to Bernstein coefficients: comb(i, k) / comb(order - 1, k).
+static inline void bernstein_matrix(int64_t order, double* m) {
+    for (int64_t i = 0; i < order; i++) {
+        double above = 1.0, below = 1.0;  // comb(i, k), comb(order - 1, k)
+        for (int64_t k = 0; k < order; k++) {
+            m[k * order + i] = above / below;
+            above = above * (double)(i - k) / (double)(k + 1);
+            below = below * (double)(order - 1 - k) / (double)(k + 1);
+        }
+    }
+}
+
+// Derivatives 0 to count - 1 by time of polynomials of time, scaled to unit time: unit, bernstein (count, pieces, joints, order).
+static inline int unit_derivatives(int64_t pieces, int64_t joints, int64_t order, int64_t count, const double* lengths,
+                                   const double* coefficients, double* unit, double* bernstein) {
+    Scratch<double> matrix(order * order), power(order);
+    if (!matrix || !power) return NO_MEMORY;
+    bernstein_matrix(order, matrix.data);
+    for (int64_t d = 0; d < count; d++)
+        for (int64_t p = 0; p < pieces; p++) {
+            power[0] = 1.0;
+            for (int64_t k = 1; k < order; k++) power[k] = power[k - 1] * lengths[p];
+            for (int64_t j = 0; j < joints; j++) {
+                const double* c = coefficients + (p * joints + j) * order;
+                const int64_t row = ((d * pieces + p) * joints + j) * order;
+                double *u = unit + row, *b = bernstein + row;
+                for (int64_t k = 0; k < order; k++) {
+                    double factor = 1.0;
+                    for (int64_t f = 0; f < d; f++) factor *= (double)(k + d - f);
+                    u[k] = k + d < order ? c[k + d] * factor * power[k] : 0.0;
+                }
+                for (int64_t i = 0; i < order; i++) {
+                    double sum = u[0];
+                    for (int64_t k = 1; k <= i; k++) sum += u[k] * matrix[k * order + i];
+                    b[i] = sum;
+                }
+            }
+        }
+    return OK;
+}
+
+static inline double horner(const double* c, int64_t order, double x) {
+    double value = c[order - 1];
+    for (int64_t k = order - 2; k >= 0; k--) value = value * x + c[k];
+    return value;
+}
+
+// Bernstein coefficients of the two halves of a polynomial, by de Casteljau.
+static inline void halve(const double* b, int64_t order, double* left, double* right) {
+    if (right != b) memcpy(right, b, order * sizeof(double));
+    for (int64_t k = 0; k < order; k++) {
+        left[k] = right[0];
+        for (int64_t i = 0; i + 1 < order - k; i++) right[i] = 0.5 * (right[i] + right[i + 1]);
+    }
+}
+
+// The largest of |p| / measure over the rows of each group: row, unit time and ratio. The rows' Bernstein coefficients
+// bound them; where that bound beats the best value, a row is halved. With directions (2, rows), negative and positive
+// values count by these factors.
+static inline int largest_magnitudes(int64_t rows, int64_t order, const double* bernstein, const double* measure,
+                                     const int64_t* groups, const double* directions, double rounding,
+                                     int64_t* at_row, double* at_unit, double* best) {
+    constexpr int64_t MOST_HALVINGS = 48;  // 2^-48 of a piece is less than the spacing of numbers
+    struct Part { double start, width; };
+    Scratch<double> stack((MOST_HALVINGS + 2) * order);
+    Scratch<Part> parts(MOST_HALVINGS + 2);
+    if (!stack || !parts) return NO_MEMORY;
+    const double smallest = ldexp(1.0, -MOST_HALVINGS);
+    for (int pass = 0; pass < 2; pass++)  // the ends of all rows first, so that few rows are halved
+        for (int64_t r = 0; r < rows; r++) {
+            const double *row = bernstein + r * order, inverse = 1.0 / measure[r];
+            const double down = directions ? directions[r] : 1.0, up = directions ? directions[rows + r] : 1.0;
+            const int64_t g = groups[r];
+            auto ratio = [&](double x) {
+                if (isnan(x)) return (double)INFINITY;
+                x *= inverse;
+                return x < 0.0 ? -x * down : x * up;
+            };
+            auto see = [&](double x, double unit) {
+                const double value = ratio(x);
+                if (value > best[g]) { best[g] = value; at_row[g] = r; at_unit[g] = unit; }
+            };
+            if (pass == 0) { see(row[0], 0.0); see(row[order - 1], 1.0); continue; }
+            memcpy(stack.data, row, order * sizeof(double));
+            parts[0] = {0.0, 1.0};
+            for (int64_t top = 1; top > 0;) {
+                top--;
+                double *b = stack.data + top * order, hull = 0.0;
+                const Part part = parts[top];
+                for (int64_t i = 0; i < order; i++) { const double x = ratio(b[i]); hull = x > hull ? x : hull; }
+                see(b[0], part.start);
+                see(b[order - 1], part.start + part.width);
+                if (!(hull > best[g] * (1.0 + rounding)) || part.width <= smallest) continue;
+                halve(b, order, b + order, b);  // the first half on top: it is looked at next
+                parts[top] = {part.start + 0.5 * part.width, 0.5 * part.width};
+                parts[top + 1] = {part.start, 0.5 * part.width};
+                top += 2;
+            }
+        }
+    return OK;
+}
+
+// Bound of |p| by the Bernstein coefficients of eight parts: hardly more than its peak.
+static inline double bound_by_parts(const double* b, int64_t order, double* scratch) {
+    memcpy(scratch, b, order * sizeof(double));
+    for (int64_t n = 1; n < 8; n *= 2)
+        for (int64_t q = n - 1; q >= 0; q--) {
+            if (q) memcpy(scratch + 2 * q * order, scratch + q * order, order * sizeof(double));
+            halve(scratch + 2 * q * order, order, scratch + 8 * order, scratch + (2 * q + 1) * order);
+            memcpy(scratch + 2 * q * order, scratch + 8 * order, order * sizeof(double));
+        }
+    double bound = 0.0;
+    for (int64_t i = 0; i < 8 * order; i++) bound = fmax(bound, fabs(scratch[i]));
+    return bound;
+}
+
+struct Density { double least_share, off_parabola, most_parts, samples_per_radian, fewest_parts; };  // of parts_of
+
+// The number of parts of each piece on which velocities and accelerations are about parabolas; six derivatives.
+static inline int count_parts(int64_t pieces, int64_t joints, int64_t order, const double* bernstein,
+                              const double* lengths, const double* density, int64_t* parts) {
+    const Density& d = *reinterpret_cast<const Density*>(density);
+    Scratch<double> peaks(2 * joints), scratch(9 * order);
+    if (!peaks || !scratch) return NO_MEMORY;
+    const int64_t rows = pieces * joints;
+    auto hull = [&](int64_t derivative, int64_t row) {
+        const double* b = bernstein + (derivative * rows + row) * order;
+        double most = 0.0;
+        for (int64_t i = 0; i < order; i++) most = fmax(most, fabs(b[i]));
+        return most;
+    };
+    for (int k = 0; k < 2; k++) {
+        double largest = 0.0;
+        for (int64_t j = 0; j < joints; j++) {
+            double peak = 0.0;
+            for (int64_t p = 0; p < pieces; p++) peak = fmax(peak, hull(k + 1, p * joints + j));
+            peaks[k * joints + j] = peak;
+            largest = fmax(largest, peak);
+        }
+        for (int64_t j = 0; j < joints; j++)
+            peaks[k * joints + j] = fmax(peaks[k * joints + j], d.least_share * largest) + 2.2250738585072014e-308;
+    }
+    for (int64_t p = 0; p < pieces; p++) {
+        double bend = 0.0, travel = 0.0;
+        for (int64_t j = 0; j < joints; j++) {
+            for (int k = 0; k < 2; k++) bend = fmax(bend, hull(k + 4, p * joints + j) / peaks[k * joints + j]);
+            const double* velocity = bernstein + (rows + p * joints + j) * order;
+            if (hull(1, p * joints + j) > travel) travel = fmax(travel, bound_by_parts(velocity, order, scratch.data));
+        }
+        double half = lengths[p] * cbrt(bend / (9.0 * sqrt(3.0) * d.off_parabola));
+        half = fmax(fmin(half, 2.0 * d.most_parts), d.samples_per_radian * travel * lengths[p]);
+        parts[p] = (int64_t)ceil(fmax(0.5 * half, d.fewest_parts));
+    }
+    return OK;
+}
