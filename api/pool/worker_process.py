@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 def work(channel: socket, caps: Caps) -> None:
     """Be a worker: set its limits and say with None that it is ready, then answer tasks until the server is no more."""
     from api.logs import configure_logs
+    from api.pool.memory import Memory
     from api.workers.execution import execute
 
     os.nice(caps.niceness)
@@ -31,8 +32,10 @@ def work(channel: socket, caps: Caps) -> None:
     configure_logs(caps.log_level)
     with suppress(EOFError, ConnectionError), channel.makefile("rwb") as stream:  # until the server is no more
         _send(stream, None)
+        memory = Memory()
         while True:
             _send(stream, execute(_receive(stream), caps))
+            memory.give_back()
 
 
 def hide_main_module() -> None:
