@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -15,7 +15,7 @@ from planner.problems.motion_around import MOST_CHECKS
 from planner.scene import is_free
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from planner.free_motion.enclosures import Enclosure
     from planner.robots import Robot
@@ -75,6 +75,7 @@ def find_way(
     *,
     most_checks: int = MOST_CHECKS,
     seed: int = 0,
+    in_narrow: Callable[[], Way | None] | None = None,
 ) -> Way:
     """Find a free way: the straight motion to a goal if it is free, the nearest goal first, or one around.
 
@@ -86,6 +87,7 @@ def find_way(
         most_checks: The most motions that are looked at; and then, to prove that there is no way, cells, see
             `CELLS_OF_A_CHECK`.
         seed: Of the random positions; equal seeds give equal ways.
+        in_narrow: Another search, tried where no way with room was found, before one without; None: there is none.
     """
     edges = FreeEdges(robot, checker, most_checks)
     start, goals = np.asarray(start, dtype=np.float64), np.asarray(goals, dtype=np.float64)
@@ -107,11 +109,12 @@ def find_way(
     for room, most in ((ROOM, int(SHARE_WITH_ROOM * most_checks)), (0.0, most_checks)):
         edges.keep_room(room, most)
         trees = Trees(edges, start, goals[free], within)
-        if room and not (edges.has_room(start[None]) and edges.has_room(goals[free])):
-            continue
-        met = trees.find_way(rng)
+        has_room = not room or (edges.has_room(start[None]) and edges.has_room(goals[free]))
+        met = trees.find_way(rng) if has_room else None
         if met is not None:
             return Way("found", shortened(edges, met.positions, rng), free[met.goal], 0.0, edges.checked)
+        if room and in_narrow is not None and (way := in_narrow()) is not None:
+            return replace(way, checks=way.checks + edges.checked)
     left, row = trees.gap()
     far = trees.from_start.positions[trees.from_start.branch(row)[::-1]]
     enclosure = find_enclosure(robot, checker, start, goals[free], CELLS_OF_A_CHECK * most_checks)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.certificate.clearance import refuse_collision_at, segment_checkers
 from planner.errors import InvalidProblem, NoPathFound, PathPoint, PlanningError
+from planner.free_motion.straight_ends import find_way_with_straight_ends
 from planner.free_motion.way import find_way
 from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import tool_pose
@@ -146,8 +148,9 @@ def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
         checker, start, goals, lead = ends_of_way(problem, ways, index)
         motion = problem.waypoints[index].motion
         most = motion.most_checks if isinstance(motion, FreeMotion) else 0
-        seed = problem.inverse_kinematics.seed
-        way = find_way(problem.robot, checker, start, goals, most_checks=most, seed=seed)
+        robots, options = problem.robots[index - 1 : index + 1], problem.inverse_kinematics
+        lines = partial(find_way_with_straight_ends, robots, checker, start, goals, options, most)
+        way = find_way(problem.robot, checker, start, goals, most_checks=most, seed=options.seed, in_narrow=lines)
         if way.status != "found":
             raise _refusal(problem, checker, index, way, start, goals)
         ways.append(FoundWay(index, way.positions, LADDER[0 if len(way.positions) > 2 else -1], lead))

@@ -7,29 +7,55 @@ from typing import TYPE_CHECKING
 
 from planner.backends.base import without_search
 from planner.errors import Remedy
-from planner.planning.attempts import Attempt, Planned
+from planner.planning.attempts import Attempt, Planned, Refused
 from planner.planning.variants import planned
+from planner.problems.motion_around import FreeMotion
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from planner.planning.attempts import Outcome, Proposals
     from planner.plans.result import Plan
+    from planner.problems.problem import AnyWaypoint
 
 Change = list[Remedy]
 """Remedies to be applied together."""
 
 
-def plan_with(remedies: Iterable[Remedy], attempt: Attempt) -> Proposals[Outcome]:
+QUICK_CHECKS = 1000
+"""The motions that a search for a detour looks at first where a remedy is tried: most detours take less, and
+refusals are not to take long."""
+
+
+def plan_with(remedies: Iterable[Remedy], attempt: Attempt, longer: bool = False) -> Proposals[Outcome]:
     """Plan the problem of a refused attempt with remedies applied to it.
 
     A back end that searches makes the plan before its search, and detours stay as they are found: what the problem with
     the remedies is planned with is no worse.
+
+    Args:
+        remedies: The changes.
+        attempt: The refused attempt.
+        longer: Whether searches may take long, even where they find nothing.
     """
     problem, backend = attempt.problem, attempt.backend
     for remedy in remedies:
         problem, backend = remedy.applied_to(problem), remedy.applied_to_backend(backend)
-    return (yield from planned(Attempt(problem, without_search(backend))))
+    tried = Attempt(problem, without_search(backend))
+    quick = replace(problem, waypoints=tuple(map(_sought_quickly, problem.waypoints)))
+    if not longer and quick.waypoints != problem.waypoints:
+        outcome = yield from planned(replace(tried, problem=quick))
+        if isinstance(outcome, Refused):
+            return outcome
+    return (yield from planned(tried))
+
+
+def _sought_quickly(waypoint: AnyWaypoint) -> AnyWaypoint:
+    """Return a waypoint to which a free motion is sought among few motions; any other as it is."""
+    motion = waypoint.motion
+    if not isinstance(motion, FreeMotion) or motion.most_checks <= QUICK_CHECKS:
+        return waypoint
+    return replace(waypoint, motion=replace(motion, most_checks=QUICK_CHECKS))
 
 
 def of_plan(remedies: Iterable[Remedy], plan: Plan) -> Change:
@@ -37,9 +63,9 @@ def of_plan(remedies: Iterable[Remedy], plan: Plan) -> Change:
     return [replace(remedy, duration=plan.trajectory.duration) for remedy in remedies]
 
 
-def proved(remedies: Change, attempt: Attempt) -> Proposals[Change]:
+def proved(remedies: Change, attempt: Attempt, longer: bool = False) -> Proposals[Change]:
     """Return remedies that lead to a plan together, with its duration; none where they do not."""
-    outcome = yield from plan_with(remedies, attempt)
+    outcome = yield from plan_with(remedies, attempt, longer)
     return of_plan(remedies, outcome.plan) if isinstance(outcome, Planned) else []
 
 

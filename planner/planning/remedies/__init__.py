@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.errors import ClearanceUnproved, Collision, InfeasibleDuration, LimitsUnsatisfiable
+from planner.errors import ClearanceUnproved, Collision, InfeasibleDuration, LimitsUnsatisfiable, NoPathFound
 from planner.planning.proofs import proved
 from planner.planning.remedies.collisions import collision_remedies
+from planner.planning.remedies.detours import detour_remedies
 from planner.planning.remedies.durations import duration_remedies
 from planner.planning.remedies.holding import holding_remedies
 
@@ -29,6 +30,8 @@ def remedies_for(refused: Refused) -> Proposals[tuple[list[Remedy], list[Remedy]
         return (yield from duration_remedies(refused, refusal)), []
     if isinstance(refusal, Collision | ClearanceUnproved):
         return (yield from collision_remedies(refused, refusal)), []
+    if isinstance(refusal, NoPathFound):
+        return (yield from detour_remedies(refused, refusal)), []
     remedies: list[Remedy] = []
     hints: list[Remedy] = []
     for remedy in refusal.remedies:

@@ -8,18 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.certificate.clearance import CLEARANCE_TOLERANCE
-from planner.errors import Collision, Remedy, StartInCollision
+from planner.certificate.clearance import CLEARANCE_TOLERANCE, segment_checkers
+from planner.errors import Collision, Remedy
+from planner.free_motion.ways import last_of
 from planner.kinematics.configurations import AHEAD, BEHIND, Configuration, named_parts
 from planner.planning.attempts import Planned
-from planner.planning.proofs import plan_with, proved
+from planner.planning.proofs import QUICK_CHECKS, first_proved, plan_with, proved
 from planner.problems.motion_around import FreeMotion
-from planner.problems.problem import JointMotion, PolylineMotion, PoseWaypoint
+from planner.problems.problem import JointMotion, JointWaypoint, PolylineMotion, PoseWaypoint
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
+from planner.scene import is_free
 from planner.spatial import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Collection, Iterable, Iterator
 
     from planner.errors import ClearanceUnproved
     from planner.planning.attempts import Attempt, Proposals, Refused
@@ -31,8 +33,11 @@ HEIGHTS = (0.1, 0.25, 0.5)
 CORNERS = 0.3
 """Share of the height by which the corners of that way are cut."""
 
-CHECKS_OF_WAY_AROUND = 1000
-"""Motions that the search for a way around looks at: most ways take less, and refusals are not to take long."""
+DRAWN_BACK = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
+"""Distances, m, by which the tool stays back from a goal in collision; the least one that is planned is offered."""
+
+SHARES_OF_THE_WAY = (0.99, 0.95, 0.9, 0.8, 0.5)
+"""Shares of the straight way to a joint position in collision after which the robot may stay."""
 
 MOST_TRIED = 10
 """Number of changes that are tried, each of which is a whole plan."""
@@ -49,25 +54,77 @@ def collision_remedies(refused: Refused, refusal: Collision | ClearanceUnproved)
         refusal: The reason.
     """
     helping: list[Remedy] = []
-    for tried, remedy in enumerate(_candidates(refused, refusal)):
+    tried = 0
+    for alternatives in _candidates(refused, refusal):
         if tried >= MOST_TRIED or len(helping) >= MOST_HELPING:
             break
-        helping += yield from proved([remedy], refused.attempt)
-    return helping + (yield from _smaller_margin(refused.attempt, refusal))
+        tried += len(alternatives)
+        helping += yield from first_proved([[remedy] for remedy in alternatives], refused.attempt)
+    if refusal.limit and (refusal.value is None or refusal.value > 0.0):
+        helping += yield from smaller_margin(refused.attempt, refusal.pair)
+    return helping
 
 
-def _candidates(refused: Refused, refusal: Collision | ClearanceUnproved) -> Iterator[Remedy]:
-    if not isinstance(refusal, Collision) or isinstance(refusal, StartInCollision) or refusal.segment is None:
+def _candidates(refused: Refused, refusal: Collision | ClearanceUnproved) -> Iterator[list[Remedy]]:
+    """Yield changes, the first of several alternatives that helps being enough."""
+    if not isinstance(refusal, Collision):
         return  # what takes long to prove would take as long again with every change
-    problem = refused.attempt.problem
-    ends = range(refusal.segment, min(refusal.segment + 2, len(problem.waypoints)))
+    problem, at = refused.attempt.problem, _waypoint_in_collision(refused.attempt, refusal)
+    if at is not None:
+        yield from ([remedy] for remedy in _other_configurations(problem, [at]))
+        yield list(_nearer_goals(problem, at))
+        yield list(_allowed_contacts(problem, refusal.pair))
+        return
+    if refusal.segment is None:
+        return
+    ends = range(refusal.segment, refusal.segment + 2)
     for i in ends:
         if isinstance(problem.waypoints[i].transition, BlendTransition | ThroughTransition):
             field = ("waypoints", i, "transition")
-            yield Remedy(field, StopTransition(), "with a stop the robot goes straight to the waypoint")
-    if len(ends) == 2:  # where the robot rests at its only waypoint there is no way to be changed
-        yield from _other_ways(refused.attempt, refusal.segment)
-    yield from _other_configurations(problem, ends)
+            yield [Remedy(field, StopTransition(), "with a stop the robot goes straight to the waypoint")]
+    yield from ([remedy] for remedy in _other_ways(refused.attempt, refusal.segment))
+    yield from ([remedy] for remedy in _other_configurations(problem, ends))
+
+
+def _waypoint_in_collision(attempt: Attempt, refusal: Collision) -> int | None:
+    """Return the waypoint at which the robot collides; None: it does so on its way only."""
+    if refusal.waypoint is not None or refusal.segment is None:
+        return refusal.waypoint
+    path, problem = attempt.solved, attempt.with_detours
+    if len(path.waypoints) == 1:
+        return 0
+    index, checkers = last_of(problem, refusal.segment + 1), segment_checkers(problem, path.positions)
+    is_clear = is_free(checkers[index - 1], path.positions[index][None])[0]
+    return None if is_clear else refusal.segment + 1
+
+
+def _nearer_goals(problem: PlanningProblem, at: int) -> Iterator[Remedy]:
+    """Yield goals that the robot comes to before it collides: back along the tool's axis, or on its straight way."""
+    goal, before = problem.waypoints[at], problem.waypoints[max(0, at - 1)]
+    if at > 0 and isinstance(goal, PoseWaypoint) and goal.pose.rotation is not None:
+        for back in DRAWN_BACK:
+            pose = replace(goal.pose, position=goal.pose.position - back * goal.pose.rotation[:, 2])
+            yield Remedy(("waypoints", at, "pose"), pose, f"the tool stays {back:g} m back along its axis")
+    elif at > 0 and isinstance(goal, JointWaypoint) and isinstance(before, JointWaypoint):
+        start, end = np.array(before.position), np.array(goal.position)
+        for share in SHARES_OF_THE_WAY:
+            position = tuple((start + share * (end - start)).tolist())
+            yield Remedy(("waypoints", at, "position"), position, f"after {share:.0%} of the way to the waypoint")
+
+
+def _allowed_contacts(problem: PlanningProblem, pair: tuple[str, str]) -> Iterator[Remedy]:
+    """Yield contacts that may be meant: of the pair that is too near, and of the robot with that object."""
+    scene = problem.scene
+    if scene is None:
+        return
+    field = ("scene", "allowed_pairs")
+    yield Remedy(field, (*scene.allowed_pairs, pair), "if these two may touch")
+    if pair[1] in {thing.id for thing in scene.objects}:
+        moving = dict.fromkeys([shape.link for shape in problem.robot.collision_shapes])
+        left_out = tuple((link, pair[1]) for link in [*moving, *(thing.id for thing in scene.attached)])
+        yield Remedy(
+            field, (*scene.allowed_pairs, *left_out), f"if {pair[1]} is left out: the whole robot may touch it"
+        )
 
 
 def _other_configurations(problem: PlanningProblem, ends: Iterable[int]) -> Iterator[Remedy]:
@@ -95,7 +152,7 @@ def _other_ways(attempt: Attempt, segment: int) -> Iterator[Remedy]:
         return
     field = ("waypoints", segment + 1, "motion")
     if not (second.duration or second.minimum_duration or isinstance(second.motion, FreeMotion)):
-        yield Remedy(field, FreeMotion(most_checks=CHECKS_OF_WAY_AROUND), "a way around what is in the way")
+        yield Remedy(field, FreeMotion(most_checks=QUICK_CHECKS), "a way around what is in the way")
     mounting = problem.robot.mounting
     up = np.array([0.0, 0.0, 1.0]) if mounting is None or mounting.rotation is None else mounting.rotation[2]
     solved = dict(zip(attempt.with_detours.numbers, attempt.solved.waypoints, strict=True))  # corners come first
@@ -108,10 +165,15 @@ def _other_ways(attempt: Attempt, segment: int) -> Iterator[Remedy]:
         yield Remedy(field, motion, explanation)
 
 
-def _smaller_margin(attempt: Attempt, refusal: Collision | ClearanceUnproved) -> Proposals[list[Remedy]]:
-    """Return the largest margin, in whole millimetres, that the motion as it is keeps; none where that is none."""
+def smaller_margin(attempt: Attempt, pair: Collection[str]) -> Proposals[list[Remedy]]:
+    """Return the largest margin, in whole millimetres, with which the problem is planned; none where that is none.
+
+    Args:
+        attempt: The attempt that was refused.
+        pair: What comes too near: its own margin is changed, if it has one.
+    """
     scene = attempt.problem.scene
-    if scene is None or not refusal.limit or (refusal.value is not None and refusal.value <= 0.0):
+    if scene is None:
         return []
     no_margins = tuple(replace(thing, margin=None) for thing in scene.objects)
     free = replace(scene, margin=CLEARANCE_TOLERANCE, objects=no_margins)  # nearer is what is taken and put down
@@ -120,7 +182,7 @@ def _smaller_margin(attempt: Attempt, refusal: Collision | ClearanceUnproved) ->
     if report is None or report.scene is None:
         return []
     kept = np.floor((report.scene.lower - CLEARANCE_TOLERANCE / 2.0) / CLEARANCE_TOLERANCE) * CLEARANCE_TOLERANCE
-    own = [i for i, thing in enumerate(scene.objects) if thing.id in refusal.pair and thing.margin is not None]
+    own = [i for i, thing in enumerate(scene.objects) if thing.id in pair and thing.margin is not None]
     field = ("scene", "objects", own[0], "margin") if own else ("scene", "margin")
     if kept <= 0.0:
         return []

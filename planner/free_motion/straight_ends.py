@@ -1,0 +1,86 @@
+"""Detours whose ends are straight lines of the tool: out of a narrow opening, and into one, along the tool's axis."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.free_motion.edges import FreeEdges
+from planner.free_motion.way import Way, find_way
+from planner.kinematics.forward import tool_pose
+from planner.problems.problem import LinearMotion, PoseWaypoint
+from planner.spatial import Pose
+from planner.tool_motions.tool_motion import AskedMotion, ToolMotion, follow_motion
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.robots import Robot
+    from planner.scene import CollisionChecker
+    from planner.spatial import FloatArray
+
+LINES = (0.3, 0.2, 0.1, 0.05)
+"""Lengths of the lines along which the tool may draw back, m: the longest that is free is taken."""
+
+LEG = 0.02
+"""Length, m, of the straight joint motions that such a line is made of: they leave it by less than 0.1 mm."""
+
+MOST_GOALS = 4
+"""The most goals from which the tool draws back."""
+
+SHARE = 0.25
+"""The share of the motions of a search that each search between such lines may look at."""
+
+
+def find_way_with_straight_ends(
+    robots: Sequence[Robot],
+    checker: CollisionChecker,
+    start: FloatArray,
+    goals: Sequence[FloatArray] | FloatArray,
+    options: InverseKinematicsOptions,
+    most_checks: int,
+) -> Way | None:
+    """Find a free way that ends, and if need be begins, with a straight line along the tool's z axis.
+
+    Args:
+        robots: The arm with the tool that it has at the start, and with the one that it has at the goals.
+        checker: The arm and what is around it.
+        start: (joints,), rad or m, within the limits.
+        goals: (goals, joints), within the limits: any of them will do.
+        options: The tolerances of the lines, and the seed of the search.
+        most_checks: The most motions that a search without lines looks at.
+
+    Returns:
+        The way; None: none was found.
+    """
+    edges = FreeEdges(robots[0], checker, inf)
+    out = _line_back(edges, robots[0], start, options)
+    lines = [_line_back(edges, robots[1], goal, options) for goal in goals[:MOST_GOALS]]
+    for first in [start[None], out][: len(out)]:
+        if len(first) == 1 and all(len(line) == 1 for line in lines):
+            continue  # that is the search without lines
+        ends = [line[-1] for line in lines]
+        most = int(SHARE * most_checks)
+        way = find_way(robots[0], checker, first[-1], ends, most_checks=most, seed=options.seed)
+        if way.status == "found":
+            positions = np.concatenate([first[:-1], way.positions, lines[way.goal][-2::-1]])
+            return Way("found", positions, way.goal, 0.0, way.checks)
+    return None
+
+
+def _line_back(edges: FreeEdges, robot: Robot, position: FloatArray, options: InverseKinematicsOptions) -> FloatArray:
+    """Return joint positions (positions, joints) back along the tool's axis; the first one alone where none is free."""
+    here = tool_pose(robot, position)
+    for length in LINES:
+        there = Pose(here.position - length * np.asarray(here.rotation)[:, 2], here.rotation)
+        waypoint = PoseWaypoint(there, motion=LinearMotion())
+        followed = follow_motion(AskedMotion(robot, options, 0, waypoint, here, there), position)
+        if isinstance(followed, ToolMotion):
+            u = np.linspace(0.0, followed.curve.breakpoints[-1], round(length / LEG) + 1)
+            line: FloatArray = followed.curve.evaluate(u, [0])[0]
+            if edges.first_unproved(line) is None:
+                return line
+    return position[None]
