@@ -7,11 +7,11 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from planner.free_motion.better_ways import BetterWays
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.objectives import Estimate, value_of
 from planner.free_motion.ways import LADDER, Gain, ends_of_way, free_waypoints
 from planner.planning.attempts import NotBetter, Planned, Refused
+from planner.planning.better_ways import BetterWays
 from planner.problems.motion_around import OPTIMISE_CHECKS, FreeMotion
 
 if TYPE_CHECKING:

@@ -37,7 +37,7 @@ class FreeMotion(JointMotion):
         time_budget: How long that may take, s, the search for the first way included; the best until then is the
             answer, so that equal requests may have unequal ones. None: as long as the motions last that are looked at.
         optimise_checks: The most motions that are looked at for it, each trajectory that is made counting as
-            `planner.free_motion.better_ways.CHECKS_OF_A_PLAN`; None: `OPTIMISE_CHECKS`, and any number within a
+            `planner.planning.better_ways.CHECKS_OF_A_PLAN`; None: `OPTIMISE_CHECKS`, and any number within a
             `time_budget`.
     """
 
