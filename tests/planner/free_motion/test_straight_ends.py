@@ -34,7 +34,7 @@ def window(room: float) -> planner.Scene:
         planner.SceneObject(
             name,
             [Box([DEPTH, 1.0 if y == 0.0 else 2.0 * rest, 2.0 * rest if y == 0.0 else 1.0])],
-            Pose(CENTRE + [0.0, y, z]),
+            Pose(CENTRE + np.array([0.0, y, z])),
         )
         for name, (z, y) in places.items()
     ]
@@ -53,7 +53,7 @@ def rod_at(positions: FloatArray) -> FloatArray:
 @pytest.mark.parametrize("into", [True, False], ids=["into the window", "out of it"])
 def test_the_tool_passes_a_window_with_millimetres_of_room(into: bool, room: float) -> None:
     """No motion was found among 20,000, though a free motion to a pose in front of it and a line were planned."""
-    tip = Pose(CENTRE + [0.09 - LENGTH, 0.0, 0.0], FORWARD)
+    tip = Pose(CENTRE + np.array([0.09 - LENGTH, 0.0, 0.0]), FORWARD)
     inside = planner.JointWaypoint(planner.inverse_kinematics(ARM, tip, reference=OUTSIDE.position).position)
     goal: planner.PoseWaypoint | planner.JointWaypoint = planner.PoseWaypoint(tip) if into else OUTSIDE
     waypoints = [OUTSIDE if into else inside, replace(goal, motion=planner.FreeMotion())]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import planner
@@ -14,10 +15,10 @@ from tests.planner.scene.brute_force import least_distance
 
 THERE = planner.tool_pose(ARM, RIGHT)
 
-BLOCK = planner.SceneObject("block", [Box([0.4] * 3)], planner.Pose(THERE.position + [0.1, 0.0, -0.15]))
+BLOCK = planner.SceneObject("block", [Box([0.4] * 3)], planner.Pose(THERE.position + np.array([0.1, 0.0, -0.15])))
 """It is in the way of the wrist at one of the ends."""
 
-DIE = planner.SceneObject("die", [Box([0.02] * 3)], planner.Pose(THERE.position + [0.0, 0.0, -0.1]))
+DIE = planner.SceneObject("die", [Box([0.02] * 3)], planner.Pose(THERE.position + np.array([0.0, 0.0, -0.1])))
 """It is 35 mm away from the hand there."""
 
 MOTIONS = [planner.JointMotion(), planner.FreeMotion()]
