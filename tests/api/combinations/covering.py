@@ -25,13 +25,13 @@ class Factor(NamedTuple):
         name: Of the factor.
         levels: What it may be.
         needs: Where it is there at all: other factors, which stand before it, with the levels that they then have.
-        of_core: Whether it is one of those whose triples occur, too.
+        group: Group of the factor; all triples of levels inside a group occur beside plain levels of all others.
     """
 
     name: str
     levels: Sequence[str]
     needs: Mapping[str, Collection[str]] = {}
-    of_core: bool = False
+    group: str = ""
 
 
 class Covering:
@@ -42,14 +42,14 @@ class Covering:
     """
 
     def __init__(
-        self, factors: Sequence[Factor], refused: Sequence[Mapping[str, Collection[str]]], triples: Collection[str] = ()
+        self, factors: Sequence[Factor], refused: Sequence[Mapping[str, Collection[str]]], groups: Collection[str] = ()
     ) -> None:
         """Begin.
 
         Args:
             factors: Each stands after those that it needs.
             refused: Levels that no row has together.
-            triples: Names of the factors of which all triples occur, instead of all pairs alone.
+            groups: Names of the groups inside which all triples occur, too.
         """
         self.factors, self.refused = {factor.name: factor for factor in factors}, refused
         self.children = {name: [factor for factor in factors if name in factor.needs] for name in self.factors}
@@ -59,19 +59,31 @@ class Covering:
         self.pairs = np.zeros((count, count), dtype=bool)
         for i, j in combinations(range(count), 2):
             self.pairs[i, j] = self.pairs[j, i] = self._closed({}, [self.values[i], self.values[j]]) is not None
-        self.triples = np.zeros((count if triples else 0,) * 3, dtype=bool)
-        if triples:
-            core = np.array([name in triples for name, _ in self.values])
-            self.triples = self.pairs[:, :, None] & self.pairs[:, None] & self.pairs[None]
-            self.triples &= core[:, None, None] & core[:, None] & core
+        self.triples = np.zeros((count if groups else 0,) * 3, dtype=bool)
+        for group in groups:
+            inside = np.array([self.factors[name].group == group for name, _ in self.values])
+            pairs = self.pairs & inside[:, None] & inside
+            self.triples |= pairs[:, :, None] & pairs[:, None] & pairs[None]
 
-    def rows(self) -> Iterator[Row]:
-        """Yield rows until every pair, and every triple that is wanted, has occurred or proved to be refused."""
+    def rows(self, beginnings: Sequence[Row] = ()) -> Iterator[Row]:
+        """Yield rows until every pair, and every triple that is wanted, has occurred or proved to be refused.
+
+        Args:
+            beginnings: Levels of the first rows, which have the first level of every other factor.
+        """
+        for begun in beginnings:
+            closed = self._closed({}, [*begun.items()])
+            row = closed and self._completed(closed, is_plain=True)
+            assert row is not None, f"{begun} is refused"
+            self._cover([self.number[value] for value in row.items()])
+            yield row
+        random = np.random.default_rng(0)  # so that the first rows differ in everything
         while True:
             wanted = self.triples if self.triples.any() else self.pairs
             if not wanted.any():
                 return
-            first = np.unravel_index(int(wanted.argmax()), wanted.shape)
+            left = np.flatnonzero(wanted)
+            first = np.unravel_index(left[random.integers(len(left))], wanted.shape)
             row = self._closed({}, [self.values[k] for k in first])
             if row is not None:
                 row = self._completed(row)
@@ -81,14 +93,14 @@ class Covering:
             for place in {*_permutations(first)}:
                 wanted[place] = False
 
-    def _completed(self, row: Row) -> Row | None:
+    def _completed(self, row: Row, *, is_plain: bool = False) -> Row | None:
         """The row with a level of every other factor that is there; None: its levels are refused together."""
         for name, factor in self.factors.items():
             if name in row or not all(row.get(need) in levels for need, levels in factor.needs.items()):
                 continue
             chosen = np.array([self.number[value] for value in row.items()])
             options = [
-                (self._gain(name, level, chosen), -k, level)
+                (0.0 if is_plain else self._gain(name, level, chosen), -k, level)
                 for k, level in enumerate(factor.levels)
                 if self._closed(row, [(name, level)]) is not None
             ]

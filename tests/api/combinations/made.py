@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pinocchio as pin
 from planner.kinematics.configurations import configurations
 from planner.robots import ExternalAxis, Robot, load_robot
 from tests.api.combinations.factors import COUNT, NONE, ROBOTS, TOOL_MOTIONS
+from tests.api.random_requests.answered import times_of
 from tests.api.random_requests.draws import TOOL_LIMITS
 from tests.api.random_requests.plans import FRAMES, MOUNTING, Plans
 from tests.api.random_requests.poses import NOTATIONS, in_base, tool_at, written
@@ -26,6 +28,12 @@ RAIL |= {"velocity": 1.0, "acceleration": 2.0, "jerk": 20.0, "mass": 60.0}
 STEP = 0.1
 """Distance from joint position to joint position, rad or m, about."""
 
+FAR = 0.6
+"""Distance from joint position to joint position, rad or m, about, where a pose leaves the robot a choice."""
+
+LONGER = {"duration": (1.2, 1.5), "minimum_duration": (1.2, 3.0)}
+"""Bounds of a duration of a segment as a multiple of its duration without it."""
+
 OPTIONS: dict[str, Any] = {
     "acceleration_time": 0.4,
     "deceleration_time": 0.5,
@@ -40,7 +48,12 @@ OPTIONS: dict[str, Any] = {
 """Values of the options of back ends that are no choice among words."""
 
 
-def robots() -> dict[str, tuple[Robot, list[dict[str, Any]]]]:
+Known = dict[str, tuple[Robot, list[dict[str, Any]]]]
+"""Robots by their level, each with the requests that add it."""
+
+
+@cache
+def robots() -> Known:
     """Each robot of the factor, which has a named position, with the requests that add it."""
     made = {}
     for name in ROBOTS:
@@ -111,12 +124,10 @@ class Combined(Plans):
             request["ik"] |= {"tolerance_position": 1e-7, "tolerance_orientation": 1e-5}
         given: dict[str, Any] = {"tool": TOOLS[0], "mounting": MOUNTING, "payload": self.payload()}
         given |= {"start_tolerance": 1e-3}
-        is_timed = any(self.has(f"timing {k}", "duration") for k in range(COUNT))
-        given["duration"] = self.random.uniform(*((24.0, 35.0) if is_timed else (18.0, 20.0)))
         request |= {name: value for name, value in given.items() if self.has(name)}
         postures = [self._near(np.array(self.robot.named_positions[f"{HOME}_0"]), 3.0 * STEP)]
-        for _ in range(1, COUNT):
-            postures.append(self._near(postures[-1]))
+        for k in range(1, COUNT):
+            postures.append(self._near(postures[-1], FAR if self._is_far(k) else STEP))
         tool, waypoints = request.get("tool"), []
         for k in range(COUNT):
             if self.has(f"tool {k}"):
@@ -130,6 +141,20 @@ class Combined(Plans):
             moment = {"waypoint": 1, "distance": 0.01, "time": 0.1}[row["moment"]]
             request["actions"] = [{**self._action(row["action"]), "at": {row["moment"]: moment}}]
         return request
+
+    def with_times_of_segments(self, request: dict[str, Any], answer: dict[str, Any]) -> dict[str, Any]:
+        """The request with the durations of segments that the row has, longer than those of an answer without them."""
+        waypoints, times = [*request["waypoints"]], times_of(answer)
+        for k in range(1, COUNT):
+            if (timing := self.row[f"timing {k}"]) != NONE:
+                without = max(times[k]["arrival_time"] - times[k - 1]["departure_time"], 0.1)
+                waypoints[k] = {**waypoints[k], timing: without * self.random.uniform(*LONGER[timing])}
+        return {**request, "waypoints": waypoints}
+
+    def _is_far(self, k: int) -> bool:
+        """Whether a goal leaves the robot a choice that does not hang on what is near."""
+        is_open = self.has(f"goal {k}", "position") or self.has(f"free {k}", "all")
+        return is_open and not any(self.row[f"motion {i}"] in TOOL_MOTIONS for i in (k, min(k + 1, COUNT - 1)))
 
     def _backend(self, level: str) -> dict[str, Any]:
         kind, *option = level.split()
@@ -195,8 +220,6 @@ class Combined(Plans):
                     made["external"] = {EXTERNAL: float(postures[k][0])}
         if k:
             made["motion"] = self._motion(k, into.actInv(start), into.actInv(end))
-            if row[f"timing {k}"] != NONE:
-                made[row[f"timing {k}"]] = self.random.uniform(4.0, 4.4)
             quantities = {"joints": ["velocity", "acceleration", "jerk"], "tool": list(TOOL_LIMITS)}
             if row[f"limits {k}"] != NONE:
                 made["limits"] = self._limits(quantities[row[f"limits {k}"]])

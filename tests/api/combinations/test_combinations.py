@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from functools import cache
-from itertools import combinations, islice, product
+from itertools import combinations, product
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pytest
 
+from tests.api.combinations.conversations import add_robots, is_planned, pairs, triples
 from tests.api.combinations.covering import Covering, Factor
-from tests.api.combinations.factors import factors, refused
-from tests.api.combinations.made import Combined, robots
+from tests.api.combinations.made import robots
 from tests.api.made_up_service import made_up_service
-from tests.api.random_requests.conversation import Judged
 from tests.sizes import NAME
 
 if TYPE_CHECKING:
@@ -21,28 +18,16 @@ if TYPE_CHECKING:
 
     import httpx
 
-    from tests.api.combinations.covering import Row
-
-PARTS = range(8)
-ROWS = {"quick": 8, "large": 16}
-"""Number of rows that are tried by the name of the size, the first of which hold most pairs; a soak tries all."""
-
-DRAWS = 3
-"""Number of times that numbers are drawn for a row until its request is planned."""
-
-
-@cache
-def rows() -> list[Row]:
-    return list(islice(Covering(factors(), refused()).rows(), ROWS.get(NAME)))
+PARTS = range(4)
+PAIRS = {"quick": 4, "large": 16}
+TRIPLES = {"quick": 8, "large": 96}
+"""Numbers of rows that are tried by the name of the size; a soak tries all."""
 
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[httpx.Client]:
     with made_up_service() as client:
-        for _, bodies in robots().values():
-            for body in bodies:
-                added = client.post("/v1/robots", json=body)
-                assert added.status_code == 201, added.text
+        add_robots(client, robots())
         yield client
 
 
@@ -59,19 +44,33 @@ def test_every_pair_occurs_that_is_not_refused() -> None:
             assert is_there == (pair not in ({"a": "x", "d": "x"}, *({"b": "x", "c": level} for level in "xyz"))), pair
 
 
+def test_every_triple_of_a_group_occurs_that_is_not_refused() -> None:
+    made = [Factor(name, "xyz", group="one") for name in "abcd"] + [Factor("e", "xy", group="two"), Factor("f", "xy")]
+    first = {"a": "y", "b": "z"}
+    rows = list(Covering(made, [{"a": ["x"], "d": ["x"]}], {"one", "two"}).rows([first]))
+    assert first.items() <= rows[0].items()
+    for names in combinations("abcd", 3):
+        for levels in product("xyz", repeat=3):
+            triple = dict(zip(names, levels, strict=True))
+            is_there = any(triple.items() <= row.items() for row in rows)
+            assert is_there != (triple.get("a") == triple.get("d") == "x"), triple
+
+
 @pytest.mark.sized
 @pytest.mark.parametrize("part", PARTS)
 def test_plans_are_what_their_requests_say(client: httpx.Client, part: int) -> None:
     """In a soak every pair of what the schema offers occurs; most requests are planned."""
-    chosen = rows()[part :: len(PARTS)]
-    known, planned = robots(), 0
-    for number, row in enumerate(chosen):
-        for draw in range(DRAWS):
-            random = np.random.default_rng([part, number, draw])
-            robot = known[row["robot"]][0]
-            answer, _ = Judged(client, robot, random).ask("trajectories", Combined(robot, row, random).request())
-            if answer is not None:
-                planned += 1
-                break
+    chosen = pairs(PAIRS.get(NAME))[part :: len(PARTS)]
+    planned = sum(is_planned(client, robots(), row, [part, number]) for number, row in enumerate(chosen))
+    if len(chosen) > 50:
+        assert planned > 0.6 * len(chosen)
+
+
+@pytest.mark.sized
+@pytest.mark.parametrize("part", PARTS)
+def test_plain_plans_are_what_their_requests_say(client: httpx.Client, part: int) -> None:
+    """In a soak every triple of goals and motions occurs, and every triple of back ends, durations and transitions."""
+    chosen = triples(TRIPLES.get(NAME))[part :: len(PARTS)]
+    planned = sum(is_planned(client, robots(), row, [part, number]) for number, row in enumerate(chosen))
     if len(chosen) > 50:
         assert planned > 0.6 * len(chosen)
