@@ -16,10 +16,12 @@ from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
 from planner.paths import solved_waypoints
+from planner.paths.clear_motions import ClearMotions
 from planner.problems.actions import AtWaypoint
 from planner.problems.motion_around import FixedWaypoint, FreeMotion, as_requested
 from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, ViaWaypoint, Waypoint
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
+from planner.waypoints.goal_regions import positions_in_region
 from planner.waypoints.pinned import pinned_robots
 from planner.waypoints.targets import first_fixing
 
@@ -45,6 +47,12 @@ AS_GIVEN = JointMotion("as_given")
 LONGEST_TRAVEL = 1e3
 """The farthest that a joint may travel in a free motion, rad or m: a motion is looked at posture by posture, ten to a
 radian, and a million radians would want more memory than there is."""
+
+MOST_GOALS = 12
+"""The most joint positions of a goal region that a free motion may end at, besides those of the pose chosen in it."""
+
+GOALS_APART = 0.4
+"""How far these are from each other at least, rad or m."""
 
 
 @dataclass(frozen=True)
@@ -195,7 +203,8 @@ def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int
     positions = np.array([waypoint.position for waypoint in solved])
     first = first_fixing(so_far.robots, waypoints, number - 1)
     checker = segment_checkers(replace(so_far, self_collision=itself), positions)[number - 1]
-    start, goals = solved[number - 1].position, _goals(problem, index, solved[number - 1], solved[number])
+    start = solved[number - 1].position
+    goals = _goals(problem, index, solved[number - 1], solved[number], (so_far, waypoints, number))
     travels = np.abs(goals - start)
     if travels[0].max() > LONGEST_TRAVEL:
         joint = int(travels[0].argmax())
@@ -224,20 +233,52 @@ def _fixed_at(waypoint: AnyWaypoint, position: FloatArray) -> FixedWaypoint:
     return FixedWaypoint(position.tolist(), name, requested=as_requested(waypoint), **kept)
 
 
-def _goals(problem: PlanningProblem, index: int, before: SolvedWaypoint, chosen: SolvedWaypoint) -> FloatArray:
-    """Return where a free motion may end (goals, joints): in any configuration of a pose, if it does not matter later.
+def _goals(
+    problem: PlanningProblem,
+    index: int,
+    before: SolvedWaypoint,
+    chosen: SolvedWaypoint,
+    so_far: tuple[PlanningProblem, Sequence[AnyWaypoint], int],
+) -> FloatArray:
+    """Return the joint positions (goals, joints) at which a free motion may end: the one that was chosen comes first.
 
-    The one that was chosen comes first.
+    They have any configuration of the requested pose, or of a few poses all over its goal region. Where a motion of the
+    tool follows, they are those from which it keeps clear.
+
+    Args:
+        problem: What is requested.
+        index: Index of the waypoint.
+        before: Where the motion begins.
+        chosen: The waypoint as it was solved.
+        so_far: The problem with the detours found so far, its waypoints with their poses, and the index there.
     """
     waypoint = problem.waypoints[index]
     following = problem.waypoints[index + 1].motion if index + 1 < len(problem.waypoints) else AS_GIVEN
-    if isinstance(waypoint, JointWaypoint) or not isinstance(following, JointMotion):
+    if isinstance(waypoint, JointWaypoint):
         return chosen.position[None]
+    options = problem.inverse_kinematics
     (pinned,) = pinned_robots([problem.robots[index]], [waypoint])
     wanted = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
-    options, near = pinned.options(problem.inverse_kinematics), pinned.own(before.position)
-    found = in_configuration(pinned.robot, all_solutions(pinned.robot, chosen.wanted, options, near), wanted)
-    return np.array([chosen.position, *pinned.solutions(found)])
+    near = pinned.own(before.position)
+    solutions = all_solutions(pinned.robot, chosen.wanted, pinned.options(options), near)
+    found = list(pinned.solutions(in_configuration(pinned.robot, solutions, wanted)))
+    if not isinstance(following, JointMotion):
+        part, waypoints, number = so_far
+        clear = ClearMotions.of(part, waypoints)
+        found = [q for q in found if clear is not None and clear.leads_on(waypoints, number, before.position, q)]
+    elif isinstance(waypoint, PoseWaypoint) and waypoint.free:
+        found += apart(positions_in_region(pinned, waypoint, before.position, options), before.position)
+    return np.array([chosen.position, *found])
+
+
+def apart(positions: FloatArray, start: FloatArray) -> list[FloatArray]:
+    """Return a few of some joint positions (N, joints) that are far from each other, the nearest to a start first."""
+    left = positions[np.linalg.norm(positions - start, axis=1).argsort(kind="stable")]
+    found: list[FloatArray] = []
+    while len(left) and len(found) < MOST_GOALS:
+        found.append(left[0])
+        left = left[np.linalg.norm(left - left[0], axis=1) > GOALS_APART]
+    return found
 
 
 def _refusal(

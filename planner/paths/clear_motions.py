@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import PlanningError
-from planner.kinematics.inverse import solution_layers
+from planner.kinematics.configurations import in_configuration
+from planner.kinematics.inverse import all_solutions, solution_layers
 from planner.problems.problem import CartesianMotion, JointMotion, JointWaypoint, PoseWaypoint, Waypoint
 from planner.robots.tools import with_tools
 from planner.scene import clearances, edge, is_free
 from planner.scene.carried import checker_at_waypoints, checkers_of_segments
-from planner.waypoints.goal_regions import Surroundings
+from planner.waypoints.goal_regions import SettledWaypoint, Surroundings, settled_at
+from planner.waypoints.pinned import pinned_robots
 from planner.waypoints.solve import solve_waypoints
 from planner.waypoints.targets import wanted_poses
 
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 
     from planner.problems.problem import AnyWaypoint, PlanningProblem
     from planner.scene import CollisionChecker
-    from planner.spatial import FloatArray
+    from planner.spatial import FloatArray, Pose
     from planner.waypoints.solve import SolvedWaypoint
 
 MOST_MOTIONS = 8
@@ -32,6 +34,9 @@ MOST_MOTIONS = 8
 
 MOST_LOOKED_AHEAD = 3
 """The most of these motions at whose ends the joint positions of all poses of the region are looked at first."""
+
+MOST_BRANCHES = 16
+"""The most solutions of a pose from which the motions of the tool that follow are tried."""
 
 FULL = 6
 """Number of joints of arms whose solutions are isolated and all known."""
@@ -106,6 +111,48 @@ class ClearMotions(Surroundings):
             return False
         motions = zip(checkers[1:], (waypoint.tool_motion for waypoint in solved[1:]), strict=False)
         return all(motion is None or clearances(checker, motion.curve).is_proved for checker, motion in motions)
+
+    def with_clear_branches(
+        self, chosen: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]
+    ) -> tuple[AnyWaypoint, ...]:
+        """Settle poses at solutions from which the motions of the tool that follow keep clear, where others do not.
+
+        Args:
+            chosen: The waypoints, with the poses that were chosen in their regions.
+            solved: The same with the solutions on the shortest path.
+
+        Returns:
+            The waypoints, the very same where nothing is to be changed.
+        """
+        waypoints = list(chosen)
+        if self._problem.scene is None:
+            return tuple(waypoints)
+        positions = np.array([waypoint.position for waypoint in solved])
+        for k, waypoint in enumerate(waypoints):
+            is_pose = isinstance(waypoint, PoseWaypoint) and not isinstance(waypoint, SettledWaypoint)
+            after, is_joint_motion = self._after(k), k == 0 or isinstance(waypoint.motion, JointMotion)
+            if not (isinstance(waypoint, PoseWaypoint) and is_pose and is_joint_motion and after):
+                continue
+            motions = [other.tool_motion for other in solved[k + 1 : k + 1 + len(after)]]
+            checkers = self._checkers(k, positions[: k + 1 + len(after)])[1:]
+            pairs = zip(checkers, motions, strict=False)
+            if all(motion is None or clearances(checker, motion.curve).is_proved for checker, motion in pairs):
+                continue
+            before = positions[max(k - 1, 0)]
+            for position in self.branches(waypoint, k, solved[k].wanted, before):
+                if self.leads_on(waypoints, k, before, position):
+                    waypoints[k] = settled_at(waypoint, position)
+                    break
+        return tuple(waypoints)
+
+    def branches(self, waypoint: PoseWaypoint, index: int, pose: Pose, before: FloatArray) -> FloatArray:
+        """Return the solutions (N, joints) of a pose in its configuration, the nearest to a joint position first."""
+        (pinned,) = pinned_robots([self._robots[index]], [waypoint])
+        options, near = pinned.options(self._problem.inverse_kinematics), pinned.own(before)
+        found = in_configuration(pinned.robot, all_solutions(pinned.robot, pose, options, near), waypoint.configuration)
+        positions = np.array(pinned.solutions(found)).reshape(-1, len(before))
+        order = np.argsort(np.abs(positions - before).max(axis=1), kind="stable")
+        return np.asarray(positions[order][:MOST_BRANCHES])
 
     def _solved(self, first: int, waypoints: Sequence[AnyWaypoint]) -> tuple[SolvedWaypoint, ...] | None:
         """Return the solved waypoints of a part of the list that begins at an index; None: there is no solution."""

@@ -221,7 +221,12 @@ def solved_waypoints(problem: PlanningProblem) -> tuple[tuple[AnyWaypoint, ...],
     surroundings = ClearMotions.of(problem, waypoints)
     is_free = None if surroundings is None else surroundings.is_free
     waypoints = with_chosen_poses(problem.robot, waypoints, options, surroundings)
-    return waypoints, solve_waypoints(problem.robot, waypoints, options, is_free=is_free)
+    solved = solve_waypoints(problem.robot, waypoints, options, is_free=is_free)
+    if surroundings is not None:
+        settled = surroundings.with_clear_branches(waypoints, solved)
+        if any(other is not waypoint for other, waypoint in zip(settled, waypoints, strict=True)):
+            return settled, solve_waypoints(problem.robot, settled, options, is_free=is_free)
+    return waypoints, solved
 
 
 def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:

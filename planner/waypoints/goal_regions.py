@@ -148,6 +148,31 @@ def _is_free(surroundings: Surroundings | None, pinned: Pinned) -> IsFree | None
     return None if surroundings is None else lambda positions: surroundings.is_free(pinned.whole(positions))
 
 
+def settled_at(waypoint: PoseWaypoint, position: FloatArray) -> SettledWaypoint:
+    """Return a pose with the joint position (joints,) that was chosen for it."""
+    kept = {field.name: getattr(waypoint, field.name) for field in fields(PoseWaypoint)}
+    return SettledWaypoint(**kept, position=tuple(position.tolist()))
+
+
+def positions_in_region(
+    pinned: Pinned, waypoint: PoseWaypoint, near: FloatArray, options: InverseKinematicsOptions
+) -> FloatArray:
+    """Return joint positions (N, joints) all over the goal region of a waypoint, in its configuration.
+
+    Args:
+        pinned: The robot that reaches it.
+        waypoint: As it is requested, with a region.
+        near: (joints,), rad or m: where the robot comes from.
+        options: How poses are solved.
+    """
+    found = np.array(_postures(pinned.robot, waypoint, pinned.own(near), pinned.options(options)))
+    own = found.reshape(len(found), -1)[:, : pinned.robot.dof]
+    wanted = waypoint.configuration
+    if wanted.names:
+        own = own[[wanted.allows(other) for other in configurations(pinned.robot, own)]]
+    return pinned.whole(own) if len(own) else np.zeros((0, len(near)))
+
+
 @dataclass(frozen=True, eq=False)
 class _Selection:
     """A waypoint with a goal region among its surroundings.
@@ -210,8 +235,20 @@ class _Selection:
         chosen = (*self.chosen[:-1], at_pose)
         if self.surroundings is None or not self.surroundings.leads_on(chosen, len(chosen) - 1, self.before, position):
             return None
-        kept = {field.name: getattr(at_pose, field.name) for field in fields(PoseWaypoint)}
-        return SettledWaypoint(**kept, position=tuple(position.tolist()))
+        return settled_at(at_pose, position)
+
+
+def _postures(
+    robot: Robot, waypoint: PoseWaypoint, near: FloatArray, options: InverseKinematicsOptions
+) -> list[FloatArray]:
+    """Return postures (joints and freedoms,) at poses all over the region of a waypoint."""
+    assert waypoint.free is not None  # noqa: S101 - has a region
+    region, asked = region_of(waypoint.free), waypoint.pose_in_base
+    if robot.dof >= 6:
+        return _in_spread(robot, asked, region, near, options)
+    # Few poses of the region can be reached: those that the freedoms lead to.
+    free = with_freedoms(robot, region.ranges)
+    return list(solution_layers(free, [asked], options, np.append(near, np.zeros(len(region.ranges))))[0])
 
 
 def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinematicsOptions) -> PoseWaypoint:
@@ -228,10 +265,7 @@ def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinem
         return found
 
     free = with_freedoms(robot, region.ranges)
-    if robot.dof >= 6:
-        found = _in_spread(robot, asked, region, near, options)
-    else:  # few poses of the region can be reached: those that the freedoms lead to
-        found = list(solution_layers(free, [asked], options, np.append(near, np.zeros(len(region.ranges))))[0])
+    found = _postures(robot, waypoint, near, options)
     found = [q for q in found if np.isfinite(costs(q[None])[0])] if wanted.names else found
     if not found:
         as_written = np.array([np.clip(0.0, *ends) for ends in region.ranges.values()])
