@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import Depends, Header, Path, Query, Request, Security
-from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer, SecurityScopes
+from fastapi.security import HTTPBearer, SecurityScopes
 from pydantic.json_schema import SkipJsonSchema
 
 from api.access.access import Client
@@ -26,13 +26,6 @@ if TYPE_CHECKING:
     from api.access.keys import Scope
     from api.server.service import Service
 
-KEY = HTTPBearer(
-    scheme_name="key",
-    description="An API key, where the service asks for one; every operation says which scope its key needs.",
-    auto_error=False,
-)
-"""How clients identify themselves. A service on a loopback address asks for no key, so no operation requires one."""
-
 
 def service_of(request: Request) -> Service:
     """Find the service that received the request."""
@@ -46,38 +39,49 @@ def client(request: Request) -> Client:
     return sender
 
 
-async def admitted(
-    request: Request, needed: SecurityScopes, _key: Annotated[HTTPAuthorizationCredentials | None, Security(KEY)]
-) -> AsyncIterator[Client]:
-    """Let the client in while its request is answered, or refuse it before the body is read.
+class Admission(HTTPBearer):
+    """The scheme by which clients identify themselves, and the dependency that lets them in.
 
-    Raises:
-        Unauthorized, Forbidden, DatabaseUnavailable: See `Access.key_of`.
-        TooManyRequests: See `Allowance.request` and `Quota.take`.
-        Overloaded: Too many requests wait for a worker.
+    A service on a loopback address asks for no key, so no operation requires one in the OpenAPI document.
     """
-    access: Access = service_of(request).access
-    request.state.scope = needed.scopes[0]
-    if not access.asks_for_keys:
-        _refuse_if_full(request)
-        yield client(request)
-        return
-    key = await access.key_of(request.headers, request.state.scope)
-    request.state.client = Client(f"key:{key.id}", key.scopes, has_key=True)
-    request.state.share.client = client(request).name
-    allowance, quota = access.allowance_of(key), access.quota_of(key)
-    request.state.quota = quota
-    with allowance.request(time.monotonic()):
-        _refuse_if_full(request)
-        if quota is not None:
-            await quota.take(1)
-        request.state.grants = [allowance, *([] if quota is None else [quota])]
-        yield client(request)
+
+    async def __call__(self, request: Request, needed: SecurityScopes) -> AsyncIterator[None]:  # type: ignore[override]
+        """Let the client in while its request is answered, or refuse it before the body is read.
+
+        Raises:
+            Unauthorized, Forbidden, DatabaseUnavailable: See `Access.key_of`.
+            TooManyRequests: See `Allowance.request` and `Quota.take`.
+            Overloaded: Too many requests wait for a worker.
+        """
+        access: Access = service_of(request).access
+        request.state.scope = needed.scopes[0]
+        if not access.asks_for_keys:
+            _refuse_if_full(request)
+            yield
+            return
+        key = await access.key_of(request.headers, request.state.scope)
+        request.state.client = Client(f"key:{key.id}", key.scopes, has_key=True)
+        request.state.share.client = client(request).name
+        allowance, quota = access.allowance_of(key), access.quota_of(key)
+        request.state.quota = quota
+        with allowance.request(time.monotonic()):
+            _refuse_if_full(request)
+            if quota is not None:
+                await quota.take(1)
+            request.state.grants = [allowance, *([] if quota is None else [quota])]
+            yield
+
+
+ADMISSION = Admission(
+    scheme_name="key",
+    description="An API key, where the service asks for one; every operation says which scope its key needs.",
+)
+"""What lets clients in."""
 
 
 def needs(scope: Scope) -> Dependency:
     """Require a key with a scope, where the service asks for keys."""
-    dependency: Dependency = Security(admitted, scopes=[scope])
+    dependency: Dependency = Security(ADMISSION, scopes=[scope])
     return dependency
 
 

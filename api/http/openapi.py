@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from http import HTTPStatus
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
@@ -95,7 +94,7 @@ def completed(document: dict[str, Any], parts: Mapping[str, Any]) -> dict[str, A
         document: What FastAPI says of the routes.
         parts: What a worker knows: `schemas`, `forms` of answers and `formats` of plans.
     """
-    bodies = request_examples()
+    bodies, shown = request_examples(), examples()
     for operation in _operations(document):
         name = operation["operationId"]
         _say_who_may(operation)
@@ -111,10 +110,10 @@ def completed(document: dict[str, Any], parts: Mapping[str, Any]) -> dict[str, A
             content = operation["requestBody"]["content"][JSON]
             content["examples"] = {key: {"value": value} for key, value in bodies[name].items()}
         for status, response in operation["responses"].items():
-            if status >= "300" and status not in examples()["answers"].get(name, {}):
+            if status >= "300" and status not in shown["answers"].get(name, {}):
                 continue
             for content in response.get("content", {}).values():
-                named = examples()["answers"].get(name, {}).get(status, {})
+                named = shown["answers"].get(name, {}).get(status, {})
                 content["examples"] = {key: {"value": value} for key, value in named.items()}
             further = parts["forms"].get(name, {}) if status == "200" else {}
             response.get("content", {}).update({media: {"schema": schema} for media, schema in further.items()})
@@ -123,7 +122,7 @@ def completed(document: dict[str, Any], parts: Mapping[str, Any]) -> dict[str, A
         "schemas": parts["schemas"],
         "examples": {
             code: {"summary": problem["title"], "value": problem}
-            for code, problem in examples()["problems"].items()
+            for code, problem in shown["problems"].items()
             if code in codes
         },
         "securitySchemes": document["components"]["securitySchemes"],
@@ -131,7 +130,6 @@ def completed(document: dict[str, Any], parts: Mapping[str, Any]) -> dict[str, A
     return document
 
 
-@cache
 def examples() -> dict[str, Any]:
     """Read the examples of what the service answers, which tests compare with its answers.
 

@@ -1,22 +1,40 @@
 """The kind of router that the service has: HEAD wherever GET is, and ids of operations that are names of functions."""
 
-from collections.abc import Callable
 from typing import Any
 
 from fastapi import APIRouter, Response
 from fastapi.routing import APIRoute
 from starlette.routing import Match
-from starlette.types import Scope
+from starlette.types import Receive, Scope, Send
 
 
 class Route(APIRoute):
-    """A route that sees at a glance that the path of a request is another one."""
+    """A route that takes HEAD where it takes GET, and sees at a glance that the path of a request is another one.
+
+    Attributes:
+        allowed: The methods that the route takes.
+    """
+
+    def __init__(self, path: str, *arguments: Any, **options: Any) -> None:
+        super().__init__(path, *arguments, **options)
+        self._beginning, parameter, _ = path.partition("{")
+        self._is_fixed = not parameter
+        methods = self.methods or set()
+        self.allowed = methods | {"HEAD"} if "GET" in methods else methods
 
     def matches(self, scope: Scope) -> tuple[Match, Scope]:
-        """See `fastapi.routing.APIRoute`."""
-        if not self.param_convertors and not scope["path"].endswith(self.path):
+        """See `starlette.routing.Route`."""
+        path: str = scope["path"]
+        if not (path == self._beginning if self._is_fixed else path.startswith(self._beginning)):
             return Match.NONE, {}
-        return super().matches(scope)
+        return super().matches({**scope, "method": "GET"} if scope["method"] == "HEAD" else scope)
+
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """See `starlette.routing.Route`."""
+        if scope["method"] in self.allowed:
+            await self.app(scope, receive, send)
+        else:
+            await super().handle(scope, receive, send)
 
 
 class Router(APIRouter):
@@ -33,10 +51,3 @@ class Router(APIRouter):
             generate_unique_id_function=lambda route: route.name,
             **options,
         )
-
-    def add_api_route(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
-        """Add a route; one for GET takes HEAD, too."""
-        super().add_api_route(path, endpoint, **options)
-        if options["methods"] == ["GET"]:
-            head = options | {"methods": ["HEAD"], "include_in_schema": False}
-            super().add_api_route(path, endpoint, **head)

@@ -10,7 +10,7 @@ from fastapi import FastAPI, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.middleware.cors import CORSMiddleware
-from starlette.routing import Match, Route
+from starlette.routing import Match
 
 from api.access.access import Access
 from api.batches.cluster import ClusterPlanners
@@ -19,6 +19,7 @@ from api.batches.looks import Looks
 from api.batches.planners import PoolPlanners
 from api.database.database import Database, database_url
 from api.errors import MethodNotAllowed, NotFound, Overloaded, ServiceError, invalid
+from api.http.router import Route
 from api.http.routers import ROUTERS, page
 from api.pool.pool import WorkerPool
 from api.problem_documents import MEDIA_TYPE, problem_document
@@ -114,7 +115,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
         settings, workers, database, engine, access, metrics, answers, Looks(database), shedding
     )
     for router in ROUTERS:
-        app.router.routes.extend(router.routes)  # FastAPI matches routes that are included three times as slowly
+        app.router.routes.extend(router.routes)  # FastAPI matches included routes twice as slowly
     app.add_exception_handler(PlanningError, _answer_with_problem_document)
     app.add_exception_handler(ServiceError, _answer_with_problem_document)
     app.add_exception_handler(HTTPException, _answer_http_exception)
@@ -146,7 +147,7 @@ async def _answer_with_problem_document(request: Request, error: Exception) -> R
 def _methods_at(request: Request) -> set[str]:
     """Collect the methods of all routes at the path; the router itself looks no further than the first."""
     routes = (route for route in request.app.routes if isinstance(route, Route))
-    return {m for route in routes if route.matches(request.scope)[0] != Match.NONE for m in route.methods or ()}
+    return {method for route in routes if route.matches(request.scope)[0] != Match.NONE for method in route.allowed}
 
 
 async def _answer_invalid_parameters(request: Request, error: Exception) -> Response:
