@@ -56,7 +56,8 @@ class FreeMotion(Schema):
     """What the way is made better by once one is found: other ways are searched for and changed, timed by the back end
     and certified, and the best is the answer, whose `waypoints` have the `gain`. All is that of the whole trajectory:
     its `duration`; its `effort`, the integral of the sum of (torque / limit)^2, or of (acceleration / limit)^2 of a
-    robot without inertias; the `path_length` in the space of the joints. Omitted: the first way will do."""
+    robot without inertias; the `path_length` in the space of the joints. Omitted: one change of the first way
+    is tried."""
     time_budget: Annotated[float, Field(gt=0.0, le=600.0)] | None = None
     """How long that may take, s, from when planning begins: the best way until then is the answer, so that it depends
     on how fast the service is. It ends before the `deadline`, too. Omitted: it ends after `optimise_checks`."""

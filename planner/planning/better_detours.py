@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def with_better_detours(first: Proposals[Outcome]) -> Proposals[Outcome]:
-    """Make those detours of a plan better of which that is requested, each while the others stay; straight ones stay.
+    """Make the detours of a plan better, each while the others stay: a little, or as requested; straight ones stay.
 
     Args:
         first: What leads to the plan. Time budgets include it.
@@ -35,12 +35,25 @@ def with_better_detours(first: Proposals[Outcome]) -> Proposals[Outcome]:
         return planned
     for number, index in enumerate(free_waypoints(planned.attempt.problem)):
         motion = planned.attempt.problem.waypoints[index].motion
-        if isinstance(motion, FreeMotion) and motion.optimise is not None:
+        if isinstance(motion, FreeMotion) and motion.optimise is None:
+            planned = yield from _with_quicker(planned, number)
+        elif isinstance(motion, FreeMotion) and motion.optimise is not None:
             until += motion.time_budget or 0.0
             most = OPTIMISE_CHECKS if motion.time_budget is None else inf
             end = inf if motion.time_budget is None else until
             planned = yield from _with_better(planned, number, motion.optimise, motion.optimise_checks or most, end)
     return planned
+
+
+def _with_quicker(planned: Planned, number: int) -> Proposals[Planned]:
+    """Take one change of a detour, where the trajectory is quicker with it."""
+    if not planned.plan.ways[number].has_corners:
+        return planned
+    positions = _candidates(planned, number, "duration", inf, inf).at_once()
+    if positions is None:
+        return planned
+    outcome = yield from _along(planned, number, positions, ("duration", planned.plan.trajectory.duration), inf)
+    return outcome if isinstance(outcome, Planned) else planned
 
 
 def _with_better(planned: Planned, number: int, objective: Objective, most: float, until: float) -> Proposals[Planned]:

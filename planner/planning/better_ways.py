@@ -69,6 +69,10 @@ class BetterWays:
             edges.keep_room(0.0, edges.most)
         self.best = first
 
+    def at_once(self) -> FloatArray | None:
+        """Return the best way with the most changes that are tried at once; None: none is better and proved free."""
+        return self._changed(self.best, np.random.default_rng(self._seed), max(TRIES))
+
     def __iter__(self) -> Iterator[FloatArray]:
         """Yield ways; what was set to be the `best` meanwhile is what the next ones are made from."""
         for number in count():

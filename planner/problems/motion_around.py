@@ -33,7 +33,8 @@ class FreeMotion(JointMotion):
 
     Attributes:
         most_checks: The most motions that the search looks at.
-        optimise: What the way is made better by once one is found and certified; None: the first one will do.
+        optimise: What the way is made better by once one is found and certified; None: one change is
+            tried, and taken where the trajectory is quicker with it.
         time_budget: How long that may take, s, the search for the first way included; the best until then is the
             answer, so that equal requests may have unequal ones. None: as long as the motions last that are looked at.
         optimise_checks: The most motions that are looked at for it, each trajectory that is made counting as
