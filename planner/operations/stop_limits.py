@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.dynamics import path_dynamics
-from planner.kinematics.forward import VELOCITIES, tool_speeds
+from planner.kinematics.forward import JointStates
 from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
@@ -110,9 +109,8 @@ class StopLimits:
             times = np.abs(v0) / acceleration + acceleration / jerk
             times = np.where(np.isfinite(times), times, 0.0)
         self.guess = max(float(times.max()), 1e-3 * self.length)
-        self.torques = "torque" in kept and robot.has_dynamics and bool(np.isfinite(limits.torque.upper).any())
-        speeds = [limits.of_tool.get(name) if name in kept else None for name in VELOCITIES]
-        self.tool = [(k, float(speed[0])) for k, speed in enumerate(speeds) if speed is not None]
+        others = {constraint.name for constraint, _ in limits.constraints if constraint not in limits.further} - kept
+        self.constraints = [own for own in limits.without(others).constraints if own[0].is_known(robot)]
 
     @property
     def are_none(self) -> bool:
@@ -138,14 +136,18 @@ class StopLimits:
             limit = self.limits.magnitudes(quantity)[0]
             if quantity in self.kept and np.isfinite(limit).any():
                 terms.append(Term(quantity, coefficients, zero, np.tile(limit, (len(s), 1))))
-        if self.torques:
-            inertia, centripetal, gravity = path_dynamics(self.robot, q, first, second)
-            limit = np.tile(self.limits.torque.narrower[0], (len(s), 1))
-            terms.append(Term("acceleration", (centripetal, inertia), gravity, limit))
-        speeds = tool_speeds(self.robot, q, first) if self.tool else ()
-        for k, limit in self.tool:
-            speed = speeds[k][:, None]
-            terms.append(Term("velocity", (speed,), np.zeros_like(speed), np.full_like(speed, limit)))
+        states = JointStates(self.robot, q, first, second)
+        for constraint, bounds in self.constraints:
+            if not (constraint.has_rows or constraint.follows_path_speed):
+                continue
+            if constraint.has_rows:
+                by_u, by_x, rest = constraint.rows(states)
+            else:
+                by_x = constraint.values(states)
+                by_u = rest = np.zeros_like(by_x)
+            middle, half = (np.repeat(side[0], by_x.shape[1] // side.shape[1]) for side in bounds.centred)
+            kind, coefficients = ("velocity", (by_x,)) if constraint.order == 1 else ("acceleration", (by_x, by_u))
+            terms.append(Term(kind, coefficients, rest - middle, np.tile(half, (len(s), 1))))
         return terms
 
     def broken(self, s: FloatArray, states: FloatArray) -> float:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import ruckig
 
 from planner.backends import BackEnd, Quintic, Ruckig, Toppra
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
+from planner.kinematics.forward import tool_pose
 from planner.limits import Limits
 from planner.operations import JointState, slice_trajectory, stop_joints, stop_on_path
 from planner.planning import plan
@@ -15,6 +18,7 @@ from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.spatial import FloatArray
 from planner.trajectories.trajectory import Trajectory
 from tests.planner.operations.curves import by_scipy, inner_times, kuka, planned
+from tests.planner.problems_of_tests import problem_of
 from tests.planner.tool_problems import CORNER
 
 
@@ -105,3 +109,24 @@ def test_stops_that_are_refused() -> None:
         stop_on_path(kuka(), short, 0.01)
     with pytest.raises(LimitsUnsatisfiable, match="nothing that is kept limits how fast it stops"):
         stop_on_path(kuka(), planned("quintic"), 0.2, enforced=["position", "tcp_linear_velocity"])
+
+
+@pytest.mark.parametrize("kind", ["quintic", "toppra"])
+def test_limits_of_the_tools_acceleration_are_kept_by_a_stop_far_before_the_end(kind: str) -> None:
+    """Such stops were those at the end: with one limit of the tool's acceleration they took up to 18 s."""
+    limits = Limits(tcp_linear_acceleration=1.5, tcp_centripetal_acceleration=1.0)
+    problem = replace(problem_of("kuka_kr16_l6_2", 0, 4, 0.5), limits=limits)
+    given = plan(problem, Quintic() if kind == "quintic" else Toppra(jerk_limited=True)).trajectory
+    for share in (0.2, 0.5):
+        stop = stop_on_path(kuka(), given, share * given.duration, limits=limits)
+        assert stop.certificate.satisfied
+        assert stop.trajectory.duration < 1.0 < 0.5 * given.duration
+        times, step = inner_times(stop.trajectory, 200), 1e-4
+        times = times[(times > step) & (times < stop.trajectory.duration - step)]
+        points = [tool_positions(by_scipy(stop.trajectory, times + shift)) for shift in (-step, 0.0, step)]
+        accelerations = (points[0] - 2.0 * points[1] + points[2]) / step**2
+        assert np.linalg.norm(accelerations, axis=1).max() <= 1.5 * (1.0 + 1e-2)
+
+
+def tool_positions(positions: FloatArray) -> FloatArray:
+    return np.array([tool_pose(kuka(), position).position for position in positions])
