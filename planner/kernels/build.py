@@ -60,6 +60,8 @@ def build(processor: str | None = None) -> Path:
     folder = LIBRARIES / digest()
     processor = processor or platform.machine()
     names = library_names(processor)
+    if all((folder / name).is_file() for name in names.values()):
+        return folder  # also where nothing may be written
     LIBRARIES.mkdir(exist_ok=True)
     with (LIBRARIES / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # several processes may import the library of a fresh checkout at once

@@ -22,7 +22,10 @@ N = TypeVar("N", bound=np.generic)
 """The type of the numbers of an array."""
 
 HOW_TO_BUILD = f"run `pip install {COMPILER}` and then `python -m planner.kernels.build`"
-"""What mends a library that is not there."""
+"""What mends a library that is not there in a checkout."""
+
+HOW_TO_INSTALL = "install the package trajectory-planner again with pip, on this machine"
+"""What mends one that is not there in an installed package, which has no sources."""
 
 ARGUMENTS: dict[type, type[ctypes._SimpleCData[Any]]] = {
     int: ctypes.c_int64,
@@ -69,7 +72,8 @@ def _load(path: Path) -> ctypes.CDLL:
     try:
         return ctypes.CDLL(str(path))
     except OSError as error:
-        raise ImportError(f"the compiled kernels cannot be loaded ({error}): {HOW_TO_BUILD}") from error
+        remedy = HOW_TO_BUILD if SOURCES.is_dir() else HOW_TO_INSTALL
+        raise ImportError(f"the compiled kernels cannot be loaded ({error}): {remedy}") from error
 
 
 def doubles(values: ArrayLike, *shape: int) -> NDArray[np.float64]:

@@ -53,7 +53,7 @@ def test_every_level_of_the_processor_gives_the_same_bytes(monkeypatch: pytest.M
 
 
 def test_without_a_library_the_error_says_what_to_run(elsewhere: Path) -> None:
-    with pytest.raises(ImportError, match=r"python -m planner\.kernels\.build"):
+    with pytest.raises(ImportError, match="install the package trajectory-planner again"):
         library.library()
 
 
@@ -61,7 +61,7 @@ def test_a_damaged_library_is_refused(elsewhere: Path) -> None:
     for name in build.library_names(platform.machine()).values():
         (elsewhere / "digest").mkdir(exist_ok=True)
         (elsewhere / "digest" / name).write_bytes(b"\x7fELF and no more")
-    with pytest.raises(ImportError, match=r"cannot be loaded.*pip install ziglang=="):
+    with pytest.raises(ImportError, match=r"cannot be loaded.*again with pip"):
         library.library()
 
 
@@ -76,6 +76,18 @@ def test_changed_sources_never_run_with_an_old_library(monkeypatch: pytest.Monke
     with pytest.raises(ImportError, match="do not match the sources: run `pip install ziglang=="):
         library.library.__wrapped__()
     assert not (tmp_path / "built/old").exists()
+
+
+def test_a_library_that_is_there_needs_no_place_to_write_and_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A checkout of somebody else, mounted to be read only."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError("read-only file system")
+
+    monkeypatch.setattr(build.Path, "mkdir", refuse)
+    monkeypatch.setattr(build.fcntl, "flock", refuse)
+    monkeypatch.setattr(build.sys, "executable", "/nowhere/python")
+    assert library._folder().name == build.digest()
 
 
 def test_arrays_of_another_shape_or_type_do_not_reach_a_kernel() -> None:
