@@ -216,7 +216,18 @@ def _clearance(clearance: Clearance) -> str:
     nearest = "" if clearance.time is None else f", nearest at {clearance.time:.3f} s"
     pair = "" if clearance.pair is None else " between {} and {}".format(*clearance.pair)
     least = math.floor(clearance.lower * 1e4) / 10.0  # mm; no more than is proved
-    return f"clear by {least} mm at all times{pair}{nearest}"
+    return f"clear by {least} mm at all times{pair}{nearest}{_estimate(clearance)}"
+
+
+def _estimate(clearance: Clearance) -> str:
+    """Say how far the machine may stick out of estimated shapes; nothing where no shape is an estimate."""
+    if clearance.shapes == "model":
+        return ""
+    margin = math.ceil(clearance.uncertainty * 1e4 - 1e-6) / 10.0  # mm; no less than covers it
+    if clearance.lower >= clearance.uncertainty:
+        return f"; estimate: this covers the {margin} mm by which the machine may stick out of its estimated shapes"
+    advice = f"plan with a margin of at least {margin} mm"
+    return f"; estimate: the machine may stick out of its estimated shapes by {margin} mm, {advice}"
 
 
 def _speed_zone(check: SpeedZoneCheck) -> str:

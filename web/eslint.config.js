@@ -1,5 +1,20 @@
 import tseslint from 'typescript-eslint';
 
+// Signals that a file imports are written by functions of src/state alone.
+const signals = {
+  rules: {
+    'written-in-state': {
+      create: (context) => ({
+        'AssignmentExpression[left.type="MemberExpression"][left.property.name="value"][left.object.type="Identifier"]'({ left }) {
+          const { references } = context.sourceCode.getScope(left);
+          const isImported = references.some(({ identifier, resolved }) => identifier === left.object && resolved?.defs[0]?.type === 'ImportBinding');
+          if (isImported) context.report({ node: left, message: `\`${left.object.name}\` must be written by a function of src/state.` });
+        },
+      }),
+    },
+  },
+};
+
 export default tseslint.config(
   { ignores: ['node_modules', 'src/service/openapi.d.ts', 'eslint.config.js'] },
   ...tseslint.configs.strictTypeChecked,
@@ -13,4 +28,5 @@ export default tseslint.config(
       '@typescript-eslint/no-non-null-assertion': 'off', // rows of arrays whose lengths are known
     },
   },
+  { ignores: ['src/state/**', '**/*.test.ts'], plugins: { signals }, rules: { 'signals/written-in-state': 'error' } },
 );

@@ -226,6 +226,31 @@ def test_the_clearance_is_told_that_was_proved() -> None:
     assert list(told[1:]) == proved["pair"]
 
 
+@pytest.mark.parametrize("margin", [0.0, 0.2])
+def test_the_clearance_of_estimated_shapes_is_told_as_an_estimate(tmp_path: Path, margin: float) -> None:
+    """The margin that the command line advises is the uncertainty of the certificate."""
+    ball = {"id": "ball", "shape": {"kind": "sphere", "radius": 0.05}, "pose": {"position": [1.5, 1.5, 0.0]}}
+    request = {
+        "robot": "ur5e",
+        "waypoints": [
+            {"kind": "joint", "position": [0.0, -1.5, 1.5, -1.5, -1.5, 0.0]},
+            {"kind": "joint", "position": [0.3, -1.5, 1.5, -1.5, -1.5, 0.0]},
+        ],
+        "self_collision": False,
+        "scene": {"objects": [ball], "margin": margin},
+    }
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps(request))
+    result = planner("plan", path, "-o", "-", "--format", "json")
+    assert result.exit_code == 0, result.stderr
+    proved = json.loads(result.stdout)["certificate"]["clearance"]["scene"]
+    assert proved["shapes"] == "estimate"
+    is_covered = proved["lower"] >= proved["uncertainty"]
+    words = "estimate: this covers the" if is_covered else "margin of at least"
+    [told] = re.findall(rf"{words} ([\d.]+) mm", " ".join(result.stderr.split()))
+    assert 0.0 <= float(told) * 1e-3 - proved["uncertainty"] < 1.1e-4
+
+
 def test_the_speeds_near_objects_are_told_that_were_proved() -> None:
     result = planner("plan", EXAMPLES / "slow_beside_a_walkway.json", "-o", "-", "--format", "json")
     assert result.exit_code == 0

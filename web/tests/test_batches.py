@@ -117,3 +117,12 @@ def test_a_report_opens_from_disk_and_shows_the_worst_plans(
             plays(page)
             assert violations(page) == []
             assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_a_field_that_the_request_has_no_place_for_is_said(page: Page) -> None:
+    page.get_by_role("tab", name="Batch").click()
+    page.get_by_role("combobox", name="Field").fill("/robot/x")
+    expect(page.get_by_role("alert")).to_have_text("The request has no place for /robot/x.")
+    expect(page.get_by_role("button", name="Plan 4 requests")).to_be_disabled()
+    page.get_by_role("combobox", name="Field").fill("/limits/velocity_scale")
+    expect(page.get_by_role("button", name="Plan 4 requests")).to_be_enabled()

@@ -143,3 +143,11 @@ def test_no_malformed_link_makes_the_page_throw(page: Page) -> None:
             banner.get_by_role("button", name="Close").click()
         page.evaluate(GO, fragment(mutant))
         page.wait_for_function(DEALT_WITH, arg=json.dumps(mutant))
+
+
+def test_a_link_that_unpacks_to_very_much_is_refused(page: Page) -> None:
+    """Each of its 20 kB unpacks to a thousand times as much."""
+    shown = shown_request(page)
+    page.evaluate(GO, fragment(shown | {"name": "x" * 20_000_000}))
+    expect(page.get_by_role("alert")).to_contain_text("its request has more than 16 MB")
+    assert shown_request(page) == shown

@@ -145,6 +145,7 @@ def test_back_ends_are_compared(page: Page) -> None:
     page.get_by_role("button", name="Compare all back ends").click()
     rows = page.locator("table.compare tbody tr")
     expect(rows).to_have_count(7, timeout=60_000)
+    expect(page.locator("table.compare thead")).to_contain_text("Effort per second")
     jerks: dict[str, str] = {}
     for row in rows.all():
         duration, _, jerk, _, computed = row.locator("td.number").all_inner_texts()

@@ -41,6 +41,17 @@ def start_again(
     return start
 
 
+def end(service: RunningService) -> None:
+    service.process.terminate()
+    service.process.wait(60.0)
+
+
+def edit_duration(page: Page) -> None:
+    page.locator("[data-waypoint='1']").click()
+    page.get_by_label("Duration (s)").fill("9.33")
+    page.keyboard.press("Tab")
+
+
 def plan(page: Page) -> None:
     page.get_by_role("button", name="Plan", exact=True).click()
 
@@ -52,19 +63,15 @@ def test_it_goes_on_by_itself(
     first = start_service(workers=1)
     with opened(browser, f"{first.url}/", may_fail=AWAY) as page:
         planned(page)
-        first.process.terminate()
-        first.process.wait(30.0)
-        page.locator("[data-waypoint='1']").click()
-        page.get_by_label("Duration (s)").fill("9.33")
-        page.keyboard.press("Tab")
+        end(first)
+        edit_duration(page)
         banner = page.get_by_role("alert").filter(has_text="goes on when the service is back")
         expect(banner).to_be_visible()
         assert violations(page) == []
         second = start_again(first, workers=1)
         expect(page.locator(".verdict:not(.stale)")).to_contain_text("27.29 s", timeout=60_000)
         expect(banner).to_have_count(0)
-        second.process.terminate()
-        second.process.wait(30.0)
+        end(second)
         click_example(page, WELDING)
         expect(banner).to_be_visible()
         use_request(page, (ROOT / "examples/welding.json").read_text())
@@ -85,9 +92,7 @@ def test_a_request_that_is_never_answered_is_sent_again_once(browser: Browser, s
             route.abort("connectionreset")
 
         page.route("**/v1/trajectories", fail)
-        page.locator("[data-waypoint='1']").click()
-        page.get_by_label("Duration (s)").fill("9.33")
-        page.keyboard.press("Tab")
+        edit_duration(page)
         expect(page.get_by_role("alert").filter(has_text="press Plan to send the request once more")).to_be_visible()
         assert len(sent) == 2
         page.unroute("**/v1/trajectories")
@@ -102,8 +107,7 @@ def test_it_plans_again(
     first = start_service(workers=1)
     with opened(browser, f"{first.url}/", may_fail=AWAY) as page:
         planned(page)
-        first.process.terminate()
-        first.process.wait(30.0)
+        end(first)
         plan(page)
         expect(page.get_by_role("alert", name="Refusal")).to_contain_text("does not answer")
         start_again(first, workers=1)
@@ -162,8 +166,7 @@ def test_a_batch_is_heard_on(
     first = start_service(**settings)
     with opened(browser, f"{first.url}/", may_fail=AWAY) as page:
         batch = batch_under_way(page)
-        first.process.terminate()
-        first.process.wait(60.0)
+        end(first)
         expect(batch).not_to_contain_text("Completed")
         start_again(first, **settings)
         expect(batch).to_contain_text("Completed", timeout=120_000)

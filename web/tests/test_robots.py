@@ -12,7 +12,16 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.locations import ROOT
-from web.tests.browser import ARM_PIXELS, FRAMES, changed_colours, leave_unanswered, opened, planned, use_request
+from web.tests.browser import (
+    ARM_PIXELS,
+    FRAMES,
+    changed_colours,
+    choose_example,
+    leave_unanswered,
+    opened,
+    planned,
+    use_request,
+)
 from web.tests.test_conditions import violations
 
 if TYPE_CHECKING:
@@ -134,3 +143,35 @@ def test_an_unknown_robot_is_said_and_none_is_drawn(browser: Browser, service: R
         planned(page)
         expect(page.locator(".stage-failed")).to_have_count(0)
         page.wait_for_function(f"() => ({ARM_PIXELS})()[0] > 1000")
+
+
+def test_notes_stand_where_the_robot_is_chosen_and_by_the_plan(page: Page, service: RunningService) -> None:
+    notes = service.client.get("/v1/robots/three_dof_arm").json()["notes"]
+    assert any("z axis of its base points downwards" in note for note in notes)
+    page.get_by_role("combobox", name="Robot").select_option("three_dof_arm")
+    planned(page)
+    chosen = page.locator(".robot-notes")
+    chosen.locator("summary").click()
+    for note in notes:
+        expect(chosen).to_contain_text(note)
+    hint = page.get_by_text("No joint has position limits").last
+    expect(hint).to_be_visible()
+    assert violations(page) == []
+    hint.get_by_role("button", name=f"Read the {len(notes)} notes on three_dof_arm").click()
+    expect(page.get_by_role("region", name="Notes on this robot").get_by_role("listitem")).to_have_text(notes)
+
+
+def test_the_robot_of_an_example_is_added_with_it(
+    browser: Browser, start_service: Callable[..., RunningService]
+) -> None:
+    service = start_service(workers=1)
+    assert service.client.get("/v1/robots/ur5e_on_rail").status_code == 404
+    with opened(browser, f"{service.url}/") as page:
+        planned(page)
+        choose_example(page, "features/along_a_rail")
+        expect(page.get_by_role("alert")).to_contain_text("ur5e_on_rail, was added to the service")
+        expect(page.get_by_role("combobox", name="Robot")).to_have_value("ur5e_on_rail")
+        page.get_by_role("button", name="Close").click()
+        choose_example(page, "features/around_a_wall")
+        choose_example(page, "features/along_a_rail")
+        expect(page.get_by_role("alert")).to_have_count(0)

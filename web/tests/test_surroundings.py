@@ -143,3 +143,32 @@ def test_speed_zones_are_asked_and_seen(browser: Browser, service: RunningServic
             example["speed_zones"][1],
             {"clearance": 0.15, "speed": 0.3, "objects": ["walkway"]},
         ]
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.2])
+def test_the_verdict_on_estimated_shapes_is_an_estimate(
+    browser: Browser, service: RunningService, margin: float
+) -> None:
+    """It advises the margin that the certificate has as its uncertainty."""
+    request = {
+        "robot": "ur5e",
+        "waypoints": [
+            {"kind": "joint", "position": [0.0, -1.5, 1.5, -1.5, -1.5, 0.0]},
+            {"kind": "joint", "position": [0.3, -1.5, 1.5, -1.5, -1.5, 0.0]},
+        ],
+        "scene": {"objects": [BALL | {"pose": {"position": [1.2, 1.2, 0.0]}}], "margin": margin},
+    }
+    answer = service.post("/v1/trajectories", request).json()
+    clearance = answer["certificate"]["clearance"]["scene"]
+    assert clearance["shapes"] == "estimate"
+    with opened(browser, f"{service.url}/") as page:
+        planned(page)
+        use_request(page, json.dumps(request))
+        estimate = page.locator(".verdict .estimate")
+        expect(estimate).to_contain_text("Estimate:")
+        [told] = re.findall(r"([\d.]+) mm", estimate.inner_text())[:1]
+        parts = [part for part in answer["certificate"]["clearance"].values() if part]
+        assert min(abs(float(told) / 1000 - part["uncertainty"]) for part in parts) < 1.1e-4
+        page.get_by_role("tab", name="Certificate").click()
+        expect(page.locator(".certificate .estimate").first).to_contain_text("estimated shapes")
+        assert violations(page) == []

@@ -1,5 +1,6 @@
 // What everybody is to see: the service is away, a link cannot be shown or has to be copied by hand.
 import { isAway } from '../service/client';
+import { showBanner } from '../state/messages';
 import { banner } from '../state/store';
 import { texts } from '../texts';
 
@@ -16,7 +17,7 @@ export function Banner() {
         <div class="banner" role="alert">
           <span>{shown.text}</span>
           {shown.link && <input readOnly value={shown.link} aria-label={texts.said.link} ref={(field) => field?.select()} />}
-          <button type="button" onClick={() => (banner.value = null)}>
+          <button type="button" onClick={() => showBanner(null)}>
             {texts.said.close}
           </button>
         </div>

@@ -1,6 +1,6 @@
 // The request that is shown, sent with some of its fields varied.
 import { signal } from '@preact/signals';
-import { sizeOf } from '../request/grid';
+import { gridOf, sizeOf } from '../request/grid';
 import type { Varied } from '../request/grid';
 import { sendGrid } from '../state/batches';
 import { request } from '../state/store';
@@ -13,6 +13,7 @@ const rows = signal<readonly Varied[]>([FIRST]);
 
 export function BatchGrid() {
   const size = sizeOf(rows.value);
+  const wrong = request.value && size !== null ? gridOf(request.value, rows.value).wrong : undefined;
   const change = (index: number, changes: Partial<Varied>): void => {
     rows.value = rows.value.map((row, i) => (i === index ? { ...row, ...changes } : row));
   };
@@ -37,11 +38,16 @@ export function BatchGrid() {
           </button>
         </div>
       ))}
+      {wrong !== undefined && (
+        <p class="wrong-text" role="alert">
+          {texts.batch.noField(wrong)}
+        </p>
+      )}
       <div class="buttons wrap">
         <button type="button" onClick={() => (rows.value = [...rows.value, { pointer: FIELDS[rows.value.length % FIELDS.length]!, values: '' }])}>
           {texts.batch.another}
         </button>
-        <button type="button" class="primary" disabled={size === null || !request.value} onClick={() => void sendGrid(rows.value)}>
+        <button type="button" class="primary" disabled={size === null || wrong !== undefined || !request.value} onClick={() => void sendGrid(rows.value)}>
           {size === null ? texts.batch.unreadable : texts.batch.send(size)}
         </button>
       </div>

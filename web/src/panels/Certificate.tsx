@@ -1,5 +1,6 @@
 // The certificate as a table: what uses how much of its limit, where and when; and the warnings.
 import type { Check, Clearance, Robot, SpeedZoneAnswer } from '../service/types';
+import { estimateOf } from '../plan/estimates';
 import { shownUnit, titleOf } from '../plan/quantities';
 import { millimetres, short } from '../plan/units';
 import { zoneNotes } from '../plan/zones';
@@ -72,12 +73,14 @@ function Line({ check, arm }: { check: Check; arm: Robot }) {
 // How near things come: the margin is what is asked of it, so that little is used of it where there is much room.
 function ClearanceLine({ kind, clearance }: { kind: Kind; clearance: Clearance }) {
   const { lower, pair, time } = clearance;
+  const estimate = estimateOf(clearance);
   const margin = kind === 'scene' && pair ? marginOf(pair) : 0;
   return (
     <tr>
       <th scope="row">
         {texts.clearance.names[kind]}
         {pair && <small>{texts.clearance.proved(pair)}</small>}
+        {estimate && <small class="estimate">{estimate}</small>}
       </th>
       <td>{margin > 0 ? <Meter used={Math.min(100, (100 * margin) / lower)} enforced /> : '–'}</td>
       <td class="number">{texts.clearance.least(millimetres(lower), margin > 0 ? millimetres(margin) : null)}</td>

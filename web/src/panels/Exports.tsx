@@ -4,7 +4,8 @@ import { codeOf, LANGUAGES } from '../request/code';
 import type { Language } from '../request/code';
 import { base, client, outcome } from '../service/client';
 import type { PlanFormat } from '../service/types';
-import { problem, request } from '../state/store';
+import { refuse } from '../state/messages';
+import { request } from '../state/store';
 import { texts } from '../texts';
 import { copy, save } from './save';
 
@@ -71,5 +72,5 @@ async function download(format: PlanFormat): Promise<void> {
   const call = client.POST('/v1/trajectories/export', { body, params: { query: { format } }, parseAs: 'blob' });
   const found = await outcome(call as unknown as Promise<{ data?: Blob; error?: unknown }>);
   if (found.answer) save(`${body.robot}${FORMATS[format]}`, found.answer);
-  else problem.value = found.problem;
+  else refuse(found.problem);
 }

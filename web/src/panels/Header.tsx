@@ -6,11 +6,13 @@ import { apiKey, useKey } from '../service/client';
 import { chooseBackend, chooseExample, chooseRobot, redo, settle, undo } from '../state/actions';
 import { planNow } from '../state/planning';
 import { linkToShown } from '../state/start';
-import { backends, banner, history, notice, planning, problem, request, robots } from '../state/store';
+import { say, showBanner } from '../state/messages';
+import { backends, history, notice, planning, problem, request, robot, robots } from '../state/store';
 import { switchTheme } from '../state/theme';
 import { texts } from '../texts';
 import { Banner } from './Banner';
 import { Menu } from './Menu';
+import { RobotNotes } from './RobotNotes';
 import { copy } from './save';
 
 const KINDS: readonly Example['group'][] = ['documents', 'jobs', 'features'];
@@ -21,7 +23,7 @@ const GROUPS = KINDS.map((kind) => ({
 }));
 
 export function Header() {
-  const shown = request.value;
+  const [shown, arm] = [request.value, robot.value];
   return (
     <header class="header">
       <a class="skip" href="#waypoints" onClick={skip}>
@@ -38,6 +40,7 @@ export function Header() {
           ))}
         </select>
       </span>
+      {arm && <RobotNotes key={arm.id} arm={arm} />}
       <Menu label={texts.header.chooseExample} groups={GROUPS} />
       <span class="labelled">
         <label for="backend">{texts.header.backend}</label>
@@ -95,8 +98,8 @@ function CopyLink() {
     if (await copy(link)) {
       setCopied(true);
       setTimeout(() => setCopied(false), 1500);
-      notice.value = texts.said.linkCopied;
-    } else banner.value = { text: texts.said.copyByHand, link };
+      say(texts.said.linkCopied);
+    } else showBanner({ text: texts.said.copyByHand, link });
   };
   return (
     <button type="button" onClick={() => void copyLink()}>

@@ -3,14 +3,15 @@ import type { Problem, Remedy } from '../service/types';
 import { remedied, waysOf } from '../request/edits';
 import { depthOf, seconds, short } from '../plan/units';
 import { show } from '../state/actions';
-import { request, selected, shownPlan } from '../state/store';
+import { select } from '../state/selection';
+import { request, shownPlan } from '../state/store';
 import { texts } from '../texts';
 
 export function Refusal({ problem }: { problem: Problem }) {
   const { waypoint, segment, joint, time, pair } = problem;
   const place = (index: number): string => texts.waypoints.place(index, request.value?.waypoints[index]?.name ?? null);
   const where = [
-    typeof waypoint === 'number' ? place(waypoint) : null,
+    typeof waypoint === 'number' && typeof segment !== 'number' ? place(waypoint) : null,
     typeof segment === 'number' ? texts.refusal.segment(segment, place(segment), place(segment + 1)) : null,
     joint,
     typeof time === 'number' && !pair ? texts.refusal.at(seconds(time)) : null,
@@ -23,7 +24,7 @@ export function Refusal({ problem }: { problem: Problem }) {
         <p class="where">
           {where.join(', ')}{' '}
           {typeof waypoint === 'number' && (
-            <button type="button" class="link" onClick={() => (selected.value = waypoint)}>
+            <button type="button" class="link" onClick={() => select(waypoint)}>
               {texts.refusal.show}
             </button>
           )}

@@ -1,7 +1,8 @@
 // What the planning came to: refusal or certificate, comparison, the request itself, exports.
 import { signal } from '@preact/signals';
+import { estimateOfPlan } from '../plan/estimates';
 import { seconds } from '../plan/units';
-import { isStale, planning, problem, shownPlan } from '../state/store';
+import { isStale, planning, problem, robot, shownPlan } from '../state/store';
 import { texts } from '../texts';
 import { BatchPanel } from './BatchPanel';
 import { Certificate } from './Certificate';
@@ -9,6 +10,7 @@ import { Compare } from './Compare';
 import { Exports } from './Exports';
 import { Refusal } from './Refusal';
 import { RequestJson } from './RequestJson';
+import { RobotHint } from './RobotNotes';
 import { RobotPanel } from './RobotPanel';
 
 type Tab = 'certificate' | 'compare' | 'request' | 'exports' | 'robot' | 'batch';
@@ -17,7 +19,8 @@ const TABS: readonly Tab[] = ['certificate', 'compare', 'request', 'exports', 'r
 const tab = signal<Tab>('certificate');
 
 export function Result() {
-  const planned = shownPlan.value;
+  const [planned, arm] = [shownPlan.value, robot.value];
+  const estimate = planned && estimateOfPlan(planned.answer);
   return (
     <section class="panel result" aria-label={texts.result.label}>
       {problem.value && <Refusal problem={problem.value} />}
@@ -25,8 +28,10 @@ export function Result() {
         <p class={`verdict ${isStale.value || planning.value ? 'stale' : ''}`}>
           <strong>✓ {texts.result.certified(seconds(planned.answer.duration))}</strong>
           <span>{texts.result.certifiedBy(planned.answer.backend, planned.took)}</span>
+          {estimate && <span class="estimate">{estimate}</span>}
         </p>
       )}
+      {arm && <RobotHint arm={arm} onNotes={() => (tab.value = 'robot')} />}
       {!planned && !problem.value && <p class="hint">{planning.value ? texts.header.planning : texts.result.none}</p>}
       <div class="tabs" role="tablist" onKeyDown={turn}>
         {TABS.map((name) => (

@@ -5,8 +5,7 @@ import { factorOf, short, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/units';
 import type { Joint, Robot } from '../service/types';
 import { insert } from '../state/actions';
-import { playing } from '../state/playback';
-import { posed, posture } from '../state/posture';
+import { pose, posture } from '../state/posture';
 import { request, robot } from '../state/store';
 import { texts } from '../texts';
 import { RobotUpload } from './RobotUpload';
@@ -19,9 +18,22 @@ export function RobotPanel() {
       {arm && <Sliders arm={arm} />}
       {arm && <Workspace />}
       {arm && <LimitTable arm={arm} />}
-      {arm?.notes?.map((note) => <p class="hint" key={note}>{note}</p>)}
+      {arm && (arm.notes?.length ?? 0) > 0 && <NoteList arm={arm} />}
       <RobotUpload />
     </>
+  );
+}
+
+function NoteList({ arm }: { arm: Robot }) {
+  return (
+    <section aria-label={texts.robot.aboutRobot}>
+      <h3>{texts.robot.aboutRobot}</h3>
+      <ul class="note-list">
+        {arm.notes?.map((note) => (
+          <li key={note}>{note}</li>
+        ))}
+      </ul>
+    </section>
   );
 }
 
@@ -60,11 +72,6 @@ function Slider({ joint, index }: { joint: Joint; index: number }) {
       <output>{text}</output>
     </label>
   );
-}
-
-function pose(next: readonly number[]): void {
-  playing.value = false;
-  posed.value = next;
 }
 
 // A joint without limits goes once around, or a metre.

@@ -6,6 +6,7 @@ import { plannedWaypoint } from '../plan/samples';
 import { seconds, short } from '../plan/units';
 import type { PlanRequest, Robot, Waypoint } from '../service/types';
 import { insert, insertPose, show } from '../state/actions';
+import { select } from '../state/selection';
 import { seek } from '../state/playback';
 import { shownPosture } from '../state/posture';
 import { isStale, problem, request, robot, selected, shownPlan } from '../state/store';
@@ -50,7 +51,7 @@ function Row({ waypoint, index, shown }: RowProps) {
   const isChosen = selected.value === index;
   const isWrong = problem.value?.waypoint === index;
   const choose = (): void => {
-    selected.value = index;
+    select(index);
     if (answer) seek(answer.arrival_time);
   };
   return (
@@ -121,13 +122,13 @@ function keys(event: KeyboardEvent, shown: PlanRequest): void {
     event.preventDefault();
     const to = Math.min(Math.max(0, index + step), shown.waypoints.length - 1);
     if (event.altKey) move(shown, index, to);
-    else selected.value = to;
+    else select(to);
     requestAnimationFrame(() => document.querySelector<HTMLElement>(`[data-waypoint="${to}"]`)?.focus());
   } else if (event.key === 'Delete') show(removed(shown, index));
 }
 
 function move(shown: PlanRequest, from: number, to: number): void {
-  selected.value = to;
+  select(to);
   show(moved(shown, from, to));
 }
 

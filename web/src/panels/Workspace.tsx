@@ -1,9 +1,8 @@
 // Where the tool can be: a cloud on the stage, and how far it goes; the robot is shown at each of these figures.
 import { short } from '../plan/units';
 import type { WorkspaceAnswer } from '../service/types';
-import { playing } from '../state/playback';
-import { posed } from '../state/posture';
-import { isCut, isShown, workspace } from '../state/workspace';
+import { pose } from '../state/posture';
+import { cutWorkspace, isCut, isShown, showWorkspace, workspace } from '../state/workspace';
 import { texts } from '../texts';
 
 const FIGURES = ['minimum_reach', 'maximum_reach', 'minimum_height', 'maximum_height', 'minimum_radius', 'maximum_radius'] as const;
@@ -14,10 +13,10 @@ export function Workspace() {
     <section class="workspace" aria-label={texts.workspace.label}>
       <h3>{texts.workspace.label}</h3>
       <label>
-        <input type="checkbox" checked={isShown.value} onChange={(event) => (isShown.value = event.currentTarget.checked)} /> {texts.workspace.show}
+        <input type="checkbox" checked={isShown.value} onChange={(event) => showWorkspace(event.currentTarget.checked)} /> {texts.workspace.show}
       </label>
       <label>
-        <input type="checkbox" disabled={!isShown.value} checked={isCut.value} onChange={(event) => (isCut.value = event.currentTarget.checked)} /> {texts.workspace.cut}
+        <input type="checkbox" disabled={!isShown.value} checked={isCut.value} onChange={(event) => cutWorkspace(event.currentTarget.checked)} /> {texts.workspace.cut}
       </label>
       {isShown.value && !found && <p class="hint">{texts.workspace.asking}</p>}
       {found?.problem && (
@@ -54,11 +53,6 @@ function Figures({ answer }: { answer: WorkspaceAnswer }) {
       <p class="hint">{texts.workspace.hint(answer.points.length)}</p>
     </>
   );
-}
-
-function pose(position: readonly number[]): void {
-  playing.value = false;
-  posed.value = position;
 }
 
 // Figures are within rounding error of what they are.

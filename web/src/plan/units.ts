@@ -38,6 +38,11 @@ export function millimetres(value: number): string {
   return `${Math.floor(value * 1e4 + 1e-6) / 10} mm`;
 }
 
+// A length in m as mm, rounded up: so much covers it.
+export function millimetresAbove(value: number): string {
+  return `${Math.ceil(value * 1e4 - 1e-6) / 10} mm`;
+}
+
 // How much nearer two things are than they may be, as mm.
 export function depthOf({ depth }: { depth: number }): string {
   return `${short(depth * 1000, 3)} mm`;

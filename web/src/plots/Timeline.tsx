@@ -3,8 +3,9 @@ import { useComputed } from '@preact/signals';
 import { plannedWaypoint } from '../plan/samples';
 import { seconds } from '../plan/units';
 import { slowTimes } from '../plan/zones';
-import { playing, seek, speed, SPEEDS, time, togglePlaying } from '../state/playback';
-import { selected, shownPlan } from '../state/store';
+import { playAt, playing, seek, speed, SPEEDS, time, togglePlaying } from '../state/playback';
+import { select } from '../state/selection';
+import { shownPlan } from '../state/store';
 import { texts } from '../texts';
 
 export function Timeline() {
@@ -45,7 +46,7 @@ export function Timeline() {
                 title={texts.timeline.mark(index, name ?? null, seconds(arrival_time))}
                 aria-label={texts.timeline.mark(index, name ?? null, seconds(arrival_time))}
                 onClick={() => {
-                  selected.value = index;
+                  select(index);
                   seek(arrival_time);
                 }}
               >
@@ -59,7 +60,7 @@ export function Timeline() {
       </output>
       <label>
         <span class="visually-hidden">{texts.timeline.speed}</span>
-        <select value={speed.value} onChange={(event) => (speed.value = Number(event.currentTarget.value))}>
+        <select value={speed.value} onChange={(event) => playAt(Number(event.currentTarget.value))}>
           {SPEEDS.map((factor) => (
             <option key={factor} value={factor}>
               {factor}×

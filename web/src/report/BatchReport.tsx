@@ -5,16 +5,17 @@ import { Histogram } from '../panels/Histogram';
 import type { Bars } from '../panels/Histogram';
 import { seconds, short } from '../plan/units';
 import { texts } from '../texts';
-import { chosen, firstShown, percent, span } from './batch';
+import { choose, chosen, firstShown, percent, span } from './batch';
 import type { ReportedBatch } from './batch';
-import { PlanView, showPlan } from './PlanView';
+import { showPlan } from '../state/reported';
+import { PlanView } from './PlanView';
 import { Refusals } from './Refusals';
 import { WorstPlans } from './WorstPlans';
 
 export function BatchReport(report: ReportedBatch) {
   const { batch, version } = report;
   useEffect(() => {
-    chosen.value = firstShown(report);
+    choose(firstShown(report));
     return effect(() => {
       const shown = report.plans[chosen.value ?? -1];
       if (shown) showPlan(shown.plan, report.arms[shown.arm]!);

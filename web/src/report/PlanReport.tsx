@@ -1,8 +1,9 @@
 // The report of a plan.
 import { seconds } from '../plan/units';
 import { texts } from '../texts';
-import { PlanView, showPlan } from './PlanView';
-import type { Arm, AskedPlan } from './PlanView';
+import { showPlan } from '../state/reported';
+import type { Arm, AskedPlan } from '../state/reported';
+import { PlanView } from './PlanView';
 
 export interface ReportedPlan extends AskedPlan, Arm {
   title: string;

@@ -1,38 +1,13 @@
 // A plan as reports show it: the robot in motion, plots, certificate, waypoints and the request.
-import { batch as together } from '@preact/signals';
 import { Certificate } from '../panels/Certificate';
 import { PlotsView } from '../plots/PlotsView';
 import { Timeline } from '../plots/Timeline';
 import { json } from '../request/code';
-import type { LinkShape, PlanAnswer, PlanRequest, Robot } from '../service/types';
+import type { Robot } from '../service/types';
 import { StageView } from '../stage/StageView';
-import { playing, time } from '../state/playback';
-import { links, plan, request, robot } from '../state/store';
+import type { AskedPlan } from '../state/reported';
 import { texts } from '../texts';
 import { WaypointTable } from './WaypointTable';
-
-export interface AskedPlan {
-  request: PlanRequest;
-  answer: PlanAnswer;
-}
-
-export interface Arm {
-  robot: Robot;
-  links: readonly LinkShape[];
-}
-
-// Makes a plan the one that is shown.
-export function showPlan(asked: AskedPlan, arm: Arm): void {
-  if (plan.peek()?.answer === asked.answer) return;
-  together(() => {
-    playing.value = false;
-    time.value = 0;
-    links.value = arm.links;
-    robot.value = arm.robot;
-    request.value = asked.request;
-    plan.value = { request: asked.request, answer: asked.answer, took: 0 };
-  });
-}
 
 export function PlanView({ request: asked, answer, robot: arm }: AskedPlan & { robot: Robot }) {
   return (

@@ -3,9 +3,9 @@ import { useMemo } from 'preact/hooks';
 import { seconds } from '../plan/units';
 import { curvesOf } from '../plots/curves';
 import { texts } from '../texts';
-import { chosen, KINDS, percent, span } from './batch';
+import { choose, chosen, KINDS, percent, span } from './batch';
 import type { Answered, Kind, ReportedBatch, ShownPlan } from './batch';
-import type { Arm } from './PlanView';
+import type { Arm } from '../state/reported';
 
 export function WorstPlans(report: ReportedBatch) {
   const { figures } = report;
@@ -34,7 +34,7 @@ function Listed({ kind, figures, plans, problems, arms }: { kind: Kind } & Repor
           return (
             <li key={item.position}>
               {shown ? (
-                <button type="button" aria-pressed={chosen.value === item.position} onClick={() => choose(item.position)}>
+                <button type="button" aria-pressed={chosen.value === item.position} onClick={() => goTo(item.position)}>
                   <Facts item={item} />
                   <Graph index={item.position} shown={shown} arm={arms[shown.arm]!} />
                 </button>
@@ -52,8 +52,8 @@ function Listed({ kind, figures, plans, problems, arms }: { kind: Kind } & Repor
   );
 }
 
-function choose(index: number): void {
-  chosen.value = index;
+function goTo(index: number): void {
+  choose(index);
   requestAnimationFrame(() => document.getElementById('chosen')?.scrollIntoView({ behavior: 'smooth' }));
 }
 

@@ -3,7 +3,7 @@ import { signal } from '@preact/signals';
 import { short } from '../plan/units';
 import type { Bars } from '../panels/Histogram';
 import type { Batch } from '../service/types';
-import type { Arm, AskedPlan } from './PlanView';
+import type { Arm, AskedPlan } from '../state/reported';
 
 export interface Answered {
   position: number;
@@ -40,6 +40,10 @@ export interface ReportedBatch {
 
 // The index of the request whose plan is shown.
 export const chosen = signal<number | null>(null);
+
+export function choose(index: number | null): void {
+  chosen.value = index;
+}
 
 // The first of the worst that there is a plan of to be shown.
 export function firstShown({ figures, plans }: ReportedBatch): number | null {

@@ -28,15 +28,31 @@ export async function fromFragment(fragment: string): Promise<Shown | Unreadable
   if (packed === null) return null;
   const time = Number(fields.get('t') ?? 0);
   try {
-    const { request, fault } = parseRequest(await unpacked(packed));
+    const text = await unpacked(packed);
+    if (text === null) return { fault: `its request has more than ${MOST_MEGABYTES} MB` };
+    const { request, fault } = parseRequest(text);
     return request ? { request, time: Number.isFinite(time) ? Math.max(0, time) : 0 } : { fault };
   } catch {
     return { fault: 'it is cut off or changed' };
   }
 }
 
-async function unpacked(packed: string): Promise<string> {
+const MOST_MEGABYTES = 16; // of an unpacked request: a small link can unpack to gigabytes
+
+// Null: the text is longer.
+async function unpacked(packed: string): Promise<string | null> {
   const binary = atob(packed.replaceAll('-', '+').replaceAll('_', '/'));
   const bytes = Uint8Array.from(binary, (letter) => letter.charCodeAt(0));
-  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'))).text();
+  const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw')).getReader();
+  const decoder = new TextDecoder();
+  let [text, size] = ['', 0];
+  for (let part = await reader.read(); !part.done; part = await reader.read()) {
+    size += part.value.length;
+    if (size > MOST_MEGABYTES * 1e6) {
+      await reader.cancel();
+      return null;
+    }
+    text += decoder.decode(part.value, { stream: true });
+  }
+  return text + decoder.decode();
 }

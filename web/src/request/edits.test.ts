@@ -60,4 +60,16 @@ describe('remedies', () => {
     expect(document).toEqual({ 'a/b': { 'm~n': 2 } });
     expect(() => setAt(document, '', 1)).toThrow();
   });
+
+  test.each(['/robot/x', '/waypoints/first', '/waypoints/9', '/duration/x', '/__proto__/x'])('sets nothing where there is no place: %s', (pointer) => {
+    const document = { robot: 'arm', waypoints: [{}], duration: 1 };
+    expect(setAt(document, pointer, 1)).toBe(false);
+    expect(document).toEqual({ robot: 'arm', waypoints: [{}], duration: 1 });
+  });
+
+  test('sets what lies deep where nothing is yet', () => {
+    const document = { waypoints: [{}] };
+    expect(setAt(document, '/waypoints/0/limits/velocity_scale', 0.5)).toBe(true);
+    expect(document).toEqual({ waypoints: [{ limits: { velocity_scale: 0.5 } }] });
+  });
 });

@@ -47,19 +47,29 @@ export function remedied(request: PlanRequest, remedies: readonly Remedy[]): Pla
   return changed;
 }
 
-export function setAt(document: unknown, pointer: string, value: unknown): void {
+// Sets the value at a JSON pointer; false: there is no such place, as under a number or a text.
+export function setAt(document: unknown, pointer: string, value: unknown): boolean {
   const keys = pointer
     .split('/')
     .slice(1)
     .map((key) => key.replaceAll('~1', '/').replaceAll('~0', '~'));
   const last = keys.pop();
   if (last === undefined) throw new Error('the document itself is not replaced');
-  let node = document as Record<string, unknown>;
+  let node: unknown = document;
   for (const key of keys) {
+    if (!isWritable(node, key)) return false;
     node[key] ??= {};
-    node = node[key] as Record<string, unknown>;
+    node = node[key];
   }
+  if (!isWritable(node, last)) return false;
   node[last] = value;
+  return true;
+}
+
+// Whether a value can have a field of this name; a list has no other than its indices and the next one.
+function isWritable(node: unknown, key: string): node is Record<string, unknown> {
+  if (typeof node !== 'object' || node === null || key === '__proto__') return false;
+  return !Array.isArray(node) || (/^(0|[1-9]\d*)$/.test(key) && Number(key) <= node.length);
 }
 
 export interface Way {

@@ -77,8 +77,12 @@ describe('a grid', () => {
   });
 
   test('has a template in which its fields are there', () => {
-    const { template, vary } = gridOf({ robot: 'arm', waypoints: [] }, [{ pointer: '/limits/velocity_scale', values: '0.5, 1' }]);
+    const { template, vary } = gridOf({ robot: 'arm', waypoints: [] }, [{ pointer: '/limits/velocity_scale', values: '0.5, 1' }]).grid!;
     expect(template).toEqual({ robot: 'arm', waypoints: [], limits: { velocity_scale: 0.5 } });
     expect(vary[0]!.values).toEqual([0.5, 1]);
+  });
+
+  test('names the field that its request has no place for', () => {
+    expect(gridOf({ robot: 'arm', waypoints: [] }, [{ pointer: '/robot/x', values: '1' }])).toEqual({ wrong: '/robot/x' });
   });
 });

@@ -6,6 +6,7 @@ import { limitUse } from '../plan/use';
 import type { Robot } from '../service/types';
 import type { Planned } from '../state/store';
 import { depthOf, millimetres, short } from '../plan/units';
+import { select } from '../state/selection';
 import { firstPosture, shownPosture } from '../state/posture';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
 import { goToNearest, nearest, setting, shownPair, shownTool } from '../state/surroundings';
@@ -128,7 +129,7 @@ function hindranceOf(reach: Reach | null): Pair | null {
 function follow(stage: Stage, { movable, placedAtPair, standing }: typeof import('../state/placed'), dragging: Dragging | undefined): () => void {
   stage.gizmo.onDrag = (pose) => dragging?.onDrag(pose);
   stage.gizmo.onDrop = (pose) => dragging?.onDrop(pose);
-  stage.onPick = (waypoint) => (selected.value = waypoint);
+  stage.onPick = select;
   const observer = new ResizeObserver(() => stage.resize());
   observer.observe(stage.canvas);
   const stops = [

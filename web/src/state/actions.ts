@@ -9,7 +9,8 @@ import { client, isAway, outcome } from '../service/client';
 import { backendOf, forgetOptions, keepOptions } from './options';
 import { planSoon, stopPlanning } from './planning';
 import { playing, time } from './playback';
-import { compared, history, links, notice, problem, request, robot, selected } from './store';
+import { addExampleRobot } from './robots';
+import { banner, compared, history, links, notice, problem, request, robot, selected } from './store';
 import { texts } from '../texts';
 
 // Shows another request; what was shown before can be had back.
@@ -88,13 +89,20 @@ async function linksOf(arm: Robot): Promise<readonly LinkShape[]> {
   return typeof found.answer === 'object' ? found.answer.shapes : []; // it could be glTF, had we asked for it
 }
 
+let chosenExample = '';
+
+// Shows an example; a robot that only its request knows is added to the service first.
 export async function chooseExample(example: Example): Promise<void> {
+  chosenExample = example.name;
   const loaded = await example.load().catch(() => null);
   if (!loaded) {
     isAway.value = true; // examples are files of the service
     return;
   }
+  const added = await addExampleRobot(loaded.robot);
+  if (chosenExample !== example.name) return;
   openRequest(structuredClone(loaded), texts.said.example(example.name.replaceAll('_', ' ')));
+  if (added) banner.value = { text: added === 'added' ? texts.said.robotAdded(loaded.robot) : texts.said.robotNotAdded(loaded.robot, added.detail) };
 }
 
 // Shows a request that is no edit of the one before.

@@ -16,7 +16,9 @@ let following = new AbortController();
 
 export async function sendGrid(rows: readonly Varied[]): Promise<void> {
   if (!request.value) return;
-  const found = await outcome(client.POST('/v1/batches', { body: { grid: gridOf(request.value, rows) } }));
+  const { grid } = gridOf(request.value, rows);
+  if (!grid) return;
+  const found = await outcome(client.POST('/v1/batches', { body: { grid } }));
   if (found.answer) await openBatch(found.answer.id);
   else batchProblem.value = found.problem;
 }

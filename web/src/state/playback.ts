@@ -17,6 +17,10 @@ export function seek(to: number): void {
   time.value = Math.min(Math.max(0, to), duration());
 }
 
+export function playAt(factor: number): void {
+  speed.value = factor;
+}
+
 export function togglePlaying(): void {
   if (duration() === 0) return;
   if (!playing.value && time.value >= duration()) time.value = 0;

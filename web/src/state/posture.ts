@@ -5,7 +5,7 @@ import type { PlanRequest, Robot } from '../service/types';
 import { playing, time } from './playback';
 import { plan, request, robot, shownPlan } from './store';
 
-export const posed = signal<readonly number[] | null>(null);
+const posed = signal<readonly number[] | null>(null);
 
 // Playing, another time, plan or robot lead back to the plan.
 effect(() => {
@@ -15,6 +15,12 @@ effect(() => {
   robot.value;
   posed.value = null;
 });
+
+// Puts the robot where a person wants it.
+export function pose(position: readonly number[]): void {
+  playing.value = false;
+  posed.value = position;
+}
 
 // Where the robot stands.
 export function shownPosture(arm: Robot): readonly number[] {

@@ -7,6 +7,7 @@ import { texts } from '../texts';
 import { chooseExample, openRequest } from './actions';
 import { followConnection } from './connection';
 import { playing, time } from './playback';
+import { loadRobots } from './robots';
 import { backends, banner, problem, request, robots } from './store';
 import { followScenes } from './surroundings';
 import { followWorkspace } from './workspace';
@@ -31,11 +32,10 @@ export async function start(): Promise<void> {
 
 async function loadLists(): Promise<void> {
   const [known, kinds] = await Promise.all([
-    outcome(client.GET('/v1/robots', { params: { query: { limit: 1000 } } })),
+    loadRobots(),
     outcome(client.GET('/v1/backends')),
   ]);
-  if (known.answer) robots.value = known.answer.robots;
-  else problem.value = known.problem;
+  if (known.problem) problem.value = known.problem;
   if (kinds.answer) backends.value = kinds.answer.backends;
 }
 

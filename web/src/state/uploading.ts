@@ -3,7 +3,7 @@ import { signal } from '@preact/signals';
 import { client, outcome } from '../service/client';
 import type { Finding, Problem } from '../service/types';
 import { chooseRobot } from './actions';
-import { robots } from './store';
+import { loadRobots } from './robots';
 
 export interface RobotFiles {
   id: string;
@@ -32,8 +32,7 @@ export async function uploadRobot({ id, urdf, srdf, meshes }: RobotFiles): Promi
   }
   const { findings } = found.answer;
   upload.value = { kind: 'added', id, findings };
-  const known = await outcome(client.GET('/v1/robots', { params: { query: { limit: 1000 } } }));
-  if (known.answer) robots.value = known.answer.robots;
+  await loadRobots();
   await chooseRobot(id);
 }
 

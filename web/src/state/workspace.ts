@@ -12,6 +12,14 @@ const POINTS = 8000;
 export const isShown = signal(false);
 export const isCut = signal(true); // open towards the viewer
 
+export function showWorkspace(isWanted: boolean): void {
+  isShown.value = isWanted;
+}
+
+export function cutWorkspace(isWanted: boolean): void {
+  isCut.value = isWanted;
+}
+
 const found = signal<{ robot: string; asked: string; outcome: Outcome<WorkspaceAnswer> } | null>(null);
 
 // Of the robot and the tool that are shown; a text, which is equal while they are.

@@ -23,6 +23,7 @@ export const ofBatch = {
     another: 'Another field',
     remove: (row: number) => `Remove field ${row}`,
     send: (size: number) => `Plan ${size} requests`,
+    noField: (pointer: string) => `The request has no place for ${pointer}.`,
     unreadable: 'Values are not readable',
     id: 'A batch by its id',
     open: 'Open',

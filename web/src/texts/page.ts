@@ -25,6 +25,8 @@ export const ofPage = {
     redone: 'Redone',
     example: (name: string) => `Example ${name}`,
     robot: (name: string) => `Robot ${name}`,
+    robotAdded: (id: string) => `The robot of this example, ${id}, was added to the service.`,
+    robotNotAdded: (id: string, detail: string) => `The robot of this example, ${id}, could not be added: ${detail}`,
     planned: (duration: number) => `Planned, ${duration.toFixed(2)} s`,
     remedied: 'Remedy applied',
     imported: 'Request taken',

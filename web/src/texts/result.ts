@@ -22,6 +22,10 @@ export const ofResult = {
     note: (pair: readonly string[], distance: string, time: number) => `nearest: ${pair.join(' and ')}, ${distance} at ${time.toFixed(2)} s`,
     names: { scene: 'Clear of the scene', itself: 'Clear of itself', contacts: 'Where things are taken' },
     proved: (pair: readonly string[]) => `${pair.join(' and ')}, proved at all times`,
+    estimate: (margin: string, isKept: boolean) =>
+      isKept
+        ? `Estimate: the clearance covers the ${margin} by which the machine may stick out of its estimated shapes.`
+        : `Estimate: the machine may stick out of its estimated shapes by ${margin}. Plan with a margin of at least ${margin}.`,
     least: (distance: string, margin: string | null) => (margin === null ? distance : `${distance} / at least ${margin}`),
   },
   refusal: {

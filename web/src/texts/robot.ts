@@ -5,6 +5,11 @@ export const ofRobot = {
     add: 'Add as waypoint',
     limits: 'Limits and where they come from',
     fromTo: (lower: string, upper: string) => `${lower} to ${upper}`,
+    aboutRobot: 'Notes on this robot',
+    notes: (count: number) => `Notes (${count})`,
+    readNotes: (robot: string, count: number) => `Read ${count === 1 ? 'the note' : `the ${count} notes`} on ${robot}`,
+    unlimited: (names: readonly string[], areAll: boolean) =>
+      areAll ? 'No joint has position limits: check that the machine can go there.' : `Without position limits: ${names.join(', ')}.`,
     upload: 'A robot of your own',
     urdf: 'URDF',
     srdf: 'SRDF (optional)',
