@@ -6,7 +6,7 @@ levels that no row has together, and takes of each other factor the level that a
 
 from __future__ import annotations
 
-from itertools import combinations, permutations
+from itertools import combinations, islice, permutations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -65,6 +65,15 @@ class Covering:
             pairs = self.pairs & inside[:, None] & inside
             self.triples |= pairs[:, :, None] & pairs[:, None] & pairs[None]
 
+    def each_level(self, names: Collection[str]) -> Iterator[Row]:
+        """Yield rows in which every level of some factors occurs, unless it is refused, beside the first of others."""
+        seen = set[tuple[str, str]]()
+        for value in self.values:
+            closed = None if value[0] not in names or value in seen else self._closed({}, [value])
+            if closed and (row := self._completed(closed, is_plain=True)):
+                seen |= {*row.items()}
+                yield row
+
     def rows(self, beginnings: Sequence[Row] = ()) -> Iterator[Row]:
         """Yield rows until every pair, and every triple that is wanted, has occurred or proved to be refused.
 
@@ -98,15 +107,14 @@ class Covering:
         for name, factor in self.factors.items():
             if name in row or not all(row.get(need) in levels for need, levels in factor.needs.items()):
                 continue
-            chosen = np.array([self.number[value] for value in row.items()])
-            options = [
-                (0.0 if is_plain else self._gain(name, level, chosen), -k, level)
-                for k, level in enumerate(factor.levels)
-                if self._closed(row, [(name, level)]) is not None
-            ]
+            fits = (level for level in factor.levels if self._closed(row, [(name, level)]) is not None)
+            options = [*islice(fits, 1 if is_plain else None)]
             if not options:
                 return None
-            row = row | {name: max(options)[2]}
+            if not is_plain:
+                chosen = np.array([self.number[value] for value in row.items()])
+                options.sort(key=lambda level: -self._gain(name, level, chosen))
+            row = row | {name: options[0]}
         return row
 
     def _gain(self, name: str, level: str, chosen: np.ndarray) -> float:

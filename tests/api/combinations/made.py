@@ -114,6 +114,7 @@ class Combined(Plans):
             "include": ["polynomials"],
             "sample_period": 0.5,
             "deadline": 30.0,
+            "seed": 1,
             "frames": FRAMES,
         }
         if row["limits"] != NONE:
@@ -165,6 +166,9 @@ class Combined(Plans):
             return {"kind": kind, name: (0.2 * np.array(self.velocity())).tolist()}
         if name.endswith("acceleration"):
             return {"kind": kind, name: (0.1 * np.minimum(self.robot.limit("acceleration"), 10.0)).tolist()}
+        assert value or name in OPTIONS, (
+            f"the generator knows no value of the option {name} of {kind}: add one to OPTIONS"
+        )
         return {"kind": kind, name: value[0] if value else OPTIONS[name]}
 
     def _limits(self, names: list[str]) -> dict[str, Any]:
@@ -352,7 +356,7 @@ class Combined(Plans):
             "half_space": {"normal": [0.0, 0.0, 1.0], "offset": 0.0},
             "convex": {"vertices": corners},
             "mesh": {"vertices": corners, "triangles": FACES},
-            "point_cloud": {"points": corners, "radius": 0.01},
+            "point_cloud": {"points": corners, "radius": 0.01, "voxel": 0.005},
         }
         assert kind in known, f"the generator knows no values for shapes of the kind {kind}"
         return {"kind": kind, **known[kind]}

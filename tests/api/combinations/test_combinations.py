@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 
+from api.schemas.requests import PlanRequest
 from tests.api.combinations.conversations import add_robots, is_planned, pairs, triples
 from tests.api.combinations.covering import Covering, Factor
-from tests.api.combinations.made import robots
+from tests.api.combinations.factors import COUNT, factors, refused
+from tests.api.combinations.fields import LEFT_OUT, fields_in, fields_of_schema
+from tests.api.combinations.made import Combined, robots
 from tests.api.made_up_service import made_up_service
 from tests.sizes import NAME
 
@@ -54,6 +59,19 @@ def test_every_triple_of_a_group_occurs_that_is_not_refused() -> None:
             triple = dict(zip(names, levels, strict=True))
             is_there = any(triple.items() <= row.items() for row in rows)
             assert is_there != (triple.get("a") == triple.get("d") == "x"), triple
+
+
+def test_every_field_of_the_schema_is_in_some_request() -> None:
+    """What the schema gets belongs into the factors, or into `LEFT_OUT` with a reason."""
+    chosen = [factor.name for factor in factors() if factor.name[-1] not in "023"]  # those of waypoint 1 and the whole
+    times = [{"index": k, "choice": "given", "arrival_time": k, "departure_time": k} for k in range(COUNT)]
+    found = set[str]()
+    for row in Covering(factors(), refused()).each_level(chosen):
+        combined = Combined(robots()[row["robot"]][0], row, np.random.default_rng(0))
+        request = combined.with_times_of_segments(combined.request(), {"waypoints": times})
+        request |= {"duration": 9.0} if combined.has("duration") else {}
+        found |= {*fields_in(PlanRequest.model_validate_json(json.dumps(request)))}
+    assert fields_of_schema() - found == {*LEFT_OUT}
 
 
 @pytest.mark.sized

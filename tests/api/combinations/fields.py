@@ -1,0 +1,67 @@
+"""The fields that plan requests may have by their schema, and those that one has."""
+
+from __future__ import annotations
+
+from inspect import get_annotations
+from typing import TYPE_CHECKING
+
+from pydantic import BaseModel
+
+from api.schemas.requests import PlanRequest
+from tests.api.combinations.factors import schema
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+LEFT_OUT = {
+    "Attach.link": "the random requests have it",
+    "AttachedObject.link": "the random requests have it",
+    "AttachedObject.margin": "the random requests have it",
+    "FreeMotion.time_budget": "the random requests have it; what it gives depends on the machine",
+    "PlanRequest.picture": "it changes no plan",
+    "Scene.allowed_pairs": "the random requests have it",
+    "SceneObject.frame": "the random requests have it",
+}
+"""Fields that no combined request has, and why."""
+
+
+def fields_of_schema() -> set[str]:
+    """The properties of a plan request and of all that it may hold, as in `Limits.velocity`."""
+    models = {model.__name__: model for model in _models(BaseModel)}
+    definitions = {PlanRequest.__name__: schema(), **schema()["$defs"]}
+    return {
+        _declared(models[name], field)
+        for name, definition in definitions.items()
+        for field in definition.get("properties", {})
+        if name != "Picture"
+    }
+
+
+def fields_in(value: object) -> Iterator[str]:
+    """Yield the fields that are set in a validated request, or in a part of it."""
+    match value:
+        case BaseModel():
+            for name in value.model_fields_set:
+                if (inner := getattr(value, name)) is not None:
+                    yield _declared(type(value), type(value).model_fields[name].alias or name)
+                    yield from fields_in(inner)
+        case dict():
+            for inner in value.values():
+                yield from fields_in(inner)
+        case list() | tuple():
+            for inner in value:
+                yield from fields_in(inner)
+
+
+def _declared(model: type[BaseModel], field: str) -> str:
+    """A field with the class that declares it: what all waypoints have is one field."""
+    names = {own.alias or name: name for name, own in model.model_fields.items()}
+    by = next(base for base in reversed(model.__mro__) if names[field] in get_annotations(base))
+    return f"{by.__name__}.{field}"
+
+
+def _models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    for subclass in model.__subclasses__():
+        if subclass.__module__.startswith("api."):
+            yield subclass
+        yield from _models(subclass)
