@@ -37,6 +37,9 @@ MOST_PIECES = 16_384
 """The most pieces in which a body may come: each takes microseconds of the server, even a single byte. The largest body
 has 256 bytes in each."""
 
+PROBE_SECONDS = 0.2
+"""The time between two looks whether a client that sends no more still waits for its answer, s."""
+
 RETRY_AFTER = {"Retry-After": "1"}
 """The header that tells when to try again, s, what was refused because too much goes on."""
 
@@ -106,6 +109,8 @@ class Connection(H11Protocol):
         self._shed_timer: asyncio.TimerHandle | None = None
         self._read_timer: asyncio.TimerHandle | None = None
         self._write_timer: asyncio.TimerHandle | None = None
+        self._probe_timer: asyncio.TimerHandle | None = None
+        self._is_half_closed = False
         self._name = client_of(self.client[0] if self.client else "")
         self.clients[self._name] += 1
         if len(self.connections) > self.settings.max_connections + SURPLUS:
@@ -125,8 +130,8 @@ class Connection(H11Protocol):
         if self._shed_timer is not None:
             self._shed_timer.cancel()
             self.shedding.delayed -= 1
-        _cancel(self._read_timer)
-        _cancel(self._write_timer)
+        for timer in (self._read_timer, self._write_timer, self._probe_timer):
+            _cancel(timer)
         self.clients[self._name] -= 1
         if not self.clients[self._name]:
             del self.clients[self._name]
@@ -250,9 +255,33 @@ class Connection(H11Protocol):
         else:
             self.transport.close()
 
+    def eof_received(self) -> bool:  # type: ignore[override]
+        """Answer what a client that sends no more has requested; refuse a request that it has not finished.
+
+        A client that has gone looks the same: only what is written to it shows that.
+        """
+        is_first, self._is_half_closed = not self._is_half_closed, True
+        under_way = self.cycle is not None and not self.cycle.response_complete
+        is_cut = self.conn.their_state is h11.SEND_BODY or (not under_way and self.conn.trailing_data[0] != b"")
+        if self._refused:
+            return False
+        if is_cut and self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
+            self._refuse(MalformedRequest("the request has no end"), linger=0.0)
+        elif under_way and is_first:
+            self._probe()
+        return under_way and not self._refused
+
+    def _probe(self) -> None:
+        """Write what a client skips while it waits for its answer; it ends the connection of one that has gone."""
+        if self.transport.is_closing() or self.cycle.response_complete or self.scope["http_version"] == "1.0":
+            return
+        if self.conn.our_state is h11.SEND_RESPONSE:
+            self.transport.write(b"HTTP/1.1 100 Continue\r\n\r\n")
+        self._probe_timer = self.loop.call_later(PROBE_SECONDS, self._probe)
+
     def end(self) -> None:
         """End the connection after an answer. A client that writes first and reads then may finish its body."""
-        if self.conn.their_state is h11.SEND_BODY:
+        if self.conn.their_state is h11.SEND_BODY and not self._is_half_closed:
             self._refused = True
             self._linger(self.settings.body_timeout)
         else:
@@ -291,6 +320,8 @@ class Connection(H11Protocol):
         self._leave_place()
         if self._refused:
             self._unset_keepalive_if_required()  # there is no next one
+        elif self._is_half_closed and self.cycle.response_complete:
+            self.transport.close()
         self._watch_writing()
 
     def _watch_writing(self) -> None:
