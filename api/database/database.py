@@ -7,6 +7,7 @@ import shutil
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from fcntl import LOCK_EX, flock
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
@@ -164,11 +165,20 @@ def make_engine(url: URL, pool: type[Pool] | None = None) -> Engine:
         return create_engine(url, pool_pre_ping=True, poolclass=pool)
     file = Path(str(url.database))
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.touch(mode=0o600)  # SQLite gives what it puts beside the file the same mode
+    _keep_private(file)
     engine = create_engine(url, poolclass=pool)
     event.listen(engine, "connect", _set_up_sqlite)
     event.listen(engine, "begin", _begin)
     return engine
+
+
+def _keep_private(file: Path) -> None:
+    """Let only the owner read SQLite's file and the files beside it, also those that a former version left."""
+    for suffix in ("", "-lock"):
+        Path(f"{file}{suffix}").touch(mode=0o600)  # SQLite gives what it puts beside the file the same mode
+    for suffix in ("", "-lock", "-wal", "-shm"):
+        with suppress(FileNotFoundError, PermissionError):  # another process deletes it, or another user owns it
+            Path(f"{file}{suffix}").chmod(0o600)
 
 
 def _set_up_sqlite(connection: Any, _record: Any) -> None:

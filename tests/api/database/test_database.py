@@ -384,3 +384,20 @@ def test_nobody_else_reads_the_file(tmp_path: Path) -> None:
         assert answer.headers["X-Content-Type-Options"] == "nosniff"
         modes = {file.name: file.stat().st_mode & 0o777 for file in tmp_path.glob(f"{FILE_NAME}*")}
         assert {modes[FILE_NAME + suffix] for suffix in ("", "-wal", "-shm")} == {0o600}
+
+
+def test_the_files_of_a_former_version_are_for_their_owner_from_the_next_start_on(tmp_path: Path) -> None:
+    """A service left them readable for all users of the machine, and the next one did not change that."""
+    names = [FILE_NAME + suffix for suffix in ("", "-lock", "-wal", "-shm")]
+    holder = make_engine(sqlite_url(tmp_path))
+    with holder.connect() as connection:  # another process of the service, which keeps the files beside it alive
+        connection.exec_driver_sql("CREATE TABLE kept (id INTEGER)")
+        connection.commit()
+        for name in names:
+            (tmp_path / name).chmod(0o644)
+        other = make_engine(sqlite_url(tmp_path)).execution_options(reads=True)
+        with other.connect() as looking:
+            assert looking.exec_driver_sql("SELECT count(*) FROM kept").scalar() == 0
+        assert {name: (tmp_path / name).stat().st_mode & 0o777 for name in names} == dict.fromkeys(names, 0o600)
+        other.dispose()
+    holder.dispose()
