@@ -33,3 +33,8 @@ def request_id(headers: Iterable[tuple[bytes, bytes]]) -> str:
         if name == b"x-request-id" and SANE_ID.fullmatch(value):
             return str(value, "ascii")
     return uuid.uuid4().hex
+
+
+def has_key(client: str) -> bool:
+    """Tell whether the name of a client is that of an API key."""
+    return client.startswith("key:")

@@ -11,6 +11,7 @@ from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
 from api.errors import DeadlineExceeded, Overloaded
+from api.server.senders import has_key
 from api.version import service_version
 
 if TYPE_CHECKING:
@@ -40,7 +41,8 @@ class SharedAnswers:
 
     A request is known by its tag, which is made from all that its answer follows from: the bytes of the body and
     what the server passes on with it, as the definition of an added robot. So no answer is given to a client whose
-    robot is another one, whatever that is called.
+    robot is another one, whatever that is called. Two keys share none either: the time of the second answer would tell
+    its client that another has sent the same request.
 
     Args:
         traffic: The bytes that the server holds.
@@ -84,6 +86,7 @@ class SharedAnswers:
         Raises:
             ServiceError: What `compute` raises.
         """
+        tag = _shared_by(tag, client)
         while (flight := self._under_way.get(tag)) is not None and time.monotonic() < deadline:
             try:
                 async with asyncio.timeout(deadline - time.monotonic()):
@@ -100,9 +103,9 @@ class SharedAnswers:
         flight.work.add_done_callback(lambda _: self._forget(tag, flight))
         return await self._await(tag, flight)
 
-    def is_under_way(self, tag: str) -> bool:
-        """Tell whether the answer with a tag is being computed."""
-        return tag in self._under_way
+    def is_under_way(self, tag: str, client: str = "") -> bool:
+        """Tell whether the answer with a tag is being computed for a client; no name: for those without a key."""
+        return _shared_by(tag, client) in self._under_way
 
     async def _await(self, tag: str, flight: Flight) -> Reply:
         """Wait for an answer that is being computed; the last one who leaves gives it up."""
@@ -142,3 +145,8 @@ class SharedAnswers:
         while self.bytes_kept > self._most_bytes:
             _, oldest = self._kept.popitem(last=False)
             self.bytes_kept -= len(oldest.body) + OVERHEAD
+
+
+def _shared_by(tag: str, client: str) -> str:
+    """Name an answer and those who share it: one key, or all clients without."""
+    return f"{tag} {client}" if has_key(client) else tag

@@ -85,7 +85,7 @@ def made_up_service(**settings: Any) -> Iterator[httpx.Client]:
     wait_until(lambda: server.started)
     port = server.servers[0].sockets[0].getsockname()[1]
     try:
-        with httpx.Client(base_url=f"http://127.0.0.1:{port}", trust_env=False) as client:
+        with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=60.0, trust_env=False) as client:
             yield client
     finally:
         server.should_exit = True

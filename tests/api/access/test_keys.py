@@ -138,6 +138,17 @@ def test_each_change_has_a_line_that_says_who_did_it(keyed: Keyed) -> None:
     assert {"key_created", "key_revoked"} <= by_commands
 
 
+def test_no_answer_tells_a_key_that_another_has_sent_the_same_request(keyed: Keyed) -> None:
+    """The second key got the kept answer of the first, without the stages in `Server-Timing`."""
+    stages = []
+    for name in ("one", "other", "one"):
+        timing = keyed.ask(name, "POST", "/v1/trajectories", plan_request()).headers["Server-Timing"]
+        stages.append({part.partition(";")[0] for part in timing.split(", ")})
+    assert "plan" in stages[0]
+    assert stages[1] == stages[0]
+    assert stages[2] == {"total"}  # kept for the same key
+
+
 def test_robots_of_another_are_not_there_and_ids_do_not_collide(keyed: Keyed) -> None:
     shapes = {"one": 1.0, "other": 2.0}
     for name, reach in shapes.items():

@@ -198,6 +198,21 @@ def test_no_more_is_kept_than_there_is_room_for() -> None:
     assert ROOM // (10_000 + OVERHEAD) > 3
 
 
+def test_two_keys_share_no_answer_and_clients_without_do() -> None:
+    async def test(answers: SharedAnswers) -> None:
+        for clients, computed in ((("key:a", "key:b"), 2), (("192.0.2.1", "192.0.2.2"), 1)):
+            work, end = Work(), time.monotonic() + 60.0
+            under_way = [asyncio.create_task(answers.answer(clients[0], end, client, work)) for client in clients]
+            await a_moment()
+            assert work.begun == computed
+            work.may_end.set()
+            await asyncio.gather(*under_way)
+            await answers.answer(clients[0], end, clients[1], work)
+            assert work.begun == computed
+
+    run(test)
+
+
 def test_nothing_is_kept_where_there_is_no_room() -> None:
     async def test(answers: SharedAnswers) -> None:
         work = Work(b"")
