@@ -48,7 +48,7 @@ ROUND = [joint(0.1, 0.2, 0.3), joint(6.1, 0.2, 0.3)]
 BARELY_BELOW = {
     "id": "floor",
     "margin": 0.05,
-    "shape": {"kind": "half_space", "normal": [0.0, 0.0, 1.0], "offset": -0.087869},
+    "shape": {"kind": "half_space", "normal": [0.0, 0.0, 1.0], "offset": -0.08785694},
 }
 WALL = {"id": "wall", "shape": {"kind": "box", "size": [0.8, 0.1, 1.6]}, "pose": {"position": [1.3, 0.0, 0.8]}}
 AROUND_A_WALL = [
