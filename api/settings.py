@@ -81,7 +81,7 @@ class Settings(BaseSettings):
     """The time that a client may take to read each MiB of an answer, s."""
     keep_alive_timeout: int = Field(default=5, ge=1)
     """The time for which a connection without a request is kept, s."""
-    max_body_bytes: int = Field(default=4 * 1024 * 1024, ge=1024)
+    max_body_bytes: int = Field(default=8 * 1024 * 1024, ge=1024)
     """The largest request body, bytes."""
     max_bytes_in_flight: int = Field(default=256 * 1024 * 1024, ge=8 * 1024 * 1024)
     """The bytes of bodies and answers that the server holds at once, of one client no more than it leaves free (half,

@@ -22,6 +22,12 @@ MOST_NESTED = 20
 MOST_BESIDES = 1000
 """The most objects and lists in the rest of a request; the joints of the longest table are 64, each with two lists."""
 
+MOST_OBJECTS = 5000
+"""The most entries of a list `objects`, those of the largest scene."""
+
+MOST_OF_AN_OBJECT = 10
+"""The most objects and lists in an object of a scene, itself among them; one with a pose and a shape has six."""
+
 BYTES_OF_A_ROW = 20
 """The bytes of the largest body for each list or object that it may have: honest rows have three numbers and more."""
 
@@ -105,6 +111,9 @@ def size_faults(document: Any, caps: Caps) -> list[dict[str, str]]:
         else:
             size, what = len(value), "entries"
             most = caps.max_waypoints if path and path[-1] in CAPPED_LISTS else caps.max_samples
+            if path and path[-1] == "objects":
+                most = MOST_OBJECTS
+                most_nested += MOST_OF_AN_OBJECT * min(size, most)
         if size > most:
             faults.append(_fault(path, f"{size} {what} are more than the {most} that it may have"))
             continue

@@ -92,6 +92,8 @@ class Convex(Schema):
     """The kind of shape: a convex hull."""
     vertices: Annotated[list[Point], Field(min_length=4, max_length=256, fail_fast=True)]
     """The points, shape (vertices, 3), m; points in one plane get a thickness of 0.1 mm."""
+    faces: Annotated[list[Triangle], Field(max_length=1024, fail_fast=True)] | None = Field(default=None, exclude=True)
+    """The triangles of the surface, as the geometry of a robot has them, without unit. They are not read."""
 
 
 class MeshShape(Schema):

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 NAMES_IN_A_MESSAGE = 10
 """Number of names that a message lists before it says how many more there are."""
 
+LONGEST_SHOWN = 100
+"""Number of characters of a client's name that a message shows."""
+
 
 @dataclass
 class Findings:
@@ -46,13 +49,8 @@ class Findings:
 
 
 def shown(name: str) -> str:
-    """Return a client's name, cut and escaped for a message."""
-    return name[:40].encode("unicode_escape").decode() + ("..." if len(name) > 40 else "")
-
-
-def shown_path(path: str) -> str:
-    """Return a client's path, cut in the middle and escaped for a message: the name of the file is at its end."""
-    cut = path if len(path) <= 100 else f"{path[:20]}...{path[-77:]}"
+    """Return a client's name, cut in the middle and escaped for a message: its end tells it from others."""
+    cut = name if len(name) <= LONGEST_SHOWN else f"{name[:20]}...{name[23 - LONGEST_SHOWN :]}"
     return cut.encode("unicode_escape").decode()
 
 

@@ -14,7 +14,7 @@ from planner.fields import PickledByFields
 from planner.robots.collision.derived import derived_capsules
 from planner.robots.collision.mesh_files import MeshReference, no_meshes
 from planner.robots.collision.outlines import OUTLINE_UNCERTAINTY, Outline
-from planner.robots.findings import Findings, listed, shown, shown_path
+from planner.robots.findings import Findings, listed, shown
 from planner.shapes.meshes.mesh import InvalidMesh
 
 if TYPE_CHECKING:
@@ -172,7 +172,7 @@ class CollisionGeometry(PickledByFields):
             solid = shape.hull() if isinstance(shape, Outline) else shape
             yield PlacedShape(link, placement, solid, source, uncertainty)
             return
-        subject, name = shown(link), shown_path(shape.name)
+        subject, name = shown(link), shown(shape.name)
         try:
             pieces = self.meshes(shape)
         except InvalidMesh as error:

@@ -18,6 +18,7 @@ from api.errors import InvalidRequest
 from api.schemas.robot_geometry import RobotGeometry
 from api.schemas.robots import AddedRobot
 from planner import load_robot
+from tests.api.requests import plan_request
 from tests.planner.shapes.mesh_files import bodies, box, stl
 
 if TYPE_CHECKING:
@@ -218,3 +219,30 @@ def test_geometry_comes_in_the_form_that_is_asked_for(
 def test_no_other_form_of_geometry_is_there(service: RunningService) -> None:
     refused = service.client.get(f"{ROBOTS}/kuka_kr16_2/geometry", params={"format": "stl"})
     assert (refused.status_code, refused.json()["code"]) == (406, "not_acceptable")
+
+
+def test_shapes_of_an_answer_are_accepted_in_a_scene(service: RunningService) -> None:
+    """Every kind of shape that the geometry of a robot has can be sent back as it is."""
+    elements = ["<sphere radius='0.1'/>", "<box size='0.1 0.2 0.3'/>", "<cylinder radius='0.1' length='0.3'/>"]
+    collisions = "".join(f"<collision><geometry>{element}</geometry></collision>" for element in elements)
+    urdf = URDF.replace('<link name="base"/>', f'<link name="base">{collisions}</link>')
+    meshes = archive({"meshes/arm.stl": DUMBBELL, "meshes/hand.stl": CUBE})
+    assert service.post(ROBOTS, robot("of_all_kinds", meshes) | {"urdf": urdf}).status_code == 201
+    shapes = [
+        each["shape"]
+        for name in ("of_all_kinds", "welding_arm")
+        for each in service.client.get(f"{ROBOTS}/{name}/geometry").json()["shapes"]
+    ]
+    assert {shape["kind"] for shape in shapes} == {"sphere", "box", "cylinder", "convex", "capsule"}
+    objects = [
+        {"id": f"shape {k}", "shape": shape, "pose": {"position": [5.0, 0.0, 2.0 * k]}}
+        for k, shape in enumerate(shapes)
+    ]
+    answer = service.post("/v1/trajectories", plan_request(scene={"objects": objects}))
+    assert answer.status_code == 200, answer.text[:500]
+    kept = service.post("/v1/scenes", {"objects": objects})
+    assert kept.status_code == 201
+    back = service.client.get(f"/v1/scenes/{kept.json()['id']}").json()["objects"]
+    again = service.post("/v1/trajectories", plan_request(scene={"objects": back}))
+    assert again.status_code == 200, again.text[:500]
+    assert service.client.delete(f"/v1/scenes/{kept.json()['id']}").status_code == 204

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import httpx
+import numpy as np
 import pytest
 
 from api.request_examples import request_examples
@@ -275,3 +276,31 @@ def test_the_example_is_a_scene_that_requests_may_name(
     inline = service.post(PLAN, request)
     assert inline.status_code == 200, inline.text
     assert service.post(PLAN, request | {"scene": scene["id"]}).json()["certificate"] == inline.json()["certificate"]
+
+
+def largest_scenes() -> dict[str, dict[str, Any]]:
+    """The most points and the most objects that the schema promises, out of reach of the robot."""
+    rng = np.random.default_rng(0)
+    points = (rng.uniform(-2.0, 2.0, (200_000, 3)) + np.array([6.0, 0.0, 0.0])).round(4).tolist()
+    positions = (rng.uniform(-2.0, 2.0, (5000, 3)) + np.array([6.0, 0.0, 0.0])).round(4).tolist()
+    turned = {"kind": "rpy", "rpy": [0.1, 0.2, 0.3]}
+    boxes = [
+        {
+            "id": f"object number {k}",
+            "shape": {"kind": "box", "size": [0.1, 0.1, 0.1]},
+            "pose": {"position": position, "orientation": turned},
+            "frame": "world",
+            "margin": 0.01,
+        }
+        for k, position in enumerate(positions)
+    ]
+    cloud = {"kind": "point_cloud", "points": points, "radius": 0.02}
+    return {"points": {"objects": [{"id": "cloud", "shape": cloud}]}, "objects": {"objects": boxes}}
+
+
+@pytest.mark.parametrize("name", ["points", "objects"])
+def test_the_largest_promised_scene_is_planned_at_the_default_limits(service: RunningService, name: str) -> None:
+    request = plan_request(scene=largest_scenes()[name], deadline=60.0)
+    answer = service.post(PLAN, request)
+    assert answer.status_code == 200, answer.text[:300]
+    assert answer.json()["certificate"]["satisfied"]
