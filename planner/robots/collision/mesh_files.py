@@ -76,8 +76,8 @@ def _pieces_among(kept: KeptPieces, reference: MeshReference) -> MeshPieces | No
 def meshes_in_folder(folder: Path) -> FindFile:
     """Find meshes in a folder that has one folder for each package, or is the folder of the only package.
 
-    Of a `file://` address the longest tail that is a path in the folder counts: the folder may have been copied. Links
-    that lead out of the folder are not followed.
+    Of a `file://` address or an absolute path the longest tail that is a path in the folder counts: the folder may have
+    been copied. Links that lead out of the folder are not followed.
 
     Args:
         folder: The folder.
@@ -87,7 +87,7 @@ def meshes_in_folder(folder: Path) -> FindFile:
 
 def _file_in_folder(root: Path, reference: str) -> bytes | None:
     names = candidates(reference)
-    for name in tails(names[0]) if names and reference.startswith(FILE) else names:
+    for name in tails(names[0]) if names and reference.startswith((FILE, "/")) else names:
         file = (root / name).resolve()
         if file.is_relative_to(root) and file.is_file():
             with file.open("rb") as opened:
@@ -127,14 +127,16 @@ def tails(path: str) -> list[str]:
 def candidates(reference: str) -> list[str]:
     """Return the paths that a mesh of a URDF may have: with the name of its package, and without.
 
-    None for what is elsewhere: other machines, absolute paths, and paths that lead out of the package. A `file://`
-    address has the path below the root of the machine that wrote it, to be found by its tails.
+    None for what is elsewhere: other machines, and paths that lead out of the package. A `file://` address or an
+    absolute path has the path below the root of the machine that wrote it, to be found by its tails.
 
     Args:
-        reference: `package://package/path`, `model://package/path`, `file:///path` or a relative path.
+        reference: `package://package/path`, `model://package/path`, `file:///path`, an absolute or a relative path.
     """
     if reference.startswith(FILE):
-        reference = unquote(reference.removeprefix(FILE)).lstrip("/")
+        reference = unquote(reference.removeprefix(FILE))
+    if reference.startswith("/"):
+        reference = reference.lstrip("/")
     scheme, separator, rest = reference.partition("://")
     if separator and scheme not in ("package", "model"):
         return []

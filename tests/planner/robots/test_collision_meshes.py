@@ -72,6 +72,9 @@ def test_what_is_drawn_of_a_box_is_the_box() -> None:
         ("file:///home/me/ws/r/meshes/arm.stl", "r/meshes/arm.stl"),
         ("file:///home/me/my%20robots/arm.stl", "my robots/arm.stl"),
         ("file:///C:/ws/r/meshes/arm.stl", "r/meshes/arm.stl"),
+        ("/home/me/ws/r/meshes/arm.stl", "home/me/ws/r/meshes/arm.stl"),
+        ("/home/me/ws/r/meshes/arm.stl", "r/meshes/arm.stl"),
+        ("/home/me/ws/r/meshes/arm.stl", "arm.stl"),
         ("meshes/arm.stl", "meshes/arm.stl"),
         ("./arm.stl", "arm.stl"),
     ],
@@ -91,7 +94,9 @@ def test_a_reference_is_found_among_files(reference: str, file: str) -> None:
         "package://r/../../secret.stl",
         "../secret.stl",
         "meshes/../../secret.stl",
-        "/etc/passwd",
+        "/secret.stl",
+        "//secret.stl",
+        "/packages/../../secret.stl",
         "package:///etc/passwd",
         "file:///secret.stl",
         "file:///packages/../../secret.stl",
@@ -113,8 +118,9 @@ def test_nothing_outside_is_opened(reference: str, tmp_path: Path) -> None:
     assert meshes_among({"a/secret.stlx": CUBE, "etc/passwd": CUBE})(reference) is None
 
 
-def test_a_file_address_is_found_by_its_longest_tail(tmp_path: Path) -> None:
-    address = "file:///home/me/ws/r/meshes/arm.stl"
+@pytest.mark.parametrize("scheme", ["file://", ""])
+def test_an_absolute_address_is_found_by_its_longest_tail(tmp_path: Path, scheme: str) -> None:
+    address = f"{scheme}/home/me/ws/r/meshes/arm.stl"
     files = {"arm.stl": b"short", "copy/meshes/arm.stl": b"long", "other/arm.stl": b"other"}
     assert meshes_among(files)(address) == b"long"
     for name, content in files.items():
@@ -122,6 +128,16 @@ def test_a_file_address_is_found_by_its_longest_tail(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(content)
     assert meshes_in_folder(tmp_path)(address) == b"short", "not below a folder of another name"
     assert meshes_in_folder(tmp_path / "copy")(address) == b"long"
+
+
+def test_an_absolute_path_is_read_in_the_folder_only(tmp_path: Path) -> None:
+    """A file that is there on this machine is not read where it is outside of the folder."""
+    outside, folder = tmp_path / "outside.stl", tmp_path / "folder"
+    outside.write_bytes(CUBE)
+    folder.mkdir()
+    assert meshes_in_folder(folder)(str(outside)) is None
+    (folder / "outside.stl").write_bytes(b"inside")
+    assert meshes_in_folder(folder)(str(outside)) == b"inside"
 
 
 def test_a_message_shows_the_end_of_a_long_mesh_address() -> None:
