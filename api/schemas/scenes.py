@@ -93,7 +93,8 @@ class Convex(Schema):
     vertices: Annotated[list[Point], Field(min_length=4, max_length=256, fail_fast=True)]
     """The points, shape (vertices, 3), m; points in one plane get a thickness of 0.1 mm."""
     faces: Annotated[list[Triangle], Field(max_length=1024, fail_fast=True)] | None = Field(default=None, exclude=True)
-    """The triangles of the surface, as the geometry of a robot has them, without unit. They are not read."""
+    """The triangles of the surface, shape (faces, 3), as indices of vertices, without unit; not read. The geometry of a
+    robot has them."""
 
 
 class MeshShape(Schema):
