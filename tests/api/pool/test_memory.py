@@ -26,6 +26,19 @@ memory.give_back()
 print(kept, resident() - before)
 """
 
+TEMPLATE = """
+from multiprocessing import forkserver
+from pathlib import Path
+from time import sleep
+from api.pool.worker import start_template, stop_template
+start_template()
+environment = Path("/proc", str(forkserver._forkserver._forkserver_pid), "environ")
+while not environment.read_bytes():  # the process has yet to become another program
+    sleep(0.01)
+print(environment.read_text().replace(chr(0), " "))
+stop_template()
+"""
+
 
 @pytest.mark.skipif(sys.platform != "linux", reason="settings of the GNU C library")
 def test_memory_is_kept_within_a_task_and_given_back_after_it() -> None:
@@ -38,11 +51,8 @@ def test_memory_is_kept_within_a_task_and_given_back_after_it() -> None:
 
 
 def test_the_settings_reach_the_process_that_workers_are_forked_from() -> None:
-    code = "from api.pool.worker import start_template, stop_template; import os\nstart_template()\n"
-    code += "from multiprocessing import forkserver as f\npid = f._forkserver._forkserver_pid\n"
-    code += "print(open(f'/proc/{pid}/environ').read().replace(chr(0), ' ')); stop_template()"
     if not Path("/proc/self/environ").exists():
         pytest.skip("no /proc")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    done = subprocess.run([sys.executable, "-c", TEMPLATE], capture_output=True, text=True, check=True, cwd=ROOT)
     for name, value in KEEPING.items():
         assert f"{name}={value}" in done.stdout
