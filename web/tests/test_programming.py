@@ -123,7 +123,7 @@ def test_a_refusal_shows_its_place_and_its_remedy_applies(page: Page) -> None:
     use_request(page, json.dumps(TOO_SHORT))
     refusal = page.get_by_role("alert", name="Refusal")
     expect(refusal).to_contain_text("within the acceleration limit of joint_a1 it takes 0.938868 s")
-    expect(refusal).to_contain_text("waypoint 1, segment 0, from waypoint 0 to waypoint 1, joint_a1")
+    expect(refusal).to_contain_text("segment 0, from waypoint 0 to waypoint 1, joint_a1")
     expect(page.locator("li.wrong [data-waypoint='1']")).to_be_visible()
     refusal.get_by_role("button", name="Apply").first.click()
     expect(refusal).to_have_count(0)
