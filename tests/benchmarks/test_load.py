@@ -28,7 +28,7 @@ async def refuse_every_other(reader: StreamReader, writer: StreamWriter) -> None
             head = await reader.readuntil(b"\r\n\r\n")
         except asyncio.IncompleteReadError:
             break
-        length = int(head.lower().partition(b"content-length: ")[2].partition(b"\r\n")[0])
+        length = int(head.lower().partition(b"content-length: ")[2].partition(b"\r\n")[0] or 0)
         is_costly = b"costly" in await reader.readexactly(length)
         refuses = is_costly and not refuses
         if refuses:
@@ -42,6 +42,7 @@ async def refuse_every_other(reader: StreamReader, writer: StreamWriter) -> None
 def test_what_becomes_of_arrivals_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(load, "RATES", (1.0,))
     monkeypatch.setattr(load, "CHEAP_RATE", 100.0)
+    monkeypatch.setattr(load, "RETRYING", (3,))
 
     async def measure() -> dict[str, Any]:
         async with await asyncio.start_server(refuse_every_other, load.HOST, 0) as server:
@@ -59,6 +60,11 @@ def test_what_becomes_of_arrivals_is_counted(monkeypatch: pytest.MonkeyPatch) ->
         assert row["goodput"] == pytest.approx(row["answered_in_time"] / SECONDS / row["capacity"])
     assert cheap["refused"] == 0
     assert costly["refused"] > 0
+    (retrying,) = figures["retrying"]
+    assert retrying["connections"] == 3
+    assert retrying["goodput"] > 0.0
+    assert (retrying["refused"], retrying["otherwise"]) == (0, 0)
+    assert retrying["liveness"]["answered"] == retrying["liveness"]["asked"] > 0
     with redirect_stdout(io.StringIO()) as out:
         load_report.print_json(figures)
         load_report.print_table(figures)

@@ -17,6 +17,7 @@ LEFT_OUT = {
     "Attach.link": "the random requests have it",
     "AttachedObject.link": "the random requests have it",
     "AttachedObject.margin": "the random requests have it",
+    "Convex.faces": "answers have it, and requests ignore it",
     "FreeMotion.time_budget": "the random requests have it; what it gives depends on the machine",
     "PlanRequest.picture": "it changes no plan",
     "Scene.allowed_pairs": "the random requests have it",

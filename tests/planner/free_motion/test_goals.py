@@ -12,7 +12,6 @@ from planner.scene import AttachedObject, Scene, SceneObject
 from planner.shapes import Box
 from planner.spatial import Pose, rotation_from_rpy
 
-UR5 = load_robot("ur5")
 DOWN = rotation_from_rpy(np.pi, 0.0, 0.0)
 SEED = 218
 """A case in which 60 motions led to a goal of the region, and to none of the pose that is nearest in it."""
@@ -36,7 +35,7 @@ def bar_among_boxes() -> planner.PlanningProblem:
     goal = Pose([goal_rng.uniform(-0.6, 0.6), goal_rng.uniform(-0.6, 0.6), goal_rng.uniform(0.1, 0.5)], DOWN)
     free = planner.FreeMotion(most_checks=MOST_CHECKS)
     turned = planner.PoseWaypoint(goal, free=Region(rotation_z=(-np.pi, np.pi)), motion=free)
-    return planner.PlanningProblem(UR5, [planner.PoseWaypoint(start), turned], scene=Scene(boxes, [bar]))
+    return planner.PlanningProblem(load_robot("ur5"), [planner.PoseWaypoint(start), turned], scene=Scene(boxes, [bar]))
 
 
 def test_every_goal_is_in_the_region() -> None:
@@ -46,7 +45,7 @@ def test_every_goal_is_in_the_region() -> None:
     goals = ends_of_way(problem, (), 1).goals
     assert len(goals) > 4
     for position in goals:
-        reached = planner.tool_pose(UR5, position)
+        reached = planner.tool_pose(load_robot("ur5"), position)
         assert reached.rotation is not None
         np.testing.assert_allclose(reached.position, goal.pose.position, atol=1e-6)
         np.testing.assert_allclose(reached.rotation[:, 2], DOWN[:, 2], atol=1e-6)

@@ -14,7 +14,6 @@ from planner.scene import CollisionChecker, Scene, SceneObject, collisions_at
 from planner.shapes import Box
 from planner.spatial import Pose, rotation_from_rpy
 
-UR5 = load_robot("ur5")
 DOWN = rotation_from_rpy(np.pi, 0.0, 0.0)
 
 
@@ -31,14 +30,14 @@ def pose_and_line(seed: int) -> planner.PlanningProblem:
     ]
     start = Pose([rng.uniform(0.3, 0.6), rng.uniform(-0.35, 0.35), rng.uniform(0.2, 0.5)], DOWN)
     end = planner.PoseWaypoint(Pose(start.position + rng.uniform(-0.25, 0.25, 3), DOWN), motion=planner.LinearMotion())
-    return planner.PlanningProblem(UR5, [planner.PoseWaypoint(start), end], scene=Scene(boxes))
+    return planner.PlanningProblem(load_robot("ur5"), [planner.PoseWaypoint(start), end], scene=Scene(boxes))
 
 
 def has_a_branch(problem: planner.PlanningProblem) -> bool:
     """Whether any solution of the first pose, given as joint position, is planned."""
     first = problem.waypoints[0]
     assert isinstance(first, planner.PoseWaypoint)
-    for solution in all_solutions(UR5, first.pose_in_base):
+    for solution in all_solutions(load_robot("ur5"), first.pose_in_base):
         try:
             planner.plan(replace(problem, waypoints=[planner.JointWaypoint(solution.tolist()), problem.waypoints[1]]))
         except planner.PlanningError:
@@ -57,7 +56,7 @@ def test_a_pose_before_a_line_is_planned_where_any_branch_is(seed: int) -> None:
         return
     trajectory = planner.plan(problem).trajectory
     positions = trajectory.evaluate(np.linspace(0.0, trajectory.duration, 400), [0])[0]
-    assert set(collisions_at(CollisionChecker(UR5, problem.scene), positions)) == {None}
+    assert set(collisions_at(CollisionChecker(load_robot("ur5"), problem.scene), positions)) == {None}
 
 
 def test_a_requested_configuration_is_kept() -> None:
@@ -65,6 +64,6 @@ def test_a_requested_configuration_is_kept() -> None:
     problem = pose_and_line(85)
     chosen = planner.plan(problem).path.positions[0]
     first = problem.waypoints[0]
-    (requested,) = planner.configurations(UR5, chosen[None])
+    (requested,) = planner.configurations(load_robot("ur5"), chosen[None])
     again = planner.plan(replace(problem, waypoints=[replace(first, configuration=requested), problem.waypoints[1]]))
-    assert planner.configurations(UR5, again.path.positions[:1])[0] == requested
+    assert planner.configurations(load_robot("ur5"), again.path.positions[:1])[0] == requested
