@@ -7,6 +7,7 @@ import binascii
 import stat
 import struct
 import zlib
+from collections.abc import Mapping
 from io import BytesIO
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
 from api.errors import invalid
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from zipfile import ZipInfo
 
     from api.errors import InvalidRequest
@@ -26,8 +28,7 @@ MOST_FILES = 512
 """The most entries of an archive."""
 
 MOST_BYTES = 2**25
-"""The most bytes of all its files once they are unpacked: those of a finely meshed robot, and 32 MiB of a worker's
-memory."""
+"""The most bytes of all files that are read, unpacked: those of a finely meshed robot, 32 MiB of a worker's memory."""
 
 BROKEN = (
     BadZipFile,
@@ -43,38 +44,48 @@ BROKEN = (
 """What Python's reader raises for archives that are broken, or packed in a way that it does not know."""
 
 
-def unpacked(meshes: str) -> dict[str, bytes]:
-    """Unpack the files of an archive.
+class MeshArchive(Mapping[str, bytes]):
+    """The files of an archive by their paths with `/`, each unpacked when it is first read.
+
+    Only what is read counts towards `MOST_BYTES`: an archive may have visual meshes, which nobody reads.
 
     Args:
         meshes: The archive in base64.
 
-    Returns:
-        The bytes by paths with `/`.
-
     Raises:
-        InvalidRequest: It is no archive, is too large, or has entries that lead elsewhere.
+        InvalidRequest: It is no archive, has too many entries, or entries that lead elsewhere; when a file is read: it
+            is broken or too large.
     """
-    try:
-        archive = ZipFile(BytesIO(base64.b64decode(meshes, validate=True)))
-    except binascii.Error:
-        raise _refused("it is not base64") from None
-    except BROKEN:
-        raise _refused("it is no zip archive") from None
-    entries = [entry for entry in archive.infolist() if not entry.is_dir()]
-    if len(entries) > MOST_FILES:
-        raise _refused(f"it has {len(entries)} files, more than {MOST_FILES}")
-    if sum(entry.file_size for entry in entries) > MOST_BYTES:  # what it says of itself: nothing is unpacked for it
-        raise _too_large()
-    files: dict[str, bytes] = {}
-    left = MOST_BYTES
-    for entry in entries:
-        name = _checked_name(entry)
-        if name in files:
-            raise _refused(f"it has two files called {_shown(name)}")
-        files[name] = _content(archive, entry, left)
-        left -= len(files[name])
-    return files
+
+    def __init__(self, meshes: str) -> None:
+        try:
+            self._archive = ZipFile(BytesIO(base64.b64decode(meshes, validate=True)))
+        except binascii.Error:
+            raise _refused("it is not base64") from None
+        except BROKEN:
+            raise _refused("it is no zip archive") from None
+        entries = [entry for entry in self._archive.infolist() if not entry.is_dir()]
+        if len(entries) > MOST_FILES:
+            raise _refused(f"it has {len(entries)} files, more than {MOST_FILES}")
+        self._entries: dict[str, ZipInfo] = {}
+        for entry in entries:
+            name = _checked_name(entry)
+            if name in self._entries:
+                raise _refused(f"it has two files called {_shown(name)}")
+            self._entries[name] = entry
+        self._read: dict[str, bytes] = {}
+
+    def __getitem__(self, name: str) -> bytes:
+        if name not in self._read:
+            left = MOST_BYTES - sum(map(len, self._read.values()))
+            self._read[name] = _content(self._archive, self._entries[name], left)
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
 
 
 def _checked_name(entry: ZipInfo) -> str:

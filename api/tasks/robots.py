@@ -10,7 +10,7 @@ import orjson
 
 from api.answers.negotiation import MediaType, negotiated
 from api.content.digests import canonical, sha256
-from api.content.mesh_archive import unpacked
+from api.content.mesh_archive import MeshArchive
 from api.content.robots import RobotContent
 from api.errors import CatalogueRobot, invalid
 from api.pages import first_page
@@ -78,7 +78,7 @@ def add_robot(work: Work) -> Reply:
         named = work.request(schemas.RobotDefinition)
         if named.id in catalogue_ids():
             raise CatalogueRobot(f"{named.id} is a robot of the catalogue; choose another id")
-        files = unpacked(named.meshes) if isinstance(named, schemas.UrdfRobot) and named.meshes else {}
+        files = MeshArchive(named.meshes) if isinstance(named, schemas.UrdfRobot) and named.meshes else {}
         model = without_name(named, work.arguments.get("definition"))
     with work.stage("plan"):
         robot = to_robot(model, named.id or "added")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import repeat
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION
 from planner.errors import distinct
 from planner.guarantees import Guarantee
 from planner.limits import JOINT_QUANTITIES
+from planner.scene.carried import segment_scenes
 from planner.tolerances import LIMIT_TOLERANCE
 from planner.trajectories.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
@@ -23,11 +25,17 @@ if TYPE_CHECKING:
     from planner.paths import JointPath
     from planner.problems.problem import PlanningProblem
     from planner.robots import Robot
+    from planner.shapes.shape import Shape
+    from planner.spatial import Pose
     from planner.trajectories.trajectory import Trajectory
 
 WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
 """Distances from straight joint motions, of the tool, m, and of a joint, rad or m, from which on a warning says so:
 people and things near the arm have to reckon with it."""
+
+FAR_FROM_TOOL = 1.0 / 3.0
+"""The distance of an attached object from the tool beyond which a warning says so, as a share of the arm's length: no
+gripper is that long."""
 
 MOST_NAMED = 10
 """The most waypoints that one warning names."""
@@ -52,6 +60,7 @@ def plan_warnings(
     masses = [problem.robot.payload_mass + (payload.mass if payload else 0.0) for payload in problem.payloads]
     heaviest = int(np.argmax(masses))
     yield from payload_above_rating(problem.robot, masses[heaviest], problem.numbers[heaviest])
+    yield from _attached_far_away(problem, path)
     yield from _torque_warnings(problem, path)
     for quantity in JOINT_QUANTITIES:
         asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
@@ -115,6 +124,33 @@ def payload_above_rating(robot: Robot, mass: float, waypoint: int = 0) -> Iterat
         since = f" from waypoint {waypoint} on" if waypoint else ""
         message = f"the payload of {carried} kg{since} exceeds the rated {allowed} kg of {robot.id}"
         yield PlanWarning("payload_above_rating", f"{message} ({robot.rated_payload_source})")
+
+
+def _attached_far_away(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:
+    """Yield what is said of objects that the tool carries, though they are far away from it."""
+    if problem.scene is None:
+        return
+    robot = problem.robot
+    most = FAR_FROM_TOOL * sum(np.linalg.norm(at.translation) for at in robot.model.jointPlacements.tolist())
+    scenes = segment_scenes(robot, problem.scene, problem.handling, path.positions)
+    held = {thing.id: thing for scene in scenes for thing in scene.attached if thing.link is None}
+    for name, thing in held.items():
+        distance = min(map(_least_distance, thing.shapes, repeat(thing.pose)), default=0.0)
+        if distance > most:
+            message = f"{name} moves with the tool, but is at least {distance:.3g} m away from it"
+            yield PlanWarning("attached_far_from_tool", f"{message}: its pose is that in the frame of the tool")
+
+
+def _least_distance(shape: Shape, pose: Pose) -> float:
+    """Return a distance, m, that a shape at a pose has at least from the origin."""
+    capsule = shape.bounding_capsule
+    if capsule is None:
+        return 0.0
+    ends = np.array([capsule.start, capsule.end])
+    placed = ends @ (np.eye(3) if pose.rotation is None else pose.rotation).T + pose.position
+    along = placed[1] - placed[0]
+    share = np.clip(-placed[0] @ along / max(along @ along, np.finfo(float).tiny), 0.0, 1.0)
+    return float(np.linalg.norm(placed[0] + share * along)) - capsule.radius
 
 
 def _torque_warnings(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:

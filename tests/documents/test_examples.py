@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 from pydantic import TypeAdapter
 
-from api.content.mesh_archive import unpacked
+from api.content.mesh_archive import MeshArchive
 from api.conversion.kept_meshes import keep_meshes
 from api.conversion.problems import to_robot
 from api.schemas.robots import Changes, DerivedModel, RobotDefinition, UrdfModel
@@ -181,7 +181,7 @@ def test_the_meshes_of_an_arm_come_along() -> None:
     model = json.loads((EXAMPLES / "robots" / "arm_with_meshes.json").read_text())
     asked = TypeAdapter(RobotDefinition).validate_python(model)
     kept, findings = keep_meshes(
-        UrdfModel(kind="urdf", urdf=asked.urdf), to_robot(asked, asked.id), unpacked(asked.meshes)
+        UrdfModel(kind="urdf", urdf=asked.urdf), to_robot(asked, asked.id), MeshArchive(asked.meshes)
     )
     assert not findings
     shapes = to_robot(kept, asked.id).collision_shapes

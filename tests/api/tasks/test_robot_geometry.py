@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from api.content.mesh_archive import MOST_FILES, unpacked
+from api.content.mesh_archive import MOST_FILES, MeshArchive
 from api.errors import InvalidRequest
 from api.schemas.robot_geometry import RobotGeometry
 from api.schemas.robots import AddedRobot
@@ -168,7 +168,15 @@ HOSTILE = {
 def test_hostile_archives_are_refused(name: str) -> None:
     meshes, says = HOSTILE[name]
     with pytest.raises(InvalidRequest, match=says):
-        unpacked(meshes)
+        dict(MeshArchive(meshes))
+
+
+def test_visual_meshes_that_come_along_do_not_count(service: RunningService) -> None:
+    """An archive of the usual size was refused for meshes that nobody reads."""
+    whole = archive({"arm.stl": CUBE, "hand.stl": DUMBBELL, "visual/arm.dae": bytes(40 * 1024 * 1024)})
+    added = service.post(ROBOTS, robot("with_visuals", whole))
+    assert added.status_code == 201
+    assert not [finding for finding in added.json()["findings"] if finding["code"] == "mesh_not_found"]
 
 
 def test_a_bomb_over_http_does_no_harm(service: RunningService) -> None:
@@ -188,7 +196,7 @@ def test_spoiled_archives_are_read_or_refused() -> None:
         for at in rng.integers(0, len(data), rng.integers(1, 6)).tolist():
             data[at] = int(rng.integers(256))
         try:
-            files = unpacked(base64.b64encode(bytes(data)).decode())
+            files = dict(MeshArchive(base64.b64encode(bytes(data)).decode()))
         except InvalidRequest:
             continue
         assert all(".." not in name and not name.startswith("/") for name in files)
