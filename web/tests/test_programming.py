@@ -51,6 +51,9 @@ PEOPLE = {"rad": "°", "rad/s": "°/s", "rad/s²": "°/s²", "rad/s³": "°/s³"
 PEOPLE |= {"m/s": "mm/s", "m/s²": "mm/s²", "m/s³": "mm/s³"}
 """The units in which people read the values of joints."""
 
+PEOPLE_OF_TOOL = {"m": "mm", "rad": "°"}
+"""Those of errors and deviations of the tool; its speeds stay in m/s."""
+
 
 def test_every_quantity_has_a_title_and_a_unit(browser: Browser, service: RunningService) -> None:
     """Whatever the certificate may check, of a joint that turns, of one that slides, and of the tool."""
@@ -58,7 +61,7 @@ def test_every_quantity_has_a_title_and_a_unit(browser: Browser, service: Runnin
     rows: list[tuple[dict[str, Any], str]] = []
     for name, measure in MEASURES.items():
         if measure.unit_of_sliding is None:
-            rows.append((check | {"quantity": name, "joint": None}, measure.unit))
+            rows.append((check | {"quantity": name, "joint": None}, PEOPLE_OF_TOOL.get(measure.unit, measure.unit)))
         else:
             rows.append((check | {"quantity": name, "joint": "theta1"}, PEOPLE.get(measure.unit, measure.unit)))
             sliding = measure.unit_of_sliding

@@ -133,10 +133,13 @@ function Meter({ used, enforced }: { used: number; enforced: boolean }) {
   );
 }
 
+const NEGLIGIBLE = 5e-4; // the share of a limit that is shown as 0.0 %
+
 function figures(check: Check, arm: Robot): string {
   const { peak, limit, bounded } = check;
   const joint = arm.joints.find(({ name }) => name === check.joint);
   const [factor, unit] = shownUnit(check.quantity, joint);
-  const top = bounded ? short(peak * factor, 3) : texts.result.unbounded;
+  const isRounding = limit !== null && Math.abs(peak) < NEGLIGIBLE * Math.abs(limit);
+  const top = bounded ? short(isRounding ? 0 : peak * factor, 3) : texts.result.unbounded;
   return `${top} / ${limit === null ? texts.result.unlimited : `${short(limit * factor, 3)} ${unit}`.replaceAll(' ', '\u00a0')}`;
 }

@@ -15,11 +15,13 @@ export function titleOf(quantity: string): string {
   return MEASURES[quantity]?.title ?? quantity.replaceAll('_', ' ');
 }
 
-// The unit in which people read a quantity, and how many of it the service's unit is: at joints they read ° and mm.
+// The unit in which people read a quantity, and how many of it the service's unit is: at joints, and of errors and
+// deviations of the tool, they read ° and mm.
 export function shownUnit(quantity: string, joint: Joint | undefined): [number, string] {
   const measure = MEASURES[quantity];
   const unit = (joint?.kind === 'prismatic' ? measure?.unit_of_sliding : null) ?? measure?.unit ?? '';
-  if (joint && unit.startsWith('rad')) return [degrees(1), unit.replace('rad', '°')];
-  if (joint && /^m(\/|$)/.test(unit)) return [1000, unit.replace('m', 'mm')];
+  const isLengthOrAngle = unit === 'm' || unit === 'rad';
+  if ((joint || isLengthOrAngle) && unit.startsWith('rad')) return [degrees(1), unit.replace('rad', '°')];
+  if ((joint || isLengthOrAngle) && /^m(\/|$)/.test(unit)) return [1000, unit.replace('m', 'mm')];
   return [1, unit];
 }
