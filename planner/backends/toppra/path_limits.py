@@ -304,12 +304,8 @@ def _sampled(
 
     Each is (points, intervals, rows).
     """
-    limited = [
-        (constraint, bounds)
-        for constraint, bounds in limits.constraints
-        if constraint.has_rows and np.isfinite(bounds.upper[intervals.segments]).any()
-    ]
-    limited = [own for own in limited if any(map(own[0].is_known, dynamics.robots))]
+    # The same for all intervals, also where only others are limited: their rows are put beside each other.
+    limited = [own for own in limits.constraints if own[0].has_rows and any(map(own[0].is_known, dynamics.robots))]
     if not limited:
         return []
     q, first, second = states

@@ -56,6 +56,16 @@ def true_joint_deviation(planned: Plan) -> float:
     return StraightPostures(planned.path.positions, DENSE).farthest(planned.trajectory)
 
 
+def farthest_joints(planned: Plan) -> set[str]:
+    """The joints that are farthest from the straight motion, by brute force; often several are as far."""
+    (joints,) = planned.trajectory.evaluate(DENSE * planned.trajectory.duration, [0])
+    worst = joints[StraightPostures(planned.path.positions, DENSE).distances(joints).argmax()]
+    start, goal = planned.path.positions
+    away = np.abs(worst - start - np.linspace(0.0, 1.0, 10_001)[:, None] * (goal - start))
+    nearest = away[away.max(axis=1).argmin()]
+    return {name for name, distance in zip(ROBOT.joint_names, nearest, strict=True) if distance > 0.98 * nearest.max()}
+
+
 @pytest.mark.long_table
 @pytest.mark.parametrize("most", [0.003, 0.03, 0.1, 0.3, None])
 def test_the_deviation_is_what_is_said_and_what_is_allowed(most: float | None) -> None:
@@ -85,9 +95,7 @@ def test_the_deviation_of_joints_is_what_is_said_and_what_is_allowed(most: float
         assert 0.8 * most <= true <= most
     else:
         assert f"from waypoint 0 to 1 {check.joint} goes" in wanders[0]
-        (joints,) = planned.trajectory.evaluate(DENSE * planned.trajectory.duration, [0])
-        straying = np.ptp(joints[:, 1:], axis=0).argmax() + 1  # the first joint's way is the straight one
-        assert check.joint == ROBOT.joint_names[straying]
+        assert check.joint in farthest_joints(planned)
 
 
 @settings(max_examples=max(3, settings.default.max_examples // 20))
