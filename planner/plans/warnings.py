@@ -12,7 +12,7 @@ from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION
 from planner.errors import distinct
 from planner.guarantees import Guarantee
 from planner.limits import JOINT_QUANTITIES
-from planner.scene.carried import segment_scenes
+from planner.scene.carried import checkers_of_segments
 from planner.tolerances import LIMIT_TOLERANCE
 from planner.trajectories.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
@@ -132,8 +132,8 @@ def _attached_far_away(problem: PlanningProblem, path: JointPath) -> Iterator[Pl
         return
     robot = problem.robot
     most = FAR_FROM_TOOL * sum(np.linalg.norm(at.translation) for at in robot.model.jointPlacements.tolist())
-    scenes = segment_scenes(robot, problem.scene, problem.handling, path.positions)
-    held = {thing.id: thing for scene in scenes for thing in scene.attached if thing.link is None}
+    checkers = checkers_of_segments(robot, problem.scene, problem.self_collision, problem.handling, path.positions)
+    held = {thing.id: thing for checker in checkers for thing in checker.scene.attached if thing.link is None}
     for name, thing in held.items():
         distance = min(map(_least_distance, thing.shapes, repeat(thing.pose)), default=0.0)
         if distance > most:
