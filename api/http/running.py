@@ -73,7 +73,7 @@ async def run(
         tag = service.answers.tag(operation, task.body, task.arguments)
         if is_known(request, tag):
             return not_modified(tag)
-        if service.answers.is_under_way(tag):
+        if service.answers.is_under_way(tag, task.client):
             leave_place(request.scope)
         reply = await _unless_hung_up(request, service.answers.answer(tag, task.deadline, task.client, compute))
         share.hold(len(reply.body))

@@ -116,9 +116,8 @@ class JobQueue:
         return len(self._jobs)
 
     def has_room(self, client: str) -> bool:
-        """Tell whether a job of a client may wait: there is room, or another one has at least two more in the queue."""
-        waiting = self._waiting()
-        return len(self._jobs) < self._capacity or max(waiting.values(), default=0) > waiting[client] + 1
+        """Tell whether a job of a client may wait."""
+        return has_room(client, self._waiting(), self._capacity)
 
     def put(self, job: Job) -> None:
         """Let a job wait. Where there is no room, the last job of the client that has most of it is refused.
@@ -185,6 +184,17 @@ class JobQueue:
             found,
             key=lambda entry: (not entry[1].is_ahead, entry[0], self._turns.get(entry[1].task.client, 0)),
         )
+
+
+def has_room(client: str, counts: Counter[str], capacity: int) -> bool:
+    """Tell whether a client may have one more of so many places: one is free, or another has at least two more of them.
+
+    Args:
+        client: The client.
+        counts: The places that each client has.
+        capacity: The number of places.
+    """
+    return counts.total() < capacity or max(counts.values(), default=0) > counts[client] + 1
 
 
 def queue_is_full() -> Overloaded:

@@ -13,6 +13,7 @@ import structlog
 
 from api.access.keys import id_of
 from api.errors import Overloaded
+from api.pool.jobs import has_room
 
 if TYPE_CHECKING:
     from starlette.types import Scope
@@ -134,9 +135,8 @@ class Shedding:
         return WholeRequest(found[1].decode("ascii").partition("?")[0], head, client)
 
     def has_room(self, client: str) -> bool:
-        """Tell whether a request may go on to the queue, by the queue's rule: see `JobQueue.has_room`."""
-        most = max(self._under_way.values(), default=0)
-        return self._under_way.total() < self._capacity or most > self._under_way[client] + 1
+        """Tell whether a request may go on to the queue, by the rule of the queue itself."""
+        return has_room(client, self._under_way, self._capacity)
 
     def enter(self, client: str) -> Place:
         """Take a place for a request that goes on to the queue."""

@@ -65,8 +65,6 @@ class ToolRate(Constraint):
     name: str
     unit: str
     order: int
-    of_joints: bool = False
-    counts_at_rest: bool = False
     follows_path_speed: bool = False
     has_rows: bool = False
 

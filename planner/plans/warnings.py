@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.certificate.clearance import segment_checkers
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION
 from planner.errors import distinct
 from planner.guarantees import Guarantee
 from planner.limits import JOINT_QUANTITIES
-from planner.scene.carried import checkers_of_segments
 from planner.tolerances import LIMIT_TOLERANCE
 from planner.trajectories.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
@@ -130,10 +130,14 @@ def _attached_far_away(problem: PlanningProblem, path: JointPath) -> Iterator[Pl
     """Yield what is said of objects that the tool carries, though they are far away from it."""
     if problem.scene is None:
         return
-    robot = problem.robot
-    most = FAR_FROM_TOOL * sum(np.linalg.norm(at.translation) for at in robot.model.jointPlacements.tolist())
-    checkers = checkers_of_segments(robot, problem.scene, problem.self_collision, problem.handling, path.positions)
-    held = {thing.id: thing for checker in checkers for thing in checker.scene.attached if thing.link is None}
+    placements = problem.robot.model.jointPlacements.tolist()
+    most = FAR_FROM_TOOL * sum(np.linalg.norm(at.translation) for at in placements)
+    held = {
+        thing.id: thing
+        for checker in segment_checkers(problem, path.positions)
+        for thing in checker.scene.attached
+        if thing.link is None
+    }
     for name, thing in held.items():
         distance = min(map(_least_distance, thing.shapes, repeat(thing.pose)), default=0.0)
         if distance > most:
