@@ -10,7 +10,7 @@ import orjson
 
 from api.errors import DeadlineExceeded, InternalError, MemoryExceeded
 from api.http.dependencies import Body, service_of
-from api.http.running import is_known, not_modified, respond, run
+from api.http.running import respond, run
 from api.pool.messages import Reply
 from api.problem_documents import MEDIA_TYPE, problem_document
 from api.schemas.comparisons import ComparedBackend
@@ -27,8 +27,6 @@ OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_er
 async def compare(request: Request, body: Body) -> Response:
     """Plan with each back end of a comparison."""
     tag = service_of(request).answers.tag("compare_backends", body.content, body.contents)
-    if is_known(request, tag):
-        return respond(not_modified(tag))
     kinds = _kinds(body.document.get("backends"))
     workers = asyncio.Semaphore(service_of(request).settings.workers)
 

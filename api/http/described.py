@@ -52,6 +52,11 @@ SCHEMA = "#/components/schemas/{name}"
 PROBLEM_EXAMPLE = "#/components/examples/{code}"
 """The place of the example of a problem document in the OpenAPI document."""
 
+NOT_MODIFIED: dict[int | str, dict[str, Any]] = {
+    304: {"description": "The answer is the one that `If-None-Match` quotes."}
+}
+"""The answer to GET that a client has already, besides what `returns` describes."""
+
 BYTES = {"type": "string", "format": "binary"}
 """The schema of a file."""
 
@@ -108,9 +113,7 @@ def returns(
     for other, meaning in (also or {}).items():
         responses[other] = success | {"description": meaning}
     if shared:
-        tag = {"ETag": _header("What `If-None-Match` may quote.")}
-        responses[status] = success | {"headers": success.get("headers", {}) | tag}
-        responses[304] = {"description": "The answer is the one that `If-None-Match` quotes."}
+        responses[status] = success | {"headers": success.get("headers", {}) | {"ETag": _header("Names the answer.")}}
     access_codes = () if open_to_all else ACCESS_CODES
     return responses | _problems(dict.fromkeys((*CONNECTION_CODES, *access_codes, *codes)), open_to_all)
 

@@ -26,7 +26,7 @@ TITLE = "Trajectory planner"
 
 DESCRIPTION = (
     "Waypoints in, certified joint trajectory out. SI units everywhere; joint arrays follow `joint_names`. "
-    "Who sends the `ETag` of an answer back in `If-None-Match` gets 304 where it would be the same."
+    "`GET` with the `ETag` of an answer in `If-None-Match` returns 304 where the answer would be the same."
 )
 """What the service does, in the words of its documentation."""
 

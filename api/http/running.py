@@ -93,7 +93,9 @@ def may_be_shared(request: Request) -> bool:
 
 
 def is_known(request: Request, tag: str) -> bool:
-    """Tell whether the client has the answer with this tag already (`If-None-Match`)."""
+    """Tell whether the client has the answer to its GET with this tag already (`If-None-Match`)."""
+    if request.method not in {"GET", "HEAD"}:
+        return False
     known = (one.strip() for one in request.headers.get("if-none-match", "").split(","))
     if not any(one.removeprefix("W/") == tag.removeprefix("W/") for one in known):
         return False

@@ -51,7 +51,7 @@ def _operation(path: str, method: str, entry: dict[str, Any]) -> Operation:
         request=content[JSON]["schema"] if content else None,
         examples={name: example["value"] for name, example in content.get(JSON, {}).get("examples", {}).items()},
         answers=[int(status) for status, one in responses if one.get("content", {}).keys() - {PROBLEM}],
-        shared="304" in entry["responses"],
+        shared="ETag" in entry["responses"].get("200", {}).get("headers", {}),
         lines=LINES in content,
         codes=[
             code for _, one in responses for code in re.findall(r"`(\w+)`", one["description"]) if one.get("content")

@@ -12,7 +12,7 @@ from api.access.access import audit
 from api.database.named_contents import FOR_ALL, ROBOTS, Bounds
 from api.errors import RobotExists, RobotOfAnother, TooManyRobots
 from api.http.dependencies import Cursor, Form, Limit, PlannedBody, RobotId, client, needs, service_of
-from api.http.described import BODY_CODES, DATABASE_CODES, returns, takes
+from api.http.described import BODY_CODES, DATABASE_CODES, NOT_MODIFIED, returns, takes
 from api.http.router import Router
 from api.http.running import is_known, not_modified, respond, run
 from api.pages import DEFAULT_ENTRIES, first_page
@@ -50,7 +50,7 @@ async def list_robots(request: Request, limit: Limit = DEFAULT_ENTRIES, cursor: 
     summary="One robot.",
     description="With its joints, their limits and where each limit comes from.",
     dependencies=[needs("plan")],
-    responses=returns(schemas.RobotDescription, codes=("unknown_robot", *DATABASE_CODES), shared=True),
+    responses=returns(schemas.RobotDescription, codes=("unknown_robot", *DATABASE_CODES), shared=True) | NOT_MODIFIED,
 )
 async def get_robot(request: Request, robot_id: RobotId) -> Response:
     """Answer GET /v1/robots/{id}."""
@@ -71,7 +71,8 @@ async def get_robot(request: Request, robot_id: RobotId) -> Response:
     "asks for glTF 2.0 to look at, a node for each joint at position 0, or for a picture of the arm there as a "
     "stick model (`?format=svg`, `png`).",
     dependencies=[needs("plan")],
-    responses=returns(RobotGeometry, codes=("unknown_robot", "not_acceptable", *DATABASE_CODES), shared=True),
+    responses=returns(RobotGeometry, codes=("unknown_robot", "not_acceptable", *DATABASE_CODES), shared=True)
+    | NOT_MODIFIED,
 )
 async def get_robot_geometry(request: Request, robot_id: RobotId, form: Form) -> Response:
     """Answer GET /v1/robots/{id}/geometry."""

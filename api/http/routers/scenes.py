@@ -13,7 +13,7 @@ from api.access.access import audit
 from api.database.named_contents import FOR_ALL, SCENES, Bounds
 from api.errors import Conflict, PayloadTooLarge, SceneExists, SceneOfAnother, TooManyScenes, UnknownScene
 from api.http.dependencies import Cursor, Limit, PlannedBody, SceneId, client, needs, service_of
-from api.http.described import BODY_CODES, DATABASE_CODES, returns, takes
+from api.http.described import BODY_CODES, DATABASE_CODES, NOT_MODIFIED, returns, takes
 from api.http.router import Router
 from api.http.running import is_known, not_modified, respond, run
 from api.pages import DEFAULT_ENTRIES, first_page
@@ -51,7 +51,7 @@ async def list_scenes(request: Request, limit: Limit = DEFAULT_ENTRIES, cursor: 
     summary="One scene.",
     description="With its objects, as they were added and changed.",
     dependencies=[needs("plan")],
-    responses=returns(schemas.StoredScene, codes=("unknown_scene", *DATABASE_CODES), shared=True),
+    responses=returns(schemas.StoredScene, codes=("unknown_scene", *DATABASE_CODES), shared=True) | NOT_MODIFIED,
 )
 async def get_scene(request: Request, scene_id: SceneId) -> Response:
     """Answer GET /v1/scenes/{id}."""

@@ -6,7 +6,7 @@ from fastapi import Query, Request, Response
 
 from api.http.comparison import compare
 from api.http.dependencies import Form, PlannedBody, needs
-from api.http.described import BODY_CODES, WORKER_CODES, returns, takes
+from api.http.described import BODY_CODES, NOT_MODIFIED, WORKER_CODES, returns, takes
 from api.http.router import Router
 from api.http.running import respond, run
 from api.schemas import answers, requests
@@ -117,7 +117,7 @@ async def validate_trajectory(request: Request, body: PlannedBody) -> Response:
     summary="Every back end, its options and what it guarantees.",
     description="What a back end guarantees of a quantity is a `hard` limit, one that is only `reported`, or `none`.",
     dependencies=[needs("plan")],
-    responses=returns(answers.BackendsAnswer, codes=WORKER_CODES, shared=True),
+    responses=returns(answers.BackendsAnswer, codes=WORKER_CODES, shared=True) | NOT_MODIFIED,
 )
 async def list_backends(request: Request) -> Response:
     """Answer GET /v1/backends."""
