@@ -5,14 +5,21 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import Counter
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from starlette.requests import Request
 
+from api.access.access import Client
 from api.errors import DeadlineExceeded, InternalError, Overloaded
+from api.http import running
+from api.http.dependencies import Body
 from api.pool.messages import Reply
 from api.server.shared_answers import OVERHEAD, SharedAnswers
+from api.server.shedding import Shedding
 from api.server.traffic import Traffic
+from api.settings import Settings
 from api.telemetry.metrics import Metrics
 from tests.api.made_up_service import made_up_service
 from tests.api.operations import OPERATIONS
@@ -209,6 +216,40 @@ def test_two_keys_share_no_answer_and_clients_without_do() -> None:
             await asyncio.gather(*under_way)
             await answers.answer(clients[0], end, clients[1], work)
             assert work.begun == computed
+
+    run(test)
+
+
+@pytest.mark.parametrize("name", ["key:a", "192.0.2.1"])
+def test_a_request_that_joins_another_leaves_its_place_in_the_queue(name: str) -> None:
+    async def test(answers: SharedAnswers) -> None:
+        shedding, work = Shedding(Settings(workers=1, express_workers=0, queue_size=1), Metrics()), Work()
+        pool = SimpleNamespace(run=lambda _task, _kind, hold: work(hold))
+        service = SimpleNamespace(pool=pool, answers=answers, metrics=Metrics(), catalogue=set())
+        app = SimpleNamespace(state=SimpleNamespace(service=service))
+        sender = Client(name, frozenset(), has_key=name.startswith("key:"))
+        share = Traffic(10**9).share(name)
+
+        async def receive() -> Any:
+            await asyncio.Event().wait()  # the client stays
+
+        def send() -> asyncio.Task[Reply]:
+            state = {"client": sender, "share": share, "arrived": time.monotonic(), "place": shedding.enter(name)}
+            scope = {"type": "http", "method": "POST", "path": PLAN, "headers": [], "app": app, "state": state}
+            body = Body(b"{}", deadline=60.0)
+            return asyncio.create_task(running.run(Request(scope, receive), "plan_trajectory", body, shared=True))
+
+        first = send()
+        await a_moment()
+        second = send()
+        assert not shedding.has_room(name)
+        await a_moment()
+        assert shedding.has_room(name)
+        first.cancel()
+        await a_moment()
+        work.may_end.set()
+        assert (await second).body == b"answer"
+        assert work.begun == 1
 
     run(test)
 
