@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from api.processors import available_processors
+from api.base.processors import available_processors
 from cli.shared import write
 
 if TYPE_CHECKING:

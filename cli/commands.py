@@ -36,7 +36,7 @@ def _robot_ids(incomplete: str) -> list[str]:
 
 def _version(asked: bool) -> None:
     if asked:
-        from api.version import service_version
+        from api.base.version import service_version
 
         print(service_version())  # noqa: T201 - what was asked for
         raise typer.Exit
@@ -88,8 +88,8 @@ def serve(
     """
     from pydantic import ValidationError
 
-    from api.server.process import serve as run
-    from api.settings import Settings, faults_of
+    from api.base.settings import Settings, faults_of
+    from api.process import serve as run
 
     given = {"host": host, "port": port, "workers": workers}
     try:
@@ -117,10 +117,10 @@ def worker(
     """
     import asyncio
 
+    from api.base.logs import configure_logs
+    from api.base.settings import Settings
     from api.batches.cluster_worker import join
-    from api.logs import configure_logs
     from api.pool.worker_process import hide_main_module
-    from api.settings import Settings
 
     settings = Settings(access="open", **({} if workers is None else {"workers": workers}))  # type: ignore[arg-type]
     configure_logs(settings.log_level)
@@ -255,7 +255,7 @@ def validate(
     tip: TipOption = None,
 ) -> None:
     """Hold a trajectory of any origin against the limits of its robot; ends with 1 if it breaks one."""
-    from api.tasks.trajectories import certified
+    from api.work.tasks.trajectories import certified
     from cli.robot_files import NamedRobot
     from cli.terminal import certificate_table, terminal
     from cli.trajectory_files import read_trajectory
@@ -314,7 +314,7 @@ def demo(
 
 def main() -> None:
     """Run the command line; a fault of its own ends with status 70 (sysexits) and one line, without values."""
-    from api.failures import where_from
+    from api.base.failures import where_from
 
     try:
         app()

@@ -21,7 +21,7 @@ UPGRADE = "planner db upgrade"
 @app.command()
 def upgrade() -> None:
     """Bring the tables to what this version of the service works with."""
-    from api.database.migrate import upgrade
+    from api.store.migrate import upgrade
 
     with connected() as engine:
         upgrade(engine)
@@ -31,7 +31,7 @@ def upgrade() -> None:
 @app.command()
 def check() -> None:
     """Tell whether the tables are those of this version; ends with 1 if they are not."""
-    from api.database.migrate import is_current
+    from api.store.migrate import is_current
 
     with connected() as engine:
         current = is_current(engine)
@@ -47,9 +47,9 @@ def connected() -> Iterator[Engine]:
     from pydantic import ValidationError
     from sqlalchemy.exc import SQLAlchemyError
 
-    from api.database.database import database_url, make_engine
-    from api.database.migrate import DatabaseTooNew
-    from api.settings import Settings, faults_of
+    from api.base.settings import Settings, faults_of
+    from api.store.database import database_url, make_engine
+    from api.store.migrate import DatabaseTooNew
 
     try:
         url = database_url(Settings(access="open"))  # who may use the service is of no importance here

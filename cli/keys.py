@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from api.access.keys import SCOPES, Scope
+from api.base.api_keys import SCOPES, Scope
 from cli.database import connected
 
 app = typer.Typer(
@@ -48,9 +48,9 @@ def create(
     ] = None,
 ) -> None:
     """Make a key and show it, once: only its hash is kept."""
-    from api.access.keys import KeyRecord, digest_of, new_key
-    from api.database.keys import add_key
-    from api.database.migrate import upgrade
+    from api.base.api_keys import KeyRecord, digest_of, new_key
+    from api.store.keys import add_key
+    from api.store.migrate import upgrade
 
     asked = set(scope or DEFAULT_SCOPES)
     if asked - set(SCOPES):
@@ -71,8 +71,8 @@ def create(
 @app.command("list")
 def list_() -> None:
     """List all keys; of none is kept what it was."""
-    from api.database.keys import all_keys
-    from api.database.migrate import upgrade
+    from api.store.keys import all_keys
+    from api.store.migrate import upgrade
     from cli.terminal import plain_table, terminal
 
     with connected() as engine:
@@ -93,8 +93,8 @@ def revoke(
     key_id: Annotated[str, typer.Argument(metavar="ID", help="The id of the key, as `planner keys list` has it.")],
 ) -> None:
     """Revoke a key: services refuse it within a second. Its robots and batches stay."""
-    from api.database.keys import revoke_key
-    from api.database.migrate import upgrade
+    from api.store.keys import revoke_key
+    from api.store.migrate import upgrade
 
     with connected() as engine:
         upgrade(engine)
@@ -111,7 +111,7 @@ def _audit(action: str, key_id: str) -> None:
     """Log what was changed, as the service logs what its clients change."""
     import structlog
 
-    from api.logs import configure_logs
+    from api.base.logs import configure_logs
 
     configure_logs("info")
     structlog.get_logger().info("audit", action=action, subject=key_id, client="command line")

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import orjson
 from pydantic import ValidationError
 
-from api.answers.views import report
-from api.content.digests import request_hash
-from api.conversion.problems import to_backend, to_planning_problem
-from api.errors import invalid, invalid_request
-from api.schemas.requests import PlanRequest
+from api.base.errors import invalid, invalid_request
+from api.contract.requests import PlanRequest
+from api.store.contents.digests import request_hash
+from api.work.answers.views import report
+from api.work.conversion.problems import to_backend, to_planning_problem
 from planner.export import FORMATS, ExportOptions, Format
 from planner.planning import plan
 from planner.robots import Robot, load_robot

@@ -12,7 +12,7 @@ import typer
 from cli.shared import read, refusals, robot_named, write
 
 if TYPE_CHECKING:
-    from api.schemas.requests import PlanRequest
+    from api.contract.requests import PlanRequest
     from planner.plans.result import Plan
     from planner.plots.picture import Picture
     from planner.robots import Robot

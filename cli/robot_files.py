@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import orjson
 from pydantic import TypeAdapter, ValidationError
 
-from api.content.digests import canonical
-from api.conversion.problems import to_robot
-from api.errors import invalid, invalid_request
-from api.schemas.robots import RobotDefinition, RobotModel, UrdfModel
-from api.tasks.robots import without_name
+from api.base.errors import invalid, invalid_request
+from api.contract.robots import RobotDefinition, RobotModel, UrdfModel
+from api.store.contents.digests import canonical
+from api.work.conversion.problems import to_robot
+from api.work.tasks.robots import without_name
 from planner.robots import load_robot
 
 if TYPE_CHECKING:

@@ -53,8 +53,8 @@ def refusals() -> Iterator[None]:
     """Show the problem where there is one, and end with status 1."""
     import orjson
 
-    from api.errors import ServiceError
-    from api.problem_documents import problem_document
+    from api.base.errors import ServiceError
+    from api.base.problem_documents import problem_document
     from cli.terminal import problem_panel, terminal
     from planner.errors import PlanningError
 

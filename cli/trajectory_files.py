@@ -9,8 +9,8 @@ from typing import Any
 import orjson
 from pydantic import ValidationError
 
-from api.errors import invalid, invalid_request
-from api.schemas.requests import ValidateRequest
+from api.base.errors import invalid, invalid_request
+from api.contract.requests import ValidateRequest
 
 CHECKED_COLUMNS = ("position", "velocity", "acceleration")
 """The quantities of a CSV file that are checked; others may stand beside them."""

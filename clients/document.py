@@ -8,10 +8,10 @@ from typing import Any
 
 import orjson
 
+from api.base.settings import Settings
 from api.http.openapi import completed, described_by_fastapi, schema_names
 from api.http.routers import ROUTERS
-from api.settings import Settings
-from api.tasks.openapi import formats_of_plans, forms_of_answers, schemas_named
+from api.work.tasks.openapi import formats_of_plans, forms_of_answers, schemas_named
 
 
 @cache

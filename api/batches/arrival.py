@@ -12,24 +12,24 @@ import pickle
 import time
 from typing import TYPE_CHECKING, NamedTuple
 
-from api.batches.items import READ_ITEMS
-from api.database.batches import BatchBounds, append_items, begin_batch, discard_batches, open_batch
-from api.database.claims import beat
-from api.errors import Conflict, InternalError, PayloadTooLarge, TooManyBatches, invalid
+from api.base.errors import Conflict, InternalError, PayloadTooLarge, TooManyBatches, invalid
 from api.pool.costs import Kind
 from api.pool.messages import Task
+from api.store.batches import BatchBounds, append_items, begin_batch, discard_batches, open_batch
+from api.store.claims import beat
+from api.store.items import READ_ITEMS
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
     from sqlalchemy import Connection
 
-    from api.access.access import Client
-    from api.access.quota import Quota
-    from api.database.batches import Arrival
+    from api.base.byte_budget import Share
+    from api.http.access.access import Client
+    from api.http.access.quota import Quota
+    from api.http.service import Service
     from api.pool.messages import Reply
-    from api.server.service import Service
-    from api.server.traffic import Share
+    from api.store.batches import Arrival
 
 PIECE = 2**20
 """The bytes of lines that a worker gets at once: some thousand requests, a tenth of a second of its time."""

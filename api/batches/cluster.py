@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import structlog
 
+from api.base.failures import where_from
+from api.base.version import service_version
 from api.batches.planners import ChunkSize
-from api.failures import where_from
-from api.version import service_version
 
 if TYPE_CHECKING:
     from api.batches.planners import Chunk

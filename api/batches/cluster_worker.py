@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 import structlog
 from distributed import Worker, WorkerPlugin, get_worker
 
+from api.base.version import service_version
 from api.batches.planners import PoolPlanners
 from api.pool.pool import WorkerPool
-from api.version import service_version
 
 if TYPE_CHECKING:
+    from api.base.settings import Settings
     from api.batches.planners import Chunk
     from api.pool.messages import Reply
-    from api.settings import Settings
 
 REJOINING = 1.0
 """The time before a worker whose scheduler is gone joins again, s."""

@@ -12,22 +12,22 @@ from typing import TYPE_CHECKING
 
 import structlog
 
-from api.batches.items import PLANNED, compressed
+from api.base.errors import DatabaseUnavailable, InternalError
+from api.base.failures import where_from
+from api.base.problem_documents import MEDIA_TYPE, problem_document
 from api.batches.planners import Chunk, seconds_of
-from api.database import claims
-from api.database.batches import clean_up
-from api.database.claims import Claimed, Outcome
-from api.errors import DatabaseUnavailable, InternalError
-from api.failures import where_from
 from api.pool.messages import Reply
-from api.problem_documents import MEDIA_TYPE, problem_document
+from api.store import claims
+from api.store.batches import clean_up
+from api.store.claims import Claimed, Outcome
+from api.store.items import PLANNED, compressed
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
+    from api.base.settings import Settings
     from api.batches.planners import Planners
-    from api.database.database import Database
-    from api.settings import Settings
+    from api.store.database import Database
     from api.telemetry.metrics import Metrics
 
 BEAT = 0.5

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sqlalchemy.exc import NoResultFound
 
-from api.batches.items import PLANNED
+from api.base.errors import UnknownBatch
 from api.batches.status import described, range_of_durations
-from api.database import batches
-from api.errors import UnknownBatch
+from api.store import batches
+from api.store.items import PLANNED
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-    from api.database.batches import BatchRecord, Outcomes
-    from api.database.database import Database
+    from api.store.batches import BatchRecord, Outcomes
+    from api.store.database import Database
 
 LOOK = 0.5
 """The time between two looks at a batch for those who follow it, s: as often as the engine writes what it has done."""

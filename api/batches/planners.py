@@ -6,18 +6,18 @@ import math
 import time
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from api.batches.items import CHUNK_SECONDS, PLAN_ITEMS
-from api.errors import DeadlineExceeded, InternalError, MemoryExceeded
+from api.base.errors import DeadlineExceeded, InternalError, MemoryExceeded
+from api.base.problem_documents import MEDIA_TYPE, problem_document
 from api.pool.costs import Kind
 from api.pool.messages import Reply, Task
-from api.problem_documents import MEDIA_TYPE, problem_document
+from api.store.items import CHUNK_SECONDS, PLAN_ITEMS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from api.database.claims import Claimed
+    from api.base.settings import Settings
     from api.pool.pool import WorkerPool
-    from api.settings import Settings
+    from api.store.claims import Claimed
 
 
 MOST_CHUNKED = 20

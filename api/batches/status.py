@@ -5,13 +5,13 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from api.batches.items import PLANNED
+from api.store.items import PLANNED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from api.database.batch_reports import ReportFigures
-    from api.database.batches import BatchRecord, Outcomes
+    from api.store.batch_reports import ReportFigures
+    from api.store.batches import BatchRecord, Outcomes
 
 
 def described(

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
-from api.errors import DeadlineExceeded, InternalError, MemoryExceeded
+from api.base.errors import DeadlineExceeded, InternalError, MemoryExceeded
+from api.base.problem_documents import MEDIA_TYPE, problem_document
+from api.contract.comparisons import ComparedBackend
+from api.contract.requests import MOST_BACKENDS
 from api.http.dependencies import Body, service_of
 from api.http.running import respond, run
+from api.http.transport.answer import Answer
 from api.pool.messages import Reply
-from api.problem_documents import MEDIA_TYPE, problem_document
-from api.schemas.comparisons import ComparedBackend
-from api.schemas.requests import MOST_BACKENDS
-from api.server.traffic import Answer
 
 if TYPE_CHECKING:
     from fastapi import Request, Response

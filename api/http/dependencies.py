@@ -11,20 +11,20 @@ from fastapi import Depends, Header, Path, Query, Request, Security
 from fastapi.security import HTTPBearer, SecurityScopes
 from pydantic.json_schema import SkipJsonSchema
 
-from api.access.access import Client
-from api.database.named_contents import ROBOTS, SCENES
-from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
-from api.pages import MOST_ENTRIES
+from api.base.errors import PayloadTooLarge, UnsupportedMediaType, invalid
+from api.base.pages import MOST_ENTRIES
+from api.base.size import has_too_many_rows, parse_json
+from api.contract.parts.common import DEFAULT_DEADLINE
+from api.http.access.access import Client
 from api.pool.jobs import queue_is_full
-from api.schemas.common import DEFAULT_DEADLINE
-from api.size import has_too_many_rows, parse_json
+from api.store.named_contents import ROBOTS, SCENES
 
 if TYPE_CHECKING:
     from fastapi.params import Security as Dependency
 
-    from api.access.access import Access
-    from api.access.keys import Scope
-    from api.server.service import Service
+    from api.base.api_keys import Scope
+    from api.http.access.access import Access
+    from api.http.service import Service
 
 
 def service_of(request: Request) -> Service:

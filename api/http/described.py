@@ -5,8 +5,8 @@ from __future__ import annotations
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
-from api.errors import STATUS_OF_CODE
-from api.problem_documents import MEDIA_TYPE
+from api.base.errors import STATUS_OF_CODE
+from api.base.problem_documents import MEDIA_TYPE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import orjson
 from fastapi.openapi.utils import get_openapi
 
+from api.base.version import service_version
+from api.contract.examples.request_examples import request_examples
 from api.http.described import JSON
 from api.http.running import respond, run
-from api.request_examples import request_examples
-from api.server.traffic import Answer
-from api.version import service_version
+from api.http.transport.answer import Answer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -136,7 +136,7 @@ def examples() -> dict[str, Any]:
     Returns:
         `answers`, by operation, status and name, where a name is that of the request; and `problems`, by code.
     """
-    read: dict[str, Any] = orjson.loads(files("api").joinpath("openapi_examples.json").read_bytes())
+    read: dict[str, Any] = orjson.loads(files("api.contract.examples").joinpath("openapi_examples.json").read_bytes())
     return read
 
 

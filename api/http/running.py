@@ -13,10 +13,10 @@ from fastapi import Response
 from starlette.requests import ClientDisconnect
 
 from api.http.dependencies import Body, client, service_of
+from api.http.transport.answer import Answer
+from api.http.transport.shedding import leave_place
 from api.pool.costs import kind_of
 from api.pool.messages import Reply, Task
-from api.server.shedding import leave_place
-from api.server.traffic import Answer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine

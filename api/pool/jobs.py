@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from api.errors import Overloaded
+from api.base.errors import Overloaded
 from api.pool.costs import UNKNOWN
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import structlog
 
-from api.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overloaded, what_to_do
+from api.base.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overloaded, what_to_do
 from api.pool.costs import Costs
 from api.pool.jobs import Job, JobQueue
 from api.pool.messages import Caps
@@ -20,9 +20,9 @@ from api.pool.worker import Worker, start_template, stop_template
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from api.base.settings import Settings
     from api.pool.costs import Kind
     from api.pool.messages import Reply, Task
-    from api.settings import Settings
 
 NO_MEMORY_FOR_A_LIBRARY = 127
 """The exit code of a process whose C library finds no memory for the thread-local data of a library that it loads."""

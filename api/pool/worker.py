@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing import forkserver, resource_tracker
 from typing import TYPE_CHECKING
 
-from api.errors import Overloaded
+from api.base.errors import Overloaded
 from api.pool.memory import KEEPING
 from api.pool.messages import HEADER, pack, unpack
 from api.pool.worker_process import work
@@ -41,7 +41,7 @@ PROCESSES = ThreadPoolExecutor(1, "processes")
 def start_template() -> None:
     """Start the process that workers are forked from; it gets warm while this process goes on."""
     os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1") | KEEPING)  # it inherits them
-    multiprocessing.set_forkserver_preload(["api.workers.template"])
+    multiprocessing.set_forkserver_preload(["api.work.template"])
     with _signals_of_the_server_blocked():
         forkserver.ensure_running()
 

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 def work(channel: socket, caps: Caps) -> None:
     """Be a worker: set its limits and say with None that it is ready, then answer tasks until the server is no more."""
-    from api.logs import configure_logs
+    from api.base.logs import configure_logs
     from api.pool.memory import Memory
-    from api.workers.execution import execute
+    from api.work.execution import execute
 
     os.nice(caps.niceness)
     limit = caps.memory_mib * 1024 * 1024

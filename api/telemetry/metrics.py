@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
     from prometheus_client import Metric
 
+    from api.base.byte_budget import Traffic
     from api.pool.messages import PlanFigures
     from api.pool.pool import WorkerPool
-    from api.server.traffic import Traffic
 
 MEDIA_TYPE = CONTENT_TYPE_PLAIN_0_0_4
 """The media type of the answer: Prometheus' text format."""

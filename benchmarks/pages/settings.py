@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from api.settings import Settings
+from api.base.settings import Settings
 
 HEADER = """\
 # Settings
 
-Made by `python -m benchmarks.pages.settings > docs/settings.md` from `api/settings.py`; the tests make it again.
+Made by `python -m benchmarks.pages.settings > docs/settings.md` from `api/base/settings.py`; the tests make it again.
 
 Every setting is an environment variable. [Deployment](deployment.md) says what they are for.
 

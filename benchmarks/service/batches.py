@@ -105,8 +105,8 @@ def _requests(items: int) -> list[dict[str, Any]]:
 
 def _bare_loop(requests: list[dict[str, Any]]) -> float:
     """Time of a plan by the library alone, s."""
-    from api.conversion.problems import to_backend, to_planning_problem
-    from api.schemas.requests import PlanRequest
+    from api.contract.requests import PlanRequest
+    from api.work.conversion.problems import to_backend, to_planning_problem
     from planner.planning import plan
     from planner.robots import load_robot
 

@@ -13,8 +13,8 @@ from typing import Any
 import orjson
 import psutil
 
-from api.conversion.problems import to_backend, to_planning_problem
-from api.schemas.requests import PlanRequest
+from api.contract.requests import PlanRequest
+from api.work.conversion.problems import to_backend, to_planning_problem
 from benchmarks.machine import machine
 from benchmarks.service.clients import Connection
 from benchmarks.service.processes import workers_of

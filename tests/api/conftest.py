@@ -104,7 +104,7 @@ def running_service(log: Path, **settings: Any) -> Iterator[RunningService]:
     settings = {**SETTINGS, **settings, "port": port}
     environment = {**os.environ, **{f"PLANNER_{name.upper()}": str(value) for name, value in settings.items()}}
     with log.open("wb") as stderr:
-        process = subprocess.Popen([sys.executable, "-m", "api.server"], cwd=ROOT, env=environment, stderr=stderr)
+        process = subprocess.Popen([sys.executable, "-m", "api"], cwd=ROOT, env=environment, stderr=stderr)
     with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=60.0, trust_env=False) as client:
         service = RunningService(process, client, log)
         try:

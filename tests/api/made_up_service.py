@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 import httpx
 import uvicorn
 
+from api.app import create_app
+from api.base.settings import Settings
 from api.pool.messages import Caps, Reply, Task
-from api.server.app import create_app
-from api.settings import Settings
-from api.workers.execution import execute
+from api.work.execution import execute
 from tests.api.conftest import wait_until
 
 if TYPE_CHECKING:

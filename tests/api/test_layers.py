@@ -69,7 +69,7 @@ def test_the_service_knows_no_command_line() -> None:
 def test_only_the_server_knows_the_web_framework() -> None:
     know_it = {module for module in FILES if any(name.split(".")[0] in WEB for name in imports(module))}
     assert know_it
-    assert not know_it & needed("api.pool.worker_process", "api.workers.execution")
+    assert not know_it & needed("api.pool.worker_process", "api.work.execution")
 
 
 def loaded(code: str) -> set[str]:
@@ -81,9 +81,7 @@ def loaded(code: str) -> set[str]:
 
 def test_the_server_loads_no_robotics() -> None:
     """Not by its imports, and not by making the application with all its routes."""
-    modules = loaded(
-        "import api.server.process, api.server.app\nassert api.server.app.create_app(pool=object()).routes"
-    )
+    modules = loaded("import api.process, api.app\nassert api.app.create_app(pool=object()).routes")
     assert not modules & set(ROBOTICS)
     assert {name for name in modules if name.split(".")[0] == "planner"} <= {
         "planner",
@@ -94,7 +92,7 @@ def test_the_server_loads_no_robotics() -> None:
 
 
 def test_a_worker_loads_no_web_framework_and_no_database() -> None:
-    modules = loaded("import api.workers.execution\nfrom api.tasks.work import TASKS\nassert TASKS")
+    modules = loaded("import api.work.execution\nfrom api.work.tasks.work import TASKS\nassert TASKS")
     assert not modules & {*WEB, "sqlalchemy"}
     assert "planner.export" in modules
 

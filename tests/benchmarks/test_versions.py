@@ -37,7 +37,7 @@ def test_another_version_is_told_from_this_one(tmp_path: Path, monkeypatch: pyte
     forward.write_text(
         forward.read_text().replace("Pose(placement.translation.copy()", "Pose(placement.translation + 1")
     )
-    bounds = tmp_path / "api/schemas/requests.py"
+    bounds = tmp_path / "api/contract/requests.py"
     ten = "list[Waypoint], Field(min_length=1, max_length=9)"
     bounds.write_text(bounds.read_text().replace("list[Waypoint], Field(min_length=1)", ten))
     wanted = [f"one pose, {ARM}", f"cubic, 3 joint waypoints, stop, no torques, {ARM}"]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from typer.testing import CliRunner
 
-from api.schemas.requests import PlanRequest
+from api.contract.requests import PlanRequest
 from cli import app
 from cli.local_plan import plan_request as plan_here
 from tests.api.conftest import RunningService, wait_until

@@ -32,14 +32,14 @@ def test_the_worked_example_adds_an_operation(tmp_path: Path) -> None:
         ignored = shutil.ignore_patterns("built_page", "__pycache__")
         shutil.copytree(ROOT / package, tmp_path / package, ignore=ignored)
     apply_diff(diff, tmp_path)
-    examples = tmp_path / "api" / "request_examples.json"
+    examples = tmp_path / "api/contract/examples/request_examples.json"
     bodies = json.loads(examples.read_text())
     examples.write_text(json.dumps(bodies | {"gravity": bodies["inverse_dynamics"]}))
     program = """
 import json, math
 from api.pool.messages import Caps, Task
-from api.request_examples import request_examples
-from api.workers.execution import execute
+from api.contract.examples.request_examples import request_examples
+from api.work.execution import execute
 from clients.document import openapi_document
 
 operation = openapi_document(1000)["paths"]["/v1/dynamics/gravity"]["post"]

@@ -10,9 +10,9 @@ import pytest
 import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
+from api.base.byte_budget import Traffic
+from api.base.settings import Settings
 from api.pool.messages import PlanFigures
-from api.server.traffic import Traffic
-from api.settings import Settings
 from api.telemetry.metrics import Metrics
 from tests.api.made_up_service import WorkersInTheProcess
 from tests.api.operations import OPERATIONS

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import pytest
 from pydantic import TypeAdapter
 
-from api.content.mesh_archive import MeshArchive
-from api.conversion.kept_meshes import keep_meshes
-from api.conversion.problems import to_robot
-from api.schemas.robots import Changes, DerivedModel, RobotDefinition, UrdfModel
+from api.contract.robots import Changes, DerivedModel, RobotDefinition, UrdfModel
+from api.store.contents.mesh_archive import MeshArchive
+from api.work.conversion.kept_meshes import keep_meshes
+from api.work.conversion.problems import to_robot
 from cli.local_plan import plan_request, read_request
 from cli.local_service import local_service
 from planner.errors import Collision

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from api.settings import Settings
+from api.base.settings import Settings
 from benchmarks.pages.settings import document
 from tests.locations import ROOT
 

@@ -29,7 +29,6 @@ MOST_FILES = 14
 LARGER_FOLDERS = {
     "planner/certificate": "a module for each kind of check",
     "planner/tool_motions": "a module for each kind of path, and for each way in which the joints follow it",
-    "api/schemas": "a module for each subject of requests and answers",
 }
 """Folders with more modules, and why."""
 

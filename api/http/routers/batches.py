@@ -14,30 +14,30 @@ from pydantic.json_schema import SkipJsonSchema
 from sqlalchemy.exc import NoResultFound
 from starlette.responses import StreamingResponse
 
-from api.access.access import audit
+from api.base.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
+from api.base.pages import DEFAULT_ENTRIES
 from api.batches.archive import zipped
 from api.batches.arrival import Body, Refused, take_in
-from api.batches.items import RENDER_RESULTS, REPORT, Result
 from api.batches.looks import FORGOTTEN, LOOK
 from api.batches.status import finished, listed, tabulated
-from api.database import batches, claims
-from api.database.batch_reports import report_figures, shown_results
-from api.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
+from api.contract import batches as schemas
+from api.http.access.access import audit
 from api.http.dependencies import BatchId, Cursor, FormOfPlans, Limit, client, is_json, media_type_of, needs, service_of
 from api.http.described import BODY_CODES, DATABASE_CODES, returns, takes
 from api.http.router import Router
 from api.http.running import respond, run
-from api.pages import DEFAULT_ENTRIES
 from api.pool.costs import Kind
 from api.pool.messages import Task
-from api.schemas import batches as schemas
+from api.store import batches, claims
+from api.store.batch_reports import report_figures, shown_results
+from api.store.items import RENDER_RESULTS, REPORT, Result
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping, Sequence
 
-    from api.database.batches import BatchRecord
+    from api.http.service import Service
     from api.pool.messages import Reply
-    from api.server.service import Service
+    from api.store.batches import BatchRecord
 
 router = Router(tags=["batches"])
 

@@ -2,11 +2,11 @@
 
 from fastapi import Request, Response
 
+from api.contract import collisions as schemas
 from api.http.dependencies import PlannedBody, needs
 from api.http.described import BODY_CODES, returns, takes
 from api.http.router import Router
 from api.http.running import respond, run
-from api.schemas import collisions as schemas
 
 router = Router(tags=["collisions"])
 

@@ -2,11 +2,11 @@
 
 from fastapi import Request, Response
 
+from api.contract import kinematics as schemas
 from api.http.dependencies import Form, PlannedBody, needs
 from api.http.described import BODY_CODES, returns, takes
 from api.http.router import Router
 from api.http.running import respond, run
-from api.schemas import kinematics as schemas
 
 router = Router(tags=["kinematics"])
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import structlog
 from fastapi import Request, Response
 
-from api.answers import policies
-from api.errors import NotFound
+from api.base import content_policies as policies
+from api.base.errors import NotFound
 from api.http.router import Router
 
 if TYPE_CHECKING:

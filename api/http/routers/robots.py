@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 
 from fastapi import Request, Response
 
-from api.access.access import audit
-from api.database.named_contents import FOR_ALL, ROBOTS, Bounds
-from api.errors import RobotExists, RobotOfAnother, TooManyRobots
+from api.base.errors import RobotExists, RobotOfAnother, TooManyRobots
+from api.base.pages import DEFAULT_ENTRIES, first_page
+from api.contract import robots as schemas
+from api.contract.robot_geometry import RobotGeometry
+from api.http.access.access import audit
 from api.http.dependencies import Cursor, Form, Limit, PlannedBody, RobotId, client, needs, service_of
 from api.http.described import BODY_CODES, DATABASE_CODES, NOT_MODIFIED, returns, takes
 from api.http.router import Router
 from api.http.running import is_known, not_modified, respond, run
-from api.pages import DEFAULT_ENTRIES, first_page
-from api.schemas import robots as schemas
-from api.schemas.robot_geometry import RobotGeometry
-from api.server.traffic import Answer
+from api.http.transport.answer import Answer
+from api.store.named_contents import FOR_ALL, ROBOTS, Bounds
 
 if TYPE_CHECKING:
-    from api.settings import Settings
+    from api.base.settings import Settings
 
 router = Router(tags=["robots"])
 

@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 import orjson
 from fastapi import Request, Response
 
-from api.access.access import audit
-from api.database.named_contents import FOR_ALL, SCENES, Bounds
-from api.errors import Conflict, PayloadTooLarge, SceneExists, SceneOfAnother, TooManyScenes, UnknownScene
+from api.base.errors import Conflict, PayloadTooLarge, SceneExists, SceneOfAnother, TooManyScenes, UnknownScene
+from api.base.pages import DEFAULT_ENTRIES, first_page
+from api.contract import stored_scenes as schemas
+from api.http.access.access import audit
 from api.http.dependencies import Cursor, Limit, PlannedBody, SceneId, client, needs, service_of
 from api.http.described import BODY_CODES, DATABASE_CODES, NOT_MODIFIED, returns, takes
 from api.http.router import Router
 from api.http.running import is_known, not_modified, respond, run
-from api.pages import DEFAULT_ENTRIES, first_page
-from api.schemas import stored_scenes as schemas
-from api.server.traffic import Answer
+from api.http.transport.answer import Answer
+from api.store.named_contents import FOR_ALL, SCENES, Bounds
 
 if TYPE_CHECKING:
-    from api.content.scenes import SceneContent
-    from api.settings import Settings
+    from api.base.settings import Settings
+    from api.store.contents.scenes import SceneContent
 
 
 router = Router(tags=["scenes"])

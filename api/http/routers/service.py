@@ -12,18 +12,18 @@ import orjson
 from fastapi import Request, Response
 from fastapi.openapi.docs import get_swagger_ui_html
 
-from api.answers.policies import DOCUMENTATION
-from api.database.batches import left_to_plan
-from api.errors import NotFound
+from api.base.content_policies import DOCUMENTATION
+from api.base.errors import NotFound
+from api.base.settings import Settings
+from api.contract import service
+from api.contract.parts.common import DEFAULT_DEADLINE
+from api.contract.service import ServiceLimits
 from api.http.dependencies import needs, service_of
 from api.http.described import returns
 from api.http.openapi import document_of
 from api.http.router import Router
-from api.schemas import service
-from api.schemas.common import DEFAULT_DEADLINE
-from api.schemas.service import ServiceLimits
-from api.server.shedding import ALIVE
-from api.settings import Settings
+from api.http.transport.shedding import ALIVE
+from api.store.batches import left_to_plan
 from api.telemetry.metrics import MEDIA_TYPE
 
 router = Router(tags=["service"])

@@ -4,14 +4,14 @@ from typing import Annotated
 
 from fastapi import Query, Request, Response
 
+from api.contract import answers, requests
+from api.contract import trajectory_operations as operations
+from api.contract.comparisons import ComparisonAnswer
 from api.http.comparison import compare
 from api.http.dependencies import Form, PlannedBody, needs
 from api.http.described import BODY_CODES, NOT_MODIFIED, WORKER_CODES, returns, takes
 from api.http.router import Router
 from api.http.running import respond, run
-from api.schemas import answers, requests
-from api.schemas import trajectory_operations as operations
-from api.schemas.comparisons import ComparisonAnswer
 
 router = Router(tags=["trajectories"])
 

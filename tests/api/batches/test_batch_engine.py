@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from sqlalchemy import make_url
 
+from api.base.errors import DatabaseUnavailable, DeadlineExceeded
+from api.base.settings import Settings
 from api.batches import engine as engine_module
 from api.batches.engine import Engine
-from api.batches.items import NewItem
 from api.batches.planners import PoolPlanners
-from api.database.batches import (
+from api.pool.messages import Reply, Task
+from api.store.batches import (
     BatchBounds,
     append_items,
     begin_batch,
@@ -23,13 +25,11 @@ from api.database.batches import (
     find_batch,
     open_batch,
 )
-from api.database.claims import results_behind
-from api.database.database import Database, sqlite_url
-from api.errors import DatabaseUnavailable, DeadlineExceeded
-from api.pool.messages import Reply, Task
-from api.settings import Settings
+from api.store.claims import results_behind
+from api.store.database import Database, sqlite_url
+from api.store.items import NewItem
 from api.telemetry.metrics import Metrics
-from tests.api.database.databases import PostgresServer, postgres
+from tests.api.store.databases import PostgresServer, postgres
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import orjson
 import pytest
 
-from api.batches.items import PLAN_ITEMS, PLANNED, Result, compressed
 from api.pool.messages import Caps, Task
-from api.tasks import batch_reports
-from api.tasks.work import Work
-from api.workers.execution import execute
+from api.store.items import PLAN_ITEMS, PLANNED, Result, compressed
+from api.work.execution import execute
+from api.work.tasks import batch_reports
+from api.work.tasks.work import Work
 from tests.api.conftest import RunningService, wait_until
 from tests.api.requests import dh_robot, joint, plan_request
 from tests.locations import ROOT

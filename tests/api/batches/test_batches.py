@@ -13,7 +13,7 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 
-from api.schemas.batches import Batch, BatchesAnswer, BatchResultsAnswer
+from api.contract.batches import Batch, BatchesAnswer, BatchResultsAnswer
 from tests.api.conftest import RunningService, wait_until
 from tests.api.requests import dh_robot, joint, plan_request
 from tests.locations import ROOT

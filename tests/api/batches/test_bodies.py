@@ -16,14 +16,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from api.base.byte_budget import Traffic
+from api.base.errors import PayloadTooLarge, ServiceError
+from api.base.settings import Settings
 from api.batches.arrival import Body, _pieces
-from api.errors import PayloadTooLarge, ServiceError
 from api.pool.messages import Caps, Task
-from api.server.traffic import Traffic
-from api.settings import Settings
-from api.tasks.batch_bodies import of_document
-from api.tasks.batches import read_items
-from api.tasks.work import Work
+from api.work.tasks.batch_bodies import of_document
+from api.work.tasks.batches import read_items
+from api.work.tasks.work import Work
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

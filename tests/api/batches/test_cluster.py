@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from api.base.settings import Settings
 from api.batches import cluster as cluster_module
 from api.batches.cluster import ClusterPlanners
 from api.batches.cluster_worker import OtherVersion, plan_chunk
 from api.batches.engine import Engine
 from api.batches.planners import Chunk, ChunkSize
-from api.database.claims import Claimed
-from api.database.database import Database
-from api.settings import Settings
+from api.store.claims import Claimed
+from api.store.database import Database
 from api.telemetry.metrics import Metrics
 from tests.api.batches.clusters import Cluster, running_cluster
 from tests.api.batches.long_batches import ITEMS, finished, requests, results, sent, undisturbed

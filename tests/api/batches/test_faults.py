@@ -9,7 +9,7 @@ import pytest
 
 from tests.api.batches.long_batches import ITEMS, finished, requests, results, sent, undisturbed, wait_for
 from tests.api.conftest import running_service
-from tests.api.database.databases import PostgresServer, postgres
+from tests.api.store.databases import PostgresServer, postgres
 
 if TYPE_CHECKING:
     from pathlib import Path

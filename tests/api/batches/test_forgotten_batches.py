@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from fastapi import Request
 
-from api.access.access import Client
-from api.batches.items import PLANNED, NewItem
+from api.base.errors import UnknownBatch
 from api.batches.looks import Looks
-from api.content.robots import RobotContent
-from api.database import batches, claims
-from api.database.batches import (
+from api.http.access.access import Client
+from api.http.routers.batches import get_batch, get_batch_report, get_batch_results
+from api.store import batches, claims
+from api.store.batches import (
     Arrival,
     BatchBounds,
     append_items,
@@ -23,11 +23,11 @@ from api.database.batches import (
     discard_batches,
     open_batch,
 )
-from api.database.claims import Outcome, settle
-from api.database.database import Database, sqlite_url
-from api.database.named_contents import ROBOTS, Bounds
-from api.errors import UnknownBatch
-from api.http.routers.batches import get_batch, get_batch_report, get_batch_results
+from api.store.claims import Outcome, settle
+from api.store.contents.robots import RobotContent
+from api.store.database import Database, sqlite_url
+from api.store.items import PLANNED, NewItem
+from api.store.named_contents import ROBOTS, Bounds
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from api.base.errors import DatabaseUnavailable, UnknownBatch
 from api.batches import looks as looks_module
 from api.batches.looks import Looks
-from api.database.batches import BatchRecord, Outcomes, find_batch
-from api.errors import DatabaseUnavailable, UnknownBatch
+from api.store.batches import BatchRecord, Outcomes, find_batch
 
 FOLLOWERS = 60
 RUNNING = BatchRecord(1, "b", "running", 4, 0.0, None, None, None)

@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING
 import orjson
 import pytest
 
-from api.batches.items import CHUNK_BYTES, PLAN_ITEMS, compressed
+from api.base.errors import DeadlineExceeded
+from api.base.settings import Settings
 from api.batches.planners import Chunk, PoolPlanners
-from api.database.claims import Claimed
-from api.errors import DeadlineExceeded
 from api.pool.messages import Caps, Reply, Task
-from api.settings import Settings
-from api.workers import execution
-from api.workers.execution import execute
+from api.store.claims import Claimed
+from api.store.items import CHUNK_BYTES, PLAN_ITEMS, compressed
+from api.work import execution
+from api.work.execution import execute
 from tests.api.requests import joint, plan_request
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from api.tasks.work import Work
+    from api.work.tasks.work import Work
 
 
 class MadeUpPool:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from api.conversion.problems import to_backend, to_planning_problem
-from api.schemas.requests import PlanRequest
+from api.contract.requests import PlanRequest
+from api.work.conversion.problems import to_backend, to_planning_problem
 from planner.export import FORMATS, INCLUDABLE, ExportOptions
 from planner.planning import plan
 from planner.plans.saved_plan import OF_THE_PATH, load_plan, save_plan

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from api.schemas.requests import PlanRequest
+from api.contract.requests import PlanRequest
 from tests.api.combinations.covering import Factor
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 
-from api.schemas.requests import PlanRequest
+from api.contract.requests import PlanRequest
 from tests.api.combinations.factors import schema
 
 if TYPE_CHECKING:

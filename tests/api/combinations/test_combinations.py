@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from api.schemas.requests import PlanRequest
+from api.contract.requests import PlanRequest
 from tests.api.combinations.conversations import add_robots, is_planned, pairs, triples
 from tests.api.combinations.covering import Covering, Factor
 from tests.api.combinations.factors import COUNT, factors, refused

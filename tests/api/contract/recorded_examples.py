@@ -20,9 +20,9 @@ import httpx
 import orjson
 import pytest
 
-from api import errors
-from api.problem_documents import problem_document
-from api.request_examples import request_examples
+from api.base import errors
+from api.base.problem_documents import problem_document
+from api.contract.examples.request_examples import request_examples
 from tests.api.conftest import running_service, wait_until
 from tests.api.operations import OPERATIONS
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, pose_waypoint, urdf_robot
@@ -31,7 +31,7 @@ from tests.locations import ROOT
 if TYPE_CHECKING:
     from tests.api.conftest import RunningService
 
-FILE = ROOT / "api" / "openapi_examples.json"
+FILE = ROOT / "api/contract/examples/openapi_examples.json"
 PLAN, ROBOTS, BATCHES, SCENES = "/v1/trajectories", "/v1/robots", "/v1/batches", "/v1/scenes"
 QUERIES = {"list_robots": {"limit": 2}, "list_batches": {"limit": 2}, "export_trajectory": {"format": "csv"}}
 QUERIES["download_batch_results"] = {"format": "csv"}

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from pydantic import TypeAdapter
 
-from api.errors import STATUS_OF_CODE
+from api.base.errors import STATUS_OF_CODE
+from api.contract.parts.problem_documents import ProblemDocument
 from api.http.openapi import examples
-from api.schemas.problem_documents import ProblemDocument
 from tests.api.contract import recorded_examples
 from tests.api.contract.recorded_examples import differences
 from tests.api.operations import OPERATIONS

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from api.answers.views import VIEWS
+from api.work.answers.views import VIEWS
 from planner.export import FORMATS
 
 if TYPE_CHECKING:

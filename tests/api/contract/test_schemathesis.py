@@ -12,7 +12,7 @@ from hypothesis.errors import FlakyStrategyDefinition
 from schemathesis.checks import CHECKS
 from schemathesis.config import SchemathesisConfig
 
-from api.schemas.common import LARGEST
+from api.contract.parts.common import LARGEST
 from tests.api.conftest import running_service
 from tests.api.operations import OPERATIONS, Operation
 from tests.sizes import HTTP

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from api.contract.parts.backends import backend_schemas
 from api.pool.costs import (
     BACKENDS,
     CHEAP,
@@ -18,7 +19,6 @@ from api.pool.costs import (
     Kind,
     kind_of,
 )
-from api.schemas.backends import backend_schemas
 
 KIND = Kind(("plan", "cubic"), 2)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from api.errors import Overloaded
+from api.base.errors import Overloaded
 from api.pool.costs import Cost, Kind
 from api.pool.jobs import Job, JobQueue
 from api.pool.messages import Task

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from api.errors import DeadlineExceeded, InternalError, Overloaded
+from api.base.errors import DeadlineExceeded, InternalError, Overloaded
+from api.base.settings import Settings
 from api.pool import jobs as jobs_module
 from api.pool import pool as pool_module
 from api.pool.costs import Kind
 from api.pool.messages import Reply, Task
 from api.pool.pool import WorkerPool
-from api.settings import Settings
 from tests.api.pool.made_up_workers import MadeUpWorker
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ def test_a_worker_has_loaded_every_solver_before_its_first_request() -> None:
 import sys
 
 import pytest
-from api.workers.execution import warm_up
+from api.work.execution import warm_up
 from api.pool.messages import Caps
 warm_up(Caps(max_deadline=60.0, max_waypoints=100, max_samples=1000, memory_mib=1024))
 print(*sorted(sys.modules))

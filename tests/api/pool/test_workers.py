@@ -15,10 +15,10 @@ import psutil
 import pytest
 from pydantic import ValidationError
 
+from api.base.settings import Settings
 from api.pool.messages import Caps, Reply, Task
-from api.settings import Settings
-from api.tasks.work import TASKS
-from api.workers.execution import execute, wants_memory
+from api.work.execution import execute, wants_memory
+from api.work.tasks.work import TASKS
 from planner.errors import UnreachableWaypoint
 from tests.api.conftest import wait_until
 from tests.api.requests import dh_robot, plan_request
@@ -26,7 +26,7 @@ from tests.api.requests import dh_robot, plan_request
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from api.tasks.work import Work
+    from api.work.tasks.work import Work
     from tests.api.conftest import RunningService
 
 PLAN, INVERSE = "/v1/trajectories", "/v1/kinematics/inverse"

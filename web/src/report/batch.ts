@@ -1,4 +1,4 @@
-// What the report of a batch holds (api/tasks/batch_reports.py), and how its figures are written.
+// What the report of a batch holds (api/work/tasks/batch_reports.py), and how its figures are written.
 import { signal } from '@preact/signals';
 import { short } from '../plan/units';
 import type { Bars } from '../panels/Histogram';

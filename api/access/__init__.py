@@ -1,1 +1,0 @@
-"""Who may use the service: API keys, what each may do, and how much."""

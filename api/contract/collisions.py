@@ -1,0 +1,66 @@
+"""Bodies and answers of the collision check."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from api.contract.parts.common import DEFAULT_DEADLINE, Answer, Deadline, FrameName, Pose, RobotId
+from api.contract.parts.scenes import (  # noqa: TC001 - pydantic evaluates the annotations
+    ClearancesAnswer,
+    CollisionAnswer,
+    SceneOrId,
+    SpeedZoneAnswer,
+    SpeedZones,
+)
+from api.contract.requests import GivenTrajectory, Rows
+
+
+class CollisionCheckRequest(GivenTrajectory):
+    """Postures, or a trajectory of any origin, to hold against a scene and against themselves."""
+
+    robot: RobotId
+    """The id of a robot, as GET /v1/robots lists them."""
+    scene: SceneOrId | None = None
+    """What is around it; omitted: nothing."""
+    self_collision: bool | None = None
+    """Whether the arm is checked against itself; omitted: unless its shapes are capsules along its
+    kinematics."""
+    positions: Annotated[Rows, Field(max_length=10_000)] | None = None
+    """Postures, shape (postures, joints), rad or m; each is looked at by itself. In place of a trajectory."""
+    speed_zones: SpeedZones = Field(default_factory=list)
+    """The speeds that no point of the robot may exceed near objects of the `scene`; only beside a trajectory."""
+    tolerance: Annotated[float, Field(ge=2e-4, le=0.1)] = 1e-3
+    """How far apart the two bounds of a clearance may be, m."""
+    tool: Pose | None = None
+    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
+    """Frames by name, each with its pose in the world (m), for the objects."""
+    mounting: Pose | None = None
+    """The pose of the base in the world (m); omitted: the robot's own."""
+    deadline: Deadline = DEFAULT_DEADLINE
+    """The time after which the service gives up, s from the arrival of the request."""
+
+
+class CollisionResult(Answer):
+    """What was found of one posture, or of a trajectory."""
+
+    free: bool
+    """Whether every pair is proved to keep its margin."""
+    clearance: ClearancesAnswer | None
+    """How near the robot comes; null: it is not free, or there is nothing to be held against anything."""
+    collision: CollisionAnswer | None
+    """The pair that does not keep its margin; null: it is free."""
+    speed_zones: list[SpeedZoneAnswer] | None = None
+    """How fast the robot is near objects, in each of the zones that were asked, whether it is free or not; missing:
+    none were."""
+
+
+class CollisionCheckAnswer(Answer):
+    """What was found of the postures, or of the trajectory."""
+
+    free: bool
+    """Whether all of them are free."""
+    results: list[CollisionResult]
+    """One a posture in their order, or one for the trajectory."""

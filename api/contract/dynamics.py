@@ -1,0 +1,30 @@
+"""Bodies and answers of the dynamics endpoints."""
+
+from __future__ import annotations
+
+from api.contract.parts.common import DEFAULT_DEADLINE, Answer, Deadline, Payload, RobotId, Schema
+from api.contract.requests import Rows  # noqa: TC001 - pydantic evaluates the annotations
+
+
+class InverseDynamicsRequest(Schema):
+    """States of motion whose torques are asked."""
+
+    robot: RobotId
+    """The id of a robot, as GET /v1/robots lists them."""
+    payload: Payload | None = None
+    """The body that the robot carries; omitted: none."""
+    positions: Rows
+    """The joint positions, shape (states, joints), rad or m."""
+    velocities: Rows | None = None
+    """The joint velocities, shape (states, joints), rad/s or m/s; omitted: zero."""
+    accelerations: Rows | None = None
+    """The joint accelerations, shape (states, joints), rad/s^2 or m/s^2; omitted: zero."""
+    deadline: Deadline = DEFAULT_DEADLINE
+    """The time after which the service gives up, s from the arrival of the request."""
+
+
+class InverseDynamicsAnswer(Answer):
+    """The torques of the states that were asked."""
+
+    torques: list[list[float]]
+    """The torques, shape (states, joints), N m, or N of prismatic joints; gravity and payload are included."""

@@ -1,0 +1,1 @@
+"""Schemas that several requests or answers have in common."""

@@ -1,0 +1,386 @@
+"""Bodies and answers about robots."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+from typing_extensions import TypeAliasType
+
+from api.contract.parts.common import (
+    LARGEST,
+    Answer,
+    FrameName,
+    JointVector,
+    Limit,
+    LimitRange,
+    Number,
+    Pose,
+    Positive,
+    Quaternion,
+    RobotId,
+    Schema,
+    Vector3,
+)
+from api.contract.parts.external_axes import ExternalAxis, JointName  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.problem_documents import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations
+
+
+class Shown(Schema):
+    """Who sees an added robot."""
+
+    visibility: Literal["private", "public"] = "private"
+    """Who sees the robot where API keys are asked for: who sends the key that it was added with (`private`), or
+    everybody (`public`). A key's own robot goes before a public one of the same id."""
+
+
+class UrdfDocument(Schema):
+    """A URDF document, and which of its joints move. Files that it names are not opened."""
+
+    kind: Literal["urdf"]
+    """The kind of model: a URDF document."""
+    urdf: Annotated[str, Field(min_length=1)]
+    """The URDF document, `<robot ...>`. Limits are those of its `limit` elements, with `acceleration`, `deceleration`
+    and `jerk` as URDF 1.2 has them, and the soft limits of its `safety_controller` elements."""
+    srdf: Annotated[str, Field(min_length=1)] | None = None
+    """An SRDF document that goes with it: its groups and its disabled collision pairs are kept, and the states of
+    groups that say where all joints are become `named_positions`."""
+    tip_frame: FrameName | None = None
+    """The link that the poses are about; omitted: the end of the group, or else the tip of the SRDF's chain if it has
+    exactly one, or else the link at the end of the longest chain without the fingers behind it; then a warning among
+    the `findings` (`several_tips`) names the other ends that there are."""
+    base_frame: FrameName | None = None
+    """The link from which on joints move, for a chain from here to `tip_frame`; omitted: the root. Poses are in the
+    root link's frame in any case. Of `base_frame`, `group` and `joints` one at most may be given."""
+    group: FrameName | None = None
+    """The group of the SRDF whose joints move; they have to lie on one chain."""
+    joints: Annotated[list[FrameName], Field(min_length=1, max_length=64)] | None = None
+    """The names of the joints that move, which have to lie on one chain; omitted: all on the way to the tip."""
+    locked: Annotated[dict[FrameName, Number], Field(max_length=256)] = Field(default_factory=dict)
+    """The positions (rad or m), by the names of other joints, at which these are held; omitted: 0, or the limit nearest
+    to it."""
+
+
+class KeptMesh(Schema):
+    """A mesh as the service keeps it."""
+
+    name: str
+    """The name that the URDF has for it."""
+    scale: list[float]
+    """The factors of x, y and z."""
+    pieces: list[str]
+    """The corners of its convex pieces, rows of x, y and z as doubles, little endian, in base64."""
+
+
+class UrdfModel(UrdfDocument):
+    """A URDF robot without a name, as the service keeps it: with the convex pieces of its meshes."""
+
+    meshes: list[KeptMesh] = Field(default_factory=list, exclude_if=lambda meshes: not meshes)
+    """Its meshes that can collide; none: it has none, or they did not come with it."""
+
+
+class UrdfRobot(UrdfDocument, Shown):
+    """A robot as a URDF document, with the files of its meshes. Nothing else that it names is read."""
+
+    id: RobotId
+    """The id that the robot gets."""
+    meshes: Annotated[str, Field(min_length=1, json_schema_extra={"contentEncoding": "base64"})] | None = None
+    """A zip archive, in base64, with the files of the meshes that can collide (STL, OBJ or DAE, 32 MiB unpacked in
+    all); `package://`, `file://` and relative names in the URDF are looked up in it. Omitted: what the meshes are of is
+    estimated by capsules along the kinematics, which the `findings` say."""
+
+
+class DhJoint(Schema):
+    """One row of a Denavit-Hartenberg table."""
+
+    kind: Literal["revolute", "continuous", "prismatic"]
+    """The kind of joint; `continuous` is revolute without position limits."""
+    theta: Number
+    """The angle about z, rad; of a revolute joint: where its zero is."""
+    d: Number
+    """The offset along z, m; of a prismatic joint: where its zero is."""
+    a: Number
+    """The length along x, m."""
+    alpha: Number
+    """The twist about x, rad."""
+    name: JointName | None = None
+    """The name of the joint; omitted: `joint_1`, `joint_2`, ..."""
+    lower: Number | None = None
+    """The lower position limit, rad or m; omitted: none."""
+    upper: Number | None = None
+    """The upper position limit, rad or m; omitted: none."""
+    velocity: Positive | None = None
+    """The velocity limit, rad/s or m/s; omitted: a default, as the answer says."""
+    acceleration: Positive | None = None
+    """The acceleration limit, rad/s^2 or m/s^2; omitted: a default, as the answer says."""
+    jerk: Positive | None = None
+    """The jerk limit, rad/s^3 or m/s^3; omitted: a default, as the answer says."""
+    torque: Positive | None = None
+    """The torque limit, N m or N; omitted: none."""
+    mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
+    """The mass of the link that the joint moves, kg; omitted: unknown."""
+    center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """The center of mass x, y, z of that link, in the frame that this row ends in, m; omitted: its origin."""
+    inertia: Annotated[list[Number], Field(min_length=6, max_length=6)] | None = None
+    """The inertia ixx, ixy, ixz, iyy, iyz, izz about the center of mass, in the axes of that frame, kg m^2; omitted:
+    unknown."""
+
+
+class DhModel(Schema):
+    """A Denavit-Hartenberg table."""
+
+    kind: Literal["dh"]
+    """The kind of model: a Denavit-Hartenberg table."""
+    convention: Literal["standard", "modified"]
+    """What a row stands for: `standard`, Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), or `modified`, Craig's
+    Rot(x, alpha) Trans(x, a) Rot(z, theta) Trans(z, d)."""
+    joints: Annotated[list[DhJoint], Field(min_length=1, max_length=64)]
+    """The rows of the table, from the base to the tip."""
+    base: Pose | None = None
+    """The pose of the table's first frame in the robot's base frame (m); omitted: they are the same."""
+    tip: Pose | None = None
+    """The pose of the flange in the table's last frame (m); omitted: they are the same."""
+
+
+class DhRobot(DhModel, Shown):
+    """A robot as a Denavit-Hartenberg table."""
+
+    id: RobotId | None = None
+    """The id that the robot gets; omitted: one that is made from the content."""
+
+
+class OwnLimits(Schema):
+    """Limits of one joint by the robot's owner; what is omitted stays as it is."""
+
+    lower: Number | None = None
+    """The lower position limit, rad or m."""
+    upper: Number | None = None
+    """The upper position limit, rad or m."""
+    velocity: Limit | None = None
+    """The velocity limit, rad/s or m/s."""
+    acceleration: Limit | None = None
+    """The acceleration limit, rad/s^2 or m/s^2."""
+    jerk: Limit | None = None
+    """The jerk limit, rad/s^3 or m/s^3."""
+    torque: Limit | None = None
+    """The torque limit, N m or N."""
+    velocity_range: LimitRange | None = None
+    """The lower and the upper velocity where they differ, the lower one negative, rad/s or m/s."""
+    acceleration_range: LimitRange | None = None
+    """The lower and the upper acceleration where they differ, rad/s^2 or m/s^2."""
+    torque_range: LimitRange | None = None
+    """The lower and the upper torque where they differ, N m or N."""
+
+
+class Changes(Schema):
+    """What the owner of a robot makes of another one."""
+
+    kind: Literal["derived"]
+    """The kind of model: another robot, with changes."""
+    limits: Annotated[dict[FrameName, OwnLimits], Field(max_length=64)] = Field(default_factory=dict)
+    """The owner's limits by the names of joints. They may be wider than the other robot's only where the provenance of
+    those is `default` or `estimate`, which a warning among the `findings` says. A continuous joint with position limits
+    becomes a revolute one."""
+    group: FrameName | None = None
+    """The name of one of the other robot's `groups`; its other joints are held still. Omitted: all joints move."""
+    locked: Annotated[dict[FrameName, Number], Field(max_length=64)] = Field(default_factory=dict)
+    """The positions (rad or m), by the names of joints, at which these are held: they are no joints of the robot. Where
+    a `group` holds others, these are at 0, or at the limit nearest to it."""
+    tool: Pose | None = None
+    """The pose of the tool centre point in the tip frame (m), for requests that name no tool; omitted: the other
+    robot's."""
+    mounting: Pose | None = None
+    """The pose of the base in the world (m), whose z axis points up: gravity follows it, poses stay in the base frame.
+    Omitted: the other robot's."""
+    named_positions: Annotated[dict[FrameName, JointVector], Field(max_length=64)] = Field(default_factory=dict)
+    """Joint positions by name, one value for each joint that is not locked, rad or m, those of `external_axes` first,
+    beside the other robot's; these have the external axes at 0, or at the limit nearest to it."""
+    external_axes: Annotated[list[ExternalAxis], Field(max_length=8)] = Field(default_factory=list)
+    """Axes in front of the arm that carry its base, from the ground on: a rail, a gantry, a turntable. They are the
+    first joints of the robot, whose base frame is that in which the first axis stands: poses are in it, and its z axis
+    points up unless there is a `mounting`. An axis that carries the workpiece in place of the arm is none of these."""
+    arm_origin: Pose | None = None
+    """The pose of the arm's base in the link that the last of the `external_axes` moves (m); omitted: the same
+    frame."""
+
+
+class DerivedRobot(Changes, Shown):
+    """A robot made from another one, with limits, a tool and a mounting of its owner."""
+
+    id: RobotId
+    """The id that the robot gets."""
+    base: RobotId = Field(alias="from")
+    """The id of the other robot, of the catalogue or added; deleting that one changes nothing here."""
+
+
+class DerivedModel(Changes):
+    """A derived robot without a name, as the service keeps it: with the definition of the other robot."""
+
+    base: RobotId | None = Field(alias="from")
+    """The id of the robot of the catalogue that it is made from; null: an added one."""
+    definition: RobotModel | None
+    """The definition of the added robot that it is made from; null: one of the catalogue."""
+
+
+RobotModel = TypeAliasType(
+    "RobotModel",
+    Annotated[UrdfModel | DhModel | DerivedModel, Field(discriminator="kind", description="A robot without a name.")],
+)
+RobotDefinition = TypeAliasType(
+    "RobotDefinition",
+    Annotated[UrdfRobot | DhRobot | DerivedRobot, Field(discriminator="kind", description="A robot to add.")],
+)
+
+
+class JointDescription(Answer):
+    """One degree of freedom."""
+
+    name: str
+    """The name of the joint."""
+    kind: Literal["revolute", "continuous", "prismatic"]
+    """The kind of joint; `continuous` is revolute without position limits."""
+    lower: float | None
+    """The lower position limit, rad or m; null: none."""
+    upper: float | None
+    """The upper position limit, rad or m; null: none."""
+    velocity: float | None
+    """The velocity limit, rad/s or m/s; null: none."""
+    acceleration: float | None
+    """The acceleration limit, rad/s^2 or m/s^2; null: none."""
+    jerk: float | None
+    """The jerk limit, rad/s^3 or m/s^3; null: none."""
+    torque: float | None
+    """The torque limit, N m or N; null: none."""
+    velocity_range: list[float] | None
+    """The lower and the upper velocity, rad/s or m/s, where they differ; null: the same in both directions."""
+    acceleration_range: list[float] | None
+    """The lower and the upper acceleration, rad/s^2 or m/s^2, where they differ; null: the same in both directions."""
+    torque_range: list[float] | None
+    """The lower and the upper torque, N m or N, where they differ; null: the same in both directions."""
+    provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
+    """Where each limit comes from, by the name of its quantity: `published` with the robot, its `datasheet`, an
+    `estimate`, a `default` that the service filled in, or its `owner`."""
+
+
+class JointGroup(Answer):
+    """Joints that belong together."""
+
+    name: str
+    """The name of the group."""
+    joints: list[str]
+    """The moving joints, from the root to the tips; those that are not among `joint_names` are held still."""
+    tip_frame: str | None
+    """The link at the end of a group that is one chain; null: it is something else."""
+
+
+class DisabledCollision(Answer):
+    """Two links that need no collision check against each other."""
+
+    link_1: str
+    """The name of the first link."""
+    link_2: str
+    """The name of the second link."""
+    reason: str | None
+    """Why they need none, in the words of the SRDF; null: it does not say."""
+
+
+class Placement(Answer):
+    """Where a frame stands in another one."""
+
+    position: Annotated[list[float], Field(min_length=3, max_length=3)]
+    """The origin x, y, z, m."""
+    quaternion_xyzw: Quaternion
+    """The orientation as a quaternion of norm 1 without unit: the vector part x, y, z, then the scalar part w."""
+
+
+class ChainJoint(Placement):
+    """Where a joint stands in the one before it, at position 0, and how it moves."""
+
+    axis: Vector3
+    """The direction that the joint turns about or moves along, in its own frame, without unit."""
+
+
+class FramePlacement(Placement):
+    """Where a frame stands behind the joint that moves it."""
+
+    frame: str
+    """The name of the frame."""
+    after: int
+    """The number of joints before the frame: 0, it stands still in the base frame; 1, it moves with the first joint."""
+
+
+class RobotSummary(Answer):
+    """A robot in a list of robots."""
+
+    id: str
+    """The id by which requests name the robot."""
+    content: str | None
+    """The SHA-256 of the definition without its id, `sha256:...`; null: a robot of the catalogue, which belongs to the
+    version of the service."""
+    source: str
+    """Where the model comes from."""
+    notes: list[str] = Field(
+        default_factory=list,
+        description="What a user of the model should know, such as limits that nobody publishes: sentences for people.",
+    )
+    dof: int
+    """The number of degrees of freedom, which is the length of every joint array."""
+    joint_names: list[str]
+    """The names of the joints in the order of every joint array."""
+    joints: list[JointDescription]
+    """The joints, in the same order."""
+    tip_frame: str
+    """The name of the frame that poses are about unless a tool is given."""
+    mass: float
+    """The mass of everything that moves, kg; 0: unknown."""
+
+
+class RobotDescription(RobotSummary):
+    """A robot."""
+
+    limit_sources: dict[str, str]
+    """The document that limits come from, or the rule of an estimate, by the name of their quantity; a quantity that is
+    not there comes from the same document as the model, or from the default rule."""
+    rated_payload: float | None = None
+    """The largest payload for which the maker builds the robot, tool included, kg; a plan that carries more warns
+    `payload_above_rating`. Null: unknown."""
+    rated_payload_source: str | None = None
+    """The document that the rated payload comes from; null: it is unknown."""
+    frames: list[str]
+    """The names of all frames of the model."""
+    chain: list[ChainJoint]
+    """The joints from the base to the tip: a joint's frame at position q is its placement, turned by q about its axis,
+    or moved by q along it."""
+    placements: list[FramePlacement]
+    """Where all frames of the model stand, behind which joint."""
+    tool: Placement
+    """The tool centre point in the tip frame, for requests that name no tool."""
+    mounting: Placement | None
+    """The base in the world, whose z axis points up; null: gravity is as the model has it."""
+    external_axes: list[str]
+    """The names of the first joints, those in front of the arm that carry its base; none: that stands still."""
+    named_positions: dict[str, list[float]]
+    """Joint positions by name, one value a joint in the order of `joint_names`, rad or m; a waypoint may go to one."""
+    geometry: list[Any] = Field(
+        default_factory=list, description="Simple shapes to look at: boxes, cylinders and spheres, in m."
+    )
+    groups: list[JointGroup]
+    """Joints that belong together, as the SRDF says."""
+    disabled_collisions: list[DisabledCollision]
+    """Pairs of links that the SRDF takes out of collision checks."""
+
+
+class AddedRobot(RobotDescription):
+    """The robot that was added, with remarks about its model."""
+
+    findings: list[ModelFinding]
+    """The remarks about the model, errors first."""
+
+
+class RobotsAnswer(Answer):
+    """A page of the catalogue's robots and the added ones."""
+
+    robots: list[RobotSummary]
+    """The robots, those of the catalogue first, each part in the order of the ids."""
+    next_cursor: str | None
+    """The `cursor` of the next page; null: this is the last."""

@@ -1,0 +1,121 @@
+"""Scenes that the service keeps: what is asked about them, and what it answers."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from api.contract.parts.common import Answer, FrameName, Pose, Schema
+from api.contract.parts.scenes import (
+    MOST_ATTACHED,
+    MOST_OBJECTS,
+    AllowedPairs,
+    AttachedObject,
+    Margin,
+    Name,
+    Scene,
+    SceneId,
+    SceneObject,
+    SceneShape,
+    SolidShape,
+)
+
+
+class SceneToKeep(Scene):
+    """A scene to keep."""
+
+    id: SceneId | None = None
+    """The id that the scene gets; omitted: one that is made from the content."""
+    visibility: Literal["private", "public"] = "private"
+    """Who sees the scene where API keys are asked for: who sends the key that it was added with (`private`), or
+    everybody (`public`). A key's own scene goes before a public one of the same id."""
+
+
+class ObjectChange(Schema):
+    """An object to change, if there is one of this id, or else to add. What is omitted stays as it is."""
+
+    id: Name
+    """The id of the object."""
+    shape: SceneShape | None = None
+    """What it looks like; a new object needs one."""
+    pose: Pose | None = None
+    """Where it stands, in its frame (m); null: at the origin."""
+    frame: FrameName | None = None
+    """The frame of the pose: one of a request's `frames`, `base` or `world`; of a new object `world` if omitted."""
+    margin: Margin | None = None
+    """The least distance that the robot keeps from it, m; null: that of the scene."""
+
+
+class AttachedChange(Schema):
+    """An attached object to change, if there is one of this id, or else to add. What is omitted stays as it is."""
+
+    id: Name
+    """The id of the attached object."""
+    shape: SolidShape | None = None
+    """What it looks like; a new one needs one."""
+    pose: Pose | None = None
+    """Where it is, in the frame of its link or of the tool (m); null: at the origin."""
+    link: Name | None = None
+    """The name of the link that it moves with; null: it is held at the tool."""
+    touch_links: Annotated[list[Name], Field(max_length=64)] | None = None
+    """The names of links and objects carried that it may touch, in place of those before; null: none."""
+    margin: Margin | None = None
+    """The least distance that it keeps from objects, m; null: that of the object or the scene."""
+
+
+class SceneChange(Schema):
+    """What of a scene changes; what is omitted stays as it is."""
+
+    remove: Annotated[list[Name], Field(max_length=MOST_OBJECTS)] = Field(default_factory=list)
+    """The ids of objects and attached objects that go, before others come. Allowed pairs with them go, too, unless
+    they come back."""
+    objects: Annotated[list[ObjectChange], Field(max_length=MOST_OBJECTS)] = Field(default_factory=list)
+    """Objects that are changed or added; the others stay."""
+    attached: Annotated[list[AttachedChange], Field(max_length=MOST_ATTACHED)] = Field(default_factory=list)
+    """Attached objects that are changed or added; the others stay."""
+    allowed_pairs: AllowedPairs | None = None
+    """Pairs of names that may touch, in place of those before; shape (pairs, 2), without unit."""
+    margin: Margin | None = None
+    """The least distance that the robot and what it carries keep from objects, m."""
+
+
+class SceneSummary(Answer):
+    """A scene in a list of scenes."""
+
+    id: str
+    """The id by which requests name the scene."""
+    content: str
+    """The SHA-256 of the scene without its id, `sha256:...`: it changes with the scene."""
+    number_of_objects: int
+    """How many objects stand in it; a number without unit."""
+    number_of_attached: int
+    """How many objects are attached to the robot; a number without unit."""
+    margin: float
+    """The least distance that the robot and what it carries keep from objects, m."""
+
+
+class StoredScene(Answer):
+    """A scene that the service keeps."""
+
+    id: str
+    """The id by which requests name the scene."""
+    content: str
+    """The SHA-256 of the scene without its id, `sha256:...`: it changes with the scene."""
+    objects: list[SceneObject]
+    """What stands still."""
+    attached: list[AttachedObject]
+    """What moves with the robot."""
+    allowed_pairs: AllowedPairs
+    """Pairs of names that may touch; shape (pairs, 2), without unit."""
+    margin: float
+    """The least distance that the robot and what it carries keep from objects, m."""
+
+
+class ScenesAnswer(Answer):
+    """A page of the scenes that are kept."""
+
+    scenes: list[SceneSummary]
+    """The scenes, in the order of the ids."""
+    next_cursor: str | None
+    """The `cursor` of the next page; null: this is the last."""

@@ -1,0 +1,267 @@
+"""Requests and answers of the operations on trajectories: retime, stop, reverse, slice, join, resample."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+from typing_extensions import TypeAliasType
+
+from api.contract.answers import (  # noqa: TC001 - pydantic evaluates the annotations
+    CertificateAnswer,
+    InterpolationCertificate,
+    JointPolynomials,
+    PlanWarning,
+    Samples,
+)
+from api.contract.parts.backends import Backend  # noqa: TC001
+from api.contract.parts.common import (
+    DEFAULT_DEADLINE,
+    LARGEST,
+    Answer,
+    Deadline,
+    JointVector,
+    Limits,
+    Number,
+    Payload,
+    Pose,
+    RobotId,
+    Schema,
+)
+from api.contract.parts.scenes import SceneOrId, SpeedZones  # noqa: TC001
+from api.contract.requests import MOST_ROWS, GivenTrajectory, default_backend
+
+Quantity = TypeAliasType(
+    "Quantity",
+    Annotated[
+        Literal[
+            "position",
+            "velocity",
+            "acceleration",
+            "jerk",
+            "torque",
+            "tcp_linear_velocity",
+            "tcp_angular_velocity",
+            "tcp_linear_acceleration",
+            "tcp_angular_acceleration",
+            "tcp_centripetal_acceleration",
+            "tcp_linear_jerk",
+            "tcp_angular_jerk",
+        ],
+        Field(description="A quantity that a limit is put on: of the joints, or of the tool's motion."),
+    ],
+)
+
+IncludeOfOperation = TypeAliasType(
+    "IncludeOfOperation",
+    Annotated[
+        Literal[
+            "jerk", "torque", "tcp_pose", "tcp_rpy", "tcp_velocity", "tcp_acceleration", "polynomials", "sample_checks"
+        ],
+        Field(
+            description="Something that an answer holds on demand: columns of the samples (`jerk`, `torque`; of the "
+            "tool `tcp_pose`, `tcp_rpy`, `tcp_velocity`, `tcp_acceleration`), the joints' piecewise `polynomials`, "
+            "with which other operations go on, or `sample_checks`: what a controller reaches that interpolates "
+            "between the samples."
+        ),
+    ],
+)
+
+
+class OperationRequest(Schema):
+    """What all operations on trajectories share: the robot, the limits of the answer and its form."""
+
+    robot: RobotId
+    """The id of a robot, as GET /v1/robots lists them."""
+    limits: Limits = Limits()
+    """The limits that the answer keeps; what is omitted is the robot's own."""
+    tool: Pose | None = None
+    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    mounting: Pose | None = None
+    """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
+    payload: Payload | None = None
+    """The body that the robot carries; omitted: none."""
+    scene: SceneOrId | None = None
+    """What is around the robot, in the world or its base: the answer is proved to keep clear of it at all times, and
+    its certificate has the `clearance`, or it is refused. Omitted: nothing is known."""
+    self_collision: bool | None = None
+    """Whether the arm is proved not to meet itself; omitted: in a scene, unless its shapes are capsules along
+    its kinematics."""
+    speed_zones: SpeedZones = Field(default_factory=list)
+    """The speeds that no point of the robot exceeds near objects of the `scene`, with `speed_zones` in the certificate.
+    `retime` slows the motion there on its path; what another operation makes is proved to keep them, or refused. It is
+    no safety function."""
+    include: Annotated[list[IncludeOfOperation], Field(max_length=16)] = Field(default_factory=list)
+    """What else the answer should hold; each makes it larger."""
+    deadline: Deadline = DEFAULT_DEADLINE
+    """The time after which the service gives up, s from the arrival of the request."""
+
+
+class EditRequest(OperationRequest):
+    """What the operations share that leave polynomials as they are."""
+
+    enforced: Annotated[list[Quantity], Field(max_length=32)] | None = None
+    """The quantities whose limits the answer keeps, or is a problem document; omitted: all that are bounded. A quantity
+    that jumps bounds no derivative: where accelerations jump, no jerk is bounded, and its limit is only reported."""
+
+
+SamplePeriod = Annotated[float, Field(ge=1e-6, le=LARGEST)]
+
+
+class ReverseRequest(EditRequest):
+    """A trajectory to run backwards."""
+
+    trajectory: GivenTrajectory
+    """The trajectory."""
+    sample_period: SamplePeriod = 0.01
+    """The time between two rows of the answer, s."""
+
+
+class SliceRequest(EditRequest):
+    """A trajectory to cut a part out of."""
+
+    trajectory: GivenTrajectory
+    """The trajectory."""
+    start: Number = 0.0
+    """When the slice begins, s from the start of the trajectory."""
+    end: Number | None = None
+    """When the slice ends, s from the start of the trajectory; omitted: at its end."""
+    sample_period: SamplePeriod = 0.01
+    """The time between two rows of the answer, s."""
+
+
+class JoinRequest(EditRequest):
+    """Trajectories to run one after the other."""
+
+    trajectories: Annotated[list[GivenTrajectory], Field(min_length=1, max_length=1000)]
+    """The trajectories, in order."""
+    tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-6
+    """How far from the end of one a joint may be at the start of the next, rad or m: that one is shifted to begin
+    there. Velocities must meet but for rounding."""
+    sample_period: SamplePeriod = 0.01
+    """The time between two rows of the answer, s."""
+
+
+class ResampleRequest(EditRequest):
+    """A trajectory to sample again, as the controller runs it that `interpolation` names."""
+
+    trajectory: GivenTrajectory
+    """The trajectory."""
+    period: SamplePeriod | None = None
+    """The time between two rows of the answer, s, the last of which is at the end; omitted: 0.01, or what `times`
+    says."""
+    times: Annotated[list[Number], Field(min_length=1, max_length=MOST_ROWS, fail_fast=True)] | None = None
+    """The times of the rows of the answer in place of a period, s from the start of the trajectory, strictly
+    increasing."""
+
+
+class RetimeRequest(OperationRequest):
+    """A dense list of joint positions, or a trajectory of any origin, to put time on; from rest to rest."""
+
+    points: Annotated[list[JointVector], Field(min_length=1, max_length=20_000, fail_fast=True)] | None = None
+    """The joint positions, shape (points, joints), rad or m; repeated points count once."""
+    trajectory: GivenTrajectory | None = None
+    """A trajectory in place of points: the positions of its samples, or 2,000 positions along its polynomials."""
+    backend: Backend = Field(
+        default_factory=lambda: default_backend(), description="What puts time on the path; omitted: the cubic."
+    )
+    max_deviation: Annotated[float, Field(ge=1e-6, le=1.0)] = 1e-3
+    """How far a joint may be from the points and the straight lines between them, rad or m. Noise that is smaller
+    vanishes, and corners are rounded; noise that is larger has to be followed, which is slow."""
+    sample_period: SamplePeriod = 0.01
+    """The time between two rows of the answer, s."""
+
+
+class GivenJointState(Schema):
+    """The motion of all joints at one time."""
+
+    position: JointVector
+    """The joint positions, one value a joint, rad or m."""
+    velocity: JointVector
+    """The joint velocities, one value a joint, rad/s or m/s."""
+    acceleration: JointVector | None = None
+    """The joint accelerations, one value a joint, rad/s^2 or m/s^2; omitted: none."""
+
+
+class StopRequest(EditRequest):
+    """A motion to stop as fast as the limits let it: a trajectory and a time, or a state."""
+
+    trajectory: GivenTrajectory | None = None
+    """The trajectory that is under way."""
+    time: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
+    """When the stop begins, s from the start of the trajectory; only with one."""
+    state: GivenJointState | None = None
+    """The state in which the stop begins, in place of a trajectory and a time."""
+    mode: Literal["on_path", "joints"] | None = None
+    """How to stop: `on_path`, the tool keeps to the path of the trajectory; or `joints`, each joint by itself as fast
+    as its limits let it, which may leave the path. Omitted: on the path of a trajectory, from a state joint by
+    joint."""
+    sample_period: SamplePeriod = 0.01
+    """The time between two rows of the answer, s."""
+
+
+class AnsweredJointState(Answer):
+    """The motion of all joints at one time."""
+
+    position: list[float]
+    """The joint positions, one value a joint, rad or m."""
+    velocity: list[float]
+    """The joint velocities, one value a joint, rad/s or m/s."""
+    acceleration: list[float]
+    """The joint accelerations, one value a joint, rad/s^2 or m/s^2."""
+
+
+class OperationAnswer(Answer):
+    """A certified trajectory that an operation made."""
+
+    robot: str
+    """The id of the robot, as in the request."""
+    joint_names: list[str]
+    """The names of the joints in the order of every joint array."""
+    duration: float
+    """The duration of the trajectory, s."""
+    initial: AnsweredJointState
+    """The state that it begins in, which may be in motion: then the warning `starts_in_motion` says so."""
+    final: AnsweredJointState
+    """The state that it ends in, which may be in motion: then the warning `ends_in_motion` says so."""
+    samples: Samples
+    """The trajectory, sampled; the polynomials that were sent are one segment, of index 0."""
+    certificate: CertificateAnswer
+    """What was checked: the peaks of all quantities against their limits, with the motion before and after the
+    trajectory as its own."""
+    polynomials: list[JointPolynomials] | None = None
+    """The trajectory itself, as one piecewise polynomial a joint; when included."""
+    sample_checks: list[InterpolationCertificate] | None = None
+    """What a controller reaches that interpolates between these samples, by each interpolation, held against the same
+    limits; when included."""
+    warnings: list[PlanWarning]
+    """What to know about the trajectory all the same; usually nothing."""
+
+
+class RetimeAnswer(OperationAnswer):
+    """A list of joint positions with time on it."""
+
+    backend: str
+    """The kind of the back end that was asked for."""
+    deviation: float
+    """The largest distance of a joint from the points and the straight lines between them, rad or m."""
+
+
+class JunctionAnswer(Answer):
+    """Where two joined trajectories meet."""
+
+    time: float
+    """When, s from the start of the whole."""
+    position_gap: list[float]
+    """How far the later one was shifted so that it begins where the one before ends, one value a joint, rad or m."""
+    velocity_gap: list[float]
+    """What the velocities differ by, one value a joint, rad/s or m/s: rounding."""
+    acceleration_gap: list[float]
+    """How far the accelerations jump, one value a joint, rad/s^2 or m/s^2."""
+
+
+class JoinAnswer(OperationAnswer):
+    """Several trajectories as one."""
+
+    junctions: list[JunctionAnswer]
+    """Where they meet, one fewer than there are trajectories."""

@@ -1,9 +1,0 @@
-"""What Alembic runs to apply migrations, on the connection that `api/database/migrate.py` gives it."""
-
-from alembic import context
-
-from api.database.tables import metadata
-
-context.configure(connection=context.config.attributes["connection"], target_metadata=metadata, render_as_batch=True)
-with context.begin_transaction():
-    context.run_migrations()

@@ -1,0 +1,145 @@
+"""Every request gets an id, a line in the log, timings in a header, and a problem document for what nobody caught."""
+
+from __future__ import annotations
+
+import logging
+import time
+from http import HTTPStatus
+from typing import TYPE_CHECKING
+
+import structlog
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import ClientDisconnect
+
+from api.base.content_policies import security_headers
+from api.base.errors import InternalError, ServiceError
+from api.base.failures import where_from
+from api.base.problem_documents import MEDIA_TYPE, problem_document
+from api.http.access.access import client_by_address
+from api.http.transport.senders import request_id
+from api.telemetry.traces import Outcome, trace_context
+
+if TYPE_CHECKING:
+    from fastapi.routing import APIRoute
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+    from api.base.byte_budget import Traffic
+    from api.http.access.sites import Sites
+    from api.telemetry.metrics import Metrics
+    from api.telemetry.traces import Traces
+
+TIMINGS = ("queue", "validate", "plan", "serialise")
+"""The stages of a task in the order of the `Server-Timing` header."""
+
+FAILED = InternalError("the service failed on this request")
+"""What a caller is told of an exception that nobody foresaw."""
+
+log = structlog.get_logger()
+
+
+class RequestContext:
+    """The outermost layer of the application. It is pure ASGI, so that it costs microseconds."""
+
+    def __init__(self, app: ASGIApp, sites: Sites, traffic: Traffic, metrics: Metrics, traces: Traces | None) -> None:
+        self.app = app
+        self._sites = sites
+        self._traffic = traffic
+        self._metrics = metrics
+        self._traces = traces
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """See the ASGI specification."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        arrived = time.monotonic()
+        state = scope.setdefault("state", {})
+        client = client_by_address(scope)
+        share = self._traffic.share(client.name)
+        state |= {"arrived": arrived, "timings": {}, "request_id": request_id(scope["headers"]), "share": share}
+        state |= {"submitted": None, "code": None, "client": client, "quota": None, "grants": []}
+        context = trace_context(Headers(scope=scope).get("traceparent"))
+        span = None
+        if self._traces is not None:
+            span, context = self._traces.begin(context)
+        structlog.contextvars.bind_contextvars(trace_id=context.trace_id)
+        status, sent = 0, 0
+
+        async def send_and_note(message: Message) -> None:
+            nonlocal status, sent
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                headers = MutableHeaders(scope=message)
+                for name, value in security_headers(headers.get("Content-Type")).items():
+                    headers.setdefault(name, value)
+                if state["grants"]:
+                    grants = (grant.headers() for grant in state["grants"])
+                    headers.update(min(grants, key=lambda left: int(left["RateLimit-Remaining"])))
+                headers["X-Request-ID"] = state["request_id"]
+                headers["Server-Timing"] = _server_timing(state["timings"], time.monotonic() - arrived)
+            else:
+                sent += len(message.get("body", b""))
+            await send(message)
+
+        failure = None
+        try:
+            self._sites.check(scope)
+            await self.app(scope, receive, send_and_note)
+        except ServiceError as refusal:
+            state["code"] = refusal.code
+            await _send_problem(refusal, scope["path"], send_and_note)
+        except ClientDisconnect:
+            failure = "client_disconnected"
+        except Exception as error:  # noqa: BLE001 - the outermost boundary: a problem, not a traceback
+            failure = where_from(error)
+            if status == 0:
+                state["code"] = FAILED.code
+                await _send_problem(FAILED, scope["path"], send_and_note)
+        finally:
+            share.release()
+        seconds = time.monotonic() - arrived
+        operation = _operation(scope, status)
+        self._metrics.count_request("none" if operation is None else operation.name, status, seconds, state["code"])
+        if self._traces is not None and span is not None:
+            route = None if operation is None else operation.path
+            told = Outcome(scope["method"], route, status, state["code"], state["submitted"], state["timings"])
+            self._traces.end(span, told, seconds)
+        log.log(
+            _level(status),
+            "request",
+            request_id=state["request_id"],
+            method=scope["method"],
+            path=scope["path"],
+            status=status,
+            duration_ms=round(seconds * 1e3, 3),
+            bytes=sent,
+            client=state["client"].name,
+            **({"failure": failure} if failure else {}),
+        )
+
+
+def _level(status: int) -> int:
+    """Choose the level: an error is what should not happen; a deadline, a full queue, a service not yet ready warn."""
+    if status >= 500:
+        return logging.ERROR if status == 500 else logging.WARNING
+    return logging.INFO
+
+
+def _operation(scope: Scope, status: int) -> APIRoute | None:
+    """Find the route that answered; None: it is no operation, or the router itself answered."""
+    route: APIRoute | None = scope.get("route")
+    return None if route is None or not route.tags or status == HTTPStatus.METHOD_NOT_ALLOWED else route
+
+
+def _server_timing(timings: dict[str, float], total: float) -> str:
+    known = {name: timings[name] for name in TIMINGS if name in timings}
+    known |= {name: seconds for name, seconds in timings.items() if name.startswith("backend_")}
+    return ", ".join(f"{name};dur={seconds * 1e3:.3f}" for name, seconds in {**known, "total": total}.items())
+
+
+async def _send_problem(error: ServiceError, path: str, send: Send) -> None:
+    status, body = problem_document(error, path)
+    headers = {"content-type": MEDIA_TYPE, "content-length": str(len(body)), **error.headers}
+    raw = [(name.encode(), value.encode()) for name, value in headers.items()]
+    await send({"type": "http.response.start", "status": status, "headers": raw})
+    await send({"type": "http.response.body", "body": body})

@@ -1,0 +1,47 @@
+"""What the routes work with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from api.base.settings import Settings
+    from api.batches.engine import Engine
+    from api.batches.looks import Looks
+    from api.http.access.access import Access
+    from api.http.shared_answers import SharedAnswers
+    from api.http.transport.shedding import Shedding
+    from api.pool.pool import WorkerPool
+    from api.store.database import Database
+    from api.telemetry.metrics import Metrics
+
+
+@dataclass(frozen=True)
+class Service:
+    """One running service.
+
+    Attributes:
+        settings: What the operator has set.
+        pool: The worker processes.
+        database: What outlives a request: robots and batches.
+        engine: What works on batches.
+        access: What lets requests in.
+        metrics: What is counted and measured.
+        answers: Answers that are the same for all who ask the same.
+        looks: What is told of batches, shared by all who ask.
+        shedding: What refuses requests that there is no room for.
+        catalogue: Robots of the catalogue that have been asked for. Only workers know which there are, but a robot for
+            which they need no definition is one, and no added robot can have its id: the database need not be asked.
+    """
+
+    settings: Settings
+    pool: WorkerPool
+    database: Database
+    engine: Engine
+    access: Access
+    metrics: Metrics
+    answers: SharedAnswers
+    looks: Looks
+    shedding: Shedding
+    catalogue: set[str] = field(default_factory=set)

@@ -1,0 +1,1 @@
+"""What stands between uvicorn and the application: connections, refusals without parsing, answers in pieces."""

@@ -1,0 +1,172 @@
+"""The tables. A change here needs a migration in `migrations/versions/`; a test compares the two."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sqlalchemy import (
+    BigInteger,
+    Column,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    Table,
+    Text,
+    TypeDecorator,
+    text,
+)
+
+if TYPE_CHECKING:
+    from sqlalchemy import Dialect
+
+
+class Id(TypeDecorator[str]):
+    """An id by which clients name something, whatever they send.
+
+    PostgreSQL takes no text with the character 0; in its place stands one that is in no id either.
+    """
+
+    impl = Text
+    cache_ok = True
+
+    def process_bind_param(self, value: str | None, dialect: Dialect) -> str | None:
+        """Write an id as any database takes it."""
+        return None if value is None else value.replace("\0", "\N{REPLACEMENT CHARACTER}")
+
+
+metadata = MetaData(naming_convention={"pk": "pk_%(table_name)s", "fk": "fk_%(table_name)s_%(column_0_name)s"})
+"""All tables, with names for their keys by which migrations can change them."""
+
+robot_contents = Table(
+    "robot_contents",
+    metadata,
+    Column("digest", Text, primary_key=True),
+    Column("definition", LargeBinary, nullable=False),
+    Column("description", LargeBinary, nullable=False),
+    Column("summary", LargeBinary, nullable=False),
+    Column("size", Integer, nullable=False),
+)
+"""What clients added as robots (`RobotContent`), each content once; `size` is in bytes."""
+
+robots = Table(
+    "robots",
+    metadata,
+    Column("namespace", Text, primary_key=True, server_default=""),
+    Column("id", Id, primary_key=True),
+    Column("digest", Text, ForeignKey(robot_contents.c.digest), nullable=False),
+    Column("owner", Text, nullable=False),
+    Column("added", Float, nullable=False),
+    Index("robots_by_digest", "digest"),
+    Index("robots_by_owner", "owner"),
+)
+"""The ids of added robots: the content that each stands for, who added it, and when (s since 1970). `namespace` is the
+key in whose requests the id has this meaning, or empty: in those of all."""
+
+scene_contents = Table(
+    "scene_contents",
+    metadata,
+    Column("digest", Text, primary_key=True),
+    Column("definition", LargeBinary, nullable=False),
+    Column("summary", LargeBinary, nullable=False),
+    Column("size", Integer, nullable=False),
+)
+"""What clients added as scenes (`SceneContent`), each content once; `size` is in bytes."""
+
+scenes = Table(
+    "scenes",
+    metadata,
+    Column("namespace", Text, primary_key=True),
+    Column("id", Id, primary_key=True),
+    Column("digest", Text, ForeignKey(scene_contents.c.digest), nullable=False),
+    Column("owner", Text, nullable=False),
+    Column("added", Float, nullable=False),
+    Index("scenes_by_digest", "digest"),
+    Index("scenes_by_owner", "owner"),
+)
+"""The ids of scenes, as those of robots."""
+
+keys = Table(
+    "keys",
+    metadata,
+    Column("id", Text, primary_key=True),
+    Column("name", Text, nullable=False),
+    Column("digest", Text, nullable=False),
+    Column("scopes", Text, nullable=False),
+    Column("requests_per_minute", Integer),
+    Column("concurrent_requests", Integer),
+    Column("created", Float, nullable=False),
+    Column("revoked", Float),
+    Column("requests_per_day", Integer),
+)
+"""API keys (`api.base.api_keys.KeyRecord`); `scopes` are words."""
+
+usage = Table(
+    "usage",
+    metadata,
+    Column("key", Text, primary_key=True),
+    Column("day", Integer, primary_key=True),
+    Column("requests", Integer, nullable=False),
+)
+"""The requests that keys with a quota have sent, by the day (days since 1970, UTC)."""
+
+engines = Table(
+    "engines",
+    metadata,
+    Column("id", Text, primary_key=True),
+    Column("seen", Float, nullable=False),
+)
+"""The services that work on batches, and when each was last alive (s since 1970)."""
+
+batches = Table(
+    "batches",
+    metadata,
+    Column("number", Integer, primary_key=True),
+    Column("id", Id, nullable=False, unique=True),
+    Column("owner", Text, nullable=False),
+    Column("idempotency_key", Text),
+    Column("body_digest", Text),
+    Column("status", Text, nullable=False),
+    Column("engine", Text),
+    Column("total", Integer, nullable=False),
+    Column("size", BigInteger, nullable=False),
+    Column("created", Float, nullable=False),
+    Column("ended", Float),
+    Column("settled", Float),
+    Column("rate", Float),
+    Index("batches_by_key", "owner", "idempotency_key", unique=True),
+    Index("batches_by_status", "status"),
+)
+"""Batches: `status` is `arriving` (at the service `engine`), `running`, `completed` or `cancelled`; `total` counts its
+items, `size` the bytes that they take; `settled` is when results were written last, `rate` how many a second."""
+
+NOT_DONE = text("outcome IS NULL")
+"""What holds for items that are still to be planned; an index has only these."""
+
+items = Table(
+    "items",
+    metadata,
+    Column("batch", Integer, ForeignKey(batches.c.number), primary_key=True),
+    Column("position", Integer, primary_key=True),
+    Column("request", LargeBinary, nullable=False),
+    Column("robot", Text, ForeignKey(robot_contents.c.digest)),
+    Column("deadline", Float, nullable=False),
+    Column("engine", Text),
+    Column("outcome", Text),
+    Column("duration", Float),
+    Column("ratio", Float),
+    Column("result", LargeBinary),
+    Column("scene", Text, ForeignKey(scene_contents.c.digest)),
+    Column("seconds", Float),
+    Index("items_left", "batch", "position", sqlite_where=NOT_DONE, postgresql_where=NOT_DONE),
+    Index("items_by_outcome", "batch", "outcome", "duration", "ratio", "seconds", "position"),
+    Index("items_by_robot", "robot"),
+    Index("items_by_scene", "scene"),
+)
+"""The requests of batches, from position 0, compressed: the contents of an added robot and of a scene that it names,
+the deadline (s), the service that works on one, and what came of it. `outcome` is NULL (nothing yet), `planned` or the
+code of a problem; `duration` (s) and `ratio` are those of the trajectory and its certificate, `seconds` the time that a
+worker took; `result` is the saved plan or the problem document. What is summed up and sorted stands in one index, so
+that nobody reads the results of a whole batch for it."""

@@ -1,0 +1,76 @@
+"""Which form of an answer the caller wants: `?format=`, or the `Accept` header (RFC 9110, Section 12.5.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+from api.base.errors import NotAcceptable
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+@dataclass(frozen=True)
+class MediaType:
+    """A form that is nothing but its media type."""
+
+    media_type: str
+
+
+class Named(Protocol):
+    """What can be negotiated about: it has a media type."""
+
+    @property
+    def media_type(self) -> str:
+        """The media type of a file of this form."""
+
+
+Form = TypeVar("Form", bound=Named)
+
+
+def negotiated(asked: str | None, accept: str, forms: Mapping[str, Form]) -> Form:
+    """Choose the form to answer in.
+
+    Args:
+        asked: The name in the query, which goes before the header; None: there is none.
+        accept: The `Accept` header.
+        forms: The forms that there are, by their names; of those that are as welcome, the first is taken.
+
+    Raises:
+        NotAcceptable: None of those asked for exists.
+    """
+    if asked is not None:
+        if asked in forms:
+            return forms[asked]
+        raise _not_acceptable(forms)
+    names = list(forms)
+    best = max(names, key=lambda name: (_quality(forms[name].media_type, accept), -names.index(name)))
+    if _quality(forms[best].media_type, accept) <= 0.0:
+        raise _not_acceptable(forms)
+    return forms[best]
+
+
+def _not_acceptable(forms: Mapping[str, Form]) -> NotAcceptable:
+    there_are = ", ".join(f"{name} ({form.media_type})" for name, form in forms.items())
+    return NotAcceptable(f"the formats are: {there_are}", formats=list(forms))
+
+
+def _quality(media_type: str, accept: str) -> float:
+    """Weigh a media type in an `Accept` header: its weight is that of the most specific range that covers it."""
+    kind = media_type.partition("/")[0]
+    weights = {}
+    for part in accept.split(","):
+        media_range, *parameters = (piece.strip().lower() for piece in part.split(";"))
+        weights[media_range] = next((_weight(p[2:]) for p in parameters if p.startswith("q=")), 1.0)
+    for candidate in (media_type, f"{kind}/*", "*/*"):
+        if candidate in weights:
+            return weights[candidate]
+    return 0.0
+
+
+def _weight(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return 0.0

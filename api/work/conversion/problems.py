@@ -1,0 +1,334 @@
+"""From what was asked (schemas) to what is planned (the library's values)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from api.contract import requests, robots
+from api.contract.parts import common, external_axes, waypoints
+from api.work.conversion.actions import to_actions, with_waits
+from api.work.conversion.kept_meshes import kept_pieces
+from api.work.conversion.poses import to_pose, to_rotation, with_axes
+from api.work.conversion.scenes import to_scene, to_speed_zones
+from planner.backends import BACKENDS, BackEnd
+from planner.errors import InvalidProblem
+from planner.guarantees import END_OPTIONS, EndStates
+from planner.kinematics.configurations import Configuration
+from planner.kinematics.options import InverseKinematicsOptions
+from planner.limits import Limits
+from planner.problems import moves, problem, transitions
+from planner.problems.motion_around import FreeMotion
+from planner.problems.regions import Free, Region
+from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
+from planner.robots.collision.mesh_files import kept_meshes
+from planner.robots.payload import Payload
+from planner.scene import Attach
+from planner.spatial import (
+    FloatArray,
+    Pose,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from planner.fields import FieldPath
+
+BASE = "base"
+"""The name of the frame that poses are in unless another one is named."""
+
+WORLD = "world"
+"""The name of the frame in which robots are mounted."""
+
+OWN_FRAMES = {BASE, WORLD}
+"""The names of the frames that are always there."""
+
+
+def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
+    """Make the planning problem of a plan request."""
+    robot = mounted(with_tool(robot, request.tool), request.mounting)
+    actions = to_actions(request.actions, request.waypoints)
+    return problem.PlanningProblem(
+        robot=robot,
+        waypoints=with_waits(to_waypoints(request.waypoints, robot, request.frames), actions),
+        limits=to_limits(request.limits),
+        inverse_kinematics=to_options(request.ik, request.seed),
+        payload=None if request.payload is None else to_payload(request.payload),
+        duration=request.duration,
+        start_tolerance=request.start_tolerance,
+        actions=actions,
+        scene=None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames)),
+        self_collision=request.self_collision,
+        speed_zones=to_speed_zones(request.speed_zones),
+    )
+
+
+def to_backend(asked: Any) -> BackEnd:
+    """Make the back end of a plan request, with its options."""
+    return BACKENDS[asked.kind](**asked.model_dump(exclude={"kind"}))
+
+
+def to_waypoints(
+    asked: Sequence[waypoints.Waypoint], robot: Robot, frames: Mapping[str, common.Pose]
+) -> tuple[problem.AnyWaypoint, ...]:
+    """Make waypoints of any kind for a robot, whose named positions they may name, in frames that they may name.
+
+    Raises:
+        InvalidProblem: There is no position, or no frame, of a name.
+    """
+    taken = sorted(OWN_FRAMES & frames.keys())
+    faults: list[tuple[FieldPath, str]] = [
+        (("frames", name), f"a frame called {name} is always there") for name in taken
+    ]
+    in_base = _frames_in_base(robot, frames)
+    made = []
+    for i, waypoint in enumerate(asked):
+        frame = waypoint.frame or BASE if isinstance(waypoint, waypoints.PoseWaypoint) else BASE
+        if frame not in in_base:
+            faults.append((("waypoints", i, "frame"), f"there is no frame {frame!r}; there are {', '.join(in_base)}"))
+            continue
+        try:
+            made.append(_to_waypoint(waypoint, robot, in_base[frame]))
+        except InvalidProblem as error:
+            faults += [(("waypoints", i, "name"), fault.message) for fault in error.faults]
+    if faults:
+        raise InvalidProblem(faults)
+    return tuple(made)
+
+
+def mounted(robot: Robot, mounting: common.Pose | None) -> Robot:
+    """Mount a robot as was asked, if it was."""
+    if mounting is None:
+        return robot
+    if mounting.orientation is None:
+        raise InvalidProblem([(("mounting", "orientation"), "the mounting needs an orientation")])
+    return robot.derived(mounting=to_pose(mounting))
+
+
+def _frames_in_base(robot: Robot, frames: Mapping[str, common.Pose]) -> dict[str, Pose | None]:
+    """Return the frames that waypoints may name, in the base frame; None: that itself."""
+    here = robot.mounting
+    in_world = {WORLD: Pose(np.zeros(3), np.eye(3)), **{name: with_axes(to_pose(p)) for name, p in frames.items()}}
+    return {BASE: None, **{name: pose if here is None else pose.to_frame(here) for name, pose in in_world.items()}}
+
+
+def frames_in_world(robot: Robot, frames: Mapping[str, common.Pose]) -> dict[str, Pose]:
+    """Return the frames that objects of a scene may name, in the world."""
+    base = robot.mounting or Pose(np.zeros(3), np.eye(3))
+    return {WORLD: Pose(np.zeros(3)), BASE: base, **{name: to_pose(pose) for name, pose in frames.items()}}
+
+
+def to_options(options: requests.InverseKinematicsOptions, seed: int) -> InverseKinematicsOptions:
+    """Make the options by which poses are solved."""
+    return InverseKinematicsOptions(
+        tolerance_position=options.tolerance_position,
+        tolerance_orientation=options.tolerance_orientation,
+        reference=None if options.reference is None else tuple(options.reference),
+        seed=seed,
+        prefer=options.prefer,
+    )
+
+
+def with_tool(robot: Robot, tool: common.Pose | None) -> Robot:
+    """Give a robot the tool that was asked, if any."""
+    return robot if tool is None else robot.with_tool(to_pose(tool))
+
+
+def to_payload(payload: common.Payload) -> Payload:
+    """Make a payload."""
+    x, y, z = payload.center_of_mass
+    ixx, iyy, izz = payload.inertia
+    return Payload(payload.mass, (x, y, z), (ixx, iyy, izz))
+
+
+def to_limits(limits: common.Limits) -> Limits:
+    """Make limits, lists as tuples."""
+    asked = limits.model_dump()
+    pairs = {name: value and list(map(tuple, value)) for name, value in asked.items() if name.endswith("_range")}
+    return Limits(**_with_tuples(asked | pairs))
+
+
+def to_robot(definition: robots.RobotModel | robots.UrdfRobot, robot_id: str) -> Robot:
+    """Make the robot that a client describes; of one that is still to be added the meshes are not looked at.
+
+    Raises:
+        InvalidRobotModel: It cannot be used.
+    """
+    match definition:
+        case robots.UrdfDocument():
+            kept = definition.meshes if isinstance(definition, robots.UrdfModel) else []
+            return Robot.from_urdf(
+                definition.urdf,
+                srdf=definition.srdf,
+                tip_frame=definition.tip_frame,
+                base_frame=definition.base_frame,
+                group=definition.group,
+                joints=definition.joints,
+                locked=definition.locked,
+                meshes=kept_meshes(kept_pieces(kept)),
+                id=robot_id,
+                source="uploaded URDF",
+            )
+        case robots.DhModel():
+            return Robot.from_dh(
+                [DHJoint(**_with_tuples(joint.model_dump())) for joint in definition.joints],
+                convention=definition.convention,
+                base=None if definition.base is None else to_pose(definition.base),
+                tip=None if definition.tip is None else to_pose(definition.tip),
+                id=robot_id,
+                source="uploaded Denavit-Hartenberg table",
+            )
+        case robots.DerivedModel():
+            return _to_derived_robot(definition, robot_id)
+
+
+def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
+    """Make the robot that a client derives from another.
+
+    Raises:
+        InvalidRobotModel: What is asked contradicts the other robot.
+        UnknownRobot: There is no other robot.
+    """
+    base = load_robot(model.base or "") if model.definition is None else to_robot(model.definition, "an added robot")
+    robot = base.derived(
+        id=robot_id,
+        limits={name: limits.model_dump(exclude_none=True) for name, limits in model.limits.items()},
+        group=model.group,
+        locked=model.locked,
+        tool=None if model.tool is None else to_pose(model.tool),
+        mounting=None if model.mounting is None else to_pose(model.mounting),
+        named_positions=model.named_positions,
+        external_axes=[_to_external_axis(axis) for axis in model.external_axes],
+        arm_origin=None if model.arm_origin is None else to_pose(model.arm_origin),
+    )
+    return replace(robot, source=f"derived from {base.id}: {base.source}")
+
+
+def _to_external_axis(axis: external_axes.ExternalAxis) -> ExternalAxis:
+    """Make an external axis."""
+    return ExternalAxis(**axis.model_dump() | {"origin": None if axis.origin is None else to_pose(axis.origin)})
+
+
+def to_end_states(request: requests.ValidateRequest, joints: int) -> EndStates:
+    """Make the motion before a trajectory and after it.
+
+    Raises:
+        InvalidProblem: There are more values than joints, or fewer.
+    """
+    asked = {name: getattr(request, name) for name in END_OPTIONS}
+    return EndStates(
+        **{
+            name: np.zeros(joints) if values is None else to_vector(values, joints, (name,))
+            for name, values in asked.items()
+        }
+    )
+
+
+def to_vector(values: Sequence[float], length: int, field: FieldPath) -> FloatArray:
+    """Make one value a joint an array (length,).
+
+    Raises:
+        InvalidProblem: There are more, or fewer.
+    """
+    if len(values) != length:
+        raise InvalidProblem([(field, f"{len(values)} values for {length} joints")])
+    return np.array(values, dtype=np.float64)
+
+
+def to_matrix(rows: Sequence[Sequence[float]], columns: int, field: FieldPath) -> FloatArray:
+    """Make rows (N, columns) an array.
+
+    Raises:
+        InvalidProblem: Naming each row that has another length.
+    """
+    wrong = [i for i, row in enumerate(rows) if len(row) != columns]
+    if wrong:
+        raise InvalidProblem([((*field, i), f"{len(rows[i])} values for {columns} joints") for i in wrong])
+    return np.array(rows, dtype=np.float64)
+
+
+def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+
+
+def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None) -> problem.AnyWaypoint:
+    common_fields: dict[str, Any] = {
+        "name": waypoint.name,
+        "motion": _to_motion(waypoint.motion, frame),
+        "transition": _to_transition(waypoint.transition),
+        "duration": waypoint.duration,
+        "minimum_duration": waypoint.minimum_duration,
+        "dwell": waypoint.dwell,
+        "limits": None if waypoint.limits is None else to_limits(waypoint.limits),
+        "payload": None if waypoint.payload is None else to_payload(waypoint.payload),
+        "put_down": waypoint.put_down,
+        "attach": tuple(Attach(taken.id, taken.link, taken.touch_links) for taken in waypoint.attach),
+        "detach": tuple(waypoint.detach),
+        "tool": None if waypoint.tool is None else to_pose(waypoint.tool),
+    }
+    match waypoint:
+        case waypoints.JointWaypoint():
+            return problem.JointWaypoint(position=tuple(waypoint.position), **common_fields)
+        case waypoints.NamedWaypoint():
+            return problem.JointWaypoint.named(robot, waypoint.name, **common_fields)
+        case waypoints.PoseWaypoint():
+            asked = {} if waypoint.configuration is None else waypoint.configuration.model_dump()
+            pose, named = to_pose(waypoint.pose), Configuration(**asked)
+            return problem.PoseWaypoint(pose, named, frame, _to_free(waypoint.free), waypoint.external, **common_fields)
+        case waypoints.RelativeWaypoint():
+            return problem.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)
+
+
+def _to_free(free: Literal["rotation_z"] | waypoints.Region | None) -> Free | None:
+    if not isinstance(free, waypoints.Region):
+        return free
+    ranges = {name: getattr(free, name) for name in waypoints.Region.model_fields}
+    return Region(**_with_tuples(ranges))
+
+
+def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> problem.Motion:
+    def in_base(pose: common.Pose) -> Pose:
+        return to_pose(pose) if frame is None else to_pose(pose).from_frame(frame)
+
+    match motion:
+        case waypoints.JointMotion():
+            return problem.JointMotion(motion.turns)
+        case waypoints.FreeMotion():
+            return FreeMotion(**motion.model_dump(exclude={"kind"}))
+        case waypoints.LinearMotion():
+            return problem.LinearMotion(**_following(motion))
+        case waypoints.CircularMotion():
+            return problem.CircularMotion(in_base(motion.via), **_following(motion))
+        case waypoints.PolylineMotion():
+            return problem.PolylineMotion(tuple(map(in_base, motion.poses)), motion.blend, **_following(motion))
+        case waypoints.SplineMotion():
+            return problem.SplineMotion(tuple(map(in_base, motion.poses)), **_following(motion))
+
+
+def _following(motion: waypoints.ToolMotion) -> dict[str, Any]:
+    """Return the fields that say how closely the joints follow a motion of the tool."""
+    fields = {name: getattr(motion, name) for name in waypoints.ToolMotion.model_fields}
+    return fields | {"free": _to_free(motion.free)}
+
+
+def _to_transition(transition: waypoints.Transition) -> transitions.Transition:
+    match transition:
+        case waypoints.StopTransition():
+            return transitions.StopTransition()
+        case waypoints.ThroughTransition():
+            return transitions.ThroughTransition(transition.velocity)
+        case waypoints.BlendTransition():
+            return transitions.BlendTransition(transition.radius)
+
+
+def _to_move(move: waypoints.Move) -> moves.Move:
+    match move:
+        case waypoints.CartesianMove():
+            x, y, z = move.translation
+            return moves.CartesianMove((x, y, z), to_rotation(move.orientation))
+        case waypoints.CylindricalMove():
+            return moves.CylindricalMove(move.r, move.alpha, move.l)
+        case waypoints.SphericalMove():
+            return moves.SphericalMove(move.r, move.beta, move.gamma)

@@ -1,0 +1,109 @@
+"""From the scenes of requests to the library's values."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from api.contract.parts import scenes
+from api.work.conversion.poses import to_pose, with_axes
+from planner.errors import InvalidProblem
+from planner.scene import AttachedObject, PointCloud, Scene, SceneObject
+from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, InvalidShape, Shape, Sphere
+from planner.shapes.meshes.files import tight_mesh_pieces
+from planner.shapes.meshes.mesh import InvalidMesh, Mesh
+from planner.spatial import Pose
+from planner.speed_zones import SpeedZone
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from api.contract.parts import common
+    from planner.fields import FieldPath
+
+
+def to_scene(asked: scenes.Scene | str, in_world: Mapping[str, Pose], field: FieldPath = ("scene",)) -> Scene:
+    """Make a scene.
+
+    Args:
+        asked: The scene of a request, as `api.work.tasks.work.in_scene` leaves it.
+        in_world: The frames that its objects may name, in the world.
+        field: Where the request holds it.
+
+    Raises:
+        InvalidProblem: There is no frame of a name, or no shape has such numbers.
+    """
+    if isinstance(asked, str):
+        raise TypeError("the scene has to be in the place of its id")
+    faults: list[tuple[FieldPath, str]] = []
+    objects, attached = [], []
+    for i, thing in enumerate(asked.objects):
+        at: FieldPath = (*field, "objects", i)
+        if thing.frame not in in_world:
+            faults.append(((*at, "frame"), f"there is no frame {thing.frame!r}; there are {', '.join(in_world)}"))
+            continue
+        pose = _to_pose(thing.pose).from_frame(with_axes(in_world[thing.frame]))
+        shapes = _shapes(thing.shape, at, faults)
+        mesh = _mesh(thing.shape) if isinstance(thing.shape, scenes.MeshShape) and len(shapes) else None
+        objects.append(SceneObject(thing.id, shapes, pose, thing.margin, mesh))
+    for i, held in enumerate(asked.attached):
+        shapes = _shapes(held.shape, (*field, "attached", i), faults)
+        solid = tuple(shape for shape in shapes if isinstance(shape, Shape))
+        attached.append(AttachedObject(held.id, solid, _to_pose(held.pose), held.link, held.touch_links, held.margin))
+    if faults:
+        raise InvalidProblem(faults)
+    pairs = tuple((first, second) for first, second in asked.allowed_pairs)
+    return Scene(tuple(objects), tuple(attached), pairs, asked.margin)
+
+
+def to_speed_zones(asked: Sequence[scenes.SpeedZone]) -> list[SpeedZone]:
+    """Make speed zones."""
+    return [SpeedZone(zone.clearance, zone.speed, zone.objects) for zone in asked]
+
+
+def _to_pose(pose: common.Pose | None) -> Pose:
+    return with_axes(Pose(np.zeros(3)) if pose is None else to_pose(pose))
+
+
+def _shapes(
+    asked: scenes.SceneShape | scenes.SolidShape, field: FieldPath, faults: list[tuple[FieldPath, str]]
+) -> tuple[Shape | PointCloud, ...]:
+    """Make the convex pieces of a shape; what is wrong with it is added to the faults."""
+    try:
+        return _pieces(asked)
+    except InvalidShape as error:
+        faults.append(((*field, "shape", error.field), str(error)))
+        return ()
+    except InvalidMesh as error:
+        faults.append(((*field, "shape", "triangles"), str(error)))
+        return ()
+
+
+def _pieces(asked: scenes.SceneShape | scenes.SolidShape) -> tuple[Shape | PointCloud, ...]:
+    match asked:
+        case scenes.Box():
+            return (Box(asked.size),)
+        case scenes.Sphere():
+            return (Sphere(asked.radius),)
+        case scenes.Cylinder():
+            return (Cylinder(asked.radius, asked.length),)
+        case scenes.Capsule():
+            return (Capsule(asked.radius, asked.length),)
+        case scenes.HalfSpace():
+            return (HalfSpace(asked.normal, asked.offset),)
+        case scenes.Convex():
+            return (ConvexHull(asked.vertices),)
+        case scenes.MeshShape():
+            return tight_mesh_pieces(_mesh(asked))
+        case scenes.PointCloudShape():
+            return (PointCloud(asked.points, asked.radius, asked.voxel),)
+        case _:
+            raise TypeError(f"{asked} is no shape")
+
+
+def _mesh(asked: scenes.MeshShape) -> Mesh:
+    corners, triangles = np.array(asked.vertices), np.array(asked.triangles)
+    if triangles.max() >= len(corners):
+        raise InvalidShape("triangles", f"name vertices beyond the {len(corners)} that there are")
+    return Mesh.checked(corners[triangles])

@@ -1,0 +1,170 @@
+"""What a worker does with a task: run its operation and turn whatever happens into a reply."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from api.base import errors
+from api.base.failures import where_from
+from api.base.problem_documents import MEDIA_TYPE, problem_document
+from api.contract.examples.request_examples import request_examples
+from api.pool.messages import Reply, Task
+from api.store.items import CHUNK_BYTES, CHUNK_SECONDS, PLAN_ITEMS, decompressed
+from api.work.tasks import (
+    batch_reports,
+    collisions,
+    dynamics,
+    kinematics,
+    openapi,
+    robots,
+    scenes,
+    trajectories,
+    trajectory_operations,
+)
+from api.work.tasks.batches import item_steps
+from api.work.tasks.work import TASKS, Work, task
+from planner.errors import PlanningError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from api.pool.messages import Caps
+
+
+SUBJECTS = (
+    trajectories,
+    trajectory_operations,
+    batch_reports,
+    robots,
+    scenes,
+    collisions,
+    kinematics,
+    dynamics,
+    openapi,
+)
+"""The modules whose functions are registered as tasks, besides `batches` and this one."""
+
+
+class Attempt:
+    """A task that is done step by step, between the steps of others.
+
+    Attributes:
+        work: The task.
+        reply: The reply, once there is one: after the last step, or where it was refused in one.
+    """
+
+    def __init__(self, task: Task, caps: Caps, steps: Callable[[Work], Generator[None, None, Reply]]) -> None:
+        self.work = Work(task, caps)
+        self.reply: Reply | None = None
+        self._steps = steps(self.work)
+
+    def advance(self) -> None:
+        """Do the next step, if there is one left."""
+        if self.reply is not None:
+            return
+        try:
+            next(self._steps)
+        except StopIteration as end:
+            self.reply = end.value
+        except (PlanningError, errors.ServiceError) as refusal:
+            self.reply = _refused(refusal, self.work)
+
+
+@task(PLAN_ITEMS)
+def plan_items(work: Work) -> Reply:
+    """Plan requests of a batch, the argument `items`, each as if it were alone; the result is a list of replies.
+
+    All are read, then all are planned, then all are written: what the processor keeps at hand of code and data is that
+    of the step before, and changing between the steps with every request costs a tenth of a plan.
+
+    The replies are fewer than the requests where these are large, or take longer than those that are planned together
+    should. An error that nobody foresaw ends them all: it may come from the memory that the others take.
+    """
+    end = time.monotonic() + CHUNK_SECONDS
+    under_way = _read(work, end)
+    for until in (end, math.inf):
+        for count, attempt in enumerate(under_way, 1):
+            attempt.advance()
+            if time.monotonic() > until:
+                del under_way[count:]
+                break
+    replies = [attempt.reply for attempt in under_way]
+    return Reply(200, "application/octet-stream", b"", result=replies)
+
+
+def _read(work: Work, end: float) -> list[Attempt]:
+    """Read requests up to a time, s on the monotonic clock, or a number of bytes; at least one."""
+    under_way: list[Attempt] = []
+    size = 0
+    for body, arguments in work.arguments["items"]:
+        attempt = Attempt(replace(work.task, body=decompressed(body), arguments=arguments), work.caps, item_steps)
+        size += len(attempt.work.task.body) + len(arguments.get("scene", b""))
+        if under_way and (size > CHUNK_BYTES or time.monotonic() > end):
+            break
+        attempt.advance()
+        under_way.append(attempt)
+    return under_way
+
+
+WARM_UP_ROBOT = "kuka_kr16_l6_2"
+"""The robot that is planned for before any request; it has inertias, which one back end asks for."""
+
+ARGUMENTS = {"format": "json", "accept": "*/*", "index": 0}
+"""The arguments with which examples are run before any request."""
+
+
+def execute(task: Task, caps: Caps) -> Reply:
+    """Run one task; whatever happens, a reply comes back."""
+    work = Work(task, caps)
+    try:
+        if time.monotonic() >= task.deadline:
+            hint = errors.what_to_do(caps.max_deadline)
+            raise errors.DeadlineExceeded(f"the deadline passed while the request waited for a worker; {hint}")
+        reply = TASKS[task.operation](work)
+    except (PlanningError, errors.ServiceError) as refusal:
+        reply = _refused(refusal, work)
+    except Exception as error:  # noqa: BLE001 - the boundary of the process: nothing may leave it but a reply
+        if wants_memory(error):
+            reply = _refused(errors.MemoryExceeded("the request needs more memory than a worker may use"), work)
+        else:
+            reply = _refused(errors.InternalError("the service failed on this request"), work)
+            reply = replace(reply, failure=where_from(error))
+        reply = replace(reply, worker_is_fit=False)
+    return replace(reply, timings=work.timings)
+
+
+def _refused(refusal: PlanningError | errors.ServiceError, work: Work) -> Reply:
+    """Make a refusal the reply."""
+    status, body = problem_document(refusal, work.task.instance)
+    return Reply(status, MEDIA_TYPE, body, work.timings, code=refusal.code)
+
+
+def wants_memory(error: BaseException) -> bool:
+    """Tell whether an error, or one that led to it, says that no memory was left, in Python's words or in C++'s."""
+    causes = [error]
+    while (cause := causes[-1].__cause__ or causes[-1].__context__) is not None:
+        causes.append(cause)
+    return any(isinstance(cause, MemoryError) or "bad_alloc" in str(cause) for cause in causes)
+
+
+def warm_up(caps: Caps) -> None:
+    """Plan once with every back end and run an example of every operation: no request pays for first-time work."""
+    from planner.backends import BACKENDS
+    from planner.robots import load_robot
+
+    middle = load_robot(WARM_UP_ROBOT).middle
+    waypoints = [{"kind": "joint", "position": (middle + step).tolist()} for step in (0.0, 0.01, 0.03)]
+    waypoints[1]["transition"] = {"kind": "through"}  # straight lines alone would not load the package toppra
+    for kind in BACKENDS:
+        _run("plan_trajectory", {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": {"kind": kind}}, caps)
+    for operation, examples in request_examples().items():
+        _run(operation, next(iter(examples.values())), caps)
+
+
+def _run(operation: str, request: Any, caps: Caps) -> None:
+    TASKS[operation](Work(Task(operation, "", 0.0, math.inf, orjson.dumps(request), ARGUMENTS), caps))

@@ -1,0 +1,164 @@
+"""The requests in the body of a batch: a list, a grid, or one a line; each comes with its pointer."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from api.base.errors import ServiceError, invalid
+from api.base.size import has_too_many_rows, parse_json
+from api.contract import batches as schemas
+from api.contract.requests import PlanRequest
+from api.work.tasks.work import validated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from api.work.tasks.work import Work
+
+ESCAPED = re.compile(rb"\\.", re.DOTALL)
+"""An escaped character in a string."""
+
+INDEX = re.compile("0|[1-9][0-9]{0,8}")
+"""An index of an array in a JSON pointer."""
+
+STEPS = {ord("["): 1, ord("{"): 1, ord("]"): -1, ord("}"): -1}
+"""How much deeper a character leads into a document."""
+
+
+def of_lines(body: bytes, first: int) -> Iterator[tuple[Any, str]]:
+    """Find the requests of a body, or of a piece of one, that has one a line; the first has this index."""
+    lines = (line for line in body.split(b"\n") if line.strip())
+    return ((parse_json(line, f"/requests/{index}"), f"/requests/{index}") for index, line in enumerate(lines, first))
+
+
+def of_document(work: Work, most: int) -> Iterator[tuple[Any, str]]:
+    """Find the requests of a body that is one document, with a list of them or a grid."""
+    body = work.task.body
+    if has_too_many_rows(body, work.arguments.get("most_bytes", len(body))):
+        raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
+    document, objects = _without_objects(body)
+    if isinstance(document, dict):  # what is null counts as left out
+        document = {name: value for name, value in document.items() if value is not None}
+    match document:
+        case {"requests": list(requests), **more} if requests and not more:
+            if sum(isinstance(request, dict) for request in requests) != len(objects):
+                raise invalid([{"pointer": "/requests", "message": "it is there twice"}])
+            return _put_back(requests, objects)
+        case {"grid": grid, **more} if not more:
+            try:
+                return _combinations(validated(schemas.Grid, orjson.dumps(grid), work.caps), most)
+            except ServiceError as error:
+                faults = error.details["errors"]
+                raise invalid([fault | {"pointer": "/grid" + fault["pointer"]} for fault in faults]) from None
+        case _:
+            raise invalid([{"pointer": "", "message": "it has a list of requests, not empty, or a grid, and no more"}])
+
+
+def _without_objects(body: bytes) -> tuple[Any, list[bytes]]:
+    """Parse a document, and return it with `{}` in the place of each object of its lists, and those objects as bytes.
+
+    A parser needs twelve times the length of what it parses at once, and its values take as much as the body again:
+    100,000 requests are too much for a worker, and each is written down again as soon as it is read.
+    """
+    import numpy as np  # not in the server, which has no use for it
+
+    characters = np.frombuffer(ESCAPED.sub(b"__", body) if b"\\" in body else body, np.uint8)
+    steps = np.array([STEPS.get(code, 0) for code in range(256)], np.int8)[characters]
+    steps[np.cumsum(characters == ord('"'), dtype=np.uint8) % 2 == 1] = 0  # in a string
+    places = np.flatnonzero(steps)
+    opens, depth = steps[places] > 0, np.cumsum(steps[places], dtype=np.int64)
+    ends = np.flatnonzero(~opens & (depth == 2))
+    begins = np.flatnonzero(opens & (depth == 3))[: len(ends)]
+    holders = np.flatnonzero(opens & (depth == 2))
+    holders = holders[np.searchsorted(holders, begins) - 1] if len(begins) else begins
+    of_lists = (characters[places[begins]] == ord("{")) & (characters[places[holders]] == ord("["))
+    edges = np.stack([places[begins], places[ends] + 1], axis=-1)[of_lists].ravel().tolist()
+    rest = b"{}".join(body[i:j] for i, j in zip([0, *edges[1::2]], [*edges[::2], len(body)], strict=True))
+    return parse_json(rest, ""), [body[i:j] for i, j in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _put_back(requests: list[Any], objects: list[bytes]) -> Iterator[tuple[Any, str]]:
+    left = iter(objects)
+    for index, request in enumerate(requests):
+        pointer = f"/requests/{index}"
+        yield parse_json(next(left), pointer) if isinstance(request, dict) else request, pointer
+
+
+def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
+    """Make the requests of a grid; all have the template's pointer.
+
+    Raises:
+        InvalidRequest: There are too many, or a plan request has no such field.
+    """
+    number = math.prod(len(field.values) for field in grid.vary)
+    if number > most:
+        message = f"{number} combinations are more than the {most} requests that a batch may have"
+        raise invalid([{"pointer": "/vary", "message": message}])
+    content = orjson.dumps(grid.template)
+    for k, field in enumerate(grid.vary):
+        try:
+            steps = _steps_of(field.pointer)
+            if len(steps) > 1 and steps[0] not in PlanRequest.model_fields:
+                raise NothingThere
+            _put(orjson.loads(content), steps, None)
+        except NothingThere:
+            raise invalid([{"pointer": f"/vary/{k}/pointer", "message": "a plan request has nothing there"}]) from None
+    return _varied(content, grid.vary)
+
+
+class NothingThere(Exception):
+    """A pointer leads to nothing."""
+
+
+def _varied(content: bytes, vary: list[schemas.VariedField]) -> Iterator[tuple[Any, str]]:
+    """Put each combination of values into the template.
+
+    Raises:
+        InvalidRequest: A value of one field takes away what another pointer leads into.
+    """
+    paths = [_steps_of(field.pointer) for field in vary]
+    for combination in itertools.product(*(field.values for field in vary)):
+        request = orjson.loads(content)
+        for k, (steps, value) in enumerate(zip(paths, combination, strict=True)):
+            try:
+                _put(request, steps, value)
+            except NothingThere:
+                message = "the template has nothing there once another field has one of its values"
+                raise invalid([{"pointer": f"/grid/vary/{k}/pointer", "message": message}]) from None
+        yield request, "/grid/template"
+
+
+def _steps_of(pointer: str) -> list[str]:
+    """Take a JSON pointer apart (RFC 6901, Section 4)."""
+    return [step.replace("~1", "/").replace("~0", "~") for step in pointer.split("/")[1:]]
+
+
+def _put(document: Any, steps: list[str], value: Any) -> None:
+    """Put a value into a document; objects on the way to it that the document leaves out are made.
+
+    Raises:
+        NothingThere: A step leads into what is no object, or to no entry of an array.
+    """
+    for step in steps[:-1]:
+        if isinstance(document, dict) and document.get(step) is None:
+            document[step] = {}
+        document = document[_key_of(document, step)]
+    document[_key_of(document, steps[-1])] = value
+
+
+def _key_of(document: Any, step: str) -> str | int:
+    """Read a step of a pointer as the name of a field or the index of an entry; `-1` and `00` are no indices.
+
+    Raises:
+        NothingThere: It can be neither.
+    """
+    if isinstance(document, dict):
+        return step
+    if isinstance(document, list) and INDEX.fullmatch(step) and int(step) < len(document):
+        return int(step)
+    raise NothingThere

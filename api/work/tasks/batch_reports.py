@@ -1,0 +1,78 @@
+"""The report of a batch: one file that anyone can open, with what came of the requests and the worst of the plans."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from api.base.version import service_version
+from api.pool.messages import Reply
+from api.store.contents.digests import request_hash
+from api.store.items import PLANNED, decompressed
+from api.work.tasks.batches import loaded_plan
+from api.work.tasks.work import task
+
+if TYPE_CHECKING:
+    from api.store.items import Result
+    from api.work.tasks.work import Work
+
+SAMPLES = 200
+"""The number of samples that each plan is drawn with: a tenth of those of its own report."""
+
+MOST_BYTES = 2_000_000
+"""The most bytes of the plans and problems that a report shows as JSON; what does not fit is told in figures only."""
+
+MOST_WORDS = 500
+"""The most characters of what a problem document says that a report repeats."""
+
+
+@task("get_batch_report")
+def report_batch(work: Work) -> Reply:
+    """Answer GET /v1/batches/{id}/report.
+
+    Arguments: `batch`, as the schema `Batch` says; `figures`, those of its items as `Figures` of the report's
+    program (`web/src/report/batch.ts`); `results`, the items that are shown, the worst first, each a `Result`;
+    `definitions` of added robots and of scenes by their digests.
+    """
+    from api.work.answers.views import written_report
+
+    with work.stage("serialise"):
+        shown = {
+            "batch": work.arguments["batch"],
+            "figures": work.arguments["figures"],
+            **_shown_results(work),
+            "version": service_version(),
+        }
+        return Reply(200, "text/html", written_report("batch", shown), work.timings)
+
+
+def _shown_results(work: Work) -> dict[str, Any]:
+    """Write plans and what problems say, by index, as long as there is room; and each robot of these plans once."""
+    plans: dict[str, Any] = {}
+    problems: dict[str, str] = {}
+    arms: dict[bytes, int] = {}
+    size = 0
+    for result in work.arguments["results"]:
+        if result.outcome != PLANNED:
+            document = orjson.loads(decompressed(result.result))
+            problems[str(result.position)] = str(document["detail"])[:MOST_WORDS]
+            continue
+        plan, arm = _shown_plan(result, work)
+        added = len(plan) + (0 if arm in arms else len(arm))
+        if size + added <= MOST_BYTES:
+            size += added
+            number = arms.setdefault(arm, len(arms))
+            plans[str(result.position)] = {"plan": orjson.Fragment(plan), "arm": number}
+    return {"plans": plans, "problems": problems, "arms": list(map(orjson.Fragment, arms))}
+
+
+def _shown_plan(result: Result, work: Work) -> tuple[bytes, bytes]:
+    """Write what is shown of a saved plan, and of its robot, as JSON."""
+    from api.work.answers.views import shown_plan, shown_robot
+
+    plan, request, definition = loaded_plan(result, work)
+    asked = request.model_dump(mode="json", by_alias=True, exclude_unset=True)
+    shown = shown_plan(plan, asked, request_hash(request, definition), SAMPLES)
+    written, arm = (orjson.dumps(part, option=orjson.OPT_SERIALIZE_NUMPY) for part in (shown, shown_robot(plan)))
+    return written, arm

@@ -1,0 +1,236 @@
+"""Batches: what workers do with their bodies, their items and their results; the server keeps them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import pickle
+from base64 import b64encode
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import orjson
+
+from api.base.errors import PayloadTooLarge, invalid
+from api.base.problem_documents import problem_document
+from api.contract.parts.common import DEFAULT_DEADLINE
+from api.contract.requests import PlanRequest
+from api.pool.messages import Reply
+from api.store.items import PLANNED, NewItem, Result, compressed, decompressed
+from api.work.tasks.batch_bodies import of_document, of_lines
+from api.work.tasks.remedies import acceptable_remedies
+from api.work.tasks.trajectories import export_options, figures_of, refuse_too_many_rows
+from api.work.tasks.work import in_scene, robot_of, task, validated
+from planner.errors import PlanningError
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterable, Iterator
+
+    from api.work.tasks.work import Work
+    from planner.backends.base import BackEnd
+    from planner.export import Format
+    from planner.plans.result import Plan
+    from planner.problems.problem import PlanningProblem
+
+CHUNK = 500
+"""The number of requests that go into the database at once."""
+
+PROBLEM_SUFFIX = ".problem.json"
+"""How the name of a file in an archive ends that has a problem document in place of a plan."""
+
+PAGE_BYTES = 4 * 2**20
+"""The bytes after which a page of results ends."""
+
+
+@task("create_batch")
+def read_items(work: Work) -> Reply:
+    """Take the requests out of the body of POST /v1/batches, or out of a piece of one with one request a line.
+
+    They come back in `result`, as chunks that are pickled: the server puts them into the database one by one, and
+    its event loop is not held up by them. Whether each follows the schema is seen when it is planned.
+    """
+    first, most = work.arguments.get("first", 0), work.arguments.get("most_items", CHUNK)
+    with work.stage("validate"):
+        found = of_lines(work.task.body, first) if work.arguments.get("lines") else of_document(work, most)
+        contents = _contents(itertools.islice(found, most + 1 - first), work)
+        items = [_item(request, content, work) for request, content in contents]
+    if first + len(items) > most:
+        raise invalid([{"pointer": "/requests", "message": f"a batch may have {most} requests"}])
+    chunks = [pickle.dumps(items[start : start + CHUNK]) for start in range(0, len(items), CHUNK)]
+    return Reply(200, "application/octet-stream", b"", work.timings, result=chunks)
+
+
+def _contents(found: Iterable[tuple[Any, str]], work: Work) -> Iterator[tuple[dict[str, Any], bytes]]:
+    """Write requests as JSON, one after the other, and give each with what is written.
+
+    Raises:
+        InvalidRequest: One is no object, or larger than it might be by itself.
+        PayloadTooLarge: They are too large together.
+    """
+    most_of_one = work.arguments.get("most_bytes_of_one", math.inf)
+    most_of_all = work.arguments.get("most_bytes_of_all", math.inf)
+    size = 0
+    for number, (request, pointer) in enumerate(found, 1):
+        if not isinstance(request, dict):
+            raise invalid([{"pointer": pointer, "message": "a request is an object"}])
+        content = orjson.dumps(request)
+        if len(content) > most_of_one:
+            raise invalid([{"pointer": pointer, "message": f"a request may have {most_of_one} bytes"}])
+        size += len(content)
+        if size > most_of_all:
+            raise PayloadTooLarge(
+                f"The requests of a batch may have {most_of_all} bytes together, those of a grid one by one; the first "
+                f"{number} have {size}. Send them as several batches."
+            )
+        yield request, content
+
+
+def _item(request: dict[str, Any], content: bytes, work: Work) -> NewItem:
+    """Make a request what goes into the database."""
+    robot, scene, deadline = (request.get(name) for name in ("robot", "scene", "deadline"))
+    if isinstance(deadline, bool) or not isinstance(deadline, int | float) or not deadline > 0.0:
+        deadline = DEFAULT_DEADLINE  # it is omitted, or will be refused
+    deadline = min(float(deadline), work.caps.max_deadline)
+    robot, scene = (named if isinstance(named, str) else None for named in (robot, scene))
+    return NewItem(compressed(content), robot, scene, deadline)
+
+
+def item_steps(work: Work) -> Generator[None, None, Reply]:
+    """Plan one request of a batch: read it, plan it, and write the plan, each when it is asked for.
+
+    Returns:
+        The reply; its body is the saved plan, its result the plan's duration and worst ratio.
+    """
+    from api.work.conversion.time_budgets import attempts_until, within_deadline
+    from planner.export.base import sample
+    from planner.planning import plan
+    from planner.plans.saved_plan import save_plan
+
+    definition = work.arguments.get("definition")
+    with work.stage("validate"):
+        request: PlanRequest = work.request(PlanRequest)
+        asked, backend = _problem_of(request, definition)
+    yield
+    with work.stage("plan"), acceptable_remedies(work, request, asked.robot.dof):
+        solved = plan(within_deadline(asked, work.task.deadline), backend, attempts_until(work.task.deadline))
+    yield
+    refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
+    with work.stage("serialise"):
+        if "torque" in request.include:  # refused without inertias
+            options = export_options(request, definition)
+            sample(solved, replace(options, sample_period=solved.trajectory.duration))
+        saved = save_plan(solved)
+    figures = figures_of(solved)
+    result = (solved.trajectory.duration, max(figures.ratios.values(), default=None))
+    return Reply(200, "application/octet-stream", saved, work.timings, result=result, plan=figures)
+
+
+def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[PlanningProblem, BackEnd]:
+    """Make a request, which may name an added robot with a definition, what the library plans."""
+    from api.work.conversion.problems import to_backend, to_planning_problem
+
+    return to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
+
+
+@task("get_batch_results")
+def render_results(work: Work) -> Reply:
+    """Write results as GET /v1/batches/{id}/results does, up to so many bytes; the result is how many they are.
+
+    Arguments: `results`, each a `Result`; `form`, the name of a format, or None; `definitions` of added
+    robots and of scenes by their digests; `shape`: `page`, with `next_cursor`, `lines`, one result a line, or `files`,
+    a file for each plan or problem in place of a body; `last`: whether nothing comes behind them.
+    """
+    from api.work.answers.negotiation import negotiated
+    from planner.export import FORMATS
+
+    asked = work.arguments
+    form = negotiated(asked["form"], "*/*", FORMATS)
+    if asked["shape"] == "files":
+        return _as_files(form, work)
+    entries: list[bytes] = []
+    size = 0
+    with work.stage("serialise"):
+        for result in asked["results"]:
+            entries.append(_rendered(result, form, work))
+            size += len(entries[-1])
+            if size > PAGE_BYTES:
+                break
+        if asked["shape"] == "lines":
+            body = b"".join(entry + b"\n" for entry in entries)
+            return Reply(200, "application/x-ndjson", body, work.timings, result=len(entries))
+        is_last = asked["last"] and len(entries) == len(asked["results"])
+        cursor = asked["results"][len(entries) - 1].position if entries else asked["behind"]
+        page = {"results": list(map(orjson.Fragment, entries)), "next_cursor": None if is_last else str(cursor)}
+    return replace(work.reply(page), result=len(entries))
+
+
+def _as_files(form: Format, work: Work) -> Reply:
+    """Write results as files of an archive: the result is how many they are, and their names and contents, pickled."""
+    files: list[tuple[str, bytes]] = []
+    size = 0
+    with work.stage("serialise"):
+        for result in work.arguments["results"]:
+            name = f"{result.position:06d}"
+            try:
+                planned = result.outcome == PLANNED
+                content = _written(result, form, work) if planned else decompressed(result.result)
+                suffix = form.suffix if planned else PROBLEM_SUFFIX
+            except PlanningError as refusal:  # the form cannot carry it
+                _, content = problem_document(refusal, work.task.instance)
+                suffix = PROBLEM_SUFFIX
+            files.append((name + suffix, content))
+            size += len(content)
+            if size > PAGE_BYTES:
+                break
+    return Reply(200, "application/zip", pickle.dumps(files), work.timings, result=len(files))
+
+
+def _rendered(result: Result, form: Format, work: Work) -> bytes:
+    """Write one result."""
+    entry: dict[str, Any] = {"index": result.position, "status": result.outcome}
+    if result.outcome != PLANNED:
+        entry["problem"] = orjson.Fragment(decompressed(result.result))
+        return orjson.dumps(entry)
+    entry["duration"] = result.duration
+    try:
+        content = _written(result, form, work)
+    except PlanningError as refusal:  # the form cannot carry it
+        _, document = problem_document(refusal, work.task.instance)
+        return orjson.dumps(entry | {"status": refusal.code, "problem": orjson.Fragment(document)})
+    if form.name == "json":
+        return orjson.dumps(entry | {"trajectory": orjson.Fragment(content)})
+    is_text = form.media_type.startswith("text/") or form.media_type.endswith("json")
+    text = (content if is_text else b64encode(content)).decode()
+    encoding = "text" if is_text else "base64"
+    return orjson.dumps(entry | {"media_type": form.media_type, "encoding": encoding, "content": text})
+
+
+def _written(result: Result, form: Format, work: Work) -> bytes:
+    """Write a saved plan as the request alone would be answered."""
+    loaded = loaded_plan(result, work)
+    return form.render(loaded.plan, export_options(loaded.request, loaded.definition))
+
+
+class LoadedPlan(NamedTuple):
+    """A plan of a batch that has been read again.
+
+    Attributes:
+        plan: The plan.
+        request: What was asked, its scene in place of the scene's id.
+        definition: The definition of the added robot that it names; None: one of the catalogue.
+    """
+
+    plan: Plan
+    request: PlanRequest
+    definition: bytes | None
+
+
+def loaded_plan(result: Result, work: Work) -> LoadedPlan:
+    """Read the saved plan of a result; the argument `definitions` has those of added robots and scenes, by digest."""
+    from planner.plans.saved_plan import OF_THE_PATH, load_plan
+
+    definition, scene = (work.arguments["definitions"].get(digest) for digest in (result.robot, result.scene))
+    request: PlanRequest = in_scene(validated(PlanRequest, decompressed(result.request), work.caps), scene)
+    asked, backend = _problem_of(request, definition)
+    with_runs = not OF_THE_PATH.isdisjoint(request.include)
+    return LoadedPlan(load_plan(result.result, asked, backend, with_runs), request, definition)

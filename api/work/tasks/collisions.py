@@ -1,0 +1,49 @@
+"""Collisions: how near postures, or a trajectory of any origin, come to a scene and to themselves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from api.base.errors import invalid
+from api.contract import collisions as schemas
+from api.work.tasks.work import task
+
+if TYPE_CHECKING:
+    from api.pool.messages import Reply
+    from api.work.tasks.work import Work
+
+
+@task("check_collisions")
+def check_collisions(work: Work) -> Reply:
+    """Answer POST /v1/collisions/check."""
+    import numpy as np
+
+    from api.work.answers.clearances import clearance_answer, speed_zones_answer
+    from api.work.conversion.given_trajectories import to_trajectory
+    from api.work.conversion.problems import frames_in_world, mounted, to_matrix, with_tool
+    from api.work.conversion.scenes import to_scene, to_speed_zones
+    from planner.certificate.clearance import at_rest
+    from planner.scene import CollisionChecker
+    from planner.speed_zones import refuse_zone_faults
+
+    with work.stage("validate"):
+        request = work.request(schemas.CollisionCheckRequest)
+        robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+        has_trajectory = request.samples is not None or request.polynomials is not None
+        if (request.positions is None) != has_trajectory:
+            raise invalid([{"pointer": "", "message": "either positions are needed, or samples or polynomials"}])
+        if request.positions is None:
+            motions = [to_trajectory(request, robot)[1]]
+        else:
+            motions = [at_rest(q) for q in np.atleast_2d(to_matrix(request.positions, robot.dof, ("positions",)))]
+        if request.speed_zones and not has_trajectory:
+            raise invalid([{"pointer": "/speed_zones", "message": "positions do not move: a trajectory is needed"}])
+        scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
+        zones = to_speed_zones(request.speed_zones)
+        refuse_zone_faults(scene, zones)
+        checker = CollisionChecker(robot, scene, self_collision=request.self_collision)
+    with work.stage("plan"):
+        results = [clearance_answer(checker, motion, request.tolerance) for motion in motions]
+        if zones:
+            results[0]["speed_zones"] = speed_zones_answer(zones, checker, robot, motions[0])
+    return work.reply({"free": all(result["free"] for result in results), "results": results})

@@ -1,0 +1,43 @@
+"""Dynamics: the torques of states of motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from api.base.errors import invalid
+from api.contract import dynamics as schemas
+from api.work.tasks.work import task
+
+if TYPE_CHECKING:
+    from api.pool.messages import Reply
+    from api.work.tasks.work import Work
+
+
+@task("inverse_dynamics")
+def inverse_dynamics(work: Work) -> Reply:
+    """Answer POST /v1/dynamics/inverse."""
+    import numpy as np
+
+    from api.work.conversion.problems import to_matrix, to_payload
+    from planner.dynamics import inverse_dynamics
+
+    with work.stage("validate"):
+        request = work.request(schemas.InverseDynamicsRequest)
+        robot = work.robot(request)
+        if request.payload is not None:
+            robot = robot.with_payload(to_payload(request.payload))
+        positions = to_matrix(request.positions, robot.dof, ("positions",))
+        velocities, accelerations = (
+            np.zeros_like(positions) if rows is None else to_matrix(rows, robot.dof, (name,))
+            for name, rows in (("velocities", request.velocities), ("accelerations", request.accelerations))
+        )
+        faults = [
+            {"pointer": f"/{name}", "message": f"{len(rows)} rows for {len(positions)} positions"}
+            for name, rows in (("velocities", velocities), ("accelerations", accelerations))
+            if len(rows) != len(positions)
+        ]
+        if faults:
+            raise invalid(faults)
+    with work.stage("plan"):
+        torques = inverse_dynamics(robot, positions, velocities, accelerations)
+    return work.reply({"torques": torques})

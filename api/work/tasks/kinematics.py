@@ -1,0 +1,147 @@
+"""Kinematics: forward, inverse, reachability, Jacobian and workspace."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from api.base.errors import invalid
+from api.contract import kinematics as schemas
+from api.pool.messages import Reply
+from api.work.answers.negotiation import MediaType, negotiated
+from api.work.tasks.work import task
+
+if TYPE_CHECKING:
+    from api.work.tasks.work import Work
+
+FORMS_OF_WORKSPACE = {
+    "json": MediaType("application/json"),
+    "svg": MediaType("image/svg+xml"),
+    "png": MediaType("image/png"),
+}
+"""The forms of a workspace, by the names that `?format=` has for them."""
+
+MOST_SOLUTIONS = 64
+"""The most solutions of one pose in an answer; a robot with six joints has 16 at most, whole turns aside."""
+
+
+@task("forward_kinematics")
+def forward_kinematics(work: Work) -> Reply:
+    """Answer POST /v1/kinematics/forward."""
+    from api.work.conversion.problems import to_matrix, with_tool
+    from planner.export.json import poses_as_dicts
+    from planner.kinematics import forward_kinematics
+
+    with work.stage("validate"):
+        request = work.request(schemas.ForwardKinematicsRequest)
+        robot = with_tool(work.robot(request), request.tool)
+        positions = to_matrix(request.positions, robot.dof, ("positions",))
+    with work.stage("plan"):
+        poses = forward_kinematics(robot, positions)
+    return work.reply({"poses": poses_as_dicts(poses)})
+
+
+@task("inverse_kinematics")
+def inverse_kinematics(work: Work) -> Reply:
+    """Answer POST /v1/kinematics/inverse."""
+    from functools import partial
+
+    from api.work.answers.kinematics import all_answer, best_answer
+    from api.work.conversion.poses import to_pose
+    from api.work.conversion.problems import frames_in_world, mounted, to_vector, with_tool
+    from api.work.conversion.scenes import to_scene
+    from planner.kinematics import free_first, inverse_kinematics_many, solutions_or_failure, with_whole_turns
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.scene import is_free
+    from planner.scene.carried import checker_at_waypoints
+
+    with work.stage("validate"):
+        request = work.request(schemas.InverseKinematicsRequest)
+        robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+        scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
+        checker = checker_at_waypoints(robot, scene, request.self_collision, ())
+        free = None if checker is None else partial(is_free, checker)
+        reference = None
+        if request.reference is not None:
+            reference = to_vector(request.reference, robot.dof, ("reference",))
+        options = InverseKinematicsOptions(request.tolerance_position, request.tolerance_orientation, seed=request.seed)
+    with work.stage("plan"):
+        poses = [to_pose(asked) for asked in request.poses]
+        if request.solutions == "best":
+            found_in_turn = inverse_kinematics_many(robot, poses, options, reference, free)
+            results = [best_answer(best, checker) for best in found_in_turn]
+        else:
+            near = robot.middle if reference is None else reference
+            results = []
+            for pose in poses:
+                found = solutions_or_failure(robot, pose, options, near, free)
+                if isinstance(found, tuple):
+                    found = with_whole_turns(robot, found, near, MOST_SOLUTIONS)
+                    found = found if free is None else free_first(found, free)
+                results.append(all_answer(robot, pose, found, checker))
+    return work.reply({"results": results})
+
+
+@task("reachability")
+def reachability(work: Work) -> Reply:
+    """Answer POST /v1/kinematics/reachability."""
+    from api.work.answers.kinematics import reachability_answer
+    from api.work.conversion.problems import frames_in_world, mounted, to_options, to_waypoints, with_tool
+    from api.work.conversion.scenes import to_scene
+    from planner.waypoints.reachability import reachability
+
+    with work.stage("validate"):
+        request = work.request(schemas.ReachabilityRequest)
+        robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+        waypoints = to_waypoints(request.waypoints, robot, request.frames)
+        options = to_options(request.ik, request.seed)
+        scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
+    with work.stage("plan"):
+        found = reachability(robot, waypoints, options, scene=scene, self_collision=request.self_collision)
+    return work.reply(reachability_answer(waypoints, found))
+
+
+@task("jacobian")
+def jacobian(work: Work) -> Reply:
+    """Answer POST /v1/kinematics/jacobian."""
+    from api.work.conversion.problems import to_vector, with_tool
+    from planner.kinematics import jacobian, manipulability, singular_values
+
+    with work.stage("validate"):
+        request = work.request(schemas.JacobianRequest)
+        robot = with_tool(work.robot(request), request.tool)
+        position = to_vector(request.position, robot.dof, ("position",))
+    with work.stage("plan"):
+        answer = {
+            "jacobian": jacobian(robot, position),
+            "manipulability": manipulability(robot, position[None])[0],
+            "singular_values": singular_values(robot, position[None])[0],
+        }
+    return work.reply(answer)
+
+
+@task("workspace")
+def workspace(work: Work) -> Reply:
+    """Answer POST /v1/kinematics/workspace."""
+    from api.work.conversion.problems import with_tool
+    from planner.kinematics import workspace
+
+    form = negotiated(work.arguments["format"], work.arguments["accept"], FORMS_OF_WORKSPACE)
+
+    with work.stage("validate"):
+        request = work.request(schemas.WorkspaceRequest)
+        if 3 * request.samples > work.caps.max_samples:
+            limit = (
+                f"{request.samples} points of 3 values are more than the {work.caps.max_samples} values of an answer"
+            )
+            raise invalid([{"pointer": "/samples", "message": limit}])
+        robot = with_tool(work.robot(request), request.tool)
+    with work.stage("plan"):
+        found = workspace(robot, request.samples, request.seed)
+    if form is FORMS_OF_WORKSPACE["json"]:
+        return work.reply(found, headers={"Vary": "Accept"})
+    from planner.plots.picture import draw_workspace
+
+    with work.stage("serialise"):
+        picture = draw_workspace(robot, found, view=request.view)
+        body = picture.svg() if form is FORMS_OF_WORKSPACE["svg"] else picture.png()
+    return Reply(200, form.media_type, body, work.timings, headers={"Vary": "Accept"})

@@ -1,0 +1,123 @@
+"""The schemas of the OpenAPI document: only workers know the back ends and the forms of a plan."""
+
+from __future__ import annotations
+
+import pkgutil
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from pydantic import TypeAdapter
+from pydantic.json_schema import GenerateJsonSchema
+
+import api.contract
+from api.base.errors import STATUS_OF_CODE
+from api.base.size import CAPPED_LISTS
+from api.contract.parts.problem_documents import ProblemDocument
+from api.contract.ros import RosJointTrajectory
+from api.work.answers.views import VIEWS
+from api.work.tasks.kinematics import FORMS_OF_WORKSPACE
+from api.work.tasks.robots import FORMS_OF_GEOMETRY
+from api.work.tasks.work import task
+from planner.export import FORMATS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core.core_schema import FloatSchema, TaggedUnionSchema, WithDefaultSchema
+
+    from api.pool.messages import Reply
+    from api.work.tasks.work import Work
+
+REFERENCE = "#/components/schemas/{model}"
+"""The place of a schema in the document."""
+
+JSON_FORMS = {"ros2": RosJointTrajectory}
+"""The schemas of the JSON forms of a plan besides `json`; the others are text or bytes."""
+
+
+@task("get_schemas")
+def get_schemas(work: Work) -> Reply:
+    """Answer what the document needs of a worker: schemas of requests and answers by their names, and forms."""
+    with work.stage("plan"):
+        parts = {
+            "schemas": schemas_named(work.arguments["requests"], work.arguments["answers"], work.caps.max_waypoints),
+            "forms": forms_of_answers(),
+            "formats": formats_of_plans(),
+        }
+    return work.reply(parts)
+
+
+def schemas_named(requests: Iterable[str], answers: Iterable[str], max_waypoints: int) -> dict[str, Any]:
+    """Collect the schemas with these names, and those that they name.
+
+    Args:
+        requests: Names of schemas of bodies of requests; their lists are as long as the service takes.
+        answers: Names of schemas of answers.
+        max_waypoints: The largest number of waypoints or poses in one request.
+    """
+    roots: list[Any] = [_schema(name) for name in dict.fromkeys((*requests, *answers))]
+    inputs: Any = [(schema.__name__, "validation", TypeAdapter(schema)) for schema in (*roots, *JSON_FORMS.values())]
+    _, definitions = TypeAdapter.json_schemas(inputs, ref_template=REFERENCE, schema_generator=_Schemas)
+    schemas = dict(sorted(definitions["$defs"].items()))
+    for name in requests:
+        for field in CAPPED_LISTS & schemas[name].get("properties", {}).keys():
+            schemas[name]["properties"][field]["maxItems"] = max_waypoints
+    schemas[ProblemDocument.__name__]["properties"]["code"]["enum"] = sorted(STATUS_OF_CODE)
+    return schemas
+
+
+def forms_of_answers() -> dict[str, dict[str, Any]]:
+    """List the further media types of answers that have several forms, each with its schema, by operation."""
+    media_types = [*(form.media_type for form in FORMATS.values()), *(view.media_type for view in VIEWS.values())]
+    plan: dict[str, Any] = {media_type: _text_or_bytes(media_type) for media_type in media_types}
+    for name, schema in JSON_FORMS.items():
+        plan[FORMATS[name].media_type] = {"$ref": REFERENCE.format(model=schema.__name__)}
+    of_operations: dict[str, dict[str, Any]] = {"plan_trajectory": plan}
+    of_kinds = {"get_robot_geometry": FORMS_OF_GEOMETRY, "workspace": FORMS_OF_WORKSPACE}
+    for operation, forms in of_kinds.items():
+        of_operations[operation] = {form.media_type: _text_or_bytes(form.media_type) for form in forms.values()}
+    for further in of_operations.values():
+        del further["application/json"]
+    return of_operations
+
+
+def formats_of_plans() -> dict[str, list[str]]:
+    """List the names of forms of one plan, which people may want to look at, and of plans in the answers of batches."""
+    return {"export_trajectory": [*FORMATS, *VIEWS], "batches": list(FORMATS)}
+
+
+@cache
+def _schema(name: str) -> Any:
+    """Find a schema of the contract by its name."""
+    for module in pkgutil.walk_packages(api.contract.__path__, "api.contract."):
+        found = vars(import_module(module.name)).get(name)
+        if found is not None:
+            return found
+    raise LookupError(f"no schema is called {name}")
+
+
+def _text_or_bytes(media_type: str) -> dict[str, Any]:
+    binary = {} if media_type.startswith("text/") else {"format": "binary"}
+    return {"type": "string"} | binary
+
+
+class _Schemas(GenerateJsonSchema):
+    """JSON schemas from which generators for typed languages make code that compiles."""
+
+    def float_schema(self, schema: FloatSchema) -> JsonSchemaValue:
+        """Say that a number has double precision: generators take single precision otherwise."""
+        return super().float_schema(schema) | {"format": "double"}
+
+    def default_schema(self, schema: WithDefaultSchema) -> JsonSchemaValue:
+        """Leave out a default that is an object, which generators write as text; descriptions say what it is."""
+        made = super().default_schema(schema)
+        if isinstance(made.get("default"), dict):
+            del made["default"]
+        return made
+
+    def tagged_union_schema(self, schema: TaggedUnionSchema) -> JsonSchemaValue:
+        """Say `anyOf` where no field tells the kinds apart, as with a scene and its id: generators ask for one else."""
+        made = super().tagged_union_schema(schema)
+        return made if "discriminator" in made or "oneOf" not in made else {"anyOf": made.pop("oneOf")} | made

@@ -1,0 +1,100 @@
+"""Remedies that the service would accept: within the schema of the request, and with an answer that it writes."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from api.base.errors import InvalidRequest
+from api.base.problem_documents import pointer_of
+from api.base.size import rows_of
+from api.work.tasks.work import to_json, validated
+from planner.errors import InvalidProblem, PlanningError
+from planner.fields import BACK_END
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from api.work.tasks.work import Work
+    from planner.errors import Remedy
+    from planner.fields import FieldPath
+
+
+@contextmanager
+def acceptable_remedies(work: Work, request: Any, dof: int) -> Iterator[None]:
+    """Leave the changes of a refusal that make the request one which the service takes.
+
+    A change beyond the bounds of the schema vanishes, with those that belong to it. One with which the answer would
+    have too many rows, or with which nobody has tried to plan, is a hint.
+
+    Args:
+        work: The task under way; its body is the request.
+        request: What was read from that.
+        dof: The number of joints of its robot.
+    """
+    try:
+        yield
+    except PlanningError as refusal:
+        beyond = {
+            way_of(change) for change in (*refusal.remedies, *refusal.hints) if not _fits(change, work, type(request))
+        }
+        remedies = [remedy for remedy in refusal.remedies if way_of(remedy) not in beyond]
+        hints = [hint for hint in refusal.hints if way_of(hint) not in beyond]
+        refusal.remedies = tuple(remedy for remedy in remedies if _is_answered(remedy, work, request, dof))
+        refusal.hints = (*hints, *(remedy for remedy in remedies if remedy not in refusal.remedies))
+        raise
+
+
+@contextmanager
+def at_back_end(index: int) -> Iterator[None]:
+    """Let what is refused about the back end point to one of those of a comparison."""
+
+    def moved(field: FieldPath) -> FieldPath:
+        return ("backends", index, *field[1:]) if field[0] == BACK_END else field
+
+    try:
+        yield
+    except PlanningError as refusal:
+        refusal.remedies = tuple(replace(remedy, field=moved(remedy.field)) for remedy in refusal.remedies)
+        refusal.hints = tuple(replace(hint, field=moved(hint.field)) for hint in refusal.hints)
+        if isinstance(refusal, InvalidProblem):
+            refusal.faults = tuple(fault._replace(field=moved(fault.field)) for fault in refusal.faults)
+        raise
+
+
+def way_of(remedy: Remedy) -> str:
+    """Name the way that a change is a part of: durations help together, so do limits, and payloads."""
+    for name in ("duration", "limits", "payload"):
+        if name in remedy.field:
+            return name
+    return pointer_of(remedy.field)
+
+
+def _fits(remedy: Remedy, work: Work, schema: Any) -> bool:
+    """Tell whether the request with a change follows its schema."""
+    from api.work.answers.values import value_answer
+
+    document = orjson.loads(work.task.body)
+    *way, last = pointer_of(remedy.field)[1:].split("/")
+    holder = document
+    for step in way:
+        if isinstance(holder, dict) and holder.get(step) is None:
+            holder[step] = {}
+        holder = holder[int(step)] if isinstance(holder, list) else holder[step]
+        if not isinstance(holder, dict | list):
+            return False  # it stands elsewhere: in a scene that is kept
+    holder[int(last) if isinstance(holder, list) else last] = value_answer(remedy.value)
+    try:
+        validated(schema, to_json(document), work.caps)
+    except InvalidRequest:
+        return False
+    return True
+
+
+def _is_answered(remedy: Remedy, work: Work, request: Any, dof: int) -> bool:
+    if remedy.duration is None:
+        return False
+    return rows_of(remedy.duration, request.sample_period) * dof <= work.caps.max_samples

@@ -1,0 +1,180 @@
+"""Robots: those of the catalogue, and the models of uploaded ones, which the server keeps (`api/store/`)."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from api.base.errors import CatalogueRobot, invalid
+from api.base.pages import first_page
+from api.contract import robots as schemas
+from api.pool.messages import Reply
+from api.store.contents.digests import canonical, sha256
+from api.store.contents.mesh_archive import MeshArchive
+from api.store.contents.robots import RobotContent
+from api.work.answers.negotiation import MediaType, negotiated
+from api.work.tasks.work import JSON, model_of, robot_of, task, to_json
+from planner.errors import UnknownRobot
+
+if TYPE_CHECKING:
+    from api.work.tasks.work import Work
+
+BINARY_GLTF = "model/gltf-binary"
+"""The media type of the binary form of glTF."""
+
+
+FORMS_OF_GEOMETRY = {
+    "json": MediaType(JSON),
+    "gltf": MediaType("model/gltf+json"),
+    "glb": MediaType(BINARY_GLTF),
+    "svg": MediaType("image/svg+xml"),
+    "png": MediaType("image/png"),
+}
+"""The forms of what of a robot can collide, by the names that `?format=` has for them."""
+
+MOST_DERIVATIONS = 8
+"""The most robots that a robot is derived from one after the other."""
+
+
+@task("list_robots")
+def list_robots(work: Work) -> Reply:
+    """Answer GET /v1/robots; the argument `added` is a page of the uploaded ones that come after the `cursor`."""
+    from planner.robots import catalogue_ids
+
+    asked = work.arguments
+    with work.stage("plan"):
+        places = {f"catalogue.{robot_id}": robot_id for robot_id in catalogue_ids()}
+        behind = ((place, _summarised(robot_id)) for place, robot_id in places.items() if place > asked["cursor"])
+        robots = [*behind, *asked["added"]]  # their places come behind all of the catalogue
+        page, has_more = first_page(robots, asked["limit"])
+        more = has_more or asked["has_more"]
+    answer = {"robots": [orjson.Fragment(robot) for _, robot in page], "next_cursor": page[-1][0] if more else None}
+    return work.reply(answer)
+
+
+@task("get_robot")
+def get_robot(work: Work) -> Reply:
+    """Answer GET /v1/robots/{id} where the server keeps no robot of this id."""
+    from planner.robots import catalogue_ids
+
+    with work.stage("plan"):
+        if work.arguments["id"] not in catalogue_ids():
+            raise _no_such_robot()
+        description = _described(work.arguments["id"])
+    return work.reply(orjson.Fragment(description))
+
+
+@task("add_robot")
+def add_robot(work: Work) -> Reply:
+    """Answer POST /v1/robots: read the model. The server keeps the content that comes back in `result`."""
+    from api.work.conversion.kept_meshes import keep_meshes
+    from api.work.conversion.problems import to_robot
+    from planner.robots import catalogue_ids, describe
+
+    with work.stage("validate"):
+        named = work.request(schemas.RobotDefinition)
+        if named.id in catalogue_ids():
+            raise CatalogueRobot(f"{named.id} is a robot of the catalogue; choose another id")
+        files = MeshArchive(named.meshes) if isinstance(named, schemas.UrdfRobot) and named.meshes else {}
+        model = without_name(named, work.arguments.get("definition"))
+    with work.stage("plan"):
+        robot = to_robot(model, named.id or "added")
+        remarks = robot.collision_findings if isinstance(model, schemas.DhModel) else ()
+        if isinstance(model, schemas.UrdfModel):
+            model, remarks = keep_meshes(model, robot, files)
+    definition = canonical(model, exclude={"id", "visibility"})
+    digest = sha256(definition)
+    robot_id = named.id or "dh_" + digest.removeprefix("sha256:")[:16]
+    description = describe(robot) | {"id": robot_id, "content": digest}
+    answer = description | {"findings": [asdict(finding) for finding in (*robot.findings, *remarks)]}
+    del description["id"]
+    content = RobotContent(digest, definition, to_json(description), to_json(_summary(description)))
+    return work.reply(
+        answer, 201, headers={"Location": f"/v1/robots/{robot_id}"}, result=(robot_id, named.visibility, content)
+    )
+
+
+def without_name(named: Any, base: bytes | None) -> Any:
+    """Return the robot without its name; a derived one with the definition of the robot that it is made from.
+
+    Args:
+        named: The robot to add.
+        base: The definition of the added robot that it names; None: it names none, or one of the catalogue.
+
+    Raises:
+        InvalidRequest: It is derived too many times over.
+    """
+    if isinstance(named, schemas.UrdfRobot):
+        return schemas.UrdfModel(**{name: getattr(named, name) for name in schemas.UrdfDocument.model_fields})
+    if not isinstance(named, schemas.DerivedRobot):
+        return named
+    changes: dict[str, Any] = {name: getattr(named, name) for name in schemas.Changes.model_fields}
+    if base is None:
+        return schemas.DerivedModel(**changes | {"from": named.base, "definition": None})
+    definition = inner = model_of(base)
+    for _ in range(MOST_DERIVATIONS):
+        if not isinstance(inner, schemas.DerivedModel):
+            return schemas.DerivedModel(**changes | {"from": None, "definition": definition})
+        inner = inner.definition
+    message = f"the robot {named.base} is derived {MOST_DERIVATIONS} times over; derive from one before it"
+    raise invalid([{"pointer": "/from", "message": message}])
+
+
+@task("get_robot_geometry")
+def get_robot_geometry(work: Work) -> Reply:
+    """Answer GET /v1/robots/{id}/geometry; the argument `definition` is that of an added robot."""
+    from planner.robots import catalogue_ids
+    from planner.robots.collision.describe import describe_collision_geometry
+    from planner.robots.collision.gltf import collision_gltf
+
+    robot_id, definition = work.arguments["id"], work.arguments.get("definition")
+    with work.stage("plan"):
+        form = negotiated(work.arguments.get("format"), work.arguments.get("accept", "*/*"), FORMS_OF_GEOMETRY)
+        if definition is None and robot_id not in catalogue_ids():
+            raise _no_such_robot()
+        robot = robot_of(robot_id, definition)
+        if form.media_type == JSON:
+            answer = describe_collision_geometry(robot)
+        elif form.media_type.startswith("image/"):
+            from planner.plots.picture import draw_robot_at
+
+            picture = draw_robot_at(robot)
+            drawing = picture.png() if form.media_type == "image/png" else picture.svg()
+        else:
+            drawing = collision_gltf(robot, binary=form.media_type == BINARY_GLTF)
+    if form.media_type == JSON:
+        return work.reply(answer, headers={"Vary": "Accept"})
+    return Reply(200, form.media_type, drawing, work.timings, headers={"Vary": "Accept"})
+
+
+@task("delete_robot")
+def delete_robot(work: Work) -> Reply:
+    """Refuse DELETE /v1/robots/{id} where the server keeps no robot of this id."""
+    from planner.robots import catalogue_ids
+
+    if work.arguments["id"] in catalogue_ids():
+        raise CatalogueRobot(f"{work.arguments['id']} is a robot of the catalogue")
+    raise _no_such_robot()
+
+
+def _no_such_robot() -> UnknownRobot:
+    return UnknownRobot("no robot has this id; GET /v1/robots lists those that there are")
+
+
+def _summary(description: dict[str, Any]) -> dict[str, Any]:
+    return {name: description[name] for name in schemas.RobotSummary.model_fields if name in description}
+
+
+@lru_cache(maxsize=1024)
+def _summarised(robot_id: str) -> bytes:
+    return to_json(_summary(orjson.loads(_described(robot_id))))
+
+
+@lru_cache(maxsize=1024)
+def _described(robot_id: str) -> bytes:
+    from planner.robots import describe, load_robot
+
+    return to_json(describe(load_robot(robot_id)) | {"content": None})

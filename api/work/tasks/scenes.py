@@ -1,0 +1,157 @@
+"""Scenes: what workers do with those that the server keeps (`api/store/`)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from api.base.errors import invalid
+from api.contract import stored_scenes as schemas
+from api.contract.parts.scenes import MOST_ATTACHED, MOST_OBJECTS, AttachedObject, Scene, SceneObject
+from api.pool.messages import Reply
+from api.store.contents.digests import canonical, sha256
+from api.store.contents.scenes import SceneContent
+from api.work.tasks.work import JSON, scene_of, task, to_json
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from api.work.tasks.work import Work
+    from planner.fields import FieldPath
+
+T = TypeVar("T", SceneObject, AttachedObject)
+
+KINDS = ("objects", "attached")
+"""The fields of a scene that have what stands in it."""
+
+EMPTY = b"{}"
+"""The definition of a scene in which nothing stands."""
+
+
+@task("add_scene")
+def add_scene(work: Work) -> Reply:
+    """Answer POST /v1/scenes. The server keeps the content that comes back in `result`."""
+    with work.stage("validate"):
+        named: schemas.SceneToKeep = work.request(schemas.SceneToKeep)
+        content = _content(named, named)
+    scene_id = named.id or "scene_" + content.digest.removeprefix("sha256:")[:16]
+    headers = {"Location": f"/v1/scenes/{scene_id}"}
+    result = scene_id, named.visibility, content
+    return Reply(201, JSON, content.described_as(scene_id), work.timings, headers, result)
+
+
+@task("change_scene")
+def change_scene(work: Work) -> Reply:
+    """Answer PATCH /v1/scenes/{id}; the argument `kept` is the definition of the scene as it is.
+
+    The server keeps the content that comes back in `result`.
+    """
+    with work.stage("validate"):
+        change: schemas.SceneChange = work.request(schemas.SceneChange)
+        content = _content(_changed(scene_of(work.arguments.get("kept", EMPTY)), change), change)
+    body = content.described_as(work.arguments.get("id", ""))
+    return Reply(200, JSON, body, work.timings, result=content)
+
+
+def _content(scene: Scene, asked: Scene | schemas.SceneChange) -> SceneContent:
+    """Make a scene what is kept of it.
+
+    Args:
+        scene: The scene.
+        asked: The request, which says where what is wrong with an object stands.
+
+    Raises:
+        InvalidRequest: Two things have the same name.
+        InvalidProblem: A shape cannot be used.
+    """
+    from api.work.conversion.scenes import to_scene
+    from planner.errors import InvalidProblem
+    from planner.scene.scene import HERE
+
+    def asked_at(kind: Any, index: Any, *field: str | int) -> FieldPath:
+        return kind, places.get((kind, getattr(scene, kind)[index].id), index), *field
+
+    places = {(kind, thing.id): i for kind in KINDS for i, thing in enumerate(getattr(asked, kind))}
+    names = [thing.id for kind in KINDS for thing in getattr(scene, kind)]
+    twice = next((name for name, count in Counter(names).items() if count > 1), None)
+    if twice is not None:
+        kind = next(kind for kind in reversed(KINDS) if (kind, twice) in places)
+        pointer = f"/{kind}/{places[kind, twice]}/id"
+        raise invalid([{"pointer": pointer, "message": f"there is an object called {twice!r} already"}])
+    try:
+        to_scene(scene, {thing.frame: HERE for thing in scene.objects}, ())
+    except InvalidProblem as error:
+        raise InvalidProblem([(asked_at(*fault.field), fault.message) for fault in error.faults]) from None
+    definition = canonical(scene, exclude={"id", "visibility"})
+    digest = sha256(definition)
+    summary = {
+        "content": digest,
+        "number_of_objects": len(scene.objects),
+        "number_of_attached": len(scene.attached),
+        "margin": scene.margin,
+    }
+    return SceneContent(digest, definition, to_json(summary))
+
+
+def _changed(scene: Scene, change: schemas.SceneChange) -> Scene:
+    """Change a scene.
+
+    Raises:
+        InvalidRequest: What is to go is not there, what comes has no shape, or there is too much.
+    """
+    known = {thing.id for thing in scene.objects} | {held.id for held in scene.attached}
+    faults = [
+        {"pointer": f"/remove/{i}", "message": f"nothing in the scene is called {name!r}"}
+        for i, name in enumerate(change.remove)
+        if name not in known
+    ]
+    objects: list[SceneObject] = _merged(SceneObject, scene.objects, change, "objects", faults)
+    attached: list[AttachedObject] = _merged(AttachedObject, scene.attached, change, "attached", faults)
+    faults += [
+        {"pointer": f"/{kind}", "message": f"{count} are more than the {most} that a scene may have"}
+        for kind, count, most in (
+            ("objects", len(objects), MOST_OBJECTS),
+            ("attached", len(attached), MOST_ATTACHED),
+        )
+        if count > most
+    ]
+    if faults:
+        raise invalid(faults)
+    gone = set(change.remove) - {thing.id for thing in objects} - {held.id for held in attached}
+    pairs = [pair for pair in scene.allowed_pairs if gone.isdisjoint(pair)]
+    return Scene.model_construct(
+        objects=objects,
+        attached=attached,
+        allowed_pairs=pairs if change.allowed_pairs is None else change.allowed_pairs,
+        margin=scene.margin if change.margin is None else change.margin,
+    )
+
+
+def _merged(
+    kind: type[T],
+    before: Sequence[T],
+    change: schemas.SceneChange,
+    name: str,
+    faults: list[dict[str, str]],
+) -> list[T]:
+    """Change and add objects of one kind; what lacks a shape is added to the faults."""
+    things = {thing.id: thing for thing in before if thing.id not in change.remove}
+    for i, changed in enumerate(getattr(change, name)):
+        asked = _asked(changed)
+        if changed.id in things:
+            things[changed.id] = things[changed.id].model_copy(update=asked)
+        elif "shape" in asked:
+            things[changed.id] = kind(**asked)
+        else:
+            message = f"nothing in the scene is called {changed.id!r}, and a new object needs a shape"
+            faults.append({"pointer": f"/{name}/{i}/shape", "message": message})
+    return list(things.values())
+
+
+def _asked(changed: schemas.ObjectChange | schemas.AttachedChange) -> Mapping[str, Any]:
+    """Return the fields that are given; null is a value of those that may be null, and no touch links."""
+    asked = {name: getattr(changed, name) for name in changed.model_fields_set}
+    left_out = [name for name in ("shape", "frame") if asked.get(name, "") is None]
+    if asked.get("touch_links", "") is None:
+        asked["touch_links"] = []
+    return {name: value for name, value in asked.items() if name not in left_out}

@@ -1,0 +1,214 @@
+"""Trajectories: plan, compare back ends, validate; and the back ends that there are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from api.base.errors import InvalidRequest, invalid
+from api.base.problem_documents import problem_document
+from api.base.size import rows_of
+from api.contract import requests
+from api.contract.comparisons import ComparedBackend
+from api.pool.messages import PlanFigures, Reply
+from api.store.contents.digests import request_hash
+from api.work.tasks.remedies import acceptable_remedies, at_back_end
+from api.work.tasks.work import task
+from planner.errors import PlanningError
+
+if TYPE_CHECKING:
+    from api.work.tasks.work import Work
+    from planner.certificate.checks import Certificate
+    from planner.comparison import Figures
+    from planner.export import ExportOptions
+    from planner.plans.result import Plan
+    from planner.robots import Robot
+
+
+@task("plan_trajectory")
+def plan_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories."""
+    from api.work.answers.negotiation import negotiated
+    from api.work.answers.views import VIEWS, View
+    from api.work.conversion.problems import to_backend, to_planning_problem
+    from api.work.conversion.time_budgets import attempts_until, within_deadline
+    from planner.export import FORMATS, Format
+    from planner.planning import plan
+    from planner.plots.quantities import joint_indices
+
+    forms: dict[str, Format | View] = {**FORMATS, **VIEWS}
+    with work.stage("validate"):
+        form = negotiated(work.arguments["format"], work.arguments["accept"], forms)
+        request = work.request(requests.PlanRequest)
+        asked, backend = to_planning_problem(request, work.robot(request)), to_backend(request.backend)
+        options = export_options(request, work.arguments.get("definition"))
+        if request.picture is not None and request.picture.joints is not None:
+            joint_indices(asked.robot, request.picture.joints, ("picture", "joints"))
+    with work.stage("plan"), acceptable_remedies(work, request, asked.robot.dof):
+        solved = plan(within_deadline(asked, work.task.deadline), backend, attempts_until(work.task.deadline))
+    refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
+    with work.stage("serialise"):
+        if isinstance(form, View):
+            asked_for = request.model_dump(mode="json", by_alias=True, exclude_unset=True)
+            body = form.draw(solved, asked_for, options.request_hash, f"{request.robot}, {solved.backend.kind}")
+        else:
+            body = form.render(solved, options)
+    return Reply(200, form.media_type, body, work.timings, plan=figures_of(solved))
+
+
+def figures_of(solved: Plan) -> PlanFigures:
+    """Take out of a plan what the metrics say of it."""
+    checks = (check for check in solved.certificate.checks if check.enforced)
+    ratios = {check.quantity: float(check.ratio) for check in checks if check.ratio is not None}
+    return PlanFigures(solved.backend.kind, ratios)
+
+
+@task("export_trajectory")
+def export_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/export."""
+    name = work.arguments["format"]
+    if name is None:
+        raise invalid([{"pointer": "", "message": "the parameter format is missing"}])
+    reply = plan_trajectory(work)
+    from api.work.answers.views import VIEWS
+    from planner.export import FORMATS
+
+    suffix = FORMATS[name].suffix if name in FORMATS else VIEWS[name].suffix
+    headers = {"Content-Disposition": f'attachment; filename="trajectory{suffix}"'}
+    return replace(reply, media_type="application/octet-stream", headers=headers)
+
+
+@task("compare_backends")
+def compare_backend(work: Work) -> Reply:
+    """Answer for one back end of POST /v1/trajectories/compare, the one at the argument `index`."""
+    from api.work.conversion.problems import to_backend, to_planning_problem
+    from api.work.conversion.time_budgets import attempts_until, within_deadline
+    from planner.comparison import figures
+    from planner.export.json import as_dict
+    from planner.planning import plan
+
+    with work.stage("validate"):
+        asked = work.request(requests.CompareRequest)
+        shared = {name: getattr(asked, name) for name in requests.TrajectoryRequest.model_fields}
+        index = work.arguments["index"]
+        request = requests.PlanRequest.model_construct(backend=asked.backends[index], **shared)
+        robot = work.robot(request)
+    entry: dict[str, Any] = dict.fromkeys(ComparedBackend.model_fields)
+    entry["backend"] = request.backend.kind
+    try:
+        with work.stage("plan"), acceptable_remedies(work, asked, robot.dof), at_back_end(index):
+            problem = within_deadline(to_planning_problem(request, robot), work.task.deadline)
+            solved = plan(problem, to_backend(request.backend), attempts_until(work.task.deadline))
+            refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
+    except (PlanningError, InvalidRequest) as error:
+        _, body = problem_document(error, work.task.instance)
+        return work.reply(entry | {"status": error.code, "problem": orjson.Fragment(body)})
+    with work.stage("serialise"):
+        trajectory = as_dict(solved, export_options(request, work.arguments.get("definition")))
+        return work.reply(entry | _compared(figures(solved)) | {"status": "planned", "trajectory": trajectory})
+
+
+def _compared(found: Figures) -> dict[str, Any]:
+    """Return figures in plain values: JSON has no infinite ones."""
+    bounded = math.isfinite(found.peak_jerk)
+    unbounded = {} if bounded else {"peak_jerk": None, "rms_jerk": None}
+    return asdict(found) | unbounded | {"jerk_is_bounded": bounded}
+
+
+@task("validate_trajectory")
+def validate_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/validate."""
+    with work.stage("validate"):
+        request = work.request(requests.ValidateRequest)
+        robot = work.robot(request)
+    with work.stage("plan"):
+        interpolation, certificate = certified(request, robot)
+        answer = {"interpolation": interpolation, **certificate.as_dict()}
+        if request.scene is not None or request.self_collision or request.speed_zones:
+            answer |= _kept_clear(request, robot, certificate.satisfied)
+    return work.reply(answer)
+
+
+def _kept_clear(request: requests.ValidateRequest, robot: Robot, satisfied: bool) -> dict[str, Any]:
+    """Hold the trajectory of a request against its scene: what of the answer that changes."""
+    from api.work.answers.clearances import clearance_answer, speed_zones_answer
+    from api.work.conversion.given_trajectories import to_trajectory
+    from api.work.conversion.problems import frames_in_world
+    from api.work.conversion.scenes import to_scene, to_speed_zones
+    from planner.certificate.clearance import CLEARANCE_TOLERANCE
+    from planner.scene import CollisionChecker
+    from planner.speed_zones import refuse_zone_faults
+
+    scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, {}))
+    zones = to_speed_zones(request.speed_zones)
+    refuse_zone_faults(scene, zones)
+    checker = CollisionChecker(robot, scene, self_collision=request.self_collision)
+    _, trajectory = to_trajectory(request, robot)
+    found = clearance_answer(checker, trajectory, CLEARANCE_TOLERANCE)
+    answer = {
+        "satisfied": satisfied and found["free"],
+        "clearance": found["clearance"],
+        "collision": found["collision"],
+    }
+    if zones:
+        answer["speed_zones"] = speed_zones_answer(zones, checker, robot, trajectory)
+        answer["satisfied"] &= all(check["satisfied"] for check in answer["speed_zones"])
+    return answer
+
+
+def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests.Interpolation, Certificate]:
+    """Hold the trajectory of a request against limits, by the interpolation that it asks for or its columns allow.
+
+    Raises:
+        InvalidProblem: It lacks what is to be checked, or the samples or polynomials make no trajectory of the robot.
+    """
+    from api.work.conversion.given_trajectories import to_trajectory
+    from api.work.conversion.problems import to_end_states, to_limits
+    from planner.certificate.samples import certify_interpolation
+    from planner.certificate.trajectories import certify_polynomials
+
+    limits, ends = to_limits(request.limits), to_end_states(request, robot.dof)
+    interpolation, trajectory = to_trajectory(request, robot)
+    if interpolation == "polynomials":
+        return interpolation, certify_polynomials(robot, trajectory, limits=limits, ends=ends)
+    return interpolation, certify_interpolation(robot, trajectory, interpolation, limits, ends)
+
+
+@task("list_backends")
+def list_backends(work: Work) -> Reply:
+    """Answer GET /v1/backends."""
+    from api.contract.parts.backends import backend_schemas
+    from planner.backends import BACKENDS
+
+    descriptions = []
+    for kind, backend in BACKENDS.items():
+        options = backend_schemas()[kind].model_json_schema()["properties"]
+        del options["kind"]
+        guarantees = dict(backend.guarantees)
+        descriptions.append(
+            {"kind": kind, "summary": backend.summary, "options": options, "guarantees": guarantees},
+        )
+    return work.reply({"backends": descriptions})
+
+
+def export_options(request: requests.PlanRequest, definition: bytes | None) -> ExportOptions:
+    """Make the options by which a plan is written, for a request that may name an added robot with a definition."""
+    from planner.export import ExportOptions
+
+    quoted = request_hash(request, definition)
+    return ExportOptions(request.sample_period, frozenset(request.include), quoted)
+
+
+def refuse_too_many_rows(duration: float, period: float, dof: int, work: Work, field: str = "/sample_period") -> None:
+    """Refuse to write more than an answer may hold.
+
+    Raises:
+        InvalidRequest: A trajectory of this duration, s, has too many rows at this period, s, which the field asks.
+    """
+    rows = rows_of(duration, period)
+    if rows * dof > work.caps.max_samples:
+        limit = f"{rows} rows of {dof} joints are more than the {work.caps.max_samples} values of an answer"
+        raise invalid([{"pointer": field, "message": limit}])

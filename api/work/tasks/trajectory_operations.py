@@ -1,0 +1,212 @@
+"""Operations on trajectories of any origin: retime, stop, reverse, slice, join, resample."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from api.contract import trajectory_operations as schemas
+from api.work.tasks.remedies import acceptable_remedies
+from api.work.tasks.trajectories import refuse_too_many_rows
+from api.work.tasks.work import task
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from api.pool.messages import Reply
+    from api.work.tasks.work import Work
+    from planner.operations import CertifiedTrajectory
+    from planner.robots import Robot
+
+DEFAULT_PERIOD = 0.01
+"""The time between two rows of an answer that asks for neither a period nor times, s."""
+
+
+POINTS_OF_POLYNOMIALS = 2000
+"""The number of positions along polynomials that are timed."""
+
+
+@task("reverse_trajectory")
+def reverse_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/reverse."""
+    from api.work.conversion.given_trajectories import to_trajectory
+    from planner.operations import reverse_trajectory
+
+    def run(request: Any, robot: Robot) -> CertifiedTrajectory:
+        _, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
+        return reverse_trajectory(robot, trajectory, **_kept(request))
+
+    return _answer(work, schemas.ReverseRequest, run)
+
+
+@task("slice_trajectory")
+def slice_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/slice."""
+    from api.work.conversion.given_trajectories import to_trajectory
+    from planner.operations import slice_trajectory
+
+    def run(request: Any, robot: Robot) -> CertifiedTrajectory:
+        _, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
+        return slice_trajectory(robot, trajectory, request.start, request.end, **_kept(request))
+
+    return _answer(work, schemas.SliceRequest, run)
+
+
+@task("join_trajectories")
+def join_trajectories(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/join."""
+    from api.work.conversion.given_trajectories import to_trajectory
+    from planner.operations import join_trajectories
+
+    def run(request: Any, robot: Robot) -> CertifiedTrajectory:
+        trajectories = [
+            to_trajectory(given, robot, ("trajectories", k))[1] for k, given in enumerate(request.trajectories)
+        ]
+        return join_trajectories(robot, trajectories, tolerance=request.tolerance, **_kept(request))
+
+    return _answer(work, schemas.JoinRequest, run)
+
+
+@task("retime_trajectory")
+def retime_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/retime."""
+    return _answer(work, schemas.RetimeRequest, _retime, is_kept_clear=True)
+
+
+def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory:
+    """Put time on points, or on the positions of a trajectory."""
+    import numpy as np
+
+    from api.work.conversion.given_trajectories import to_trajectory
+    from api.work.conversion.problems import to_backend, to_limits, to_matrix
+    from planner.errors import InvalidProblem
+    from planner.operations import retime_trajectory
+
+    if (request.points is None) == (request.trajectory is None):
+        raise InvalidProblem([(("points",), "either points or a trajectory are needed")])
+    if request.points is not None:
+        points = to_matrix(request.points, robot.dof, ("points",))
+    elif request.trajectory is not None:
+        interpolation, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
+        even = np.linspace(0.0, trajectory.duration, POINTS_OF_POLYNOMIALS)
+        (points,) = trajectory.evaluate(even if interpolation == "polynomials" else trajectory.breakpoints, [0])
+    backend, limits = to_backend(request.backend), to_limits(request.limits)
+    return retime_trajectory(
+        robot, points, backend, max_deviation=request.max_deviation, limits=limits, **_surroundings(request, robot)
+    )
+
+
+@task("stop_trajectory")
+def stop_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/stop."""
+    return _answer(work, schemas.StopRequest, _stop)
+
+
+def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
+    """Stop on the path of a trajectory, or joint by joint."""
+    import numpy as np
+
+    from api.work.conversion.given_trajectories import to_trajectory
+    from api.work.conversion.problems import to_vector
+    from planner.errors import InvalidProblem
+    from planner.operations import JointState, stop_joints, stop_on_path
+    from planner.operations.certified import bounded_quantities
+
+    given, state, time = request.trajectory, request.state, request.time
+    if (given is None) == (state is None):
+        raise InvalidProblem([(("state",), "either a state or a trajectory and a time are needed")])
+    if (given is None) != (time is None):
+        raise InvalidProblem([(("time",), "a trajectory needs a time, and a time needs a trajectory")])
+    if given is not None and time is not None:
+        _, trajectory = to_trajectory(given, robot, ("trajectory",))
+        if request.mode != "joints":
+            return stop_on_path(robot, trajectory, time, **_kept(request))
+        if time > trajectory.duration:
+            message = f"{time:g} s is not within the trajectory, which takes {trajectory.duration:g} s"
+            raise InvalidProblem([(("time",), message)])
+        kept = _kept(request)
+        enforced = bounded_quantities([trajectory]) if request.enforced is None else request.enforced
+        return stop_joints(robot, JointState(*trajectory.evaluate(time)), **kept | {"enforced": enforced})
+    assert state is not None  # noqa: S101 - or there was a trajectory
+    if request.mode == "on_path":
+        raise InvalidProblem([(("trajectory",), "to stop on a path takes a trajectory")])
+    position, velocity = (
+        to_vector(getattr(state, name), robot.dof, ("state", name)) for name in ("position", "velocity")
+    )
+    acceleration = np.zeros(robot.dof)
+    if state.acceleration is not None:
+        acceleration = to_vector(state.acceleration, robot.dof, ("state", "acceleration"))
+    return stop_joints(robot, JointState(position, velocity, acceleration), **_kept(request))
+
+
+@task("resample_trajectory")
+def resample_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/resample."""
+    from api.work.conversion.given_trajectories import to_trajectory
+    from planner.errors import InvalidProblem
+    from planner.export.json import operation_as_dict
+    from planner.operations import kept_clear, resample_trajectory
+
+    with work.stage("validate"):
+        request = work.request(schemas.ResampleRequest)
+        robot = _robot(work, request)
+        if request.period is not None and request.times is not None:
+            raise InvalidProblem([(("period",), "either a period or times are asked, not both")])
+        _, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
+        period = request.period or DEFAULT_PERIOD
+        if request.times is None:
+            refuse_too_many_rows(trajectory.duration, period, robot.dof, work, "/period")
+    with work.stage("plan"):
+        done = resample_trajectory(robot, trajectory, request.times or period, **_kept(request))
+        done = kept_clear(done, **_surroundings(request, robot))
+        answer = operation_as_dict(done, done.time, request.include)
+    return work.reply(answer)
+
+
+def _answer(
+    work: Work, schema: Any, run: Callable[[Any, Robot], CertifiedTrajectory], *, is_kept_clear: bool = False
+) -> Reply:
+    """Read the request, run an operation on it, and write its answer every `sample_period`.
+
+    Args:
+        work: The task.
+        schema: That of the request.
+        run: The operation on a request and its robot.
+        is_kept_clear: Whether the operation proves clearances and speeds itself.
+    """
+    from planner.export.json import operation_as_dict
+    from planner.operations import kept_clear
+
+    with work.stage("validate"):
+        request = work.request(schema)
+        robot = _robot(work, request)
+    with work.stage("plan"), acceptable_remedies(work, request, robot.dof):
+        done = run(request, robot)
+        done = done if is_kept_clear else kept_clear(done, **_surroundings(request, robot))
+        refuse_too_many_rows(done.trajectory.duration, request.sample_period, robot.dof, work)
+        answer = operation_as_dict(done, done.trajectory.sample_times(request.sample_period), request.include)
+    return work.reply(answer)
+
+
+def _surroundings(request: schemas.OperationRequest, robot: Robot) -> dict[str, Any]:
+    """Return what the answer has to keep clear of, and how fast it may be there."""
+    from api.work.conversion.problems import frames_in_world
+    from api.work.conversion.scenes import to_scene, to_speed_zones
+
+    scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, {}))
+    zones = to_speed_zones(request.speed_zones)
+    return {"scene": scene, "self_collision": request.self_collision, "speed_zones": zones}
+
+
+def _robot(work: Work, request: schemas.OperationRequest) -> Robot:
+    """Return the robot of a request, with its tool, its mounting and what it carries."""
+    from api.work.conversion.problems import mounted, to_payload, with_tool
+
+    robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+    return robot if request.payload is None else robot.with_payload(to_payload(request.payload))
+
+
+def _kept(request: schemas.EditRequest) -> dict[str, Any]:
+    """Return what the answer has to keep."""
+    from api.work.conversion.problems import to_limits
+
+    return {"limits": to_limits(request.limits), "enforced": request.enforced}

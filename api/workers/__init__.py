@@ -1,1 +1,0 @@
-"""What worker processes are forked from, and how they run one task."""

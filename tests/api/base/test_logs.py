@@ -1,0 +1,60 @@
+"""The log: one JSON object a line, without paths of the host."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from api.base.failures import where_from
+from tests.locations import ROOT
+
+WARNS = """
+from api.base.logs import configure_logs
+configure_logs("info")
+import numpy as np
+np.array([1.0]) / np.array([0.0])
+"""
+
+
+def test_warnings_of_numpy_are_lines_of_the_log_without_paths() -> None:
+    """As workers log them: numpy's warnings came as plain text with the path of the file."""
+    ran = subprocess.run([sys.executable, "-c", WARNS], cwd=ROOT, check=True, capture_output=True, text=True)
+    [line] = ran.stderr.splitlines()
+    logged = json.loads(line)
+    assert (logged["event"], logged["level"], logged["category"]) == ("library_warning", "warning", "RuntimeWarning")
+    assert "divide by zero" in logged["message"]
+    assert "/" not in logged["where"]
+    assert ran.stdout == ""
+
+
+WORKER_THAT_WARNS = """
+import socket, sys, warnings
+import api.work.execution
+from api.pool.messages import Caps, Task, pack
+from api.pool.worker_process import work
+
+api.work.execution.execute = lambda task, caps: warnings.warn("of a library")
+server, worker = socket.socketpair()
+server.sendall(b"".join(pack(Task("plan_trajectory", "", 0.0, 0.0))))
+server.shutdown(socket.SHUT_WR)
+work(worker, Caps(60.0, 10, 10, 1024, sys.argv[1]))
+"""
+
+
+@pytest.mark.parametrize(("level", "lines"), [("info", 1), ("error", 0)])
+def test_workers_log_at_the_level_that_is_set(level: str, lines: int) -> None:
+    command = [sys.executable, "-c", WORKER_THAT_WARNS, level]
+    ran = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    assert len(ran.stderr.splitlines()) == lines
+
+
+def test_a_failure_is_told_without_paths_and_values() -> None:
+    with pytest.raises(json.JSONDecodeError) as caught:
+        json.loads("a caller's value")
+    told = where_from(caught.value)
+    assert told.startswith("JSONDecodeError < raw_decode (decoder.py:")
+    assert "/" not in told
+    assert "caller" not in told
