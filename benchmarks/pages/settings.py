@@ -9,15 +9,15 @@ from api.base.settings import Settings
 HEADER = """\
 # Settings
 
-Made by `python -m benchmarks.pages.settings > docs/settings.md` from `api/base/settings.py`; the tests make it again.
+Generated from `api/base/settings.py` by `python -m benchmarks.pages.settings > docs/settings.md`.
 
-Every setting is an environment variable. [Deployment](deployment.md) says what they are for.
+Every setting is an environment variable. [Deployment](deployment.md) explains when to change them.
 
-| variable | default | what it is |
+| variable | default | meaning |
 |---|---|---|
 """
-MADE = {"workers": "the processors that the process may use"}
-"""Defaults that are computed, in words."""
+COMPUTED = {"workers": "the processors available to the process"}
+"""Computed defaults, in words."""
 
 
 def document() -> str:
@@ -25,7 +25,7 @@ def document() -> str:
 
 
 def _row(name: str, field: Any) -> str:
-    default = MADE.get(name, "-" if field.default in (None, ()) else f"`{field.default}`")
+    default = COMPUTED.get(name, "-" if field.default in (None, ()) else f"`{field.default}`")
     meaning = " ".join((field.description or "").split()).replace("|", "\\|")
     return f"| `PLANNER_{name.upper()}` | {default} | {meaning} |"
 
