@@ -8,10 +8,9 @@ to 0. With sigma = s' a joint has
     jerk          q''' sigma^3 + 3 q'' sigma sigma' + q' sigma''
     torque        M(q) q' sigma' + h(q, q', q'') sigma^2 + gravity(q)
 
-The highest derivative of sigma that may jump is constant on each of some intervals of time, and everything before it is
-linear in these constants. For a given duration the limits are linearised about the law before and a linear program
-finds the constants that break them least; what it finds is held against the limits themselves. The least duration for
-which they are kept is found by bisection.
+Of all laws that end at rest in a given distance, and begin with the trajectory's own acceleration times sigma^2, that
+with the highest sigma at the start is found as any law is (`planner.time_scaling.retiming`). The distance is the
+shortest in which that is 1 or more: then the stop may begin with the trajectory's own speed.
 """
 
 from __future__ import annotations
@@ -22,8 +21,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.certificate import certify
+from planner.constraints.rows import INSCRIBED
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
-from planner.guarantees import EndStates
+from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates
 from planner.limits import Limits, segment_limits
 from planner.operations.certified import (
     CertifiedTrajectory,
@@ -33,11 +33,14 @@ from planner.operations.certified import (
     refuse_other_joints,
 )
 from planner.operations.editing import slice_trajectory
-from planner.operations.stop_limits import INTERVALS, PROBES, Law, StopLimits
 from planner.operations.stopping_on_line import stop_on_line
-from planner.paths.runs import JOINT_TOLERANCE, Run
-from planner.time_scaling.compose import follow_curve
-from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.paths.runs import JOINT_TOLERANCE
+from planner.time_scaling.compose import compose, split_at_knots
+from planner.time_scaling.linear_limits import GRIDPOINTS
+from planner.time_scaling.retiming import AskedDurations, Duration, best_retiming
+from planner.time_scaling.time_law import LimitsOnCurve, retimed
+from planner.tolerances import ROUNDING
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, horner
 from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 if TYPE_CHECKING:
@@ -45,24 +48,32 @@ if TYPE_CHECKING:
 
     from planner.limits import SegmentLimits
     from planner.robots import Robot
-    from planner.spatial import FloatArray
 
-LINEARISATIONS = 6
-"""Number of linear programs for one duration, at most."""
+FIRST = 0.1
+"""Share of the rest of the path in which a stop is tried first."""
 
-BISECTIONS = 6
-"""Steps of bisection for the duration: it is the least but for 1 %."""
+PIECES = 48
+"""Number of pieces of the law of a stop, at least."""
 
-TRUST = 0.5
-"""Change of sigma that the first linear program may make; each after it half as much."""
+MOST_TRIALS = 16
+"""Number of distances in which a stop is tried, at most."""
 
-MOST_DOUBLINGS = 8
-"""Number of times that a first guess of the duration is doubled, at most."""
+CLOSE = 1.01
+"""Ratio up to which the distance that is taken exceeds one that is too short."""
+
+HASTE = 0.5
+"""Weight of the duration beside the speed at the start: of stops in the same distance the quicker one is found."""
+
+GAP = 1e-3
+"""Relative gap to the highest speed that may be left."""
+
+FREE = 0.25
+"""Share of the stop over which half of the margin grows from nothing where the trajectory uses all of a limit."""
 
 MARGINS = (1e-3, 1e-2, 5e-2)
 """Shares of the limits that are left for what happens between the probes, tried in turn until the certificate agrees.
 What the trajectory itself uses at a place is allowed there, first all of it, later all but half of this share: it may
-use all of a limit when the stop begins."""
+use all of a limit when the stop begins, and of the tool's acceleration what a polygon counts beyond."""
 
 TOLERANCE = 1e-3 * JOINT_TOLERANCE
 """Distance of a joint from its path, rad or m, that timing may leave: its third derivative is to be exact, too."""
@@ -108,7 +119,7 @@ def stop_on_path(
     if line is not None and certify(robot, line, limits=limits, enforced=kept, ends=ends).satisfied:
         return certified(robot, line, limits, kept, ends=ends)
     for margin in MARGINS:
-        stop = _fastest(robot, rest, own, kept, margin)
+        stop = _shortest(robot, rest, own, kept, margin)
         if stop is None:
             break
         if certify(robot, stop, limits=limits, enforced=kept, ends=ends).satisfied:
@@ -123,114 +134,78 @@ def stop_on_path(
     return replace(done, warnings=(*done.warnings, warning))
 
 
-def _fastest(
+def _shortest(
     robot: Robot, rest: Trajectory, limits: SegmentLimits, kept: frozenset[str], margin: float
 ) -> Trajectory | None:
     """Return the fastest stop found; None: none that is over before the trajectory is."""
-    order = 2 if "jerk" in kept and np.isfinite(limits.jerk.upper).all() else 1
-    law, bounds = Law.of_order(order), StopLimits(robot, rest, limits, kept, margin)
-    if bounds.are_none:
+    limits = limits.without(set(QUANTITIES) - kept)
+    finite = [np.isfinite(limits.bounds(quantity).upper) for quantity in JOINT_DERIVATIVES[1:]]
+    if not (np.any(finite) or limits.constraints):
         raise LimitsUnsatisfiable("nothing that is kept limits how fast it stops: ask for an acceleration limit")
-    least, found = 0.0, None
-    longest = (1.0 if bounds.ends_at_rest else 2.0) * rest.duration
-    duration = min(rest.duration, bounds.guess)
-    for _ in range(MOST_DOUBLINGS):
-        found = _constants(law, bounds, duration, None)
-        if found is not None or duration >= longest:
-            break
-        least, duration = duration, min(2.0 * duration, longest)
-    if found is None:
-        return None
-    most = duration
-    for _ in range(BISECTIONS):
-        middle = (least + most) / 2.0
-        better = _constants(law, bounds, middle, found)
-        if better is None:
-            least = middle
-        else:
-            most, found = middle, better
-    if most >= rest.duration and bounds.ends_at_rest:
-        return None
-    return _along(rest, law, found, most)
-
-
-def _constants(law: Law, bounds: StopLimits, duration: float, start: FloatArray | None) -> FloatArray | None:
-    """Return the constants (INTERVALS,), in units of the duration, of a law within all limits; None: none is found."""
-    from scipy.optimize import linprog  # loaded by the first stop on a path: importing the library stays quick
-
-    middles = (np.arange(INTERVALS) + 0.5) / INTERVALS
-    smooth = (
-        12.0 * middles - 6.0 if law.order == 2 else np.full(INTERVALS, -1.0)
-    )  # sigma is 1 - 3 u^2 + 2 u^3, or 1 - u
-    own, excess = smooth if start is None else start, np.inf
-    for number in range(LINEARISATIONS):
-        s, states = _states(law, own, duration)
-        if number and bounds.broken(s, states) <= 0.0:
-            return own
-        rows, rhs = bounds.linearised(law, s, states, duration)
-        # Unknowns: the constants, and by how much of its limit the worst is exceeded.
-        sigma_end = law.maps[1:, -1] if law.order == 2 else law.maps[1:2, -1]
-        sigma_end = sigma_end[: law.order]
-        equal = np.hstack([sigma_end, np.zeros((law.order, 1))])
-        to = np.zeros(law.order)
-        to[0] = -1.0
-        forwards = np.hstack([-law.maps[1], np.zeros((len(law.maps[1]), 1))])
-        within = np.append(law.maps[0, -1], 0.0)[None]
-        trust = np.hstack([law.maps[1], np.zeros((len(law.maps[1]), 1))])
-        near, there = TRUST * 0.5**number, law.maps[1] @ own
-        program = linprog(
-            np.append(np.zeros(INTERVALS), 1.0),
-            A_ub=np.vstack([rows, forwards, within, trust, -trust]),
-            b_ub=np.concatenate(
-                [rhs, np.ones(len(forwards)), [bounds.length / duration - 1.0], near + there, near - there]
-            ),
-            A_eq=equal,
-            b_eq=to,
-            bounds=[(None, None)] * INTERVALS + [(-1.0, None)],
-            method="highs",
-        )
-        if program.status != 0 or (number > 1 and program.x[-1] > 0.5 * excess):
+    is_smooth, curve = bool(finite[-1].all()), rest.of_segments(np.zeros(len(rest.lengths), dtype=int))
+    bounds = LimitsOnCurve(robot, limits, curve)
+    shortest, longest, found = 0.0, np.inf, None
+    distance = FIRST * rest.duration
+    for _ in range(MOST_TRIALS):
+        speed, stop = _fastest(bounds, distance, margin, is_smooth=is_smooth)
+        if speed >= 1.0:
+            longest, found = distance, stop
+        elif distance == rest.duration:
             return None
-        own, excess = program.x[:-1], max(float(program.x[-1]), 0.0)
-    s, states = _states(law, own, duration)
-    return own if bounds.broken(s, states) <= 0.0 else None
-
-
-def _states(law: Law, constants: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]:
-    """Return the path positions (points,) and sigma with its two derivatives (3, points) of a law."""
-    units = law.maps @ constants
-    time = (np.arange(INTERVALS)[:, None] + PROBES).ravel() / INTERVALS
-    s = duration * (time + units[0])
-    states = np.zeros((3, len(s)))
-    states[0] = 1.0 + units[1]
-    for k in range(1, law.order + 1):
-        states[k] = units[1 + k] / duration**k
-    return s, states
-
-
-def _along(rest: Trajectory, law: Law, constants: FloatArray, duration: float) -> Trajectory:
-    """Return the motion along the path, in quintics that keep to it within the tolerance of timing."""
-    h = duration / INTERVALS
-    starts = law.maps[:, :: len(PROBES)] @ constants  # at the first probe of each interval
-    time = np.arange(INTERVALS) * h
-    coefficients = np.zeros((INTERVALS, 1, law.order + 2))
-    coefficients[:, 0, 0] = time + duration * starts[0]
-    factorial = 1.0
-    for k in range(1, law.order + 2):
-        factorial *= k
-        coefficients[:, 0, k] = ((k == 1) + starts[k] / duration ** (k - 1)) / factorial
-    end = float(duration * (1.0 + law.maps[0, -1] @ constants))
-    part = rest.between(0.0, min(end, rest.duration))
-    curve = part.of_segments(np.zeros(len(part.lengths), dtype=int))
-    run = Run(
-        segments=np.array([0]),
-        curve=curve,
-        waypoint_knots=np.array([0, len(curve.lengths)]),
-        blend_knots=np.array([], dtype=int),
-        is_spline=False,
-        tolerance=TOLERANCE,
-    )
-    times = PiecewisePolynomial(np.full(INTERVALS, h), coefficients).of_segments(np.zeros(INTERVALS, dtype=int))
-    pieces = follow_curve(run, times)
+        else:
+            shortest = distance
+        if longest <= CLOSE * shortest:
+            break
+        if found is None:
+            distance = min(2.0 * distance, rest.duration)
+        else:
+            distance = (shortest * longest) ** 0.5 if shortest else longest / 2.0
+    if found is None or found.lengths.sum() >= rest.duration:
+        return None
+    pieces = compose(rest.between(0.0, longest), found, TOLERANCE)[0]
     ends = np.array([0.0, float(pieces.lengths.sum())])
-    return Trajectory(pieces.lengths, pieces.coefficients, pieces.segments, ends, ends)
+    return Trajectory(pieces.lengths, pieces.coefficients, np.zeros(len(pieces.lengths), dtype=int), ends, ends)
+
+
+def _slowing(curve: SegmentedPolynomial, distance: float, *, is_smooth: bool) -> PiecewisePolynomial:
+    """Return a law s(t) that slows down from speed 1 to rest in a distance, without a jump of s'' if it is smooth."""
+    units = [0.0, 1.0, 0.0, -1.0, 0.5] if is_smooth else [0.0, 1.0, -0.5]
+    whole = PiecewisePolynomial(np.ones(1), 2.0 * distance * np.array([[units]]))
+    knots = curve.breakpoints[1:-1]
+    knots = knots[knots < distance * (1.0 - ROUNDING)]
+    law = split_at_knots(whole, knots, np.zeros(len(knots) + 1, dtype=int))
+    law.coefficients[1:, 0, 0] = knots
+    return law.split(np.ceil(law.lengths * PIECES).astype(int)).stretched(2.0 * distance)
+
+
+def _fastest(
+    bounds: LimitsOnCurve, distance: float, margin: float, *, is_smooth: bool
+) -> tuple[float, PiecewisePolynomial]:
+    """Return the highest speed from which a law s(t) comes to rest in a distance, and that law, from speed 1 at most.
+
+    Args:
+        bounds: The limits on the curve.
+        distance: The distance, s.
+        margin: Share of the limits that is left free, but for what the trajectory itself uses.
+        is_smooth: Whether the law begins with s'' = 0.
+    """
+    law = _slowing(bounds.curve, distance, is_smooth=is_smooth)
+    within = bounds.along(law)
+    if not np.isfinite(within.scale(np.array([[1.0], [0.0], [0.0]]))):
+        return 1.0, law  # the trajectory rests
+    s = np.append(law.coefficients[:, 0, 0], horner(law.coefficients[-1, 0], law.lengths[-1]))
+    coefficients = np.stack([s[:-1], np.ones(len(law.lengths))], axis=1)[:, None]
+    own = bounds.along(PiecewisePolynomial(np.diff(s), coefficients)).used()
+    passed = law.breakpoints[:-1] + GRIDPOINTS[:, None] * law.lengths
+    growth = np.minimum(passed.ravel() / (FREE * law.breakpoints[-1]), 1.0)
+    allowed = np.clip(own * (1.0 - 0.5 * margin * growth), 1.0 - margin, 1.0 / INSCRIBED)
+    within = within.narrowed(1.0 / allowed)
+    for part in (within.by_b, within.by_a, within.by_c):
+        part[within.inverse[:, 0] == 0.0, 0] = 0.0  # but for the jerk, what is there at the start is given
+    aim = Duration.of_intervals(law.lengths)
+    aim.weights *= HASTE / law.breakpoints[-1]
+    aim.weights[0] += 1.0
+    found = best_retiming(law.lengths, within, aim, AskedDurations.none(within), GAP, begins_evenly=is_smooth)
+    unknowns = found.unknowns
+    speed = float(unknowns[0] ** 0.5)
+    return speed, retimed(law, unknowns / max(speed, 1.0) ** 2)

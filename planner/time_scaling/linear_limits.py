@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -65,6 +65,12 @@ class LinearLimits:
         used: FloatArray = np.abs(self.by_b + self.offset) / (self.constant + self.inverse)
         return used
 
+    def narrowed(self, margin: FloatArray | float) -> LinearLimits:
+        """Narrow what each limit leaves beside gravity by a factor, of all or of each (limits, points)."""
+        held = np.abs(self.offset)
+        constant = np.where(self.inverse > 0.0, 0.0, held + (self.constant - held) / margin)
+        return replace(self, constant=constant, inverse=self.inverse / margin)
+
     def of(self, rows: np.ndarray) -> LinearLimits:
         """Return some of the limits, by index or mask."""
         parts = (self.by_b, self.by_a, self.by_c, self.offset, self.constant, self.inverse)
@@ -79,7 +85,7 @@ class QuadraticSpline:
             and of the next.
     """
 
-    def __init__(self, widths: FloatArray) -> None:
+    def __init__(self, widths: FloatArray, *, begins_evenly: bool = False) -> None:
         # Beyond both ends there is an interval of no width, whose unknown is the value at the end.
         padded = np.concatenate([[0.0], widths, [0.0]])
         both = padded[:-1] + padded[1:]
@@ -95,6 +101,11 @@ class QuadraticSpline:
             self.maps[0, :, k] = (1.0 - u) ** 2 * start + 2.0 * u * (1.0 - u) * middle + u * u * end
             self.maps[1, :, k] = (1.0 - u) * slope[0, :, :-1] + u * slope[1, :, 1:]
             self.maps[2, :, k] = (start - 2.0 * middle + end) / widths**2
+        if (
+            begins_evenly
+        ):  # the value at the start is the first Bezier point of the first interval, and its unknown idle
+            self.maps[:, 1, :, 0] += self.maps[:, 0, :, 0]
+            self.maps[:, 0, :, 0] = 0.0
         self.count = len(widths)
 
     def states(self, x: FloatArray) -> FloatArray:

@@ -103,8 +103,13 @@ class Duration(Aim):
         weights: Weights (points,), s, in the sum of 1 / sqrt(b) that stands for the integral.
     """
 
-    def __init__(self, widths: FloatArray) -> None:
-        self.weights = (WEIGHTS[:, None] * widths).ravel()
+    def __init__(self, weights: FloatArray) -> None:
+        self.weights = weights
+
+    @classmethod
+    def of_intervals(cls, widths: FloatArray) -> Duration:
+        """Return the duration of a law of intervals of some widths (intervals,), s."""
+        return cls((WEIGHTS[:, None] * widths).ravel())
 
     def value(self, states: FloatArray) -> float:
         """Return the duration, s, at states (3, points)."""
@@ -134,6 +139,11 @@ class AskedDurations(NamedTuple):
     weights: FloatArray
     durations: FloatArray
 
+    @classmethod
+    def none(cls, limits: LinearLimits) -> AskedDurations:
+        """Return no asked durations, for laws within limits."""
+        return cls(np.empty((0, limits.by_b.shape[1])), np.empty(0))
+
     def missed(self, b: FloatArray) -> FloatArray:
         """Return the excess (parts,), s, of the durations over those that are asked."""
         missed: FloatArray = self.weights @ b**-0.5 - self.durations
@@ -160,8 +170,8 @@ class Retiming(NamedTuple):
 
 def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float) -> FloatArray:
     """Find the unknowns (intervals + 2,) of the fastest law within limits; see `best_retiming`."""
-    none_asked = AskedDurations(np.empty((0, limits.by_b.shape[1])), np.empty(0))
-    return best_retiming(widths, limits, Duration(widths), none_asked, tolerance, start=_start(widths, limits)).unknowns
+    aim, none_asked = Duration.of_intervals(widths), AskedDurations.none(limits)
+    return best_retiming(widths, limits, aim, none_asked, tolerance, start=_start(widths, limits)).unknowns
 
 
 def _start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
@@ -170,7 +180,7 @@ def _start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
     It is what the limits would allow at each gridpoint if b were constant, the least of it near each interval, smoothed
     by moving averages.
     """
-    spline, duration = QuadraticSpline(widths), Duration(widths)
+    spline, duration = QuadraticSpline(widths), Duration.of_intervals(widths)
     best = np.ones(len(widths) + 2)
     states = spline.states(best)
     allowed = limits.scales(states).reshape(len(GRIDPOINTS), -1).min(axis=0)
@@ -199,6 +209,8 @@ def best_retiming(
     tolerance: float,
     steps: int = MOST_STEPS,
     start: FloatArray | None = None,
+    *,
+    begins_evenly: bool = False,
 ) -> Retiming:
     """Find the best law within limits.
 
@@ -213,8 +225,9 @@ def best_retiming(
         tolerance: Gap between the objective and its lower bound, relative, that may be left.
         steps: Newton steps, at most.
         start: Unknowns (intervals + 2,) that the search begins with, up to a factor; None: b is constant.
+        begins_evenly: Whether a is 0 at the start, so that the acceleration there is that of the old law times b.
     """
-    spline = QuadraticSpline(widths)
+    spline = QuadraticSpline(widths, begins_evenly=begins_evenly)
     x = np.ones(len(widths) + 2) if start is None else start
     x = x * FIRST_SHARE * limits.scale(spline.states(x))
     # The search begins on the slow side of the asked durations.
@@ -225,12 +238,13 @@ def best_retiming(
     count = barrier.slacks.size + x.size
     point = InteriorPoint.on_central_path(barrier.slacks, value / count)
     positive = InteriorPoint.on_central_path(x, value / count)  # and b with all unknowns
-    multipliers, penalty, gain = np.zeros(len(asked.durations)), 0.0, 0.0
+    multipliers, penalty, gain, converged = np.zeros(len(asked.durations)), 0.0, 0.0, False
     for _ in range(steps):
         gap = point.gap + positive.gap
         missed = asked.missed(states[0])
         if max(gap, gain) < tolerance * value and (np.abs(missed) <= tolerance * asked.durations).all():
-            return Retiming(x, converged=True)
+            converged = True
+            break
         mu = max(centring * gap, BARRIER_KEPT * min(gain, value)) / count
         terms, own = point.towards(mu), positive.towards(mu)
         concave = _over_limits(point.duals[0] + point.duals[1], limits.inverse) - multipliers @ asked.weights
@@ -266,7 +280,9 @@ def best_retiming(
             length *= 0.5
         centring = next_centring(min(length, made.dual, made_positive.dual), LEAST_CENTRING)
         point, positive = point.moved(barrier.slacks, made), positive.moved(x, made_positive)
-    return Retiming(x, converged=False)
+    if begins_evenly:
+        x[0] = x[1]
+    return Retiming(x, converged)
 
 
 class _Barrier:

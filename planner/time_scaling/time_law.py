@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from planner.limits import SegmentLimits
     from planner.paths import JointPath, Run
+    from planner.robots import Robot
     from planner.spatial import FloatArray
 
 ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
@@ -108,7 +109,7 @@ def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
     Raises:
         LimitsUnsatisfiable: Gravity exceeds a torque limit.
     """
-    law, limits = _quintic(run), LimitsOnCurve(path, run)
+    law, limits = _quintic(run), limits_on(path, run)
     if not np.isfinite(limits.along(law).scale(np.array([[1.0], [0.0], [0.0]]))):
         return limits.on_segments(law)  # nothing limits: any law will do
     counts = [count + each * len(run.segments) for count, each, _ in ROUNDS]
@@ -193,16 +194,34 @@ class Rates(NamedTuple):
     third: FloatArray
 
 
+def limits_on(path: JointPath, run: Run, *, knows_torques: bool = False) -> LimitsOnCurve:
+    """Return the limits on the curve of a run."""
+    return LimitsOnCurve(path.dynamics.robot_on(run.first), path.limits, run.curve, knows_torques=knows_torques)
+
+
 class LimitsOnCurve:
-    """The limits of a run, as they constrain the retiming of a law along its curve.
+    """The limits on a curve, as they constrain the retiming of a law along it.
 
     Attributes:
         sampled: The limits of torque and tool speed.
     """
 
-    def __init__(self, path: JointPath, run: Run, *, knows_torques: bool = False) -> None:
-        self.curve, self.limits = run.curve, path.limits
-        self.sampled = _Sampled(path, run, knows_torques)
+    def __init__(
+        self, robot: Robot, limits: SegmentLimits, curve: SegmentedPolynomial, *, knows_torques: bool = False
+    ) -> None:
+        """Prepare the limits.
+
+        Args:
+            robot: The robot, with its tool and payload.
+            limits: Limits in rows, one for each segment of the curve.
+            curve: q(s).
+            knows_torques: Whether torques are computed although they are not limited.
+
+        Raises:
+            LimitsUnsatisfiable: Gravity exceeds a torque limit.
+        """
+        self.curve, self.limits = curve, limits
+        self.sampled = _Sampled(robot, limits, curve, knows_torques)
 
     def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
         """Return the indices (pieces of the law,) of the pieces of the curve that they are on."""
@@ -268,11 +287,11 @@ class _Sampled:
         jerks: The jerks of the tool that are limited.
     """
 
-    def __init__(self, path: JointPath, run: Run, knows_torques: bool) -> None:
-        curve, robot, limits = run.curve, path.dynamics.robot_on(run.first), path.limits.of(run.segments)
-        self.robot, self.limits_torque = robot, robot.has_dynamics and bool(np.isfinite(limits.torque.upper).any())
+    def __init__(self, robot: Robot, limits: SegmentLimits, curve: SegmentedPolynomial, knows_torques: bool) -> None:
+        there = limits.of(np.unique(curve.segments))
+        self.robot, self.limits_torque = robot, robot.has_dynamics and bool(np.isfinite(there.torque.upper).any())
         knows_torques = knows_torques or self.limits_torque
-        limited = [own for own, _ in limits.constraints if own.name != "torque" and own.is_known(robot)]
+        limited = [own for own, _ in there.constraints if own.name != "torque" and own.is_known(robot)]
         self.jerks = [own.name for own in limited if own.name in JERKS]
         if not (knows_torques or limited):
             self.speeds, self.rows = {}, {}
@@ -292,7 +311,7 @@ class _Sampled:
         if knows_torques:
             segments = curve.segments[curve.locate(self.gridpoints)[0]]
             dynamics = path_dynamics(robot, q, dq, ddq)
-            middle, half = (values[segments] for values in path.limits.torque.centred)
+            middle, half = (values[segments] for values in limits.torque.centred)
             refuse_what_gravity_exceeds(robot, segments, dynamics.gravity, middle, half)
             self.dynamics = np.concatenate(dynamics, axis=1).T
 

@@ -19,7 +19,6 @@ from planner.certificate.clearance import segment_checkers
 from planner.errors import InfeasibleDuration, InvalidProblem, Remedy
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states
-from planner.paths import Run
 from planner.speed_zones import DECIDED_TO, KNOWN_TO, most_speed, moving_bodies, near_intervals, point_speeds
 from planner.time_scaling.compose import compose
 from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
 
     from planner.backends.base import BackEnd
     from planner.fields import FieldPath
-    from planner.paths import JointPath
+    from planner.paths import JointPath, Run
     from planner.problems.problem import PlanningProblem
     from planner.scene.bodies import Bodies
     from planner.spatial import FloatArray
@@ -202,8 +201,7 @@ def _retimed(
         zones: Where it is near to objects.
         kept: The quantities whose limits are kept.
     """
-    nothing = np.array([], dtype=int)
-    limits = LimitsOnCurve(path, Run(run.segments, motion, nothing, nothing, is_spline=False, tolerance=run.tolerance))
+    limits = LimitsOnCurve(path.dynamics.robot_on(run.first), path.limits, motion)
     for count in INTERVALS:
         law = _as_planned(motion, [zone.intervals for zone in zones], count)
         within = [_overlaps(law, zone.intervals) for zone in zones]

@@ -12,7 +12,7 @@ its jerk, by their units:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -26,13 +26,13 @@ from planner.time_scaling.retiming import (
     Duration,
     best_retiming,
 )
-from planner.time_scaling.time_law import COARSE, LimitsOnCurve, retimed, retimed_lengths
+from planner.time_scaling.time_law import COARSE, limits_on, retimed, retimed_lengths
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.cost import Cost
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
-    from planner.time_scaling.linear_limits import LinearLimits
+    from planner.time_scaling.time_law import LimitsOnCurve
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 ROUNDS = (1e-2, 1e-4)
@@ -183,12 +183,12 @@ class Search:
             law: A law s(t), with a breakpoint where the curve has one.
             margin: Factor by which all limits are narrower.
         """
-        limits = LimitsOnCurve(self.path, self.run, knows_torques=self.cost.objective != "jerk")
+        limits = limits_on(self.path, self.run, knows_torques=self.cost.objective != "jerk")
         for gap in ROUNDS:
             even = np.ceil(self.knots * law.lengths / law.lengths.sum()).astype(int)
             most = limits.used(law)[0]
             law = law.split(np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
-            asked, within = self._asked(limits.on_segments(law)), _narrowed(limits.along(law), margin)
+            asked, within = self._asked(limits.on_segments(law)), limits.along(law).narrowed(margin)
             found = best_retiming(law.lengths, within, self._aim(limits, law), asked, gap, self.steps)
             missed = asked.missed(QuadraticSpline(law.lengths).states(found.unknowns)[0])
             if (np.abs(missed) > NEARLY * asked.durations).any():
@@ -201,7 +201,7 @@ class Search:
         torque, power, jerk = self.cost.units
         s, ds, dds, first, second, third = limits.rates(law)
         by_work = self.cost.objective == "mechanical_work"
-        duration = Duration(law.lengths)
+        duration = Duration.of_intervals(law.lengths)
         costs: list[RetimingCost] = []
 
         def add(rows: tuple[FloatArray, ...], exponent: float, absolute: bool) -> None:
@@ -218,7 +218,7 @@ class Search:
 
     def _asked(self, law: SegmentedPolynomial) -> AskedDurations:
         """Return the asked durations by the gridpoints of a law."""
-        weights = Duration(law.lengths).weights.reshape(-1, len(law.segments))
+        weights = Duration.of_intervals(law.lengths).weights.reshape(-1, len(law.segments))
         own = self.parts[:, np.searchsorted(self.run.segments, law.segments)]
         return AskedDurations((own[:, None] * weights).reshape(len(own), weights.size), self.durations)
 
@@ -234,10 +234,3 @@ def _on_time(law: PiecewisePolynomial, unknowns: FloatArray, asked: AskedDuratio
         slopes = np.array([spline.force(slope) for slope in asked.slopes(spline.states(unknowns)[0])])
         unknowns = unknowns - np.linalg.lstsq(slopes, missed)[0]
     return unknowns
-
-
-def _narrowed(limits: LinearLimits, margin: float) -> LinearLimits:
-    """Narrow what each limit leaves beside gravity by a margin."""
-    held = np.abs(limits.offset)
-    constant = np.where(limits.inverse > 0.0, 0.0, held + (limits.constant - held) / margin)
-    return replace(limits, constant=constant, inverse=limits.inverse / margin)

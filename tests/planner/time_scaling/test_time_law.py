@@ -29,7 +29,7 @@ from planner.problems.problem import (
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose
-from planner.time_scaling.time_law import ENFORCED, FEWER_PER_RADIAN, LimitsOnCurve, time_run
+from planner.time_scaling.time_law import ENFORCED, FEWER_PER_RADIAN, limits_on, time_run
 from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
 from planner.trajectories.sampled_peaks import MOST_TRAVEL
 
@@ -325,4 +325,4 @@ def test_a_joint_that_turns_a_hundred_thousand_times_takes_no_more_samples_than_
     far = JointWaypoint(position=tuple(robot.middle + 1e6 * np.eye(6)[5]), transition=ThroughTransition())
     waypoints = (JointWaypoint(position=ends[0]), far, JointWaypoint(position=ends[1]))
     path = solve_path(PlanningProblem(robot, waypoints, limits=Limits(tcp_linear_jerk=35.0)))
-    assert len(LimitsOnCurve(path, path.runs[0]).sampled.gridpoints) < 2.1 * FEWER_PER_RADIAN * MOST_TRAVEL
+    assert len(limits_on(path, path.runs[0]).sampled.gridpoints) < 2.1 * FEWER_PER_RADIAN * MOST_TRAVEL
