@@ -340,6 +340,9 @@ class PlanAnswer(Answer):
     """The names of the joints in the order of every joint array."""
     backend: str
     """The kind of the back end that was asked for."""
+    solver: str | None
+    """The solver of the velocity profile of `toppra`, `kernel` or `package`; null: there is none, as of motions in
+    closed form, with limited jerk and by other back ends."""
     duration: float
     """The duration of the trajectory, s."""
     samples: Samples

@@ -243,6 +243,9 @@ class RetimeAnswer(OperationAnswer):
 
     backend: str
     """The kind of the back end that was asked for."""
+    solver: str | None
+    """The solver of the velocity profile of `toppra`, `kernel` or `package`; null: there is none, as of motions in
+    closed form, with limited jerk and by other back ends."""
     deviation: float
     """The largest distance of a joint from the points and the straight lines between them, rad or m."""
 

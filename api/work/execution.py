@@ -160,8 +160,8 @@ def warm_up(caps: Caps) -> None:
     middle = load_robot(WARM_UP_ROBOT).middle
     waypoints = [{"kind": "joint", "position": (middle + step).tolist()} for step in (0.0, 0.01, 0.03)]
     waypoints[1]["transition"] = {"kind": "through"}  # straight lines alone would not load the package toppra
-    for kind in BACKENDS:
-        _run("plan_trajectory", {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": {"kind": kind}}, caps)
+    for backend in (*({"kind": kind} for kind in BACKENDS), {"kind": "toppra", "solver": "package"}):
+        _run("plan_trajectory", {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": backend}, caps)
     for operation, examples in request_examples().items():
         _run(operation, next(iter(examples.values())), caps)
 

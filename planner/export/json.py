@@ -65,6 +65,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
         "robot": robot.id,
         "joint_names": robot.joint_names,
         "backend": plan.backend.kind,
+        "solver": trajectory.solver,
         "duration": trajectory.duration,
         "samples": _rows(samples),
         "waypoints": [
@@ -142,7 +143,7 @@ def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Coll
         "warnings": [vars(warning) for warning in done.warnings],
     }
     if isinstance(done, RetimedTrajectory):
-        answer |= {"backend": done.backend.kind, "deviation": done.deviation}
+        answer |= {"backend": done.backend.kind, "solver": trajectory.solver, "deviation": done.deviation}
     if isinstance(done, JoinedTrajectory):
         answer["junctions"] = [vars(junction) for junction in done.junctions]
     if "polynomials" in include:

@@ -60,6 +60,7 @@ def save_plan(plan: Plan) -> bytes:
     content = {
         "version": VERSION,
         "trajectory": {name: _packed(getattr(trajectory, name)) for name in ARRAYS},
+        "solver": trajectory.solver,
         "waypoints": [[getattr(waypoint, name) for name in WAYPOINT_FIELDS] for waypoint in waypoints],
         "positions": _packed(plan.path.positions),
         "tool_positions": _packed(np.array([waypoint.pose.position for waypoint in waypoints])),
@@ -100,7 +101,8 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
     if saved["version"] != VERSION:
         raise ValueError(f"a saved plan of version {saved['version']}, not {VERSION}")
     arrays: dict[str, Any] = {name: _unpacked(saved["trajectory"][name]) for name in ARRAYS}
-    trajectory = Trajectory(**arrays | {"segments": arrays["segments"].view(np.int64)})
+    arrays["segments"] = arrays["segments"].view(np.int64)
+    trajectory = Trajectory(**arrays, solver=saved.get("solver"))
     checks = tuple(Check(**check) for check in saved["certificate"].pop("checks"))
     clearance = saved["certificate"].pop("clearance", None)
     report = None if clearance is None else ClearanceReport.from_dict(clearance)

@@ -44,11 +44,13 @@ class Trajectory(SegmentedPolynomial):
         arrivals: (waypoints,), s, when each waypoint is reached; one that is blended: the middle of its blend.
         departures: (waypoints,), s, when it is left again, after its dwell.
         warnings: What the back end has to say.
+        solver: What computed the velocity profile of `Toppra`, `kernel` or `package`; None: there is none.
     """
 
     arrivals: FloatArray
     departures: FloatArray
     warnings: tuple[PlanWarning, ...] = ()
+    solver: str | None = None
 
     def __repr__(self) -> str:
         """Return duration and sizes, in one line."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from planner.backends.toppra.intervals import PROBES
 from planner.constraints.rows import path_speed_shares
+from planner.kernels.profile import PARALLEL
 from planner.kinematics.forward import JointStates
 from planner.time_scaling.refusals import refuse_what_gravity_exceeds
 from planner.tolerances import ROUNDING
@@ -46,10 +47,6 @@ MOST_SQUARE = 1e12
 STEEP = 4.0
 """Largest ratio of the bounds on x within an interval; above the least of them by more, x would overshoot between the
 probes."""
-
-PARALLEL = 1e-10
-"""Ratio to the largest coefficient of u on its interval below which a coefficient does not limit u."""
-
 
 MOST_BEND = 0.9
 """Share of the bend with which x would touch 0 within an interval, that a bend may have."""

@@ -10,6 +10,8 @@ import numpy as np
 
 from planner.backends.toppra.intervals import PROBES, shares_between
 from planner.backends.toppra.path_limits import path_limits
+from planner.backends.toppra.solvers import Reach
+from planner.kernels.profile import fastest_profile
 from planner.time_scaling.compose import MOST_HALVINGS
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial, horner, quintic_hermite
@@ -17,7 +19,7 @@ from planner.trajectories.polynomials import SegmentedPolynomial, horner, quinti
 if TYPE_CHECKING:
     from planner.backends.toppra.intervals import Intervals
     from planner.backends.toppra.path_limits import LinearRows, PathLimits
-    from planner.backends.toppra.reachability import Reach
+    from planner.backends.toppra.solvers import Solver
     from planner.paths import JointPath
     from planner.spatial import FloatArray
 
@@ -163,6 +165,7 @@ def fastest_on(
     factors: FloatArray,
     refinements: int = MOST_REFINEMENTS,
     repairs: int = MOST_REPAIRS,
+    solver: Solver = "kernel",
 ) -> Profile:
     """Return the fastest profile on intervals.
 
@@ -172,15 +175,16 @@ def fastest_on(
         factors: (segments,), on all times, beyond what the limits ask.
         refinements: Largest number of times that intervals are split.
         repairs: Largest number of solutions after that for limits that are broken.
+        solver: What solves it.
     """
     throughout = np.zeros(len(intervals.lengths), dtype=bool)
     limits = path_limits(path.dynamics, path.limits, intervals, factors)
     solved = SolvedLimits(limits, throughout, limits.rows(throughout))
-    return _solved(path, intervals, factors, solved, throughout, refinements, repairs)
+    return _solved(path, intervals, factors, solved, throughout, refinements, repairs, solver)
 
 
 def solved_again(
-    path: JointPath, profile: Profile, parts: np.ndarray, changed: np.ndarray, factors: FloatArray
+    path: JointPath, profile: Profile, parts: np.ndarray, changed: np.ndarray, factors: FloatArray, solver: Solver
 ) -> Profile:
     """Return the fastest profile on the same intervals, some of them split, or slower; the others keep their limits.
 
@@ -190,6 +194,7 @@ def solved_again(
         parts: (intervals,), 1 or 2, equal parts of each interval.
         changed: (intervals,), whether an interval is split or its factor is another.
         factors: (segments,), on all times, beyond what the limits ask.
+        solver: What solves it.
     """
     assert profile.solved is not None  # noqa: S101 - of `fastest_on`
     before, own = profile.solved, np.repeat(np.arange(len(parts)), parts)
@@ -198,7 +203,8 @@ def solved_again(
     throughout = before.throughout[own] & ~new
     rows = before.rows.with_new(own, new, limits.of(new).rows(throughout[new]))
     known = before.reach and before.reach.with_new(own, np.append(1, np.diff(own)) == 0)
-    return _solved(path, intervals, factors, SolvedLimits(limits, throughout, rows, known), new, 0, MOST_REPAIRS)
+    again = SolvedLimits(limits, throughout, rows, known)
+    return _solved(path, intervals, factors, again, new, 0, MOST_REPAIRS, solver)
 
 
 def _solved(
@@ -209,6 +215,7 @@ def _solved(
     changed: np.ndarray,
     refinements: int,
     repairs: int,
+    solver: Solver,
 ) -> Profile:
     """Return the fastest profile on intervals.
 
@@ -220,14 +227,12 @@ def _solved(
         changed: (intervals,), on which these did; of no account where nothing is known.
         refinements: See there.
         repairs: See there.
+        solver: See there.
     """
-    # It imports the package, which takes half a second.
-    from planner.backends.toppra.reachability import fastest_profile
-
     limits, throughout, rows, reach = solved
     bends = _Bends.unknown(len(intervals.lengths))
     for solution in range(refinements + repairs + 1):
-        reach = fastest_profile(intervals.lengths, rows, limits.at_gridpoints, intervals.rests, reach, changed)
+        reach = solve(solver, intervals.lengths, rows, limits.at_gridpoints, intervals.rests, reach, changed)
         bends = bends.known_for(limits, reach.x)
         solved = SolvedLimits(limits, throughout, rows, reach)
         profile = Profile(intervals, reach.x, np.where(throughout, 0.0, bends.bend), solved)
@@ -259,6 +264,37 @@ def _solved(
         else:
             break
     return profile
+
+
+def solve(
+    solver: Solver,
+    lengths: FloatArray,
+    rows: LinearRows,
+    bounds: FloatArray,
+    rests: np.ndarray,
+    known: Reach | None = None,
+    changed: np.ndarray | None = None,
+) -> Reach:
+    """Return what can be reached at the gridpoints: the fastest profile.
+
+    Args:
+        solver: What computes it.
+        lengths: (intervals,).
+        rows: Limits on x at an interval's start and the constant or mean u on it.
+        bounds: (intervals + 1,), of x.
+        rests: (intervals + 1,): where x is 0; both ends at least.
+        known: What could be reached before limits changed, for the package; nothing, if not given.
+        changed: (intervals,), whether the limits on them did, or the gridpoint at their start is new.
+
+    Raises:
+        SolverFailed: The package found no profile.
+    """
+    if solver == "kernel":
+        return Reach(*fastest_profile(lengths, *rows, bounds, rests))
+    # It imports the package, which takes half a second.
+    from planner.backends.toppra.reachability import fastest_profile as by_package
+
+    return by_package(lengths, rows, bounds, rests, known, changed)
 
 
 class _Bends(NamedTuple):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from planner.backends.toppra.package import (
     seidelWrapper,
 )
 from planner.backends.toppra.path_limits import LinearRows
-from planner.backends.toppra.solver_failed import SolverFailed
+from planner.backends.toppra.solvers import Reach, SolverFailed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -92,31 +92,6 @@ class _Rows(LinearConstraint):  # type: ignore[misc] # the package has no types
         """Return a, b and c at each gridpoint, F and g with F (a u + b x + c) <= g, the bounds on u, and those on x."""
         a, b, c = self.rows
         return a, b, c, np.eye(a.shape[1]), np.zeros(a.shape[1]), None, self.bounds
-
-
-class Reach(NamedTuple):
-    """What can be reached: the largest squares of the path velocity, x = s'^2, at the gridpoints.
-
-    Attributes:
-        controllable: (intervals + 1,), from which the rest can be braked in time; not a number where it is unknown.
-        x: (intervals + 1,), of these those that can be reached by accelerating: the fastest profile.
-    """
-
-    controllable: FloatArray
-    x: FloatArray
-
-    def of(self, gridpoints: np.ndarray, divisor: FloatArray | float = 1.0) -> Reach:
-        """Return what is known of some gridpoints (N,), divided by (N,)."""
-        return Reach(*(part[gridpoints] / divisor for part in self))
-
-    def with_new(self, rows: np.ndarray, new: np.ndarray) -> Reach:
-        """Return what is known of parts of the intervals.
-
-        Args:
-            rows: (N,), the interval of each.
-            new: (N,), whether the gridpoint at its start is.
-        """
-        return Reach(*(np.append(np.where(new, np.nan, part[rows]), part[-1]) for part in self))
 
 
 class _FromRestToRest(TOPPRA):  # type: ignore[misc] # the package has no types

@@ -1,4 +1,4 @@
-"""The time-optimal motion along the exact path, by the package toppra."""
+"""The time-optimal motion along the exact path."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from planner.backends.shared.smooth_curve import smooth_curve
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
 from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of, solved_again
-from planner.backends.toppra.solver_failed import SolverFailed
+from planner.backends.toppra.solvers import Solver, SolverFailed  # Solver: the schema of the options is made from it
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids, reciprocal_accelerations
 from planner.guarantees import ALL_BUT_JERK, ALL_HARD, Capabilities, Guarantee
 from planner.time_scaling.refusals import duration_of_run, infeasible_duration_error, no_duration_error
@@ -59,11 +59,12 @@ class Toppra:
     """The time-optimal motion along the exact path: at every instant some joint is at a limit.
 
     A straight joint motion that only velocity and acceleration limit is a trapezoid, in closed form. Everything else
-    is found by the package toppra, on our gridpoints and by our values of the limits; and through waypoints, where what
-    lies between is free, on a smoother curve.
+    has a velocity profile on our gridpoints, within our values of the limits; and through waypoints, where what lies
+    between is free, on a smoother curve.
 
     Attributes:
         jerk_limited: Whether to keep the jerk limits, too, by the fastest law found on the same path that does.
+        solver: What computes the velocity profile: the compiled `kernel`, or the `package` toppra.
     """
 
     kind: ClassVar[str] = "toppra"
@@ -79,6 +80,13 @@ class Toppra:
             "description": "Keep the jerk limits, too: the fastest law found that does, along the same path, C2."
         },
     )
+    solver: Solver = field(
+        default="kernel",
+        metadata={
+            "description": "The solver of the velocity profile: the compiled `kernel`, or the `package` toppra, which "
+            "takes longer. With `jerk_limited` there is no such profile."
+        },
+    )
 
     def __post_init__(self) -> None:
         """Let an instance with jerk limited promise more than its class."""
@@ -90,9 +98,12 @@ class Toppra:
         if self.jerk_limited:
             return _with_limited_jerk(path)
         try:
-            return _time_optimal(path.keeping(enforced(self)), enforced(self))
+            return _time_optimal(path.keeping(enforced(self)), self)
         except SolverFailed:
-            message = "toppra's solver failed on this path; the motion keeps the jerk limits, too, and is slower for it"
+            message = (
+                "the solver of the package toppra failed on this path; the motion keeps the jerk limits, too, and is "
+                "slower for it"
+            )
             return replace(_with_limited_jerk(path), warnings=(PlanWarning("solver_failed", message),))
 
 
@@ -102,27 +113,27 @@ def _with_limited_jerk(path: JointPath) -> Trajectory:
     return assemble(path, [*lines, *(time_through_waypoints(path, run) for run in path.runs)])
 
 
-def _time_optimal(path: JointPath, kept: frozenset[str]) -> Trajectory:
+def _time_optimal(path: JointPath, backend: Toppra) -> Trajectory:
     """Return the fastest motion along the path.
 
     Raises:
         SolverFailed: The package's solver found no profile.
     """
-    lines = _lines(path, path.straight, kept)
-    if not path.runs:
-        return assemble(path, lines)
-    timed = _time(path, path.runs, kept)
-    parts = [_unless_stopping_is_faster(path, run, timed, kept) for run in path.runs]
-    return assemble(path, [*lines, *parts])
+    parts = _lines(path, path.straight, backend)
+    solver = backend.solver if path.runs or len(parts) > 1 else None  # all lines in closed form are one part
+    if path.runs:
+        timed = _time(path, path.runs, backend)
+        parts += [_unless_stopping_is_faster(path, run, timed, backend) for run in path.runs]
+    return replace(assemble(path, parts), solver=solver)
 
 
-def _lines(path: JointPath, motions: StraightMotions, kept: frozenset[str]) -> list[SegmentedPolynomial]:
+def _lines(path: JointPath, motions: StraightMotions, backend: Toppra) -> list[SegmentedPolynomial]:
     """Straight motions from rest to rest: trapezoids, unless torque or the tool's speed slow them down."""
-    return time_lines(path, motions, fastest_trapezoids, lambda run: _time(path, [run], kept), noticed=SLOWED)
+    return time_lines(path, motions, fastest_trapezoids, lambda run: _time(path, [run], backend), noticed=SLOWED)
 
 
 def _unless_stopping_is_faster(
-    path: JointPath, run: Run, timed: SegmentedPolynomial, kept: frozenset[str]
+    path: JointPath, run: Run, timed: SegmentedPolynomial, backend: Toppra
 ) -> SegmentedPolynomial:
     """Give the motion of a run; where the way between its waypoints is free, never slower than a stop at each of them.
 
@@ -141,11 +152,11 @@ def _unless_stopping_is_faster(
     least = np.where(cruises, slowness + sluggishness / slowness, 2.0 * np.sqrt(sluggishness))
     if least.sum() >= duration:
         return own
-    stopping = joined(_lines(path, motions, kept))
+    stopping = joined(_lines(path, motions, backend))
     return stopping if stopping.lengths.sum() < duration else own
 
 
-def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> SegmentedPolynomial:
+def _time(path: JointPath, runs: Sequence[Run], backend: Toppra) -> SegmentedPolynomial:
     """All runs at once, each at its asked duration or the shortest.
 
     An even stretch of a motion keeps all limits that the motion keeps; torques with their gravity, too: at each place
@@ -154,7 +165,8 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> Segment
     asked = np.array([duration_of_run(path, run) for run in runs])
     run_of = np.repeat(np.arange(len(runs)), [len(run.segments) for run in runs])
     segments = np.concatenate([run.segments for run in runs])
-    pieces, needed = _within_limits(path, _fastest(path, runs), np.array([run.tolerance for run in runs]), kept)
+    profile, tolerances = _fastest(path, runs, backend.solver), np.array([run.tolerance for run in runs])
+    pieces, needed = _within_limits(path, profile, tolerances, backend)
     rows = np.searchsorted(segments, pieces.segments)
     own = run_of[rows]
     factors = np.zeros(len(runs))
@@ -174,7 +186,7 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> Segment
     return pieces.stretched(np.where(free, factors, asked / times)[own])
 
 
-def _fastest(path: JointPath, runs: Sequence[Run]) -> Profile:
+def _fastest(path: JointPath, runs: Sequence[Run], solver: Solver) -> Profile:
     """Return fastest profile along the runs; where what lies between waypoints is free, along the faster of two curves.
 
     That is nearly always the smoother one, and a look at the other on few intervals settles it.
@@ -187,7 +199,7 @@ def _fastest(path: JointPath, runs: Sequence[Run]) -> Profile:
         steps: tuple[int, int] = (MOST_REFINEMENTS, MOST_REPAIRS),
     ) -> Profile:
         intervals = cut(of, curves, path.limits.velocity.narrower, fewest)
-        return fastest_on(path, intervals, np.ones(len(path.durations)), *steps)
+        return fastest_on(path, intervals, np.ones(len(path.durations)), *steps, solver=solver)
 
     curves = [smooth_curve(path, run) if run.is_spline else run.curve for run in runs]
     profile = fastest(runs, curves)
@@ -207,7 +219,7 @@ def _fastest(path: JointPath, runs: Sequence[Run]) -> Profile:
 
 
 def _within_limits(
-    path: JointPath, profile: Profile, tolerances: FloatArray, kept: frozenset[str]
+    path: JointPath, profile: Profile, tolerances: FloatArray, backend: Toppra
 ) -> tuple[SegmentedPolynomial, dict[int, TimeScaling]]:
     """Return the fastest motion, and how its segments are still to be scaled in time: hardly at all.
 
@@ -219,7 +231,7 @@ def _within_limits(
     another = np.unique(profile.intervals.segments)  # segments whose motion is not known yet
     for attempt in range(MOST_ATTEMPTS):
         pieces = pieces_of(profile, tolerances)
-        needed |= time_scalings(path, pieces.of(np.isin(pieces.segments, another)), kept)
+        needed |= time_scalings(path, pieces.of(np.isin(pieces.segments, another)), enforced(backend))
         broken = [segment for segment, scaling in needed.items() if scaling.factor > TIGHTENED]
         if not broken or attempt == MOST_ATTEMPTS - 1 or profile.has_many_intervals:
             break
@@ -228,7 +240,7 @@ def _within_limits(
             for segment in broken:
                 factors[segment] *= needed[segment].factor
         parts, before = 1 + (changed & (attempt == 0)), profile
-        profile = solved_again(path, profile, parts, changed, factors)
+        profile = solved_again(path, profile, parts, changed, factors, backend.solver)
         differs = (profile.x_at_ends[np.repeat(~changed, parts)] != before.x_at_ends[~changed]).any(axis=1)
         another = np.union1d(broken, before.intervals.segments[~changed][differs])
     return pieces, needed

@@ -1,5 +1,6 @@
 // The C interface of the kernels: arrays in, arrays out, and a code that says what failed. All arrays are in row order.
 #include "polynomials.hpp"
+#include "profile.hpp"
 #include "sampled_peaks.hpp"
 #include "serial_chain.hpp"
 #if defined(__x86_64__)
@@ -85,6 +86,11 @@ int extrema(int64_t rows, int64_t order, const double* bernstein, const double* 
 int parts(int64_t pieces, int64_t joints, int64_t order, const double* bernstein, const double* lengths,
           const double* density, int64_t* parts) {
     return count_parts(pieces, joints, order, bernstein, lengths, density, parts);
+}
+
+int profile(int64_t intervals, int64_t rows, const double* lengths, const double* a, const double* b, const double* c,
+            const double* bounds, const int64_t* rests, double parallel, double* controllable, double* reached) {
+    return fastest_profile(intervals, rows, lengths, a, b, c, bounds, rests, parallel, controllable, reached);
 }
 
 // A search for sampled peaks: its handle and the number of samples that it wants go into `state`.

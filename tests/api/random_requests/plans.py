@@ -24,6 +24,7 @@ BACKENDS: Sequence[dict[str, Any]] = (
     {"kind": "ruckig"},
     {"kind": "ruckig", "synchronization": "time"},
     {"kind": "toppra"},
+    {"kind": "toppra", "solver": "package"},
     {"kind": "toppra", "jerk_limited": True},
     {"kind": "auto"},
 )

@@ -38,6 +38,18 @@ def test_every_result_is_what_the_back_end_plans_alone(service: RunningService) 
         assert result["waypoint_error"] == alone["certificate"]["waypoint_error"]
 
 
+def test_both_solvers_of_toppra_are_compared_and_named(service: RunningService) -> None:
+    """The package is at work in the workers: the answers of plans and comparisons say which solver it was."""
+    waypoints = [joint(0.1, 0.2, 0.3), joint(0.5, 0.1, 0.4, transition={"kind": "through"}), joint(0.6, 0.4, 0.2)]
+    backends = [{"kind": "toppra"}, {"kind": "toppra", "solver": "package"}, {"kind": "toppra", "jerk_limited": True}]
+    request = compare_request(*backends, waypoints=waypoints)
+    results = service.post(COMPARE, request).json()["results"]
+    assert [result["trajectory"]["solver"] for result in results] == ["kernel", "package", None]
+    assert results[0]["duration"] == pytest.approx(results[1]["duration"], rel=1e-5)
+    for result, backend in zip(results, backends, strict=True):
+        assert service.post(PLAN, plan_request(waypoints=waypoints, backend=backend)).json() == result["trajectory"]
+
+
 def test_the_figures_are_those_of_the_samples(service: RunningService) -> None:
     """By numerical integration of dense samples, torques by the service's own inverse dynamics."""
     request = compare_request({"kind": "quintic"}, robot="kuka_kr16_2", include=["jerk", "torque"], sample_period=1e-3)

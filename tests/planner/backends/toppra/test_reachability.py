@@ -9,11 +9,15 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from planner.backends.toppra.path_limits import LinearRows
+from planner.backends.toppra.profile import solve
 from planner.backends.toppra.reachability import TINY, fastest_profile
+from planner.backends.toppra.solvers import Solver
 
 LOST = 2.0 * TINY
 """How much less than the optimum x may be for each gridpoint, relative to its largest value: what the package takes off
 at each of them, in its unit, which may be larger."""
+
+SOLVERS: tuple[Solver, ...] = ("kernel", "package")
 
 Problem = tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray], np.ndarray, np.ndarray]
 
@@ -63,11 +67,12 @@ def largest(problem: Problem) -> np.ndarray:
     return optimum
 
 
+@pytest.mark.parametrize("solver", SOLVERS)
 @settings(max_examples=settings.default.max_examples // 2)
 @given(problem=problems(1.0))
-def test_the_largest_speeds_everywhere_are_those_of_one_linear_program(problem: Problem) -> None:
+def test_the_largest_speeds_everywhere_are_those_of_one_linear_program(solver: Solver, problem: Problem) -> None:
     """Where each can be as large as possible at once, their sum is the largest."""
-    x = fastest_profile(*one_sided(problem)).x
+    x = solve(solver, *one_sided(problem)).x
     assert x == pytest.approx(largest(problem), rel=1e-6, abs=1e-6)
 
 
@@ -106,19 +111,21 @@ def test_limits_that_change_give_the_profile_of_one_linear_program(
     assert (x >= optimum * (1.0 - 1e-6) - lost).all()
 
 
+@pytest.mark.parametrize("solver", SOLVERS)
 @settings(max_examples=settings.default.max_examples // 2)
 @given(problem=problems(1000.0))
-def test_all_limits_are_kept_however_sharply_the_curve_bends(problem: Problem) -> None:
+def test_all_limits_are_kept_however_sharply_the_curve_bends(solver: Solver, problem: Problem) -> None:
     lengths, (a, b, c), most, rests = problem
-    x = fastest_profile(*one_sided(problem)).x
+    x = solve(solver, *one_sided(problem)).x
     u = np.diff(x) / (2.0 * lengths)
     assert np.abs(a * u[:, None] + b * x[:-1, None] + c).max() <= 1.0 + 1e-7
     assert (x >= 0.0).all()
     assert (x <= np.where(rests, 0.0, most)).all()
 
 
-def test_rows_without_any_limit() -> None:
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_rows_without_any_limit(solver: Solver) -> None:
     """Nothing but the bounds on the speed counts."""
     none, rests = np.zeros((3, 2)), np.array([True, False, False, True])
-    x = fastest_profile(np.ones(3), LinearRows(none, none, none - 1.0), np.full(4, 2.0), rests).x
+    x = solve(solver, np.ones(3), LinearRows(none, none, none - 1.0), np.full(4, 2.0), rests).x
     assert x == pytest.approx([0.0, 2.0, 2.0, 0.0], rel=1e-7)

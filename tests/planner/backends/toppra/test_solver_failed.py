@@ -71,7 +71,7 @@ def test_the_motion_with_limited_jerk_is_taken_where_the_solver_fails(
     problem = PROBLEMS[kind]
     fastest = plan(problem, Toppra())
     monkeypatch.setattr(reachability, "seidelWrapper", solver)
-    result = plan(problem, Toppra())
+    result = plan(problem, Toppra(solver="package"))
     assert [warning.code for warning in result.warnings if warning.code == "solver_failed"] == ["solver_failed"]
     assert worst_ratio(result) <= 1.0 + 1e-6
     assert fastest.trajectory.duration < result.trajectory.duration
@@ -83,8 +83,8 @@ def test_a_duration_too_short_is_refused_where_the_solver_fails(monkeypatch: pyt
     problem: PlanningProblem = PROBLEMS["tool"]
     waypoints = [problem.waypoints[0], replace(problem.waypoints[1], duration=0.01), *problem.waypoints[2:]]
     with pytest.raises(InfeasibleDuration) as refusal:
-        plan(replace(problem, waypoints=tuple(waypoints)), Toppra())
+        plan(replace(problem, waypoints=tuple(waypoints)), Toppra(solver="package"))
     (remedy,) = refusal.value.remedies
     waypoints[1] = replace(waypoints[1], duration=remedy.value)
-    result = plan(replace(problem, waypoints=tuple(waypoints)), Toppra())
+    result = plan(replace(problem, waypoints=tuple(waypoints)), Toppra(solver="package"))
     assert result.trajectory.arrivals[1] == pytest.approx(remedy.value, rel=1e-9)
