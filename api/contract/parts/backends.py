@@ -11,7 +11,7 @@ from functools import cache, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
-from pydantic import Field, create_model
+from pydantic import Field, Strict, create_model
 from typing_extensions import TypeAliasType
 
 from api.contract.parts.common import LARGEST, Schema
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from pydantic_core import CoreSchema
 
     from planner.backends import BackEnd
+
+
+Array = Annotated[tuple[float, ...], Strict(False)]
+"""A tuple of a back end; JSON has lists only, which strict validation does not take for one."""
 
 
 @cache
@@ -59,7 +63,8 @@ def _backend_schema(backend: type[BackEnd]) -> type[Schema]:
     for field in fields(backend):  # type: ignore[arg-type] # implementations are dataclasses: see the protocol
         default = ... if field.default is MISSING else field.default
         bounds = {"le": LARGEST, **field.metadata} if _is_number(hints[field.name]) else dict(field.metadata)
-        options[field.name] = (hints[field.name], Field(default, **bounds))
+        hint = Array | None if hints[field.name] == tuple[float, ...] | None else hints[field.name]
+        options[field.name] = (hint, Field(default, **bounds))
     name = backend.kind.replace("_", " ").title().replace(" ", "") + "Backend"
     return create_model(
         name,

@@ -51,7 +51,7 @@ def of_document(work: Work, most: int) -> Iterator[tuple[Any, str]]:
             return _put_back(requests, objects)
         case {"grid": grid, **more} if not more:
             try:
-                return _combinations(validated(schemas.Grid, orjson.dumps(grid), work.caps), most)
+                return _combinations(validated(schemas.Grid, grid, work.caps), most)
             except ServiceError as error:
                 faults = error.details["errors"]
                 raise invalid([fault | {"pointer": "/grid" + fault["pointer"]} for fault in faults]) from None

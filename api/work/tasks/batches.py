@@ -13,6 +13,7 @@ import orjson
 
 from api.base.errors import PayloadTooLarge, invalid
 from api.base.problem_documents import problem_document
+from api.base.size import parse_json
 from api.contract.parts.common import DEFAULT_DEADLINE
 from api.contract.requests import PlanRequest
 from api.pool.messages import Reply
@@ -230,7 +231,7 @@ def loaded_plan(result: Result, work: Work) -> LoadedPlan:
     from planner.plans.saved_plan import OF_THE_PATH, load_plan
 
     definition, scene = (work.arguments["definitions"].get(digest) for digest in (result.robot, result.scene))
-    request: PlanRequest = in_scene(validated(PlanRequest, decompressed(result.request), work.caps), scene)
+    request: PlanRequest = in_scene(validated(PlanRequest, parse_json(decompressed(result.request)), work.caps), scene)
     asked, backend = _problem_of(request, definition)
     with_runs = not OF_THE_PATH.isdisjoint(request.include)
     return LoadedPlan(load_plan(result.result, asked, backend, with_runs), request, definition)

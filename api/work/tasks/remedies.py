@@ -77,21 +77,30 @@ def _fits(remedy: Remedy, work: Work, schema: Any) -> bool:
     """Tell whether the request with a change follows its schema."""
     from api.work.answers.values import value_answer
 
-    document = orjson.loads(work.task.body)
-    *way, last = pointer_of(remedy.field)[1:].split("/")
-    holder = document
-    for step in way:
-        if isinstance(holder, dict) and holder.get(step) is None:
-            holder[step] = {}
-        holder = holder[int(step)] if isinstance(holder, list) else holder[step]
-        if not isinstance(holder, dict | list):
-            return False  # it stands elsewhere: in a scene that is kept
-    holder[int(last) if isinstance(holder, list) else last] = value_answer(remedy.value)
+    value = orjson.loads(to_json(value_answer(remedy.value)))
     try:
-        validated(schema, to_json(document), work.caps)
-    except InvalidRequest:
+        validated(schema, _changed(work.document, pointer_of(remedy.field)[1:].split("/"), value), work.caps)
+    except (LookupError, InvalidRequest):
         return False
     return True
+
+
+def _changed(document: Any, way: list[str], value: Any) -> Any:
+    """Return a document with a value at the end of a way, made of the parts of the given one beside that.
+
+    Raises:
+        LookupError: The way leads elsewhere: into a scene that is kept.
+    """
+    if not way:
+        return value
+    step, *rest = way
+    if isinstance(document, list):
+        at = int(step)
+        return [*document[:at], _changed(document[at], rest, value), *document[at + 1 :]]
+    if not isinstance(document, dict | None):
+        raise LookupError(step)
+    fields = document or {}
+    return {**fields, step: _changed(fields.get(step), rest, value)}
 
 
 def _is_answered(remedy: Remedy, work: Work, request: Any, dof: int) -> bool:

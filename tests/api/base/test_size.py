@@ -70,12 +70,12 @@ def test_the_work_on_a_hostile_body_is_bounded(monkeypatch: pytest.MonkeyPatch, 
 
     monkeypatch.setattr(work, "invalid_request", invalid_request)
     with pytest.raises(InvalidRequest):
-        work.validated(schema, b"{}", CAPS)  # a schema is made when it is first used
+        work.validated(schema, {}, CAPS)  # a schema is made when it is first used
     done = 0
     sys.setprofile(count)
     try:
         with pytest.raises(InvalidRequest):
-            work.validated(schema, body, CAPS)
+            work.validated(schema, parse_json(body), CAPS)
     finally:
         sys.setprofile(None)
     assert done < MOST_WORK
