@@ -148,7 +148,7 @@ class Reversed:
         return self.path.pose(1.0 - u)
 
     def twist(self, u: float) -> FloatArray:
-        """(3,) or (6,)."""
+        """Return the twist per unit of u, (3,) or (6,)."""
         return -self.path.twist(1.0 - u)
 
 

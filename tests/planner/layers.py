@@ -39,3 +39,13 @@ LAYERS = (
     "",
 )
 """Files and folders of `planner/`, from the ground up; the last is the package's own `__init__`."""
+
+BACK_ENDS = (
+    "base",
+    "shared",
+    ("splines", "trapezoidal", "jerk_limited"),
+    ("ruckig", "toppra", "min_effort"),
+    "auto",
+    "",
+)
+"""The same inside `planner/backends/`; those in one bracket do not know each other."""

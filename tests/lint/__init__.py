@@ -1,0 +1,1 @@
+"""Rules for the text of the repository: `python -m tests.lint` checks them."""

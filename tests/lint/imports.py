@@ -1,0 +1,125 @@
+"""Rules for imports: layers without a circle, and packages that a folder must not know."""
+
+from __future__ import annotations
+
+import ast
+from typing import TYPE_CHECKING
+
+from tests.lint.sources import python
+from tests.planner.layers import BACK_ENDS, LAYERS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tests.lint.sources import Fault, Source, Sources
+
+WEB = {"fastapi", "starlette", "uvicorn"}
+DRAWING = {"matplotlib", "mpl_toolkits"}
+FORBIDDEN = {
+    "planner": WEB | DRAWING | {"api", "cli", "pydantic", "httpx", "socket", "rich"},
+    "api": {"cli", "pinocchio", "casadi", "ruckig", "toppra"},
+    "benchmarks": {"tests"},
+}
+ALLOWED = {"planner/plots": DRAWING}
+"""Packages that a folder must not import, and exceptions for folders inside."""
+
+STRANGERS = [
+    ("planner.constraints.rows", "planner.constraints.peaks"),
+    ("planner.constraints.peaks", "planner.constraints.rows"),
+]
+"""Modules of which the first reaches the second by no chain of imports inside its folder."""
+
+
+def imports(source: Source, modules: set[str]) -> Iterator[tuple[str, int]]:
+    """Yield the modules that a file names in any import, wherever it stands, and the lines."""
+    for node in source.nodes:
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+            yield from ((name if name in modules else str(node.module), node.lineno) for name in names)
+
+
+def modules_of(sources: Sources, *packages: str) -> set[str]:
+    """Return the names of the modules of some packages."""
+    return {source.module for source in python(sources, *packages)}
+
+
+def relative_imports(sources: Sources) -> Iterator[Fault]:
+    """Find imports that do not name their module in full."""
+    for source in python(sources):
+        for node in source.nodes:
+            if isinstance(node, ast.ImportFrom) and node.level > 0:
+                yield source.fault(node.lineno, "the import is relative")
+
+
+def forbidden_imports(sources: Sources) -> Iterator[Fault]:
+    """Find imports of packages that are forbidden in a folder."""
+    for source in python(sources, *FORBIDDEN):
+        allowed = set().union(*(names for folder, names in ALLOWED.items() if source.file.startswith(f"{folder}/")))
+        found = {(name.split(".")[0], line) for name, line in imports(source, set())}
+        for package, line in found:
+            if package in FORBIDDEN[source.package] - allowed:
+                yield source.fault(line, f"{source.package}/ must not import {package}")
+
+
+def imported_tests(sources: Sources) -> Iterator[Fault]:
+    """Find imports of test modules: helpers that several tests need have a file of their own."""
+    modules = modules_of(sources, "tests")
+    for source in python(sources):
+        for name, line in imports(source, modules):
+            if name.startswith("tests.") and any(part.startswith("test_") for part in name.split(".")):
+                yield source.fault(line, f"{name} is a test module: move what it shares to a file of its own")
+
+
+def _rank(parts: list[str], layers: tuple[str | tuple[str, ...], ...]) -> int:
+    first = parts[0] if parts else ""
+    ranks = (k for k, layer in enumerate(layers) if first == layer or (isinstance(layer, tuple) and first in layer))
+    return next(ranks, -1)
+
+
+def is_downward(source: str, target: str) -> bool:
+    """Return whether a module of `planner` may import another one, circles inside a folder apart."""
+    own, other = source.split(".")[1:], target.split(".")[1:]
+    if (low := _rank(other, LAYERS)) != (high := _rank(own, LAYERS)):
+        return low < high
+    if own[:1] != ["backends"] or own[1:2] == other[1:2]:
+        return True
+    return _rank(other[1:], BACK_ENDS) < _rank(own[1:], BACK_ENDS)
+
+
+def layers(sources: Sources) -> Iterator[Fault]:
+    """Find imports of `planner/` from the same layer or a higher one, and files without a layer."""
+    modules = modules_of(sources, "planner")
+    for source in python(sources, "planner"):
+        if _rank(source.module.split(".")[1:], LAYERS) < 0:
+            yield source.fault(1, "has no place in tests/planner/layers.py")
+        for name, line in imports(source, modules):
+            if name.split(".")[0] == "planner" and not is_downward(source.module, name):
+                yield source.fault(line, f"imports {name} from above or beside it (tests/planner/layers.py)")
+
+
+def circles(sources: Sources) -> Iterator[Fault]:
+    """Find circles of imports: remove modules without imports, again and again, until all that are left have some."""
+    for package in ("planner", "api", "cli", "benchmarks"):
+        modules = {source.module: source for source in python(sources, package)}
+        left = {name: {m for m, _ in imports(source, set(modules))} - {name} for name, source in modules.items()}
+        while free := [name for name, needed in left.items() if not needed & left.keys()]:
+            for name in free:
+                del left[name]
+        for name in left:
+            yield modules[name].fault(1, f"is in, or imports, a circle: {', '.join(sorted(left[name] & left.keys()))}")
+
+
+def strangers(sources: Sources) -> Iterator[Fault]:
+    """Find modules that reach, by imports inside their folder, a module that they must not know."""
+    modules = {source.module: source for source in python(sources)}
+    for own, other in STRANGERS:
+        folder = own.rpartition(".")[0] + "."
+        seen, waiting = set(), [own] if own in modules else []
+        while waiting:
+            seen.add(module := waiting.pop())
+            found = {name for name, _ in imports(modules[module], set(modules)) if name.startswith(folder)}
+            waiting += (found & modules.keys()) - seen
+        if other in seen:
+            yield modules[own].fault(1, f"reaches {other} by its imports")
