@@ -147,11 +147,11 @@ def jobs(
     save: Annotated[Path | None, typer.Option(help="File to save the results in, for docs/corpus.md.")] = None,
 ) -> None:
     """Jobs as robot programmers send them through every back end; takes hours with all of them."""
+    from benchmarks.corpus.corpus import back_ends_of, names
     from benchmarks.jobs.jobs import measure
     from benchmarks.jobs.report import print_json, print_table
     from benchmarks.jobs.verdicts import judge
     from benchmarks.pages import corpus
-    from tests.jobs.corpus import back_ends_of, names
 
     chosen = {name: tuple(backend or back_ends_of(name)) for name in ([job] if job else names(family)[::every])}
     if like is not None:

@@ -12,9 +12,9 @@ import warnings
 from typing import TYPE_CHECKING, Any
 
 from api.pool.worker import NUMERIC_THREADS
+from benchmarks.corpus.checks import keeps_promises
+from benchmarks.corpus.corpus import job, plan_job
 from planner.errors import PlanningError
-from tests.jobs.checks import keeps_promises
-from tests.jobs.corpus import job, plan_job
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import orjson
 
+from benchmarks.corpus.corpus import BACK_ENDS, VARIANTS
 from cli.terminal import plain_table, terminal
-from tests.jobs.corpus import BACK_ENDS, VARIANTS
 
 if TYPE_CHECKING:
     from rich.console import Console

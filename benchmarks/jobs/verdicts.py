@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.corpus.checks import FASTEST, LAWS, SHORT, SLOW, STEADY
+from benchmarks.corpus.corpus import backend_of, job
 from planner.backends.base import enforced
 from planner.problems.problem import JointMotion
 from planner.problems.transitions import ThroughTransition
-from tests.jobs.checks import FASTEST, LAWS, SHORT, SLOW, STEADY
-from tests.jobs.corpus import backend_of, job
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from tests.jobs.job import Job
+    from benchmarks.corpus.job import Job
 
 Record = dict[str, Any]
 

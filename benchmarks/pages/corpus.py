@@ -12,7 +12,7 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from tests.jobs.corpus import BACK_ENDS, VARIANTS
+from benchmarks.corpus.corpus import BACK_ENDS, VARIANTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -33,11 +33,11 @@ COUNTED = ("refused", "broken", "slow", "slow on its path", "over budget")
 HEADER = """\
 # The corpus of real jobs
 
-`tests/jobs/` makes some 3,000 jobs as robot programmers send them: structured lists of waypoints, seeded, with the
-reference joint path or the reference time where one is known. Here are {jobs} of them, of every kind that there was
+`benchmarks/corpus/` makes some 3,000 jobs as robot programmers send them: structured lists of waypoints, seeded, with
+the reference joint path or the reference time where one is known. Here are {jobs} of them, of every kind that there was
 then and for six arms, through all back ends ({plans:,} plans), before the work on them began and now; those with
 splines, goal regions, freedoms on the way, tools by waypoint, rails, velocities at waypoints, jerk limits of the tool,
-teach speeds, limits that differ by direction, locked joints and actions (`tests/jobs/features.py`) came later.
+teach speeds, limits that differ by direction, locked joints and actions (`benchmarks/corpus/features.py`) came later.
 `python -m benchmarks jobs --like benchmarks/results/jobs_before.csv --save benchmarks/results/jobs_after.csv` plans
 them again (in about ten minutes), `python -m benchmarks corpus` writes this page.
 

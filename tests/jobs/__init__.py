@@ -1,1 +1,1 @@
-"""Jobs as robot programmers send them, made by code, with what is known of their answers from elsewhere."""
+"""Tests of the corpus of jobs, and of the runner of its benchmark."""

@@ -6,16 +6,16 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from benchmarks.corpus import features
+from benchmarks.corpus.arms import INSTALLED, places
+from benchmarks.corpus.checks import is_in_its_region, keeps_promises, takes_no_longer_than_known
+from benchmarks.corpus.corpus import BACK_ENDS, FROM_PACKAGE, VARIANTS, back_ends_of, job, names, plan_job, suite
+from benchmarks.corpus.infeasible import farthest
+from benchmarks.corpus.tracing import tool_at
 from planner.errors import PlanningError
 from planner.problems.problem import JointWaypoint, PoseWaypoint
 from planner.robots import Robot
-from tests.jobs import features
-from tests.jobs.arms import INSTALLED, places
-from tests.jobs.checks import is_in_its_region, keeps_promises, takes_no_longer_than_known
-from tests.jobs.corpus import BACK_ENDS, FROM_PACKAGE, VARIANTS, back_ends_of, job, names, plan_job, suite
-from tests.jobs.infeasible import farthest
 from tests.jobs.known_failures import KNOWN_FAILURES
-from tests.jobs.tracing import tool_at
 from tests.sizes import NAME, SIZE
 
 SUITE = suite()

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from ruckig import InputParameter, Result, Ruckig, Trajectory
 
+from benchmarks.corpus.closed_form import straight_times
+from benchmarks.corpus.corpus import job
 from benchmarks.jobs.jobs import Worker
 from benchmarks.jobs.verdicts import judge
 from planner.robots import load_robot
-from tests.jobs.closed_form import straight_times
-from tests.jobs.corpus import job
 
 SEAM, FAR = "seam_straight-00-three_dof_arm", "infeasible-00-three_dof_arm"
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.corpus.promises import keeps_sampled_limits
 from planner.backends import BACKENDS, BackEnd
 from planner.certificate.limits import certificate_of
 from planner.dynamics import SegmentDynamics, inverse_dynamics
@@ -23,7 +24,6 @@ from planner.trajectories.polynomials import quintic_hermite
 from planner.trajectories.sampled_peaks import EASY_TRAVEL, MOST_TRAVEL
 from planner.trajectories.trajectory import Trajectory
 from tests.planner.backends.toppra.toppra_problems import KUKA
-from tests.planner.promises import keeps_sampled_limits
 
 HARD = dict.fromkeys(QUANTITIES, Guarantee.HARD)
 LIFTING = [1, 2, 4]

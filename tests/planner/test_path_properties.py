@@ -11,6 +11,13 @@ from hypothesis import assume
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from benchmarks.corpus.promises import (
+    is_continuous,
+    keeps_joint_limits,
+    keeps_least_durations,
+    keeps_sampled_limits,
+    robots_on_segments,
+)
 from planner.backends import BACKENDS, BackEnd, Guarantee, Toppra
 from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose, forward_kinematics
@@ -27,13 +34,6 @@ from planner.problems.problem import (
 from planner.problems.regions import Region
 from planner.problems.transitions import BlendTransition
 from tests.planner.problems_of_tests import PARTS, REQUESTS, backend_of, path_problems, try_on_random
-from tests.planner.promises import (
-    is_continuous,
-    keeps_joint_limits,
-    keeps_least_durations,
-    keeps_sampled_limits,
-    robots_on_segments,
-)
 
 REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint)
 

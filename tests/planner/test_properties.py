@@ -9,18 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.backends import BACKENDS, BackEnd
-from planner.export import FORMATS, ExportOptions
-from planner.planning import plan
-from planner.problems.problem import PlanningProblem
-from tests.planner.problems_of_tests import PARTS, REQUESTS, backend_of, problems, try_on_random
-from tests.planner.promises import (
+from benchmarks.corpus.promises import (
     is_continuous,
     keeps_joint_limits,
     keeps_least_durations,
     keeps_sampled_limits,
     times_its_actions,
 )
+from planner.backends import BACKENDS, BackEnd
+from planner.export import FORMATS, ExportOptions
+from planner.planning import plan
+from planner.problems.problem import PlanningProblem
+from tests.planner.problems_of_tests import PARTS, REQUESTS, backend_of, problems, try_on_random
 
 CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2, "toppra": 1, "min_effort": 2, "ruckig": 2, "auto": 2}
 

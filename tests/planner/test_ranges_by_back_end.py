@@ -10,6 +10,7 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.corpus.promises import keeps_joint_limits
 from planner.backends import BackEnd, Cubic, MinEffort, Quintic, Ruckig, Toppra
 from planner.backends.jerk_limited.s_curves import s_curves
 from planner.backends.splines.interpolation import interpolating_spline
@@ -20,7 +21,6 @@ from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.problems.transitions import ThroughTransition
 from planner.spatial import FloatArray
 from tests.planner.problems_of_tests import ARMS, problem_of
-from tests.planner.promises import keeps_joint_limits
 from tests.planner.tool_problems import ROBOT, START
 
 VELOCITY, ACCELERATION, JERK = (ROBOT.limit(quantity)[0] for quantity in ("velocity", "acceleration", "jerk"))

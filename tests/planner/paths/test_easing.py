@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.corpus.tracing import tool_at
 from planner.backends import BackEnd, Cubic, Ruckig, Toppra, Trapezoidal
 from planner.errors import InvalidProblem
 from planner.limits import Limits
@@ -14,7 +15,6 @@ from planner.problems.problem import CircularMotion, JointWaypoint, LinearMotion
 from planner.problems.transitions import StopTransition, ThroughTransition, Transition
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose
-from tests.jobs.tracing import tool_at
 
 HOME = (0.3, -1.2, 1.4, 0.2, 0.6, 0.1)
 STRAIGHT = 0.2

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from benchmarks.corpus.tracing import reach
 from planner.backends import BACKENDS, Cubic, Quintic, Trapezoidal
 from planner.errors import (
     ConfigurationChange,
@@ -39,7 +40,6 @@ from planner.problems.problem import (
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import rotation_from_rpy
-from tests.jobs.tracing import reach
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

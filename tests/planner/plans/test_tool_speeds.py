@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.corpus.tracing import tool_at
 from planner.backends import BackEnd, Cubic, Ruckig, Toppra
 from planner.limits import Limits
 from planner.planning import plan
@@ -13,7 +14,6 @@ from planner.plans.tool_speeds import HELD, tool_speed_reports
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PolylineMotion, PoseWaypoint
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose
-from tests.jobs.tracing import tool_at
 
 HOME = (0.3, -1.2, 1.4, 0.2, 0.6, 0.1)
 STEP = 1e-5

@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
 
+from benchmarks.corpus.tracing import tool_at
 from planner.backends import Quintic, Ruckig
 from planner.certificate.goal_regions import misses_of_region
 from planner.errors import InvalidProblem, PlanningError
@@ -29,7 +30,6 @@ from planner.problems.problem import (
 from planner.problems.regions import Region
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy, rotation_x, rotation_y, rotation_z
-from tests.jobs.tracing import tool_at
 
 HOME = np.array([0.3, -1.2, 1.4, 0.2, 0.6, 0.1])
 LAST = "joint_a6"

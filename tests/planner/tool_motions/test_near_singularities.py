@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from benchmarks.corpus.tracing import reach, tool_at, trace
 from planner.backends import BackEnd, Cubic, Ruckig, Toppra
 from planner.errors import SingularPath
 from planner.kinematics import forward_kinematics
@@ -29,7 +30,6 @@ from planner.problems.problem import (
 )
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
-from tests.jobs.tracing import reach, tool_at, trace
 
 ROBOTS = [
     "kuka_kr16_l6_2",

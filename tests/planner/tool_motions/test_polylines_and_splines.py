@@ -11,6 +11,7 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
+from benchmarks.corpus.tracing import tool_at, trace
 from planner.backends import BackEnd, Ruckig, Toppra, Trapezoidal
 from planner.errors import InvalidProblem, UnreachableWaypoint
 from planner.kinematics.forward import tool_pose
@@ -37,7 +38,6 @@ from planner.tool_motions.pose_paths import NoPath
 from planner.tool_motions.pose_splines import PoseSpline
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion, follow_motion
 from planner.waypoints.solve import solve_waypoints
-from tests.jobs.tracing import tool_at, trace
 
 HOME = np.array((0.3, -1.2, 1.4, 0.2, 0.6, 0.1))
 SPEED = 0.15

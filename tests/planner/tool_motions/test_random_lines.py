@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.corpus.tracing import on_line, tool_at, trace
 from planner.errors import PlanningError
 from planner.paths.joint_path import solve_path
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
-from tests.jobs.tracing import on_line, tool_at, trace
 from tests.sizes import NAME, SIZE
 
 ARMS = ("kuka_kr16_l6_2", "ngv_refuelling_arm", "date_sorting_arm", "three_dof_arm", "ur5", "panda")

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from benchmarks.corpus.tracing import on_line, tool_at, trace
 from planner.paths.joint_path import solve_path
 from planner.problems.problem import AnyWaypoint, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
@@ -15,7 +16,6 @@ from planner.tool_motions.follow import STEEP, Lost, follow
 from planner.tool_motions.pose_paths import Line
 from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.self_motions import follow_by_self_motions
-from tests.jobs.tracing import on_line, tool_at, trace
 
 TOLERANCE = (1e-4, 1e-3)
 LINE = LinearMotion()

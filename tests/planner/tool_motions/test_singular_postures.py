@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from benchmarks.corpus.corpus import job
+from benchmarks.corpus.tracing import on_circle, on_line, reach, tool_at, trace
 from planner.backends import Cubic
 from planner.errors import SingularPath, UnreachableWaypoint
 from planner.planning import plan
@@ -26,8 +28,6 @@ from planner.problems.problem import (
 from planner.robots import catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.documents.published import document
-from tests.jobs.corpus import job
-from tests.jobs.tracing import on_circle, on_line, reach, tool_at, trace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

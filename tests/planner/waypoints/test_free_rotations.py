@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.corpus.tracing import tool_at
 from planner.backends import Trapezoidal
 from planner.errors import InvalidProblem, UnreachableWaypoint
 from planner.kinematics.inverse import solution_layers
@@ -27,7 +28,6 @@ from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMot
 from planner.waypoints import choice
 from planner.waypoints.reachability import reachability
 from planner.waypoints.solve import solve_waypoints
-from tests.jobs.tracing import tool_at
 
 ARMS = {"kuka_kr16_l6_2": (0.3, -1.2, 1.4, 0.2, 0.6, 0.1), "ur5": (0.0, -1.5, 1.6, -1.6, -1.5, 0.2)}
 PANDA = (0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from benchmarks.corpus.tracing import tool_at
 from planner.errors import InvalidProblem
 from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.inverse import solution_layers
@@ -19,7 +20,6 @@ from planner.problems.regions import Region
 from planner.robots import Robot, load_robot
 from planner.robots.freedoms import with_freedoms
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
-from tests.jobs.tracing import tool_at
 
 ARMS = {
     "kuka_kr16_l6_2": (0.3, -1.2, 1.4, 0.2, 0.6, 0.1),

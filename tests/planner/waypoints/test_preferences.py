@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from benchmarks.corpus.tracing import tool_at
 from planner.errors import InvalidProblem
 from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.inverse import all_solutions
@@ -20,7 +21,6 @@ from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProble
 from planner.problems.regions import Region
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose, rotation_z
-from tests.jobs.tracing import tool_at
 
 KUKA = (0.3, -1.2, 1.4, 0.2, 0.6, 0.1)
 PANDA = (0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5)

@@ -13,6 +13,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.linalg import null_space
 from scipy.optimize import minimize
 
+from benchmarks.corpus.promises import keeps_joint_limits, keeps_sampled_limits
 from planner.backends import MinEffort, Quintic
 from planner.backends.min_effort import optimum
 from planner.backends.min_effort.cost import Objective
@@ -31,7 +32,6 @@ from planner.problems.transitions import ThroughTransition
 from planner.robots import ExternalAxis, Robot, load_robot
 from planner.robots.payload import Payload
 from tests.planner.problems_of_tests import problem_of
-from tests.planner.promises import keeps_joint_limits, keeps_sampled_limits
 
 ARM = "kuka_kr16_l6_2"
 QUICK = MinEffort(knots=24, max_deviation=None)

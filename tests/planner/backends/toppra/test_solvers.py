@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.corpus.corpus import VARIANTS, back_ends_of, job, suite
 from planner.backends import Toppra
 from planner.backends.toppra.profile import NEGLECTED
 from planner.errors import LimitsUnsatisfiable, PlanningError
@@ -16,7 +17,6 @@ from planner.plans.result import Plan
 from planner.problems.problem import PlanningProblem
 from planner.problems.transitions import BlendTransition, StopTransition
 from planner.robots import load_robot
-from tests.jobs.corpus import VARIANTS, back_ends_of, job, suite
 from tests.planner.backends.toppra.toppra_problems import (
     KUKA,
     KUKA_START,

@@ -6,14 +6,14 @@ from itertools import product
 
 import numpy as np
 
+from benchmarks.corpus.arms import DOWN, Place
+from benchmarks.corpus.job import Draft
+from benchmarks.corpus.programme import STOP, Programme, Untraceable
+from benchmarks.corpus.tracing import on_line, trace
 from planner.limits import Limits
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import LinearMotion, RelativeWaypoint
 from planner.spatial import rotation_x, rotation_y, rotation_z
-from tests.jobs.arms import DOWN, Place
-from tests.jobs.job import Draft
-from tests.jobs.programme import STOP, Programme, Untraceable
-from tests.jobs.tracing import on_line, trace
 
 PALLETS = ((2, 2, 1), (2, 1, 2), (3, 2, 1), (1, 3, 2), (2, 1, 3), (3, 1, 1))
 """Columns, rows and layers."""

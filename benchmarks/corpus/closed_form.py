@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from planner.robots import Robot
-from planner.spatial import FloatArray
-from tests.jobs.job import Law
+if TYPE_CHECKING:
+    from benchmarks.corpus.job import Law
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 
 def straight_times(robot: Robot, positions: FloatArray) -> dict[Law, float]:
@@ -35,5 +38,5 @@ def _s_curve(v: float, a: float, j: float) -> float:
     if v * ramp <= 1.0:
         return 1.0 / v + ramp
     if 2.0 * a**3 <= j * j:  # the acceleration limit is reached, the velocity limit is not
-        return a / j + np.sqrt((a / j) ** 2 + 4.0 / a)
-    return 4.0 * np.cbrt(0.5 / j)
+        return float(a / j + np.sqrt((a / j) ** 2 + 4.0 / a))
+    return float(4.0 * np.cbrt(0.5 / j))

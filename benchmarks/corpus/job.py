@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from planner.limits import Limits
-from planner.problems.actions import Action
-from planner.problems.problem import PlanningProblem
-from planner.spatial import FloatArray
-from tests.jobs.programme import Programme
+if TYPE_CHECKING:
+    from benchmarks.corpus.programme import Programme
+    from planner.limits import Limits
+    from planner.problems.actions import Action
+    from planner.problems.problem import PlanningProblem
+    from planner.spatial import FloatArray
 
 Law = Literal["cubic", "quintic", "trapezoidal", "s_curve"]
 """The laws of motion whose times are known in closed form."""

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from benchmarks.corpus.arms import PAYLOADS, Place
+from benchmarks.corpus.tracing import circle, holds_still, on_circle, on_line, tool_at, trace
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.problems.problem import (
@@ -23,8 +25,6 @@ from planner.problems.problem import (
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.robots.payload import Payload
 from planner.spatial import FloatArray, Pose
-from tests.jobs.arms import PAYLOADS, Place
-from tests.jobs.tracing import circle, holds_still, on_circle, on_line, tool_at, trace
 
 STEP = 0.02
 """Tool motion from one traced pose to the next, in lengths of a job."""

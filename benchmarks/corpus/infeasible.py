@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
+from benchmarks.corpus.degenerate import swing, with_ranges
 from planner.limits import Limits
 from planner.problems.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
-from planner.robots import Robot
 from planner.robots.payload import Payload
 from planner.spatial import Pose
-from tests.jobs.arms import Place
-from tests.jobs.degenerate import swing, with_ranges
+
+if TYPE_CHECKING:
+    from benchmarks.corpus.arms import Place
+    from planner.robots import Robot
 
 Refused = tuple[PlanningProblem, str, tuple[str, ...]]
 """A problem, why it has no plan, and the codes that say so."""

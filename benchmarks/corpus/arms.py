@@ -8,9 +8,9 @@ from itertools import product
 
 import numpy as np
 
+from benchmarks.corpus.tracing import on_line, tool_at, trace
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_z
-from tests.jobs.tracing import on_line, tool_at, trace
 
 DOWN = np.pi / 2.0
 
@@ -88,7 +88,8 @@ def _place(robot: Robot, offset: tuple[float, float], azimuth: float, outwards: 
     radial /= np.linalg.norm(radial)
     moved = home.position + size * (offset[0] * radial + offset[1] * np.array([0.0, 0.0, 1.0]))
     seed[0] += azimuth * (-1.0 if robot.id == "kuka_kr16_l6_2" else 1.0)  # that arm's first axis points down
-    start = Pose(rotation @ home.position, None if robot.dof == 3 else rotation @ home.rotation)
+    turned = None if robot.dof == 3 or home.rotation is None else rotation @ home.rotation
+    start = Pose(rotation @ home.position, turned)
     goal = Pose(rotation @ moved, start.rotation)
     if not outwards and home.rotation is not None and robot.dof > 3 and robot.id != "date_sorting_arm":
         goal = replace(goal, rotation=home.rotation)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from benchmarks.corpus.job import Draft
+from benchmarks.corpus.programme import STOP, THROUGH, Programme
 from planner.limits import Limits
 from planner.spatial import FloatArray, Pose, rotation_x, rotation_y
-from tests.jobs.arms import Place
-from tests.jobs.job import Draft
-from tests.jobs.programme import STOP, THROUGH, Programme
+
+if TYPE_CHECKING:
+    from benchmarks.corpus.arms import Place
 
 QUARTER = np.pi / 2.0
 

@@ -4,16 +4,21 @@ round and round, at a limit."""
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.robots import Robot
+from benchmarks.corpus.closed_form import straight_times
+from benchmarks.corpus.job import Draft, Law
+from benchmarks.corpus.programme import STOP, THROUGH, Programme, Untraceable
+from benchmarks.corpus.tracing import tool_at
+from planner.problems.problem import JointWaypoint
 from planner.spatial import FloatArray, Pose
-from tests.jobs.arms import Place
-from tests.jobs.closed_form import straight_times
-from tests.jobs.job import Draft, Law
-from tests.jobs.programme import STOP, THROUGH, Programme, Untraceable
-from tests.jobs.tracing import tool_at
+
+if TYPE_CHECKING:
+    from benchmarks.corpus.arms import Place
+    from planner.problems.transitions import Transition
+    from planner.robots import Robot
 
 TINY = (0.0, 1e-15, 1e-12, 1e-9, 1e-6)
 """rad or m that rounding leaves between numbers that should be equal."""
@@ -24,7 +29,8 @@ def swing(place: Place, *shares: float) -> FloatArray:
     robot = place.robot
     pattern = np.resize([1.0, -0.6, 0.8, 0.5, -0.7, 0.9, 0.3], robot.dof)
     reach = np.where(robot.is_angle, 0.4, 0.1)
-    return place.posture + np.resize(shares, robot.dof) * pattern * reach
+    moved: FloatArray = place.posture + np.resize(shares, robot.dof) * pattern * reach
+    return moved
 
 
 def repeats(place: Place, variant: int) -> Draft:
@@ -82,8 +88,8 @@ def mirrored(place: Place, variant: int) -> Draft:
 def near_equal(place: Place, variant: int) -> Draft:
     """A waypoint given twice, equal or all but equal; the first of six is the list with the waypoint given once."""
     apart, kind = (None, *TINY)[variant % 6], variant // 6 % 6
-    transition = THROUGH if kind % 2 else STOP
     programme = Programme(place)
+    transition: Transition = THROUGH if kind % 2 else STOP
     if kind < 2:
         programme.joints(swing(place, 1.0), transition=transition)
         if apart is not None:
@@ -173,7 +179,9 @@ def outside_limit(place: Place, variant: int) -> Draft:
     programme = Programme(replace(place, robot=robot))
     programme.joints(swing(place, 0.5))
     programme.positions[0] = np.clip(start, lower, upper)
-    programme.waypoints[0] = replace(programme.waypoints[0], position=tuple(start.tolist()))
+    first = programme.waypoints[0]
+    assert isinstance(first, JointWaypoint)
+    programme.waypoints[0] = replace(first, position=tuple(start.tolist()))
     durations = straight_times(robot, np.array(programme.positions))
     return Draft(programme, {"beyond": beyond, "kind": kind}, durations=durations)
 

@@ -3,13 +3,17 @@ planner's own kinematics are held against."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
-from planner.robots import Robot
 from planner.spatial import FloatArray, Pose
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.robots import Robot
 
 REACHED = 1e-10
 """m and rad: a pose met this well is met."""

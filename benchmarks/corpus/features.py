@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from benchmarks.corpus.degenerate import swing
+from benchmarks.corpus.job import Draft
+from benchmarks.corpus.programme import STOP, Programme
+from benchmarks.corpus.tracing import tool_at
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.problems.actions import AtDistance, AtWaypoint, SetOutput, Wait
@@ -14,11 +19,9 @@ from planner.problems.regions import Free, Region
 from planner.problems.transitions import ThroughTransition
 from planner.robots import ExternalAxis
 from planner.spatial import FloatArray, Pose, rotation_x, rotation_z
-from tests.jobs.arms import Place
-from tests.jobs.degenerate import swing
-from tests.jobs.job import Draft
-from tests.jobs.programme import STOP, Programme
-from tests.jobs.tracing import tool_at
+
+if TYPE_CHECKING:
+    from benchmarks.corpus.arms import Place
 
 RAIL_LENGTH = 4.0
 """Length of a rail, in lengths of a job."""
@@ -48,7 +51,7 @@ def round_nozzle(place: Place, variant: int) -> Draft:
             programme.change_last(motion=motion)
         else:
             programme.to(pose)
-        if free:
+        if pose.rotation is not None:
             written = Pose(pose.position, pose.rotation @ rotation_z(rng.uniform(-3.0, 3.0)))
             programme.change_last(pose=written, free=free)
     return Draft(programme, {"speed": speed})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pinocchio as pin
 
@@ -9,11 +11,13 @@ from planner.backends import Guarantee
 from planner.backends.base import enforced
 from planner.kinematics import tool_speeds
 from planner.kinematics.forward import VELOCITIES
-from planner.plans.result import Plan
 from planner.problems.actions import AtWaypoint
-from planner.robots import Robot
-from planner.spatial import FloatArray
 from planner.trajectories.polynomials import differentiate, horner
+
+if TYPE_CHECKING:
+    from planner.plans.result import Plan
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 JOINT_QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from benchmarks.corpus import contours, degenerate, features, handling, seams
+from benchmarks.corpus.arms import ARMS, INSTALLED, places
+from benchmarks.corpus.checks import SLOW
+from benchmarks.corpus.infeasible import infeasible
+from benchmarks.corpus.job import Draft, Job
+from benchmarks.corpus.programme import Untraceable
 from planner.backends import Auto, BackEnd, Cubic, MinEffort, Quintic, Ruckig, Toppra, Trapezoidal
 from planner.planning import plan
-from planner.plans.result import Plan
-from tests.jobs import contours, degenerate, features, handling, seams
-from tests.jobs.arms import ARMS, INSTALLED, places
-from tests.jobs.checks import SLOW
-from tests.jobs.infeasible import infeasible
-from tests.jobs.job import Draft, Job
-from tests.jobs.programme import Untraceable
+
+if TYPE_CHECKING:
+    from planner.plans.result import Plan
 
 DRAFTS = {**handling.FAMILIES, **seams.FAMILIES, **contours.FAMILIES, **degenerate.FAMILIES, **features.FAMILIES}
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from benchmarks.corpus.job import Draft
+from benchmarks.corpus.programme import STOP, Programme
 from planner.spatial import rotation_x, rotation_y
-from tests.jobs.arms import Place
-from tests.jobs.job import Draft
-from tests.jobs.programme import STOP, Programme
+
+if TYPE_CHECKING:
+    from benchmarks.corpus.arms import Place
 
 SPEEDS = (0.005, 0.001, 0.02, 0.0045, 0.0055, 0.01)
 """m/s of the torch."""
@@ -46,8 +50,8 @@ def arc(place: Place, variant: int) -> Draft:
     center, radius = np.array([0.0, -0.05]), 0.05
 
     def at(angle: float) -> np.ndarray:
-        there = center + radius * np.array([np.cos(angle), np.sin(angle)])
-        return place.at(*there, 0.0, torch).position
+        x, y = center + radius * np.array([np.cos(angle), np.sin(angle)])
+        return place.at(x, y, 0.0, torch).position
 
     if shape == 0:
         programme.line(place.at(0.0, -0.1, 0.0, torch), speed=speed, transition=corner)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 from scipy.interpolate import CubicSpline
 
-from planner.plans.result import Plan
+from benchmarks.corpus.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits, times_its_actions
+from benchmarks.corpus.tracing import circle, tool_at
 from planner.problems.problem import (
     CircularMotion,
     JointWaypoint,
@@ -19,10 +21,11 @@ from planner.problems.problem import (
 )
 from planner.problems.regions import Region
 from planner.problems.transitions import BlendTransition, ThroughTransition
-from planner.spatial import FloatArray, Pose
-from tests.jobs.job import Job, Law
-from tests.jobs.tracing import circle, tool_at
-from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits, times_its_actions
+
+if TYPE_CHECKING:
+    from benchmarks.corpus.job import Job, Law
+    from planner.plans.result import Plan
+    from planner.spatial import FloatArray, Pose
 
 MET = 2e-6
 """m and rad: twice the tolerance of inverse kinematics, by which a waypoint may be missed."""
@@ -94,7 +97,7 @@ def meets_waypoints(plan: Plan) -> None:
         elif isinstance(waypoint, PoseWaypoint):
             tool = tool_at(robot, q)
             assert np.linalg.norm(tool.position - waypoint.pose.position) <= MET, f"waypoint {k} is missed"
-            if waypoint.pose.rotation is not None:
+            if waypoint.pose.rotation is not None and tool.rotation is not None:
                 turned = np.linalg.norm(pin.log3(tool.rotation @ waypoint.pose.rotation.T))
                 assert turned <= MET, f"the orientation at waypoint {k} is missed"
 
@@ -148,7 +151,7 @@ def keeps_to_lines(plan: Plan) -> None:
 
 def _from_line(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     way = end - start
-    shares = np.clip((points - start) @ way / max(way @ way, 1e-300), 0.0, 1.0)
+    shares = np.clip((points - start) @ way / max(float(way @ way), 1e-300), 0.0, 1.0)
     away: FloatArray = np.linalg.norm(start + shares[:, None] * way - points, axis=1)
     return away
 
