@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
+from api.base.codings import IDENTITY
 from api.base.errors import DeadlineExceeded, InternalError, MemoryExceeded
 from api.base.problem_documents import MEDIA_TYPE, problem_document
 from api.contract.comparisons import ComparedBackend
 from api.contract.requests import MOST_BACKENDS
 from api.http.dependencies import Body, service_of
-from api.http.running import respond, run
-from api.http.transport.answer import Answer
+from api.http.running import coding_of, respond, respond_with_json, run
 from api.pool.messages import Reply
 
 if TYPE_CHECKING:
@@ -26,14 +26,14 @@ OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_er
 
 async def compare(request: Request, body: Body) -> Response:
     """Plan with each back end of a comparison."""
-    tag = service_of(request).answers.tag("compare_backends", body.content, body.contents)
+    tag = service_of(request).answers.tag("compare_backends", body.content, body.contents, coding_of(request))
     kinds = _kinds(body.document.get("backends"))
     workers = asyncio.Semaphore(service_of(request).settings.workers)
 
     async def plan_with(index: int) -> Reply:
         async with workers:
             try:
-                return await run(request, "compare_backends", body, shared=True, index=index)
+                return await run(request, "compare_backends", body, shared=True, coding=IDENTITY, index=index)
             except (DeadlineExceeded, MemoryExceeded, InternalError) as error:
                 status, refusal = problem_document(error, request.url.path)
                 return Reply(status, MEDIA_TYPE, refusal)
@@ -60,8 +60,7 @@ async def compare(request: Request, body: Body) -> Response:
         headers = {}  # it may go well another time
         entry = dict.fromkeys(ComparedBackend.model_fields)
         entries.append(orjson.dumps(entry | {"backend": kind, "status": refusal["code"], "problem": refusal}))
-    parts = [part for entry in entries for part in (b",", entry)][1:]
-    return Answer([b'{"results":[', *parts, b"]}"], HTTPStatus.OK, "application/json", headers)
+    return await respond_with_json(request, b'{"results":[%b]}' % b",".join(entries), headers)
 
 
 def _kinds(backends: Any) -> list[str] | None:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import orjson
 from fastapi.openapi.utils import get_openapi
 
+from api.base.codings import IDENTITY
 from api.base.version import service_version
 from api.contract.examples.request_examples import request_examples
 from api.http.described import JSON
-from api.http.running import respond, run
-from api.http.transport.answer import Answer
+from api.http.running import respond, respond_with_json, run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -51,11 +51,11 @@ async def document_of(request: Request) -> Response:
     state = request.app.state
     if not hasattr(state, "openapi"):
         described = described_by_fastapi(request.app.routes)
-        reply = await run(request, "get_schemas", **schema_names(described))
+        reply = await run(request, "get_schemas", coding=IDENTITY, **schema_names(described))
         if reply.status != HTTPStatus.OK:
             return respond(reply)
         state.openapi = orjson.dumps(completed(described, orjson.loads(reply.body)))
-    return Answer([state.openapi], HTTPStatus.OK, JSON, {})
+    return await respond_with_json(request, state.openapi, {})
 
 
 def described_by_fastapi(routes: Sequence[BaseRoute]) -> dict[str, Any]:

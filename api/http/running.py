@@ -12,16 +12,20 @@ import structlog
 from fastapi import Response
 from starlette.requests import ClientDisconnect
 
+from api.base.codings import IDENTITY, NAMES, VARY, compress, negotiate_coding
 from api.http.dependencies import Body, client, service_of
+from api.http.described import JSON
 from api.http.transport.answer import Answer
 from api.http.transport.shedding import leave_place
 from api.pool.costs import kind_of
 from api.pool.messages import Reply, Task
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine
+    from collections.abc import Callable, Coroutine, Mapping
 
     from fastapi import Request
+
+    from api.base.codings import Coding
 
 log = structlog.get_logger()
 
@@ -31,7 +35,13 @@ NO_BODY = Body()
 
 
 async def run(
-    request: Request, operation: str, body: Body = NO_BODY, *, shared: bool = False, **arguments: Any
+    request: Request,
+    operation: str,
+    body: Body = NO_BODY,
+    *,
+    shared: bool = False,
+    coding: Coding | None = None,
+    **arguments: Any,
 ) -> Reply:
     """Run a task in a worker, or give the answer that another request of the same content has got or gets.
 
@@ -40,6 +50,7 @@ async def run(
         operation: The id of the operation, which is the name of the task.
         body: The body of the request.
         shared: Whether equal requests have equal answers.
+        coding: The coding of the answer; None: the one that the client takes.
         arguments: Further arguments of the task.
 
     Raises:
@@ -55,6 +66,7 @@ async def run(
         body=body.content,
         arguments={**body.contents, **arguments},
         client=client(request).name,
+        coding=coding_of(request) if coding is None else coding,
     )
     size = len(task.body) + sum(len(content) for content in body.contents.values() if isinstance(content, bytes))
     kind = kind_of(operation, body.document, arguments.get("index", 0), size)
@@ -70,7 +82,7 @@ async def run(
     if not (shared and may_be_shared(request)):
         reply = await _unless_hung_up(request, compute(share.hold))
     else:
-        tag = service.answers.tag(operation, task.body, task.arguments)
+        tag = service.answers.tag(operation, task.body, task.arguments, task.coding)
         if is_known(request, tag):
             return not_modified(tag)
         if service.answers.is_under_way(tag, task.client):
@@ -84,6 +96,11 @@ async def run(
     request.state.timings = dict(reply.timings)
     request.state.submitted, request.state.code = task.submitted - arrived, reply.code
     return reply
+
+
+def coding_of(request: Request, names: tuple[str, ...] = NAMES) -> Coding:
+    """Choose the coding of the answer to a request among these names."""
+    return negotiate_coding(", ".join(request.headers.getlist("accept-encoding")), names)
 
 
 def may_be_shared(request: Request) -> bool:
@@ -130,6 +147,16 @@ async def _hang_up(request: Request) -> None:
 
 def respond(reply: Reply) -> Response:
     """Make the reply of a worker the response; its body goes out as it is."""
+    headers = {**reply.headers, **VARY}
     if reply.status == HTTPStatus.NOT_MODIFIED:
-        return Response(None, reply.status, reply.headers)
-    return Answer([reply.body], reply.status, reply.media_type, reply.headers)
+        return Response(None, reply.status, headers)
+    return Answer([reply.body], reply.status, reply.media_type, headers)
+
+
+async def respond_with_json(request: Request, content: bytes, headers: Mapping[str, str]) -> Response:
+    """Respond with JSON that the server has put together; a thread compresses it, not the event loop."""
+    coding = coding_of(request)
+    compressed = None if coding == IDENTITY else await asyncio.to_thread(compress, content, coding)
+    if compressed is None:
+        return Answer([content], HTTPStatus.OK, JSON, {**headers, **VARY})
+    return Answer([compressed], HTTPStatus.OK, JSON, {**headers, **VARY, "Content-Encoding": coding.name})

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
+from api.base.codings import IDENTITY
 from api.base.errors import DeadlineExceeded, Overloaded
 from api.base.version import service_version
 from api.http.transport.senders import has_key
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Mapping
 
     from api.base.byte_budget import Traffic
+    from api.base.codings import Coding
     from api.pool.messages import Reply
     from api.telemetry.metrics import Metrics
 
@@ -59,12 +61,15 @@ class SharedAnswers:
         self._kept: OrderedDict[str, Reply] = OrderedDict()
         self.bytes_kept = 0
 
-    def tag(self, operation: str, body: bytes, arguments: Mapping[str, Any]) -> str:
-        """Make the entity tag of an answer: a weak one, as machines may round the last digit of a number otherwise."""
+    def tag(self, operation: str, body: bytes, arguments: Mapping[str, Any], coding: Coding = IDENTITY) -> str:
+        """Make the entity tag of an answer: a weak one, as machines may round the last digit of a number otherwise.
+
+        Each coding has its own: a client that cannot read an answer gets it neither kept nor joined.
+        """
         digest = hashlib.sha256()
         named = [value if isinstance(value, bytes) else repr(value).encode() for _, value in sorted(arguments.items())]
         names = repr(sorted(arguments)).encode()
-        for part in (self._version, operation.encode(), names, *named, body):
+        for part in (self._version, operation.encode(), repr(coding).encode(), names, *named, body):
             digest.update(len(part).to_bytes(8))
             digest.update(part)
         return f'W/"{digest.hexdigest()}"'

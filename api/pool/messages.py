@@ -7,8 +7,12 @@ import struct
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from api.base.codings import IDENTITY
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from api.base.codings import Coding
 
 HEADER = struct.Struct("!QQ")
 """The lengths in bytes that go ahead of a message on the channel between server and worker: that of the pickled message
@@ -48,6 +52,7 @@ class Task:
         body: The body as it came.
         arguments: What the operation needs besides the body.
         client: The client that asks, with whom others take turns; empty: the service itself.
+        coding: The coding of the answer, unless that is a refusal.
     """
 
     operation: str
@@ -57,6 +62,7 @@ class Task:
     body: bytes = b""
     arguments: Mapping[str, Any] = field(default_factory=dict)
     client: str = ""
+    coding: Coding = IDENTITY
 
 
 class PlanFigures(NamedTuple):

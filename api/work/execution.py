@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.base import errors
+from api.base.codings import NAMES, Coding, compress
 from api.base.failures import where_from
 from api.base.problem_documents import MEDIA_TYPE, problem_document
 from api.contract.examples.request_examples import request_examples
@@ -125,7 +126,7 @@ def execute(task: Task, caps: Caps) -> Reply:
         if time.monotonic() >= task.deadline:
             hint = errors.what_to_do(caps.max_deadline)
             raise errors.DeadlineExceeded(f"the deadline passed while the request waited for a worker; {hint}")
-        reply = TASKS[task.operation](work)
+        reply = _compressed(TASKS[task.operation](work), work)
     except (PlanningError, errors.ServiceError) as refusal:
         reply = _refused(refusal, work)
     except Exception as error:  # noqa: BLE001 - the boundary of the process: nothing may leave it but a reply
@@ -136,6 +137,16 @@ def execute(task: Task, caps: Caps) -> Reply:
             reply = replace(reply, failure=where_from(error))
         reply = replace(reply, worker_is_fit=False)
     return replace(reply, timings=work.timings)
+
+
+def _compressed(reply: Reply, work: Work) -> Reply:
+    """Compress the body of a reply as the client takes it; that belongs to writing it."""
+    start = time.monotonic()
+    body = compress(reply.body, work.task.coding)
+    if body is None:
+        return reply
+    work.timings["serialise"] = work.timings.get("serialise", 0.0) + time.monotonic() - start
+    return replace(reply, body=body, headers={**reply.headers, "Content-Encoding": work.task.coding.name})
 
 
 def _refused(refusal: PlanningError | errors.ServiceError, work: Work) -> Reply:
@@ -162,6 +173,8 @@ def warm_up(caps: Caps) -> None:
     waypoints[1]["transition"] = {"kind": "through"}  # straight lines alone would not load the package toppra
     for backend in (*({"kind": kind} for kind in BACKENDS), {"kind": "toppra", "solver": "package"}):
         _run("plan_trajectory", {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": backend}, caps)
+    for name in NAMES:
+        compress(b"", Coding(name, 0))
     for operation, examples in request_examples().items():
         _run(operation, next(iter(examples.values())), caps)
 

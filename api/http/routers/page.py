@@ -9,8 +9,10 @@ import structlog
 from fastapi import Request, Response
 
 from api.base import content_policies as policies
+from api.base.codings import GZIP, VARY
 from api.base.errors import NotFound
 from api.http.router import Router
+from api.http.running import coding_of
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 MEDIA_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 """The media types of the page's files, by their suffixes; there are no others."""
 
-HEADERS = {"X-Content-Type-Options": "nosniff", "Vary": "Accept, Accept-Encoding"}
+HEADERS = {"X-Content-Type-Options": "nosniff", **VARY}
 """Headers of all files of the page."""
 
 DOCUMENT_HEADERS = {
@@ -93,8 +95,8 @@ def _suffix(name: str) -> str:
 def _file(request: Request, folder: Traversable, name: str, headers: dict[str, str]) -> Response:
     compressed = folder.joinpath(f"{name}.gz")
     headers = HEADERS | headers
-    if "gzip" in request.headers.get("accept-encoding", "") and compressed.is_file():
-        content, headers = compressed.read_bytes(), headers | {"Content-Encoding": "gzip"}
+    if coding_of(request, (GZIP,)).name and compressed.is_file():
+        content, headers = compressed.read_bytes(), headers | {"Content-Encoding": GZIP}
     else:
         content = folder.joinpath(name).read_bytes()
     return Response(content, headers=headers, media_type=MEDIA_TYPES[_suffix(name)])

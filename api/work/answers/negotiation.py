@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
+from api.base.codings import weights_of
 from api.base.errors import NotAcceptable
 
 if TYPE_CHECKING:
@@ -59,18 +60,8 @@ def _not_acceptable(forms: Mapping[str, Form]) -> NotAcceptable:
 def _quality(media_type: str, accept: str) -> float:
     """Weigh a media type in an `Accept` header: its weight is that of the most specific range that covers it."""
     kind = media_type.partition("/")[0]
-    weights = {}
-    for part in accept.split(","):
-        media_range, *parameters = (piece.strip().lower() for piece in part.split(";"))
-        weights[media_range] = next((_weight(p[2:]) for p in parameters if p.startswith("q=")), 1.0)
+    weights = weights_of(accept)
     for candidate in (media_type, f"{kind}/*", "*/*"):
         if candidate in weights:
             return weights[candidate]
     return 0.0
-
-
-def _weight(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return 0.0

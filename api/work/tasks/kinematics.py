@@ -138,10 +138,10 @@ def workspace(work: Work) -> Reply:
     with work.stage("plan"):
         found = workspace(robot, request.samples, request.seed)
     if form is FORMS_OF_WORKSPACE["json"]:
-        return work.reply(found, headers={"Vary": "Accept"})
+        return work.reply(found)
     from planner.plots.picture import draw_workspace
 
     with work.stage("serialise"):
         picture = draw_workspace(robot, found, view=request.view)
         body = picture.svg() if form is FORMS_OF_WORKSPACE["svg"] else picture.png()
-    return Reply(200, form.media_type, body, work.timings, headers={"Vary": "Accept"})
+    return Reply(200, form.media_type, body, work.timings)

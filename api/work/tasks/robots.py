@@ -146,8 +146,8 @@ def get_robot_geometry(work: Work) -> Reply:
         else:
             drawing = collision_gltf(robot, binary=form.media_type == BINARY_GLTF)
     if form.media_type == JSON:
-        return work.reply(answer, headers={"Vary": "Accept"})
-    return Reply(200, form.media_type, drawing, work.timings, headers={"Vary": "Accept"})
+        return work.reply(answer)
+    return Reply(200, form.media_type, drawing, work.timings)
 
 
 @task("delete_robot")

@@ -12,6 +12,7 @@ import pytest
 from starlette.requests import Request
 
 from api.base.byte_budget import Traffic
+from api.base.codings import IDENTITY, Coding
 from api.base.errors import DeadlineExceeded, InternalError, Overloaded
 from api.base.settings import Settings
 from api.http import running
@@ -278,9 +279,10 @@ def test_whatever_the_answer_follows_from_changes_the_tag() -> None:
         ("plan", b"{}", {"accept": "*/*", "format": "csv"}),
         ("plan", b"", {"definition": b"one{}"}),
     ]
-    tags = [answers.tag(*content) for content in contents]
+    codings = [IDENTITY, Coding("gzip"), Coding("gzip", 0), Coding("zstd")]
+    tags = [answers.tag(*content, coding) for content in contents for coding in codings]
     assert len(set(tags)) == len(tags)
-    assert tags == [answers.tag(*content) for content in contents]
+    assert tags == [answers.tag(*content, coding) for content in contents for coding in codings]
     assert all(tag.startswith('W/"') and tag.endswith('"') and len(tag) == 68 for tag in tags)
 
 
