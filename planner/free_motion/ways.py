@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.certificate.clearance import refuse_collision_at, segment_checkers
 from planner.errors import InvalidProblem, NoPathFound, PathPoint, PlanningError
+from planner.free_motion.edges import FreeEdges
 from planner.free_motion.straight_ends import find_way_with_straight_ends
 from planner.free_motion.way import find_way
 from planner.kinematics.configurations import Configuration, in_configuration
@@ -21,12 +23,13 @@ from planner.problems.actions import AtWaypoint
 from planner.problems.motion_around import FixedWaypoint, FreeMotion, as_requested
 from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, ViaWaypoint, Waypoint
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
-from planner.waypoints.goal_regions import positions_in_region
+from planner.scene import is_free
+from planner.waypoints.goal_regions import MOST_TRIED, positions_in_region
 from planner.waypoints.pinned import pinned_robots
 from planner.waypoints.targets import first_fixing
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from planner.free_motion.way import Way
     from planner.problems.actions import Action
@@ -204,7 +207,7 @@ def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int
     first = first_fixing(so_far.robots, waypoints, number - 1)
     checker = segment_checkers(replace(so_far, self_collision=itself), positions)[number - 1]
     start = solved[number - 1].position
-    goals = _goals(problem, index, solved[number - 1], solved[number], (so_far, waypoints, number))
+    goals = _goals(problem, index, checker, (solved[number - 1], solved[number]), (so_far, waypoints, number))
     travels = np.abs(goals - start)
     if travels[0].max() > LONGEST_TRAVEL:
         joint = int(travels[0].argmax())
@@ -236,23 +239,24 @@ def _fixed_at(waypoint: AnyWaypoint, position: FloatArray) -> FixedWaypoint:
 def _goals(
     problem: PlanningProblem,
     index: int,
-    before: SolvedWaypoint,
-    chosen: SolvedWaypoint,
+    checker: CollisionChecker,
+    ends: tuple[SolvedWaypoint, SolvedWaypoint],
     so_far: tuple[PlanningProblem, Sequence[AnyWaypoint], int],
 ) -> FloatArray:
     """Return the joint positions (goals, joints) at which a free motion may end: the one that was chosen comes first.
 
     They have any configuration of the requested pose, or of a few poses all over its goal region. Where a motion of the
-    tool follows, they are those from which it keeps clear.
+    tool follows, they are those from which it keeps clear, and other poses of the region count only if no straight
+    motion to the first one is free: to prove what follows takes 10 ms for each.
 
     Args:
         problem: What is requested.
         index: Index of the waypoint.
-        before: Where the motion begins.
-        chosen: The waypoint as it was solved.
+        checker: The robot and what is around it on the way.
+        ends: Where the motion begins, and the waypoint as it was solved.
         so_far: The problem with the detours found so far, its waypoints with their poses, and the index there.
     """
-    waypoint = problem.waypoints[index]
+    waypoint, (before, chosen) = problem.waypoints[index], ends
     following = problem.waypoints[index + 1].motion if index + 1 < len(problem.waypoints) else AS_GIVEN
     if isinstance(waypoint, JointWaypoint):
         return chosen.position[None]
@@ -261,23 +265,43 @@ def _goals(
     wanted = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
     near = pinned.own(before.position)
     solutions = all_solutions(pinned.robot, chosen.wanted, pinned.options(options), near)
-    found = list(pinned.solutions(in_configuration(pinned.robot, solutions, wanted)))
+    found = [chosen.position, *pinned.solutions(in_configuration(pinned.robot, solutions, wanted))]
+    leads_on = None
     if not isinstance(following, JointMotion):
         part, waypoints, number = so_far
         clear = ClearMotions.of(part, waypoints)
-        found = [q for q in found if clear is not None and clear.leads_on(waypoints, number, before.position, q)]
-    elif isinstance(waypoint, PoseWaypoint) and waypoint.free:
-        found += apart(positions_in_region(pinned, waypoint, before.position, options), before.position)
-    return np.array([chosen.position, *found])
+        if clear is None:
+            return chosen.position[None]
+        leads_on = partial(clear.leads_on, waypoints, number, before.position)
+        found = [found[0], *filter(leads_on, found[1:])]
+    if isinstance(waypoint, PoseWaypoint) and waypoint.free:
+        edges = FreeEdges(problem.robot, checker, inf)
+        if leads_on is None or not any(edges.is_free(before.position, goal) for goal in found):
+            in_region = positions_in_region(pinned, waypoint, before.position, options)
+            found += apart(in_region[is_free(checker, in_region)], before.position, leads_on)
+    return np.array(found)
 
 
-def apart(positions: FloatArray, start: FloatArray) -> list[FloatArray]:
-    """Return a few of some joint positions (N, joints) that are far from each other, the nearest to a start first."""
+def apart(
+    positions: FloatArray, start: FloatArray, leads_on: Callable[[FloatArray], bool] | None = None
+) -> list[FloatArray]:
+    """Return a few joint positions that lead on and are far from each other, the nearest to a start first.
+
+    Args:
+        positions: (N, joints), rad or m.
+        start: (joints,).
+        leads_on: Tells whether the motions of the tool that follow a joint position (joints,) keep clear. It is called
+            `MOST_TRIED` times at most. None: no such motion follows.
+    """
     left = positions[np.linalg.norm(positions - start, axis=1).argsort(kind="stable")]
     found: list[FloatArray] = []
-    while len(left) and len(found) < MOST_GOALS:
-        found.append(left[0])
-        left = left[np.linalg.norm(left - left[0], axis=1) > GOALS_APART]
+    for _ in range(MOST_TRIED):
+        if not len(left) or len(found) == MOST_GOALS:
+            break
+        position, left = left[0], left[1:]
+        if leads_on is None or leads_on(position):
+            found.append(position)
+            left = left[np.linalg.norm(left - position, axis=1) > GOALS_APART]
     return found
 
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import planner
 from planner.free_motion.ways import MOST_GOALS, apart, ends_of_way, find_ways
-from planner.problems.regions import Region
+from planner.problems.regions import Free, Region
 from planner.robots import load_robot
 from planner.scene import AttachedObject, Scene, SceneObject
 from planner.shapes import Box
-from planner.spatial import Pose, rotation_from_rpy
+from planner.spatial import Pose, rotation_from_rpy, rotation_z
+from tests.planner.free_motion.test_bin_picking import robot
+from tests.planner.scene.brute_force import least_distance, point_distance
 
 DOWN = rotation_from_rpy(np.pi, 0.0, 0.0)
 SEED = 218
@@ -69,3 +72,73 @@ def test_goals_are_apart_and_few() -> None:
     nearest = positions[np.linalg.norm(positions, axis=1).argmin()]
     assert (found[0] == nearest).all()
     assert len(apart(np.tile(positions[:1], (50, 1)), np.zeros(6))) == 1
+
+
+MIDDLE = np.array([0.7, 0.1, 0.2])
+"""Where the bar goes, m."""
+
+HALF_BAR = 0.15
+
+ASIDE = Pose([0.705, 0.1, 0.195])
+AFTER = {
+    "line": planner.LinearMotion(),
+    "circle": planner.CircularMotion(ASIDE),
+    "polyline": planner.PolylineMotion([ASIDE], 0.002),
+    "spline": planner.SplineMotion([ASIDE]),
+}
+
+
+def caps_over_both_ends() -> list[SceneObject]:
+    """Two boxes without an inner side: a bar between them along the x axis can leave in no direction."""
+    plates = {
+        "top": ([0.08, 0.08, 0.01], [0.0, 0.0, 0.035]),
+        "bottom": ([0.08, 0.08, 0.01], [0.0, 0.0, -0.045]),
+        "left": ([0.08, 0.01, 0.08], [0.0, 0.04, 0.0]),
+        "right": ([0.08, 0.01, 0.08], [0.0, -0.04, 0.0]),
+        "end": ([0.01, 0.08, 0.08], [0.045, 0.0, 0.0]),
+    }
+    return [
+        SceneObject(f"{name} {side}", [Box(size)], Pose(MIDDLE + np.array([side * (HALF_BAR - 0.01 + x), y, z])))
+        for side in (-1, 1)
+        for name, (size, (x, y, z)) in plates.items()
+    ]
+
+
+def bar_between_caps(free: Free | None, after: planner.CartesianMotion, turn: float = 0.0) -> planner.PlanningProblem:
+    """Bring a bar from above, where it lies along the x axis, and move the tool on by a centimetre."""
+    bar = AttachedObject("bar", (Box([2.0 * HALF_BAR, 0.01, 0.01]),), Pose([0.0, 0.0, 0.0]))
+    turned = DOWN @ rotation_z(turn)
+    goal = planner.PoseWaypoint(Pose(MIDDLE, turned), free=free, motion=planner.FreeMotion(most_checks=MOST_CHECKS))
+    move = planner.RelativeWaypoint(planner.CartesianMove((0.0, 0.0, -0.01)), frame="base", motion=after)
+    waypoints = [planner.PoseWaypoint(Pose([0.7, 0.1, 0.5], DOWN)), goal, move]
+    return planner.PlanningProblem(robot(), waypoints, scene=Scene(caps_over_both_ends(), [bar], margin=0.001))
+
+
+def least_distance_of_bar(problem: planner.PlanningProblem, plan: planner.Plan) -> float:
+    """Return the least distance of the bar's long edges from the plates, by dense samples and closed forms, m."""
+    assert problem.scene is not None
+    along = np.linspace(-HALF_BAR, HALF_BAR, 31)
+    edges = np.array([[x, y, z] for x in along for y in (-0.005, 0.005) for z in (-0.005, 0.005)])
+    positions = plan.trajectory.evaluate(np.linspace(0.0, plan.trajectory.duration, 400), [0])[0]
+    poses = [planner.tool_pose(problem.robot, position) for position in positions]
+    points = np.concatenate([pose.position + edges @ np.asarray(pose.rotation).T for pose in poses])
+    return float(min(point_distance(plate)(points).min() for plate in problem.scene.objects))
+
+
+@pytest.mark.parametrize("after", AFTER.values(), ids=AFTER)
+def test_a_region_before_a_motion_of_the_tool_is_reached_at_another_pose(after: planner.CartesianMotion) -> None:
+    """The nearest pose of the region is enclosed; across the caps a fixed turn is planned."""
+    across = bar_between_caps(None, after, np.pi / 2.0)
+    assert planner.plan(across, "quintic").certificate.satisfied
+    problem = bar_between_caps("rotation_z", after)
+    plan = planner.plan(problem, "quintic")
+    assert plan.certificate.satisfied
+    assert plan.problem.scene is not None
+    assert least_distance(robot(), plan.problem.scene, plan.trajectory) > 0.001 - 1e-5
+    assert least_distance_of_bar(problem, plan) > 0.001 - 1e-5
+
+
+def test_without_a_region_the_enclosed_pose_is_refused() -> None:
+    """So that the test before is one."""
+    with pytest.raises(planner.NoPathFound):
+        planner.plan(bar_between_caps(None, AFTER["line"]), "quintic")
