@@ -34,6 +34,9 @@ MOST_ROWS = 1_000_000
 Rows = Annotated[list[JointVector], Field(min_length=1, max_length=MOST_ROWS, fail_fast=True)]
 """Joint vectors, one a row; the first wrong row is the last that is looked at."""
 
+ToolColumns = Annotated[dict[FrameName, Rows], Field(max_length=2)]
+"""Columns of the tool in the samples of an answer."""
+
 LARGEST_COEFFICIENT = 1e30
 """The largest coefficient of a polynomial, rad or m by powers of s: short pieces have large ones, and times powers of a
 time none of these overflows."""
@@ -186,6 +189,20 @@ class SampledTrajectory(Schema):
     """The joint velocities, shape (times, joints), rad/s or m/s."""
     acceleration: Rows | None = None
     """The joint accelerations, shape (times, joints), rad/s^2 or m/s^2; only beside velocities."""
+    segment: Annotated[list[int], Field(max_length=MOST_ROWS)] | None = Field(default=None, exclude=True)
+    """Not read: the samples of an answer have it, and may be sent as they are; and so are the columns after it."""
+    jerk: Rows | None = Field(default=None, exclude=True)
+    """Not read."""
+    torque: Rows | None = Field(default=None, exclude=True)
+    """Not read."""
+    tcp_pose: ToolColumns | None = Field(default=None, exclude=True)
+    """Not read."""
+    tcp_rpy: Rows | None = Field(default=None, exclude=True)
+    """Not read."""
+    tcp_velocity: ToolColumns | None = Field(default=None, exclude=True)
+    """Not read."""
+    tcp_acceleration: ToolColumns | None = Field(default=None, exclude=True)
+    """Not read."""
 
 
 Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from typing_extensions import TypeAliasType
 
 if TYPE_CHECKING:
@@ -136,6 +136,19 @@ class Pose(Schema):
     """The origin x, y, z, m."""
     orientation: Orientation | None = None
     """The orientation; null or omitted: any will do, the position alone is asked."""
+    quaternion_xyzw: Quaternion | None = Field(default=None, exclude=True)
+    """The orientation as robots have it in the `tool` and the `mounting` of GET /v1/robots/{id}, in place of
+    `orientation`: a quaternion x, y, z, w without unit."""
+
+    @model_validator(mode="after")
+    def _with_one_orientation(self) -> Self:
+        if self.quaternion_xyzw is not None:
+            if self.orientation is not None:
+                raise ValueError("a pose has an `orientation` or a `quaternion_xyzw`, not both")
+            orientation = QuaternionOrientation(kind="quaternion", xyzw=self.quaternion_xyzw)
+            object.__setattr__(self, "orientation", orientation)
+            object.__setattr__(self, "quaternion_xyzw", None)
+        return self
 
 
 Shoulder = Literal["left", "right"]

@@ -182,6 +182,10 @@ class Scene(Schema):
     """Pairs of names, of links, objects or attached objects, that may touch; shape (pairs, 2), without unit."""
     margin: Margin = 0.0
     """The least distance that the robot and what it carries keep from objects, m."""
+    id: SceneId | None = Field(default=None, exclude=True)
+    """Not read: a scene from GET /v1/scenes/{id} has it, and may be sent as it is."""
+    content: Annotated[str, Field(max_length=100)] | None = Field(default=None, exclude=True)
+    """Not read, likewise."""
 
 
 class SpeedZone(Schema):
