@@ -190,19 +190,20 @@ class SampledTrajectory(Schema):
     acceleration: Rows | None = None
     """The joint accelerations, shape (times, joints), rad/s^2 or m/s^2; only beside velocities."""
     segment: Annotated[list[int], Field(max_length=MOST_ROWS)] | None = Field(default=None, exclude=True)
-    """Not read: the samples of an answer have it, and may be sent as they are; and so are the columns after it."""
+    """The segments of the rows, without unit. Not read, as all columns below: the samples of an answer may be sent as
+    they are."""
     jerk: Rows | None = Field(default=None, exclude=True)
-    """Not read."""
+    """The joint jerks, shape (times, joints), rad/s^3 or m/s^3. Not read."""
     torque: Rows | None = Field(default=None, exclude=True)
-    """Not read."""
+    """The joint torques, shape (times, joints), N m or N. Not read."""
     tcp_pose: ToolColumns | None = Field(default=None, exclude=True)
-    """Not read."""
+    """The poses of the tool. Not read."""
     tcp_rpy: Rows | None = Field(default=None, exclude=True)
-    """Not read."""
+    """The roll, pitch and yaw of the tool, shape (times, 3), rad. Not read."""
     tcp_velocity: ToolColumns | None = Field(default=None, exclude=True)
-    """Not read."""
+    """The velocities of the tool. Not read."""
     tcp_acceleration: ToolColumns | None = Field(default=None, exclude=True)
-    """Not read."""
+    """The accelerations of the tool. Not read."""
 
 
 Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]

@@ -20,7 +20,10 @@ LEFT_OUT = {
     "Convex.faces": "answers have it, and requests ignore it",
     "FreeMotion.time_budget": "the random requests have it; what it gives depends on the machine",
     "PlanRequest.picture": "it changes no plan",
+    "Pose.quaternion_xyzw": "another notation of `orientation`",
     "Scene.allowed_pairs": "the random requests have it",
+    "Scene.content": "answers have it, and requests ignore it",
+    "Scene.id": "answers have it, and requests ignore it",
     "SceneObject.frame": "the random requests have it",
 }
 """Fields that no combined request has, and why."""
