@@ -245,15 +245,15 @@ def _goals(
 ) -> FloatArray:
     """Return the joint positions (goals, joints) at which a free motion may end: the one that was chosen comes first.
 
-    They have any configuration of the requested pose, or of a few poses all over its goal region. Where a motion of the
-    tool follows, they are those from which it keeps clear, and other poses of the region count only if no straight
-    motion to the first one is free: to prove what follows takes 10 ms for each.
+    The goals have any configuration of the requested pose, or of a few poses all over its goal region. Where a motion
+    of the tool follows, each goal leads on without a collision. Other poses of the region then count only if no
+    straight motion to the first one is free: each proof takes 10 ms.
 
     Args:
-        problem: What is requested.
+        problem: The requested problem.
         index: Index of the waypoint.
-        checker: The robot and what is around it on the way.
-        ends: Where the motion begins, and the waypoint as it was solved.
+        checker: The robot and its surroundings during the motion.
+        ends: The waypoint before and this one, as they were solved.
         so_far: The problem with the detours found so far, its waypoints with their poses, and the index there.
     """
     waypoint, (before, chosen) = problem.waypoints[index], ends

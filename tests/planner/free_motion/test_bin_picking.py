@@ -10,8 +10,8 @@ import pytest
 
 import planner
 from planner.problems.regions import Free
-from planner.robots import DHJoint
 from planner.spatial import FloatArray, rotation_z
+from tests.planner.free_motion.cases import robot
 from tests.planner.scene.brute_force import least_distance
 
 LENGTH, WIDTH, HEIGHT, THICKNESS = 0.6, 0.4, 0.3, 0.01
@@ -24,24 +24,6 @@ POINTING_DOWN = np.diag([1.0, -1.0, -1.0])
 PARTS = 18
 HARD = 13
 """A part beside a wall, which few turns reach, in the second configuration that is tried."""
-
-RIGHT_ANGLE = np.pi / 2.0
-TABLE = [(0.1807, 0.0, RIGHT_ANGLE), (0.0, -0.6127, 0.0), (0.0, -0.57155, 0.0), (0.17415, 0.0, RIGHT_ANGLE)]
-TABLE += [(0.11985, 0.0, -RIGHT_ANGLE), (0.11655, 0.0, 0.0)]
-"""The lengths d and a, m, and the twists of the UR10e, as its maker publishes them."""
-
-RADII = (0.1, 0.09, 0.075, 0.06, 0.05, 0.05, 0.045)
-"""Of the capsules that its base and its links are taken to be, m."""
-
-
-@lru_cache
-def robot() -> planner.Robot:
-    turn = 2.0 * np.pi
-    joints = [
-        DHJoint("revolute", d=d, a=a, alpha=alpha, lower=-turn, upper=turn, velocity=2.0) for d, a, alpha in TABLE
-    ]
-    arm = planner.Robot.from_dh(joints)
-    return replace(arm, collision=replace(arm.collision, link_radii=RADII)).with_tool(planner.Pose([0.0, 0.0, 0.2]))
 
 
 @lru_cache

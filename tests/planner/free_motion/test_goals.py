@@ -12,7 +12,7 @@ from planner.robots import load_robot
 from planner.scene import AttachedObject, Scene, SceneObject
 from planner.shapes import Box
 from planner.spatial import Pose, rotation_from_rpy, rotation_z
-from tests.planner.free_motion.test_bin_picking import robot
+from tests.planner.free_motion.cases import robot
 from tests.planner.scene.brute_force import least_distance, point_distance
 
 DOWN = rotation_from_rpy(np.pi, 0.0, 0.0)
@@ -89,7 +89,7 @@ AFTER = {
 
 
 def caps_over_both_ends() -> list[SceneObject]:
-    """Two boxes without an inner side: a bar between them along the x axis can leave in no direction."""
+    """Return two boxes without an inner side: a bar between them along the x axis can leave in no direction."""
     plates = {
         "top": ([0.08, 0.08, 0.01], [0.0, 0.0, 0.035]),
         "bottom": ([0.08, 0.08, 0.01], [0.0, 0.0, -0.045]),
