@@ -353,7 +353,7 @@ def test_derivatives_by_differences(power: float, absolute: bool) -> None:
     rng = np.random.default_rng(1)
     rows = [rng.normal(size=(4, 15)) for _ in range(4)]
     widths = rng.uniform(0.1, 0.5, 5)
-    aim = RetimingCost(*rows, power=power, absolute=absolute, duration=Duration(widths), time_weight=500.0)  # type: ignore[misc, arg-type]
+    aim = RetimingCost(*rows, power=power, absolute=absolute, duration=Duration.of_intervals(widths), time_weight=500.0)  # type: ignore[misc, arg-type]
     states = rng.uniform(0.5, 1.5, (3, 15))
     step = 1e-6
 
