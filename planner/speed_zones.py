@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.constraints import Constraint
 from planner.errors import InvalidProblem
 from planner.scene.bodies import Bodies, Body
 from planner.scene.continuous import AT_ONCE, DEFAULT_BUDGET
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.fields import FieldPath
+    from planner.kinematics.forward import JointStates
     from planner.robots import Robot
     from planner.scene.bodies import Postures
     from planner.scene.checker import CollisionChecker
@@ -73,6 +75,20 @@ class SpeedZone:
         """Keep the names in a tuple, which cannot change."""
         if self.objects is not None:
             object.__setattr__(self, "objects", tuple(self.objects))
+
+
+@dataclass(frozen=True, eq=False)
+class PointSpeed(Constraint):
+    """The highest speed of all points of bodies, as `point_speeds` bounds it."""
+
+    bodies: Bodies
+    name: str = "point_speed"
+    unit: str = "m/s"
+    order: int = 1
+
+    def values(self, states: JointStates) -> FloatArray:
+        """Return the speeds (N, 1), m/s."""
+        return point_speeds(self.bodies, states.q, states.v)[:, None]
 
 
 def refuse_zone_faults(scene: Scene | None, zones: Sequence[SpeedZone]) -> None:

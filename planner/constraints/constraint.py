@@ -55,4 +55,5 @@ class Constraint(Protocol):
 
     def rows(self, path: JointStates) -> Rows:
         """Return the rows at points of a path, whose states are those at s' = 1 and s'' = 0."""
+        del path
         raise NotImplementedError

@@ -37,7 +37,7 @@ from planner.operations.stopping_on_line import stop_on_line
 from planner.paths.runs import JOINT_TOLERANCE
 from planner.time_scaling.compose import compose, split_at_knots
 from planner.time_scaling.linear_limits import GRIDPOINTS
-from planner.time_scaling.retiming import AskedDurations, Duration, best_retiming
+from planner.time_scaling.retiming import Duration, best_retiming
 from planner.time_scaling.time_law import LimitsOnCurve, retimed
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, horner
@@ -205,7 +205,7 @@ def _fastest(
     aim = Duration.of_intervals(law.lengths)
     aim.weights *= HASTE / law.breakpoints[-1]
     aim.weights[0] += 1.0
-    found = best_retiming(law.lengths, within, aim, AskedDurations.none(within), GAP, begins_evenly=is_smooth)
+    found = best_retiming(law.lengths, within, aim, None, GAP, begins_evenly=is_smooth)
     unknowns = found.unknowns
     speed = float(unknowns[0] ** 0.5)
     return speed, retimed(law, unknowns / max(speed, 1.0) ** 2)

@@ -140,9 +140,10 @@ class AskedDurations(NamedTuple):
     durations: FloatArray
 
     @classmethod
-    def none(cls, limits: LinearLimits) -> AskedDurations:
-        """Return no asked durations, for laws within limits."""
-        return cls(np.empty((0, limits.by_b.shape[1])), np.empty(0))
+    def of_parts(cls, widths: FloatArray, parts: np.ndarray, durations: FloatArray) -> AskedDurations:
+        """Return the durations asked of parts of a law, by whether (parts, intervals) an interval belongs to one."""
+        weights = (WEIGHTS[:, None] * widths * parts[:, None]).reshape(len(parts), len(WEIGHTS) * len(widths))
+        return cls(weights, durations)
 
     def missed(self, b: FloatArray) -> FloatArray:
         """Return the excess (parts,), s, of the durations over those that are asked."""
@@ -168,10 +169,12 @@ class Retiming(NamedTuple):
     converged: bool
 
 
-def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float) -> FloatArray:
+def fastest_retiming(
+    widths: FloatArray, limits: LinearLimits, tolerance: float, asked: AskedDurations | None = None
+) -> FloatArray:
     """Find the unknowns (intervals + 2,) of the fastest law within limits; see `best_retiming`."""
-    aim, none_asked = Duration.of_intervals(widths), AskedDurations.none(limits)
-    return best_retiming(widths, limits, aim, none_asked, tolerance, start=_start(widths, limits)).unknowns
+    aim, start = Duration.of_intervals(widths), _start(widths, limits)
+    return best_retiming(widths, limits, aim, asked, tolerance, start=start).unknowns
 
 
 def _start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
@@ -205,7 +208,7 @@ def best_retiming(
     widths: FloatArray,
     limits: LinearLimits,
     aim: Aim,
-    asked: AskedDurations,
+    asked: AskedDurations | None,
     tolerance: float,
     steps: int = MOST_STEPS,
     start: FloatArray | None = None,
@@ -221,13 +224,14 @@ def best_retiming(
         widths: Lengths (intervals,), s, of the intervals of the old law's time.
         limits: Limits at the first gridpoints of all intervals, then at the second ones, and so on. They allow rest.
         aim: The objective, at the same gridpoints.
-        asked: Durations to be met.
+        asked: Durations to be met; None: none.
         tolerance: Gap between the objective and its lower bound, relative, that may be left.
         steps: Newton steps, at most.
         start: Unknowns (intervals + 2,) that the search begins with, up to a factor; None: b is constant.
         begins_evenly: Whether a is 0 at the start, so that the acceleration there is that of the old law times b.
     """
     spline = QuadraticSpline(widths, begins_evenly=begins_evenly)
+    asked = asked or AskedDurations.of_parts(widths, np.empty((0, len(widths)), dtype=bool), np.empty(0))
     x = np.ones(len(widths) + 2) if start is None else start
     x = x * FIRST_SHARE * limits.scale(spline.states(x))
     # The search begins on the slow side of the asked durations.

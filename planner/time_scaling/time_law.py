@@ -25,12 +25,13 @@ from planner.trajectories.polynomials import (
 from planner.trajectories.sampled_peaks import MOST_TRAVEL
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from planner.limits import SegmentLimits
     from planner.paths import JointPath, Run
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.time_scaling.retiming import AskedDurations
 
 ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
 """Rounds of the search: the number of pieces of the law, those of each segment in addition, and the relative gap to the
@@ -125,14 +126,33 @@ def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
         within = limits.along(law)
         law = retimed(law, fastest_retiming(law.lengths, _near(within) if number else within, gap))
     enough, gap = (ENOUGH_OF_DENSE, ROUNDS[1][2]) if is_dense else (ENOUGH, ROUNDS[-1][2])
+    return limits.on_segments(refined(limits, law, gap, enough))
+
+
+def refined(
+    limits: LimitsOnCurve,
+    law: PiecewisePolynomial,
+    gap: float,
+    enough: float = ENOUGH,
+    requested: Callable[[PiecewisePolynomial], AskedDurations | None] = lambda _: None,
+) -> PiecewisePolynomial:
+    """Refine a time scaling that is near to the fastest, until it keeps its limits between gridpoints, too.
+
+    Args:
+        limits: The limits.
+        law: The time scaling.
+        gap: Relative gap to the optimum that may be left.
+        enough: Share of a limit that may be used between gridpoints.
+        requested: The requested durations of parts of a time scaling; None: none.
+    """
     for refinement in range(MOST_REFINEMENTS):
         most, least = limits.used(law)
         idle = (least < IDLE) & (law.lengths > law.lengths.sum() / FINEST)
         if most.max() < enough and (refinement or law.lengths[idle].sum() < MOST_IDLE * law.lengths.sum()):
             break
         law = law.split(np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
-        law = retimed(law, fastest_retiming(law.lengths, _near(limits.along(law)), gap))
-    return limits.on_segments(law)
+        law = retimed(law, fastest_retiming(law.lengths, _near(limits.along(law)), gap, requested(law)))
+    return law
 
 
 def _near(limits: LinearLimits) -> LinearLimits:
@@ -200,7 +220,7 @@ def limits_on(path: JointPath, run: Run, *, knows_torques: bool = False) -> Limi
 
 
 class LimitsOnCurve:
-    """The limits on a curve, as they constrain the retiming of a law along it.
+    """The limits on a curve, as they constrain the retiming of a time scaling along it.
 
     Attributes:
         sampled: The limits of torque and tool speed.

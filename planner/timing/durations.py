@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.base import without_search
+from planner.backends.base import enforced, without_search
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.guarantees import end_states
-from planner.tolerances import DURATION_TOLERANCE, ROUNDING
-from planner.trajectories.extrema import derivatives_on_unit_time
+from planner.timing.own_path import slow_down
+from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd
@@ -24,10 +24,6 @@ if TYPE_CHECKING:
     from planner.problems.problem import PlanningProblem
     from planner.spatial import FloatArray
     from planner.trajectories.trajectory import Trajectory
-
-MOST_SLOWINGS = 4
-"""Number of times that velocity limits are lowered, at most, where segments are too short: mostly the second time is
-within a few percent."""
 
 
 def in_asked_durations(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
@@ -139,7 +135,7 @@ def _with_least_durations(backend: BackEnd, path: JointPath, least: FloatArray) 
     """Return the motion in which no segment takes less than its least duration, and the durations asked for it.
 
     The back end is asked for the least durations; where it cannot give them to segments that are passed without
-    stopping, these get lower velocity limits.
+    stopping, the motion is slowed there on its own path.
 
     Args:
         backend: What puts time on the path.
@@ -163,30 +159,16 @@ def _with_least_durations(backend: BackEnd, path: JointPath, least: FloatArray) 
 
 
 def _slowed(backend: BackEnd, path: JointPath, fastest: Trajectory, least: FloatArray) -> Trajectory | None:
-    """Return the motion with lower velocity limits where segments take less than `least` (segments,), s.
+    """Return the motion slowed on its own path where segments take less than `least` (segments,), s.
 
-    What these leave too short is stretched, with all that is passed with it; None: that must not be stretched.
+    None: it must not be slowed.
     """
-    trajectory, limits = fastest, path.limits
-    for _ in range(MOST_SLOWINGS):
-        own = _durations_of(trajectory)
-        short = own < least * (1.0 - DURATION_TOLERANCE)
-        if not short.any():
-            return trajectory
-        peaks = np.zeros_like(limits.velocity.upper)
-        on_pieces = np.abs(derivatives_on_unit_time(trajectory, 2).bernstein[1]).max(axis=2)
-        np.maximum.at(peaks, trajectory.segments, on_pieces)
-        slower = peaks[short] * (own[short] / least[short])[:, None]
-        most = np.full_like(peaks, np.inf)
-        most[short] = np.where(slower > ROUNDING * slower.max(), slower, np.inf)
-        limits = replace(limits, velocity=limits.velocity.within(most))
-        trajectory = backend.parametrize(replace(path, limits=limits))
-    own, factors = _durations_of(trajectory), np.ones(len(least))
-    for run in path.every_run:
-        factors[run.segments] = (least[run.segments] / own[run.segments]).max(initial=1.0)
-        if factors[run.first] > 1.0 and _is_rigid(backend, path, run):
-            return None
-    return _stretched(trajectory, factors)
+    own = _durations_of(fastest)
+    short = own < least * (1.0 - DURATION_TOLERANCE)
+    if any(short[run.segments].any() and _is_rigid(backend, path, run) for run in path.every_run):
+        return None
+    longer = {k: float(least[k]) for k in np.flatnonzero(short).tolist()}
+    return slow_down(path, fastest, enforced(backend), asked=longer)
 
 
 def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, asked: FloatArray) -> Trajectory:
@@ -217,9 +199,7 @@ def _stretched(trajectory: Trajectory, factors: FloatArray) -> Trajectory:
     """Stretch the motion of each segment by its factor (segments,); rests keep their time."""
     if (factors == 1.0).all():
         return trajectory
-    middles, segments = trajectory.breakpoints[:-1] + trajectory.lengths / 2.0, trajectory.segments
-    moves = (middles > trajectory.departures[segments]) & (middles < trajectory.arrivals[segments + 1])
-    return trajectory.stretched(np.where(moves, factors[segments], 1.0))
+    return trajectory.stretched(np.where(trajectory.moves, factors[trajectory.segments], 1.0))
 
 
 def _ending_at(trajectory: Trajectory, duration: float) -> Trajectory:

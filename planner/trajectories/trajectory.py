@@ -62,6 +62,13 @@ class Trajectory(SegmentedPolynomial):
         """The time from start to end, s."""
         return float(self.breakpoints[-1])
 
+    @property
+    def moves(self) -> np.ndarray:
+        """Whether (pieces,) a piece belongs to the motion of its segment, not to a dwell at a waypoint."""
+        middles = self.breakpoints[:-1] + self.lengths / 2.0
+        begun, ended = middles > self.departures[self.segments], middles >= self.arrivals[self.segments + 1]
+        return np.asarray(begun & ~ended, dtype=bool)
+
     def evaluate(self, at: ArrayLike, derivatives: Sequence[int] = (0, 1, 2)) -> list[FloatArray]:
         """Evaluate positions, velocities and accelerations, or the derivatives asked, at one time or at many.
 

@@ -218,9 +218,8 @@ class Search:
 
     def _asked(self, law: SegmentedPolynomial) -> AskedDurations:
         """Return the asked durations by the gridpoints of a law."""
-        weights = Duration.of_intervals(law.lengths).weights.reshape(-1, len(law.segments))
         own = self.parts[:, np.searchsorted(self.run.segments, law.segments)]
-        return AskedDurations((own[:, None] * weights).reshape(len(own), weights.size), self.durations)
+        return AskedDurations.of_parts(law.lengths, own, self.durations)
 
 
 def _on_time(law: PiecewisePolynomial, unknowns: FloatArray, asked: AskedDurations) -> FloatArray:

@@ -1,0 +1,183 @@
+"""Motions slowed on their own path: timed anew within limits that hold on parts of them only.
+
+The motion q(x) of a run, which a back end made, is passed at q(x(t)) with a pace x' of 1 at most, so that it is nowhere
+faster than it was. The fastest x(t) within that, within all limits that the back end keeps, and within those of the
+parts is found.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.constraints import Constraint
+from planner.time_scaling.compose import compose
+from planner.time_scaling.retiming import AskedDurations, fastest_retiming
+from planner.time_scaling.time_law import LimitsOnCurve, refined, retimed
+from planner.time_scaling.uniform import slowest, time_scalings
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, shifted
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from planner.kinematics.forward import JointStates
+    from planner.paths import JointPath, Run
+    from planner.spatial import FloatArray
+    from planner.trajectories.trajectory import Trajectory
+
+PIECES = 200
+"""Number of pieces of the law, at least, before it is refined."""
+
+GAP = 1e-3
+"""Relative gap to the fastest law that may be left."""
+
+CLOSEST = 0.05
+"""Least distance of two ends of pieces, but for the breakpoints of the motion, as a share of an even piece."""
+
+
+@dataclass(frozen=True)
+class Pace(Constraint):
+    """The speed x' along the motion q(x)."""
+
+    name: str = "pace"
+    unit: str = ""
+    order: int = 1
+
+    def values(self, states: JointStates) -> FloatArray:
+        """Return 1 (N, 1), the pace of the motion itself."""
+        return np.ones((len(states.q), 1))
+
+
+class Part(NamedTuple):
+    """A part of a motion with a limit of its own.
+
+    Attributes:
+        intervals: (N, 2), s, ascending: where the limit holds.
+        constraint: What is limited.
+        limit: Its limit.
+        excess: The factor on all times that is still needed, by the slowed motion and what the intervals became (M, 2).
+    """
+
+    intervals: FloatArray
+    constraint: Constraint
+    limit: float
+    excess: Callable[[PiecewisePolynomial, FloatArray], float]
+
+    def meets(self, pieces: PiecewisePolynomial) -> np.ndarray:
+        """Return whether pieces (N,) of the motion meet any of the intervals."""
+        first = np.searchsorted(self.intervals[:, 1], pieces.breakpoints[:-1], side="right")
+        meets = np.append(self.intervals[:, 0], np.inf)[first] < pieces.breakpoints[1:]
+        return np.asarray(meets, dtype=bool)
+
+
+def slow_down(
+    path: JointPath,
+    trajectory: Trajectory,
+    kept: frozenset[str],
+    parts_of: Callable[[Run, SegmentedPolynomial], Sequence[Part]] = lambda _run, _motion: (),
+    asked: Mapping[int, float] = MappingProxyType({}),
+) -> Trajectory:
+    """Slow parts of a trajectory on its own path; it is the same one if there are none.
+
+    Args:
+        path: The path.
+        trajectory: A trajectory on it.
+        kept: The quantities whose limits are kept.
+        parts_of: The parts of the motion of a run that are slowed; the motion rests at its ends if there are any.
+        asked: Longer durations of some segments, s; the motion of their runs rests at its ends.
+
+    Raises:
+        LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
+    """
+    path = path.keeping(kept)
+    if "jerk" not in kept:
+        path = replace(path, limits=path.limits.without(["jerk"]))
+    segments, changed = trajectory.segments, False
+    motions = [trajectory.of(np.array([row])) for row in range(len(segments))]
+    for run in path.every_run:
+        rows = np.flatnonzero(trajectory.moves & np.isin(segments, run.segments))
+        if not len(rows):
+            continue
+        motion = trajectory.of(rows)
+        parts, own_asked = parts_of(run, motion), {k: asked[k] for k in run.segments.tolist() if k in asked}
+        if parts or own_asked:
+            slow = _slowed(path, run, motion, parts, own_asked, kept)
+            for row, own in zip(rows.tolist(), slow, strict=True):
+                motions[row] = own
+            changed = True
+    return _assembled(trajectory, motions) if changed else trajectory
+
+
+def _slowed(
+    path: JointPath,
+    run: Run,
+    motion: SegmentedPolynomial,
+    parts: Sequence[Part],
+    asked: Mapping[int, float],
+    kept: frozenset[str],
+) -> list[SegmentedPolynomial]:
+    """Return what takes the place of each piece of the motion of a run."""
+    curve = _cut(motion, [part.intervals for part in parts])
+    under = motion.locate(curve.breakpoints[:-1] + curve.lengths / 2.0)[0]
+    limits, within = path.limits.of(motion.segments[under]), [part.meets(curve) for part in parts]
+    further = {**limits.further, Pace(): np.ones(len(under))}
+    for part, there in zip(parts, within, strict=True):
+        wider = further.get(part.constraint, np.full(len(under), np.inf))
+        further[part.constraint] = np.where(there, np.minimum(wider, part.limit), wider)
+    rows = curve.of_segments(np.arange(len(under)))
+    bounds = LimitsOnCurve(path.dynamics.robot_on(run.first), replace(limits, further=further), rows)
+    as_planned = np.stack([curve.breakpoints[:-1], np.ones(len(under))], axis=1)[:, None]
+    law = PiecewisePolynomial(curve.lengths, as_planned)
+
+    def asked_of(law: PiecewisePolynomial) -> AskedDurations:
+        """Return the durations asked of the segments by the pieces of a law."""
+        segments = motion.segments[under[bounds.pieces(law)]]
+        return AskedDurations.of_parts(
+            law.lengths, segments == np.array([*asked])[:, None], np.array([*asked.values()])
+        )
+
+    law = retimed(law, fastest_retiming(law.lengths, bounds.along(law), GAP, asked_of(law)))
+    law = bounds.on_segments(refined(bounds, law, GAP, requested=asked_of))
+    timed, of = compose(curve, law, run.tolerance)
+    row = law.segments[of]
+    pieces = timed.of_segments(motion.segments[under[row]])
+    factor = slowest(time_scalings(path, pieces, kept).values()).factor
+    times = np.column_stack([pieces.breakpoints[:-1], pieces.breakpoints[1:]])
+    factors = [part.excess(pieces, times[own[row]]) for part, own in zip(parts, within, strict=True)]
+    factors += [duration / pieces.lengths[pieces.segments == k].sum() for k, duration in asked.items()]
+    pieces = pieces.stretched(max(1.0, factor, *factors))
+    return [pieces.of(np.flatnonzero(under[row] == k)) for k in range(len(motion.lengths))]
+
+
+def _cut(motion: PiecewisePolynomial, parts: Sequence[FloatArray]) -> PiecewisePolynomial:
+    """Return a motion in short pieces that end where its own and where intervals (N, 2) of parts do, s."""
+    nodes = motion.breakpoints.tolist()
+    even = np.linspace(0.0, nodes[-1], PIECES + 1)
+    for at in np.concatenate([*map(np.ravel, parts), even]).tolist():
+        k = bisect(nodes, at)
+        if min(abs(at - node) for node in nodes[max(k - 1, 0) : k + 1]) > CLOSEST * even[1]:
+            nodes.insert(k, at)
+    on, local = motion.locate(np.array(nodes[:-1]))
+    return PiecewisePolynomial(np.diff(nodes), shifted(motion.coefficients[on], local[:, None]))
+
+
+def _assembled(trajectory: Trajectory, motions: Sequence[SegmentedPolynomial]) -> Trajectory:
+    """Return a trajectory with motions in the place of its pieces; waypoints stay at the breakpoints where they are."""
+    whole = joined(motions)
+    last = np.cumsum([0, *(len(motion.lengths) for motion in motions)])
+    times = whole.breakpoints[last]
+    arrivals, departures = (
+        np.interp(at, trajectory.breakpoints, times) for at in (trajectory.arrivals, trajectory.departures)
+    )
+    return replace(
+        trajectory,
+        lengths=whole.lengths,
+        coefficients=whole.coefficients,
+        segments=whole.segments,
+        arrivals=arrivals,
+        departures=departures,
+    )
