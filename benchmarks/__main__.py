@@ -148,27 +148,18 @@ def jobs(
 ) -> None:
     """Jobs as robot programmers send them through every back end; takes hours with all of them."""
     from benchmarks.corpus.corpus import back_ends_of, names
+    from benchmarks.jobs import results
     from benchmarks.jobs.jobs import measure
     from benchmarks.jobs.report import print_json, print_table
     from benchmarks.jobs.verdicts import judge
-    from benchmarks.pages import corpus
 
     chosen = {name: tuple(backend or back_ends_of(name)) for name in ([job] if job else names(family)[::every])}
     if like is not None:
-        chosen = {name: tuple(own) for name, own in corpus.load(like).items()}
+        chosen = {name: tuple(own) for name, own in results.load(like).items()}
     records = judge(measure(chosen))
     print_json(records) if json else print_table(records)
     if save is not None:
-        corpus.save(records, save)
-
-
-@app.command()
-def corpus() -> None:
-    """Write docs/corpus.md from the saved results of the corpus of jobs, before and after."""
-    from benchmarks.pages import corpus
-
-    before, after = corpus.load(corpus.BEFORE), corpus.load(corpus.AFTER)
-    corpus.PAGE.write_text(corpus.document(before, after), encoding="utf-8")
+        results.save(records, save)
 
 
 @app.command()

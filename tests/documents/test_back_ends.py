@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from benchmarks.pages.back_ends import document
+from docs.tools.back_ends import document
 from tests.locations import ROOT
 
 PAGE = (ROOT / "docs/back_ends.md").read_text(encoding="utf-8")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from benchmarks.pages.corpus import AFTER, BEFORE, GIVEN_UP, PAGE, Result, document, load, save
+from benchmarks.jobs.results import AFTER, BEFORE, Result, load, save
+from docs.tools.corpus import GIVEN_UP, PAGE, document
 
 if TYPE_CHECKING:
     from pathlib import Path

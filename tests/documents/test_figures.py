@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from benchmarks.pages.figures import FIGURES, IMAGES, PAGE, PICTURED, Figure, document
 from cli import app, plots
+from docs.tools.figures import FIGURES, IMAGES, PAGE, PICTURED, Figure, document
 from tests.documents.published import document as published
 from tests.documents.published import homogeneous, standard_dh
 from tests.documents.read_pictures import Graph, graphs_of

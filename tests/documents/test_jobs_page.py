@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.pages.jobs import IMAGES, PAGE, document
 from cli.local_plan import plan_request, read_request
+from docs.tools.jobs import IMAGES, PAGE, document
 from planner.kinematics import tool_velocities
 from planner.plans.result import Plan
 from tests.locations import ROOT

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.pages.notebook import FORMS, NOTEBOOK, as_markdown
+from docs.tools.notebook import FORMS, NOTEBOOK, as_markdown
 from planner.plans.result import Plan
 from planner.plots.animation import Animation
 from planner.plots.picture import Picture

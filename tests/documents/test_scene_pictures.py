@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 from typer.testing import CliRunner
 
-from benchmarks.pages.scenes import IMAGES, PAGE, commands
 from cli import app
+from docs.tools.scenes import IMAGES, PAGE, commands
 from tests.documents.read_pictures import drawn_groups
 from tests.locations import ROOT
 

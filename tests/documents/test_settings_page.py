@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from api.base.settings import Settings
-from benchmarks.pages.settings import document
+from docs.tools.settings import document
 from tests.locations import ROOT
 
 

@@ -18,7 +18,8 @@ DRAWING = {"matplotlib", "mpl_toolkits"}
 FORBIDDEN = {
     "planner": WEB | DRAWING | {"api", "cli", "pydantic", "httpx", "socket", "rich"},
     "api": {"cli", "pinocchio", "casadi", "ruckig", "toppra"},
-    "benchmarks": {"tests"},
+    "benchmarks": {"tests", "docs"},
+    "docs": {"tests"},
 }
 ALLOWED = {"planner/plots": DRAWING}
 """Packages that a folder must not import, and exceptions for folders inside."""

@@ -1,31 +1,29 @@
-"""The corpus' results in files, and docs/corpus.md: by kind of job and back end, before and after.
+"""Write docs/corpus.md: results of the corpus by kind of job and back end, before and after.
 
-Run: python -m benchmarks corpus
+Run: python -m docs.tools.corpus
 """
 
 from __future__ import annotations
 
-import csv
 from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.corpus.corpus import BACK_ENDS, VARIANTS
+from benchmarks.jobs.jobs import MOST_SECONDS
+from benchmarks.jobs.results import AFTER, BEFORE, NO_FAULT, load
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from benchmarks.jobs.results import Result, Results
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/corpus.md"
-BEFORE, AFTER = (ROOT / f"benchmarks/results/jobs_{name}.csv" for name in ("before", "after"))
 
 GIVEN_UP = frozenset({"crashed", "died", "hung", "out of time"})
 """What becomes of a plan that is neither made nor refused."""
-
-NO_FAULT = frozenset({"slow by its law"})
-"""What is noted of a plan, and is as it should be."""
 
 COUNTED = ("refused", "broken", "slow", "slow on its path", "over budget")
 """The faults that have a column of their own."""
@@ -39,7 +37,7 @@ then and for six arms, through all back ends ({plans:,} plans), before the work 
 splines, goal regions, freedoms on the way, tools by waypoint, rails, velocities at waypoints, jerk limits of the tool,
 teach speeds, limits that differ by direction, locked joints and actions (`benchmarks/corpus/features.py`) came later.
 `python -m benchmarks jobs --like benchmarks/results/jobs_before.csv --save benchmarks/results/jobs_after.csv` plans
-them again (in about ten minutes), `python -m benchmarks corpus` writes this page.
+them again (in about ten minutes), `python -m docs.tools.corpus` writes this page.
 
 Every plan is checked without the certificate: limits, continuity, waypoints met, the tool on its lines and circles.
 What is counted:
@@ -92,68 +90,8 @@ one back end to take the best.""",
 """What is to be said of the plans with a fault."""
 
 
-@dataclass(frozen=True)
-class Result:
-    """What became of one job by one back end.
-
-    Attributes:
-        outcome: `planned`, `refused`, or how it was given up.
-        faults: Kinds of what is wrong with it.
-        milliseconds: Processor time; None where it was given up.
-    """
-
-    outcome: str
-    faults: frozenset[str]
-    milliseconds: int | None
-
-    @classmethod
-    def parse(cls, text: str) -> Result:
-        """Read it as `str` writes it."""
-        words, _, milliseconds = text.partition(" ")
-        outcome, *faults = (word.replace("_", " ") for word in words.split("+"))
-        return cls(outcome, frozenset(faults), int(milliseconds) if milliseconds else None)
-
-    def __str__(self) -> str:
-        words = "+".join(word.replace(" ", "_") for word in (self.outcome, *sorted(self.faults)))
-        return words if self.milliseconds is None else f"{words} {self.milliseconds}"
-
-    @property
-    def is_good(self) -> bool:
-        """Whether nothing is wrong with it."""
-        return not self.faults - NO_FAULT
-
-
-Results = dict[str, dict[str, Result]]
-"""By the name of the job, and the back end."""
-
-
-def save(records: Iterable[dict[str, Any]], file: Path) -> None:
-    """Write judged records, one line for each job, one column for each back end."""
-    rows: dict[str, dict[str, str]] = {}
-    for it in records:
-        milliseconds = round(1e3 * it["seconds"]) if "seconds" in it else None
-        faults = frozenset(kind.replace("_", " ") for kind, _ in it["faults"])
-        result = Result(it["outcome"].replace("_", " "), faults, milliseconds)
-        rows.setdefault(it["job"], {"job": it["job"]})[it["backend"]] = str(result)
-    with file.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, ["job", *BACK_ENDS], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows.values())
-
-
-def load(file: Path) -> Results:
-    """Read what `save` has written."""
-    with file.open(encoding="utf-8", newline="") as stream:
-        return {
-            row["job"]: {kind: Result.parse(row[kind]) for kind in BACK_ENDS if row[kind]}
-            for row in csv.DictReader(stream)
-        }
-
-
 def document(before: Results, after: Results) -> str:
     """The page."""
-    from benchmarks.jobs.jobs import MOST_SECONDS
-
     plans = sum(map(len, before.values()))
     parts = [
         HEADER.format(jobs=len(before), plans=plans, patience=MOST_SECONDS),
@@ -228,3 +166,7 @@ def _rest(after: Results) -> Iterator[str]:
         yield f"{EXPLANATIONS.get(fault, fault.capitalize())}\n\n"
         yield from (f"- {plan}\n" for plan in plans)
         yield "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(document(load(BEFORE), load(AFTER)), encoding="utf-8")

@@ -1,6 +1,6 @@
 """The pictures of scenes that docs/collisions.md shows, each by the command that stands below it.
 
-Run: python -m benchmarks.pages.scenes
+Run: python -m docs.tools.scenes
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from api.base.settings import Settings
 HEADER = """\
 # Settings
 
-Generated from `api/base/settings.py` by `python -m benchmarks.pages.settings > docs/settings.md`.
+Generated from `api/base/settings.py` by `python -m docs.tools.settings > docs/settings.md`.
 
 Every setting is an environment variable. [Deployment](deployment.md) explains when to change them.
 

@@ -1,6 +1,6 @@
 """The ten jobs of examples/jobs.py, planned and drawn: what docs/jobs.md shows.
 
-Run: python -m benchmarks.pages.jobs
+Run: python -m docs.tools.jobs
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ a few lines of Python that need no package. All are for the KUKA KR 16 L6-2. Pla
     curl --json @examples/jobs/seam.json http://127.0.0.1:8000/v1/trajectories
 
 In the pictures, the arm stands at its first waypoint, with its work beside it; the path of the tool is yellow where it
-is fast and dark where it is slow; dots are waypoints. Made by `python -m benchmarks.pages.jobs`; the tests plan all
+is fast and dark where it is slow; dots are waypoints. Made by `python -m docs.tools.jobs`; the tests plan all
 ten again and compare.
 """
 

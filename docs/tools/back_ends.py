@@ -1,6 +1,6 @@
 """Two published motions through every back end, as the tables of docs/back_ends.md.
 
-Run: python -m benchmarks.pages.back_ends > docs/back_ends.md
+Run: python -m docs.tools.back_ends > docs/back_ends.md
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ ZERO = 1e-6
 HEADER = """\
 # The published motions through every back end
 
-Made by `python -m benchmarks.pages.back_ends > docs/back_ends.md`; the tests make it again and compare.
+Made by `python -m docs.tools.back_ends > docs/back_ends.md`; the tests make it again and compare.
 
 Each back end plans the waypoints of two of the documents, first with the published durations, then as fast as it can
 (durations left out). The first row of each table is the motion as published. In brackets: as a multiple of it.

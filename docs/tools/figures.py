@@ -1,6 +1,6 @@
 """The figures of the documents and the commands that draw them: docs/figures.md, and the pictures that it shows.
 
-Run: python -m benchmarks.pages.figures
+Run: python -m docs.tools.figures
 """
 
 from __future__ import annotations

@@ -1,0 +1,1 @@
+"""The documentation: pages, and the tools that write some of them."""
