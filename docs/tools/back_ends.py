@@ -53,7 +53,7 @@ Each back end plans the waypoints of two of the documents, first with the publis
 `toppra` computes its velocity profile with a compiled kernel, or with `"solver": "package"` by the package toppra; the
 answer's `solver` says which. The kernel is the default because it was ahead on both counts in one run of 447 jobs of
 the tests' corpus: shorter trajectories for 251 of them and longer ones for 46, by 3e-6 at most but for one job, whose
-intervals the package's solution split once more for 0.04 %; and less processor time, 11.8 instead of 17.2 ms for 10
+intervals the package's solution split once more for 0.04 %; and less processor time, 7.6 instead of 17.3 ms for 10
 waypoints passed by a UR5 with torque limits. None was refused by one alone. The tests compare both in every run.
 """
 COLUMNS = ("back end", "duration s", "step", "peak jerk", "RMS jerk", "effort s", "energy J", "off path mm")

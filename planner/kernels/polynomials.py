@@ -72,3 +72,26 @@ def count_parts(bernstein: FloatArray, lengths: FloatArray, density: FloatArray)
     given = doubles(bernstein, 6, pieces, joints, order), doubles(lengths, pieces), doubles(density, 5)
     call("parts", pieces, joints, order, *given, parts)
     return parts
+
+
+def states_on_pieces(lengths: FloatArray, coefficients: FloatArray, shares: FloatArray) -> FloatArray:
+    """Compute values and two derivatives (3, points, pieces, joints) at shares (points,) of pieces.
+
+    Args:
+        lengths: (pieces,).
+        coefficients: (pieces, joints, order), ascending powers of the coordinate from the start of the piece.
+        shares: (points,), from 0 to 1.
+    """
+    pieces, joints, order = coefficients.shape
+    given = doubles(lengths, pieces), doubles(coefficients, pieces, joints, order)
+    values = np.empty((3, len(shares), pieces, joints))
+    call("states", pieces, joints, order, *given, len(shares), doubles(shares, len(shares)), values)
+    return values
+
+
+def shift(coefficients: FloatArray, by: FloatArray) -> FloatArray:
+    """Compute the coefficients (rows, order) of p(x + by), by (rows,), from those of p(x)."""
+    rows, order = coefficients.shape
+    shifted = np.empty((rows, order))
+    call("shift", rows, order, doubles(coefficients, rows, order), doubles(by, rows), shifted)
+    return shifted

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from math import comb, factorial
+from math import comb
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
+
+from planner.kernels.polynomials import shift
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -160,10 +162,9 @@ def powers(x: FloatArray | float, count: int) -> FloatArray:
 
 def shifted(coefficients: FloatArray, by: FloatArray | float) -> FloatArray:
     """Coefficients (..., order) of p(x + by), by Taylor's formula; `by` broadcasts against (...)."""
-    order = coefficients.shape[-1]
-    at = np.asarray(by)
-    terms = [horner(differentiate(coefficients, k), at) / factorial(k) for k in range(order)]
-    return np.stack(terms, axis=-1)
+    *shape, order = np.broadcast_shapes(coefficients.shape, (*np.shape(by), 1))
+    rows = np.broadcast_to(coefficients, (*shape, order)).reshape(-1, order)
+    return shift(rows, np.broadcast_to(by, shape).ravel()).reshape(*shape, order)
 
 
 @lru_cache(maxsize=16)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.kernels.polynomials import states_on_pieces
 from planner.kinematics.turns import counted_velocity
 from planner.tolerances import ROUNDING
-from planner.trajectories.polynomials import differentiate, horner, shifted
+from planner.trajectories.polynomials import shifted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -99,8 +100,7 @@ class Intervals:
 
     def at(self, points: FloatArray) -> list[FloatArray]:
         """Positions and their first two derivatives by s, each (points, intervals, joints), at shares of intervals."""
-        s = (points[:, None] * self.lengths)[..., None]
-        return [horner(differentiate(self.coefficients, k), s) for k in range(3)]
+        return list(states_on_pieces(self.lengths, self.coefficients, points))
 
 
 def shares_between(inner: FloatArray) -> tuple[np.ndarray, FloatArray, FloatArray]:

@@ -7,35 +7,25 @@ u - bend to u + bend; so x at the share p of the interval is x + 2 u d p + 2 ben
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends.toppra.intervals import PROBES
 from planner.constraints.rows import path_speed_shares
-from planner.kernels.profile import PARALLEL
+from planner.kernels.profile import PathLimits
 from planner.kinematics.forward import JointStates
 from planner.time_scaling.refusals import refuse_what_gravity_exceeds
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.backends.toppra.intervals import Intervals
     from planner.dynamics import SegmentDynamics
     from planner.limits import SegmentLimits
     from planner.robots import Robot
     from planner.spatial import FloatArray
-
-POINTS = np.array([0.0, 0.5, 1.0])
-"""Points, as shares of an interval, where accelerations and torques are computed; they are about quadratic between."""
-
-QUADRATIC_TO_BERNSTEIN = np.array([[1.0, -0.5, 0.0], [0.0, 2.0, 0.0], [0.0, -0.5, 1.0]])
-"""Matrix from the values of a quadratic at these points to its Bernstein coefficients, which bound it."""
-
-AT_PROBES = np.column_stack(
-    [(1.0 - PROBES) * (1.0 - 2.0 * PROBES), 4.0 * PROBES * (1.0 - PROBES), PROBES * (2.0 * PROBES - 1.0)]
-)
-"""Weights (probes, points) of the values at these points in the quadratic through them, at the probes."""
 
 MOST_GRAVITY = 0.9999
 """Largest share of a torque limit that gravity is taken to need; more at a point between the probes is left to the
@@ -47,221 +37,6 @@ MOST_SQUARE = 1e12
 STEEP = 4.0
 """Largest ratio of the bounds on x within an interval; above the least of them by more, x would overshoot between the
 probes."""
-
-MOST_BEND = 0.9
-"""Share of the bend with which x would touch 0 within an interval, that a bend may have."""
-
-NEARLY = 1e-9
-"""Share of a limit within which what can be reached at most counts as reaching it."""
-
-CLOSE = 0.95
-"""Share of its bound above which x is close to it."""
-
-
-class LinearRows(NamedTuple):
-    """Limits on x at an interval's start and the mean u on it: a u + b x + c <= 0.
-
-    Attributes:
-        a: (intervals, limits).
-        b: (intervals, limits).
-        c: (intervals, limits), negative.
-    """
-
-    a: FloatArray
-    b: FloatArray
-    c: FloatArray
-
-    def with_new(self, rows: np.ndarray, new: np.ndarray, limits: LinearRows) -> LinearRows:
-        """Return the limits on rows (N,) of these intervals, but where they are new (N,) those given."""
-        width = max(self.a.shape[1], limits.a.shape[1])
-        merged = []
-        for own, fresh, nothing in zip(self, limits, (0.0, 0.0, -1.0), strict=True):
-            values = np.full((len(rows), width), nothing)
-            values[~new, : own.shape[1]] = own[rows[~new]]
-            values[new, : fresh.shape[1]] = fresh
-            merged.append(values)
-        return LinearRows(*merged)
-
-    def that_bind(self, highest: FloatArray) -> LinearRows:
-        """Return those of the limits that some (x, u) within the others can reach.
-
-        Args:
-            highest: (intervals,), the bound on x.
-        """
-        a, b, c = self
-        binds_u = np.abs(a) > PARALLEL * np.abs(a).max(axis=1, keepdims=True)
-        least = c + np.minimum(b, 0.0) * highest[:, None]
-        reach = np.divide(-least, a, out=np.zeros_like(a), where=binds_u)
-        upper = np.where(binds_u & (a > 0.0), reach, MOST_SQUARE).min(axis=1)[:, None]
-        lower = np.where(binds_u & (a < 0.0), reach, -MOST_SQUARE).max(axis=1)[:, None]
-        farthest = np.maximum(a * upper, a * lower) + np.maximum(b, 0.0) * highest[:, None]
-        binding = farthest >= -c * (1.0 - NEARLY)
-        width = max(int(binding.sum(axis=1).max(initial=0)), 1)
-        order = np.argsort(~binding, axis=1, kind="stable")[:, :width]
-        kept = np.take_along_axis(binding, order, axis=1)
-        parts = zip(self, (0.0, 0.0, -1.0), strict=True)
-        return LinearRows(*(np.where(kept, np.take_along_axis(part, order, axis=1), none) for part, none in parts))
-
-
-@dataclass(frozen=True, eq=False)
-class PathLimits:
-    """The limits on intervals, |per_u u + per_x x + rest| <= 1 at each point, and x <= bound at each probe.
-
-    Attributes:
-        lengths: (intervals,).
-        per_u: (points, intervals, limits).
-        per_x: (points, intervals, limits).
-        rest: (points, intervals, limits), between -1 and 1.
-        bounds: (probes, intervals).
-    """
-
-    lengths: FloatArray
-    per_u: FloatArray
-    per_x: FloatArray
-    rest: FloatArray
-    bounds: FloatArray
-
-    def of(self, rows: np.ndarray) -> PathLimits:
-        """Take some of the intervals."""
-        parts = (self.per_u, self.per_x, self.rest, self.bounds)
-        return PathLimits(self.lengths[rows], *(part[:, rows] for part in parts))
-
-    def with_new(self, rows: np.ndarray, new: np.ndarray, limits: PathLimits) -> PathLimits:
-        """Return the limits on rows (N,) of these intervals, but where they are new (N,) those given."""
-        merged = []
-        for field in ("lengths", "per_u", "per_x", "rest", "bounds"):
-            axis = 1 if field in ("per_u", "per_x", "rest", "bounds") else 0
-            values = np.take(getattr(self, field), rows, axis=axis)
-            values[(slice(None), new) if axis else new] = getattr(limits, field)
-            merged.append(values)
-        return PathLimits(*merged)
-
-    @property
-    def at_gridpoints(self) -> FloatArray:
-        """The bound (intervals + 1,) on x at each gridpoint."""
-        bounds: FloatArray = np.minimum(np.append(self.bounds[0], np.inf), np.insert(self.bounds[-1], 0, np.inf))
-        return bounds
-
-    def rows(self, throughout: np.ndarray) -> LinearRows:
-        """Return what has to hold of x at the start of each interval and of the mean u on it.
-
-        Where u follows a limit along an interval, it is enough that the mean keeps the limit in the middle
-        (collocation), and x may follow a bound that dips below the straight line between those at the ends. Elsewhere a
-        constant u has to keep the limits all over the interval (interpolation).
-
-        Args:
-            throughout: (intervals,), where the limits have to be kept by a constant u.
-        """
-        middle = self.per_u[1] + self.lengths[:, None] * self.per_x[1], self.per_x[1], self.rest[1]
-        straight = self.bounds[:1] + (self.bounds[-1:] - self.bounds[:1]) * PROBES[1:-1, None]
-        rows = self._with_speeds(*middle, np.maximum(self.bounds[1:-1], straight))
-        if not throughout.any():
-            return rows
-        part = self.of(throughout)
-        grows = 2.0 * part.lengths[:, None]
-        by_point = part.per_u + POINTS[:, None, None] * grows * part.per_x, part.per_x, part.rest
-        bounding = (np.moveaxis(values, 0, 2) @ QUADRATIC_TO_BERNSTEIN for values in by_point)
-        a, b, c = (values.reshape(len(part.lengths), -1) for values in bounding)
-        everywhere = part._with_speeds(a, b, c, part.bounds[1:-1])
-        everywhere = everywhere.that_bind(part.bounds[0])
-        return rows.with_new(np.arange(len(throughout)), throughout, everywhere)
-
-    def _with_speeds(self, a: FloatArray, b: FloatArray, c: FloatArray, bounds: FloatArray) -> LinearRows:
-        """Return |a u + b x + c| <= 1, each (intervals, limits), and bounds (inner probes, intervals) on x, as rows."""
-        bound = bounds.T
-        speeds = 2.0 * self.lengths[:, None] * PROBES[1:-1] / bound, 1.0 / bound, np.full_like(bound, -1.0)
-        signed = (a, b, c - 1.0), (-a, -b, -c - 1.0), speeds
-        return LinearRows(*(np.hstack(parts) for parts in zip(*signed, strict=True)))
-
-    def dips(self, x_at_ends: FloatArray) -> FloatArray:
-        """Return by how much (intervals,) x may exceed its bound between probes, relative to the bound.
-
-        Where x is far below the bound, that is 0.
-
-        Args:
-            x_at_ends: (intervals, 2), at the start and the end of each.
-        """
-        x0, x1 = x_at_ends.T
-        linear = x0 + (x1 - x0) * PROBES[:, None]
-        close = linear > CLOSE * self.bounds
-        between = np.diff(self.bounds, n=2, axis=0) / self.bounds[1:-1] / 8.0
-        dips: FloatArray = np.where(close[:-2] | close[1:-1] | close[2:], between, 0.0).max(axis=0)
-        return dips
-
-    def range_of_u(self, point: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the least and the largest u, each (intervals,), at one of the points, where x is given."""
-        a, b, c = self.per_u[point], self.per_x[point], self.rest[point]
-        size = np.abs(a)
-        binds = size > PARALLEL * size.max(axis=1, keepdims=True)
-        middle = np.divide(-(b * x[:, None] + c), a, out=np.zeros_like(a), where=binds)
-        reach = np.divide(1.0, size, out=np.full_like(a, np.inf), where=binds)
-        return (middle - reach).max(axis=1), (middle + reach).min(axis=1)
-
-    def bend(self, x_at_ends: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the bend (intervals,) that keeps the limits at the ends of intervals, and how well it does.
-
-        Args:
-            x_at_ends: (intervals, 2), at the start and the end of each.
-
-        Returns:
-            A bend that keeps the limits, near 0 and with room at both ends, or one that breaks them the least; and the
-            largest share of a limit that is used then.
-        """
-        x0, x1 = x_at_ends.T
-        u = (x1 - x0) / (2.0 * self.lengths)
-        low0, high0 = self.range_of_u(0, x0)
-        low1, high1 = self.range_of_u(-1, x1)
-        inner = PROBES[1:-1, None]
-        over = x0 + (x1 - x0) * inner - self.bounds[1:-1]
-        for_speed = (over / (2.0 * self.lengths * (inner - inner**2))).max(axis=0)
-        least, most = np.maximum(u - high0, low1 - u), np.minimum(u - low0, high1 - u)
-        middle, nearest = (least + most) / 2.0, np.clip(0.0, least, most)
-        bend = np.where(
-            least > most,
-            middle,
-            np.clip(middle, np.minimum(2.0 * nearest, 0.0), np.maximum(2.0 * nearest, 0.0)),
-        )
-        # No more than the bounds on x ask for, as it costs time; and so that x stays positive in between.
-        bend = np.minimum(
-            np.maximum(bend, for_speed), MOST_BEND * (np.sqrt(x0) + np.sqrt(x1)) ** 2 / (2.0 * self.lengths)
-        )
-        speeds = (over + self.bounds[1:-1] - 2.0 * bend * self.lengths * (inner - inner**2)) / self.bounds[1:-1]
-        return bend, np.maximum(self._used(x_at_ends, bend), speeds.max(axis=0)).max(axis=0)
-
-    def unused(self, x_at_ends: FloatArray) -> FloatArray:
-        """Return the share (intervals,) of the tightest limit that a constant u leaves unused, on average.
-
-        Args:
-            x_at_ends: (intervals, 2), at the start and the end of each.
-        """
-        x0, x1 = x_at_ends.T
-        speeds = (x0 + (x1 - x0) * PROBES[:, None]) / self.bounds
-        used = np.maximum(self._used(x_at_ends, np.zeros_like(self.lengths)), speeds)
-        unused: FloatArray = np.maximum(1.0 - used, 0.0).mean(axis=0)
-        return unused
-
-    def _used(self, x_at_ends: FloatArray, bend: FloatArray) -> FloatArray:
-        """Return the largest share (probes, intervals) that the motion takes of what gravity leaves of a limit.
-
-        Args:
-            x_at_ends: (intervals, 2), at the start and the end of each.
-            bend: (intervals,).
-        """
-        p, d, (x0, x1) = PROBES[:, None], self.lengths, x_at_ends.T
-        u_at = (x1 - x0) / (2.0 * d) + bend * (2.0 * p - 1.0)
-        x_at = x0 + (x1 - x0) * p - 2.0 * bend * d * (p - p**2)
-        per_u, per_x = (_at_probes(part) for part in (self.per_u, self.per_x))
-        moved = per_u * u_at[..., None] + per_x * x_at[..., None]
-        if self.rest.any():
-            moved /= 1.0 - np.sign(moved) * _at_probes(self.rest)
-        used: FloatArray = np.abs(moved).max(axis=2)
-        return used
-
-
-def _at_probes(values: FloatArray) -> FloatArray:
-    """Interpolate values (points, intervals, limits) at the probes: (probes, intervals, limits)."""
-    found: FloatArray = (AT_PROBES @ values.reshape(len(POINTS), -1)).reshape(len(PROBES), *values.shape[1:])
-    return found
 
 
 def path_limits(
@@ -279,7 +54,9 @@ def path_limits(
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
     squares = factors[intervals.segments] ** 2
-    q, first, second = intervals.at(POINTS)
+    at_probes = intervals.at(PROBES)
+    # Accelerations and torques are about quadratic along an interval: three points tell them.
+    q, first, second = (values[::2] for values in at_probes)
     middle, half = (values[intervals.segments] for values in limits.acceleration.centred)
     parts: list[tuple[FloatArray, ...]] = [(first / half, second / half, np.broadcast_to(-middle / half, q.shape))]
     parts += _sampled(dynamics, limits, intervals, (q, first, second))
@@ -290,7 +67,7 @@ def path_limits(
         per_u * slower,
         per_x * slower,
         rest,
-        _bounds(dynamics, limits, intervals) / squares,
+        _bounds(dynamics, limits, intervals, at_probes) / squares,
     )
 
 
@@ -349,9 +126,11 @@ def _at_all_points(values: FloatArray, own: np.ndarray) -> FloatArray:
     return rows
 
 
-def _bounds(dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals) -> FloatArray:
+def _bounds(
+    dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals, at_probes: Sequence[FloatArray]
+) -> FloatArray:
     """Bounds on x (probes, intervals) by the speed limits of joints and tool."""
-    q, first, second = intervals.at(PROBES)
+    q, first, second = at_probes
     segments = intervals.segments
     used = limits.velocity.used(segments, first).max(axis=2)
     constraints = [own for own in limits.constraints if own[0].follows_path_speed]

@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.toppra.intervals import PROBES, shares_between
+from planner.backends.toppra.intervals import shares_between
 from planner.backends.toppra.path_limits import path_limits
-from planner.backends.toppra.solvers import Reach
-from planner.kernels.profile import fastest_profile
+from planner.kernels.profile import fastest_crossings, fastest_profile, use_of_limits
 from planner.time_scaling.compose import MOST_HALVINGS
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial, horner, quintic_hermite
 
 if TYPE_CHECKING:
     from planner.backends.toppra.intervals import Intervals
-    from planner.backends.toppra.path_limits import LinearRows, PathLimits
     from planner.backends.toppra.solvers import Solver
+    from planner.kernels.profile import PathLimits
     from planner.paths import JointPath
     from planner.spatial import FloatArray
 
@@ -74,14 +73,10 @@ class SolvedLimits(NamedTuple):
     Attributes:
         limits: The limits on its intervals.
         throughout: (intervals,), where a constant u has to keep them all over the interval.
-        rows: What they say of x and u on each interval.
-        reach: What can be reached within them; None: it is not known.
     """
 
     limits: PathLimits
     throughout: np.ndarray
-    rows: LinearRows
-    reach: Reach | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,14 +133,6 @@ class Profile:
         segments = int(np.count_nonzero(np.diff(self.intervals.segments, prepend=-1)))
         return len(self.x) > max(MANY, MANY_OF_A_SEGMENT * segments)
 
-    @property
-    def wasted(self) -> FloatArray:
-        """The time (intervals,), s, that constant path accelerations cost where they have to keep the limits."""
-        wasted = np.zeros(len(self.bend))
-        if self.solved is not None and (rows := np.flatnonzero(self.solved.throughout)).size:
-            wasted[rows] = self.times[rows] * self.solved.limits.of(rows).unused(self.x_at_ends[rows])
-        return wasted
-
     @cached_property
     def mean_times(self) -> FloatArray:
         """The mean time (intervals,), s, of the intervals of the same run."""
@@ -177,10 +164,9 @@ def fastest_on(
         repairs: Largest number of solutions after that for limits that are broken.
         solver: What solves it.
     """
-    throughout = np.zeros(len(intervals.lengths), dtype=bool)
     limits = path_limits(path.dynamics, path.limits, intervals, factors)
-    solved = SolvedLimits(limits, throughout, limits.rows(throughout))
-    return _solved(path, intervals, factors, solved, throughout, refinements, repairs, solver)
+    solved = SolvedLimits(limits, np.zeros(len(intervals.lengths), dtype=bool))
+    return _solved(path, intervals, factors, solved, refinements, repairs, solver)
 
 
 def solved_again(
@@ -200,11 +186,8 @@ def solved_again(
     before, own = profile.solved, np.repeat(np.arange(len(parts)), parts)
     intervals, new = profile.intervals.split(parts), changed[own]
     limits = before.limits.with_new(own, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
-    throughout = before.throughout[own] & ~new
-    rows = before.rows.with_new(own, new, limits.of(new).rows(throughout[new]))
-    known = before.reach and before.reach.with_new(own, np.append(1, np.diff(own)) == 0)
-    again = SolvedLimits(limits, throughout, rows, known)
-    return _solved(path, intervals, factors, again, new, 0, MOST_REPAIRS, solver)
+    again = SolvedLimits(limits, before.throughout[own] & ~new)
+    return _solved(path, intervals, factors, again, 0, MOST_REPAIRS, solver)
 
 
 def _solved(
@@ -212,7 +195,6 @@ def _solved(
     intervals: Intervals,
     factors: FloatArray,
     solved: SolvedLimits,
-    changed: np.ndarray,
     refinements: int,
     repairs: int,
     solver: Solver,
@@ -223,110 +205,50 @@ def _solved(
         path: See `fastest_on`, like all that is not said here.
         intervals: See there.
         factors: See there.
-        solved: The limits that it is to be solved with first, and what could be reached before some of them changed.
-        changed: (intervals,), on which these did; of no account where nothing is known.
+        solved: The limits that it is to be solved with first.
         refinements: See there.
         repairs: See there.
         solver: See there.
     """
-    limits, throughout, rows, reach = solved
-    bends = _Bends.unknown(len(intervals.lengths))
+    limits, throughout = solved
     for solution in range(refinements + repairs + 1):
-        reach = solve(solver, intervals.lengths, rows, limits.at_gridpoints, intervals.rests, reach, changed)
-        bends = bends.known_for(limits, reach.x)
-        solved = SolvedLimits(limits, throughout, rows, reach)
-        profile = Profile(intervals, reach.x, np.where(throughout, 0.0, bends.bend), solved)
+        x = solve(solver, limits, throughout, intervals.rests)
+        use = use_of_limits(limits, x)
+        profile = Profile(intervals, x, np.where(throughout, 0.0, use.bend), SolvedLimits(limits, throughout))
         if solution == refinements + repairs:
             break
-        broken = (bends.used > TOLERATED) & ~throughout
-        hopeless = broken & (bends.used > MENDED_BY_PARTS)
-        wasted = profile.wasted if solution < refinements else np.zeros(0)
+        broken = (use.used > TOLERATED) & ~throughout
+        hopeless = broken & (use.used > MENDED_BY_PARTS)
+        times, wasted = profile.times, np.where(throughout, use.unused, 0.0) * profile.times
         throughout = throughout | broken
         if (solution < refinements and not profile.has_many_intervals) and (
-            solution == 0
-            or wasted.sum() > NEGLECTED * profile.times.sum()
-            or profile.times[hopeless].sum() > STUCK * profile.times.sum()
+            solution == 0 or wasted.sum() > NEGLECTED * times.sum() or times[hopeless].sum() > STUCK * times.sum()
         ):
-            coarse = broken | (limits.dips(bends.ends) > TOLERATED - 1.0) | (wasted > WASTE * profile.mean_times)
+            coarse = broken | (use.dips > TOLERATED - 1.0) | (wasted > WASTE * profile.mean_times)
             parts, starts, ends = _refined(profile, limits, coarse)
             new = ends - starts < 1.0
             if not new.any():
                 break
-            changed = new | broken[parts]
             intervals = intervals.parts(parts, starts, ends)
             throughout = (throughout[parts] & ~new) | hopeless[parts]
             limits = limits.with_new(parts, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
-            rows = rows.with_new(parts, changed, limits.of(changed).rows(throughout[changed]))
-            reach, bends = reach.with_new(parts, starts > 0.0), bends.with_new(parts, new)
-        elif broken.any():
-            rows = rows.with_new(np.arange(len(broken)), broken, limits.of(broken).rows(throughout[broken]))
-            changed = broken
-        else:
+        elif not broken.any():
             break
     return profile
 
 
-def solve(
-    solver: Solver,
-    lengths: FloatArray,
-    rows: LinearRows,
-    bounds: FloatArray,
-    rests: np.ndarray,
-    known: Reach | None = None,
-    changed: np.ndarray | None = None,
-) -> Reach:
-    """Return what can be reached at the gridpoints: the fastest profile.
-
-    Args:
-        solver: What computes it.
-        lengths: (intervals,).
-        rows: Limits on x at an interval's start and the constant or mean u on it.
-        bounds: (intervals + 1,), of x.
-        rests: (intervals + 1,): where x is 0; both ends at least.
-        known: What could be reached before limits changed, for the package; nothing, if not given.
-        changed: (intervals,), whether the limits on them did, or the gridpoint at their start is new.
+def solve(solver: Solver, limits: PathLimits, throughout: np.ndarray, rests: np.ndarray) -> FloatArray:
+    """Return the fastest profile (intervals + 1,) of x by a solver; see `fastest_profile` of the kernels.
 
     Raises:
         SolverFailed: The package found no profile.
     """
     if solver == "kernel":
-        return Reach(*fastest_profile(lengths, *rows, bounds, rests))
+        return fastest_profile(limits, throughout, rests)
     # It imports the package, which takes half a second.
     from planner.backends.toppra.reachability import fastest_profile as by_package
 
-    return by_package(lengths, rows, bounds, rests, known, changed)
-
-
-class _Bends(NamedTuple):
-    """The bends that keep the limits, and for which x.
-
-    Attributes:
-        ends: (intervals, 2), x at the ends of each interval; not a number where nothing is known.
-        bend: (intervals,).
-        used: (intervals,), the largest share of a limit that is used then.
-    """
-
-    ends: FloatArray
-    bend: FloatArray
-    used: FloatArray
-
-    @classmethod
-    def unknown(cls, count: int) -> _Bends:
-        """Return bends of which nothing is known."""
-        return cls(np.full((count, 2), np.nan), np.zeros(count), np.zeros(count))
-
-    def known_for(self, limits: PathLimits, x: FloatArray) -> _Bends:
-        """Return the bends for x (intervals + 1,) at the gridpoints; what is known already is not computed again."""
-        ends, bend, used = np.column_stack([x[:-1], x[1:]]), self.bend.copy(), self.used.copy()
-        rows = np.flatnonzero((ends != self.ends).any(axis=1))
-        bend[rows], used[rows] = limits.of(rows).bend(ends[rows])
-        return _Bends(ends, bend, used)
-
-    def with_new(self, rows: np.ndarray, new: np.ndarray) -> _Bends:
-        """Return the bends on rows (N,) of these intervals; where they are new (N,) nothing is known."""
-        ends, bend, used = (part[rows] for part in self)
-        ends[new] = np.nan
-        return _Bends(ends, bend, used)
+    return by_package(limits, throughout, rests)
 
 
 def _refined(profile: Profile, limits: PathLimits, coarse: np.ndarray) -> tuple[np.ndarray, FloatArray, FloatArray]:
@@ -335,22 +257,8 @@ def _refined(profile: Profile, limits: PathLimits, coarse: np.ndarray) -> tuple[
     Where an interval could be crossed faster by gaining speed, going on at the highest and braking again, it is split
     where these meet; into equal parts where it is too coarse for the limits.
     """
-    x0, x1, d = profile.x[:-1], profile.x[1:], profile.intervals.lengths
-    u = (x1 - x0) / (2.0 * d)
-    top = limits.bounds.max(axis=0)
-    least, steepest = top / d / STEEPEST, STEEPEST * top / d
-    gain = np.clip(limits.range_of_u(0, x0)[1], np.maximum(u, least), steepest)
-    brake = np.clip(-limits.range_of_u(-1, x1)[0], np.maximum(-u, least), steepest)
-    p = PROBES[:, None]
-    highest = np.minimum(np.minimum(x0 + 2.0 * d * gain * p, x1 + 2.0 * d * brake * (1.0 - p)), limits.bounds)
-    speeds = np.sqrt(highest)
-    times = profile.times
-    lost = times - (2.0 * np.diff(p, axis=0) * d / (speeds[:-1] + speeds[1:])).sum(axis=0)
-    wasteful = (lost > WASTE * profile.mean_times) & ~coarse
-    peak = (u + brake) / (gain + brake)
-    first = np.clip((top - x0) / (2.0 * d * gain), 0.0, peak)
-    last = np.clip(1.0 - (top - x1) / (2.0 * d * brake), peak, 1.0)
-    inner = np.column_stack([first, last])
+    times, inner = fastest_crossings(limits, profile.x, STEEPEST)
+    wasteful = (profile.times - times > WASTE * profile.mean_times) & ~coarse
     inner[inner < LEAST_SHARE] = 0.0
     inner[inner > 1.0 - LEAST_SHARE] = 1.0
     inner[inner[:, 1] - inner[:, 0] < LEAST_SHARE, 1] = 1.0

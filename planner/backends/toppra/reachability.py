@@ -2,19 +2,18 @@
 
 A backward pass finds the controllable sets, the x = s'^2 at each gridpoint from which the rest can be braked in time; a
 forward pass then accelerates as much as the limits and these sets allow: Pham and Pham, "A New Approach to Time-Optimal
-Path Parameterization Based on Reachability Analysis", IEEE Transactions on Robotics 34 (3), 2018. Where a profile is
-known but for some intervals, both passes are done here, as the package knows no beginning in the middle: from where
-limits changed to where the old profile is met.
+Path Parameterization Based on Reachability Analysis", IEEE Transactions on Robotics 34 (3), 2018.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from planner.backends.toppra.intervals import PROBES
 from planner.backends.toppra.package import (
     TOPPRA,
     AbstractGeometricPath,
@@ -23,12 +22,11 @@ from planner.backends.toppra.package import (
     ToppraError,
     seidelWrapper,
 )
-from planner.backends.toppra.path_limits import LinearRows
-from planner.backends.toppra.solvers import Reach, SolverFailed
+from planner.backends.toppra.path_limits import MOST_GRAVITY, MOST_SQUARE
+from planner.backends.toppra.solvers import SolverFailed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
+    from planner.kernels.profile import PathLimits
     from planner.spatial import FloatArray
 
 LEAST_NORM = 1e-9
@@ -38,22 +36,59 @@ LEAST_LENGTH = 1e-6
 """Length of an interval, in the solver's unit, below which it is solved as one with its neighbour: the absolute
 tolerance of the solver, 1e-10, would leave the path acceleration on it undecided."""
 
-NEARLY_MET = 1e-9
-"""Relative difference of x up to which a profile meets another: more than the solver's rounding, 1e-10 of the unit."""
+NEARLY = 1e-9
+"""Share of a limit within which what can be reached at most counts as reaching it."""
 
-BLOCK = 64
-"""Number of intervals that have a solver of their own."""
+POINT_SHARES = np.array([0.0, 0.5, 1.0])
+"""Points of limits, as shares of an interval."""
 
-MOST_TRIES = 10
-"""Largest number of times that x is made less at a gridpoint where rounding has put it beyond what is controllable."""
+QUADRATIC_TO_BERNSTEIN = np.array([[1.0, -0.5, 0.0], [0.0, 2.0, 0.0], [0.0, -0.5, 1.0]])
+"""Matrix from the values of a quadratic at these points to its Bernstein coefficients, which bound it."""
+
+PARALLEL_TO_X = 1e-10
+"""Ratio to the largest coefficient of u on its interval below which a coefficient does not limit u."""
 
 LARGEST_X = np.array([1e-9, -1.0])
 """Aim of the backward pass, to be made least: the largest x, and among equals the least u."""
 
-TINY = 1e-8
-"""What x is made less by then, and at each gridpoint, as in the package."""
+X_TAKEN_OFF = 1e-8
+"""What the package makes x less by at each gridpoint, in the solver's unit."""
 
 logging.getLogger("toppra").setLevel(logging.ERROR)
+
+
+class LinearRows(NamedTuple):
+    """Limits on x at an interval's start and the mean u on it: a u + b x + c <= 0.
+
+    Attributes:
+        a: (intervals, limits).
+        b: (intervals, limits).
+        c: (intervals, limits), negative.
+    """
+
+    a: FloatArray
+    b: FloatArray
+    c: FloatArray
+
+    def that_bind(self, highest: FloatArray) -> LinearRows:
+        """Return those of the limits that some (x, u) within the others can reach.
+
+        Args:
+            highest: (intervals,), the bound on x.
+        """
+        a, b, c = self
+        binds_u = np.abs(a) > PARALLEL_TO_X * np.abs(a).max(axis=1, keepdims=True)
+        least = c + np.minimum(b, 0.0) * highest[:, None]
+        reach = np.divide(-least, a, out=np.zeros_like(a), where=binds_u)
+        upper = np.where(binds_u & (a > 0.0), reach, MOST_SQUARE).min(axis=1)[:, None]
+        lower = np.where(binds_u & (a < 0.0), reach, -MOST_SQUARE).max(axis=1)[:, None]
+        farthest = np.maximum(a * upper, a * lower) + np.maximum(b, 0.0) * highest[:, None]
+        binding = farthest >= -c * (1.0 - NEARLY)
+        width = max(int(binding.sum(axis=1).max(initial=0)), 1)
+        order = np.argsort(~binding, axis=1, kind="stable")[:, :width]
+        kept = np.take_along_axis(binding, order, axis=1)
+        parts = zip(self, (0.0, 0.0, -1.0), strict=True)
+        return LinearRows(*(np.where(kept, np.take_along_axis(part, order, axis=1), none) for part, none in parts))
 
 
 class _Grid(AbstractGeometricPath):  # type: ignore[misc] # the package has no types
@@ -125,138 +160,14 @@ class _FromRestToRest(TOPPRA):  # type: ignore[misc] # the package has no types
         return step
 
 
-def _from_nothing(lengths: FloatArray, rows: LinearRows, bounds: FloatArray) -> Reach:
-    """Return what can be reached by the package's algorithm, all in a unit in which x is about 1."""
-    gridpoints = np.concatenate([[0.0], np.cumsum(lengths)])
-    search = _FromRestToRest(_Rows.scaled(rows, bounds), gridpoints)
-    _, speeds, _ = search.compute_parameterization(0.0, 0.0)
-    if speeds is None:
-        raise SolverFailed
-    return Reach(search.problem_data.K[:, 1], speeds**2)
-
-
-class _Solver:
-    """The package's compiled solver of the linear programs in x and u, all in a unit in which x is about 1.
-
-    It copies all rows that it is made of, which takes as long as it takes to solve with them. So there is one for each
-    block of intervals, made when it is first needed.
-    """
-
-    def __init__(self, lengths: FloatArray, rows: LinearRows, bounds: FloatArray) -> None:
-        self.lengths = lengths
-        self._rows = rows
-        self._bounds = bounds
-        self._blocks: dict[int, Callable[..., FloatArray]] = {}
-
-    def of_block(self, first: int) -> Callable[..., FloatArray]:
-        """Return what solves the linear program of an interval, counted from the first of the block."""
-        if first not in self._blocks:
-            block = slice(first, first + BLOCK)
-            constraint = _Rows.scaled(
-                LinearRows(*(part[block] for part in self._rows)), self._bounds[first : first + BLOCK + 1]
-            )
-            gridpoints = np.concatenate([[0.0], np.cumsum(self.lengths[block])])
-            made: Any = seidelWrapper([constraint], _Grid(gridpoints[-1]), gridpoints)
-            self._blocks[first] = made.solve_stagewise_optim
-        return self._blocks[first]
-
-
-def _again(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, known: Reach, changed: np.ndarray) -> Reach:
-    """Return what can be reached where it is known for other limits on some intervals: see `_from_nothing`."""
-    solver = _Solver(lengths, rows, bounds)
-    controllable = _controllable(solver, known.controllable, changed)
-    changed = changed | (controllable != known.controllable)[1:]
-    return Reach(controllable, _reached(solver, known.x, changed, controllable))
-
-
-def _controllable(solver: _Solver, known: FloatArray, changed: np.ndarray) -> FloatArray:
-    """Return the largest controllable x (gridpoints,), from the last to the first.
-
-    Standing still keeps every limit: each controllable set is all from 0 up to its largest x.
-
-    Args:
-        solver: The solver of the linear programs.
-        known: (gridpoints,), what it was before limits on some intervals changed.
-        changed: (intervals,), whether they did.
-    """
-    last_changed = np.maximum.accumulate(np.where(changed, np.arange(len(changed)), -1)).tolist()
-    before, sets = known.tolist(), known.tolist()
-    sets[-1], i, first = 0.0, len(changed) - 1, len(changed)
-    while i >= 0:
-        following = sets[i + 1]
-        if last_changed[i] < i and abs(following - before[i + 1]) <= NEARLY_MET * following:
-            sets[i + 1] = before[i + 1]
-            i = last_changed[i]
-            continue
-        if i < first:
-            first = i // BLOCK * BLOCK
-            solve = solver.of_block(first)
-        sets[i] = solve(i - first, None, LARGEST_X, np.nan, np.nan, 0.0, following)[1]
-        if math.isnan(sets[i]):
-            raise SolverFailed
-        i -= 1
-    return np.array(sets)
-
-
-def _reached(solver: _Solver, known: FloatArray, changed: np.ndarray, controllable: FloatArray) -> FloatArray:
-    """Return the largest x (gridpoints,) that can be reached, from the first to the last.
-
-    Args:
-        solver: The solver of the linear programs.
-        known: (gridpoints,), what it was before limits or controllable sets of some intervals changed.
-        changed: (intervals,), whether they did.
-        controllable: (gridpoints,), the largest controllable x.
-    """
-    count, twice = len(changed), 2.0 * solver.lengths
-    aims = np.column_stack([-twice, np.full(count, -1.0)])
-    next_changed = np.minimum.accumulate(np.where(changed, np.arange(count), count)[::-1])[::-1].tolist()
-    before, sets, x, lengths = known.tolist(), controllable.tolist(), known.tolist(), twice.tolist()
-    x[0], i, end, tries = 0.0, 0, 0, 0
-    while i < count:
-        if next_changed[i] > i and abs(x[i] - before[i]) <= NEARLY_MET * x[i]:
-            x[i] = before[i]
-            i = next_changed[i]
-            continue
-        if i >= end:
-            end = i // BLOCK * BLOCK + BLOCK
-            solve = solver.of_block(end - BLOCK)
-        u = solve(i + BLOCK - end, None, aims[i], x[i], x[i], 0.0, sets[i + 1])[0]
-        if math.isnan(u):
-            # By rounding x is beyond what is controllable.
-            x[i], tries = max(x[i] - TINY, 0.999 * x[i]), tries + 1
-            if tries > MOST_TRIES:
-                raise SolverFailed
-            continue
-        reached = x[i] + lengths[i] * u
-        x[i + 1] = min(max(reached - TINY, 0.9999 * reached, 0.0), sets[i + 1])
-        i, tries = i + 1, 0
-    return np.array(x)
-
-
-def fastest_profile(
-    lengths: FloatArray,
-    rows: LinearRows,
-    bounds: FloatArray,
-    rests: np.ndarray,
-    known: Reach | None = None,
-    changed: np.ndarray | None = None,
-) -> Reach:
-    """Return what can be reached at the gridpoints: the fastest profile.
-
-    Where it is known for other limits on some intervals, it is solved again only from where these are to where it meets
-    the known one.
-
-    Args:
-        lengths: (intervals,).
-        rows: Limits on x at an interval's start and the constant or mean u on it.
-        bounds: (intervals + 1,), of x.
-        rests: (intervals + 1,): where x is 0; both ends at least.
-        known: What could be reached before limits changed; nothing, if not given.
-        changed: (intervals,), whether the limits on them did, or the gridpoint at their start is new.
+def fastest_profile(limits: PathLimits, throughout: np.ndarray, rests: np.ndarray) -> FloatArray:
+    """Return the fastest profile (intervals + 1,) of x by the package.
 
     Raises:
         SolverFailed: The solver found no profile.
     """
+    lengths, rows = limits.lengths, _rows(limits, throughout)
+    bounds = np.minimum(np.append(limits.bounds[0], np.inf), np.insert(limits.bounds[-1], 0, np.inf))
     units, spans = _units(lengths, rows, bounds, rests)
     scale = np.append(units, units[-1]) ** 2
     bounds = np.where(rests, 0.0, bounds / scale)
@@ -273,26 +184,45 @@ def fastest_profile(
     by_u = (scale[:-1] / spans)[long, None]
     rows = LinearRows(rows.a[long] * by_u, rows.b[long] * scale[:-1][long, None], rows.c[long])
     bounds = np.append(np.minimum.reduceat(bounds[:-1], starts), 0.0)
-    problem = np.diff(gridpoints[marks]), rows, bounds
+    grid = np.concatenate([[0.0], np.cumsum(np.diff(gridpoints[marks]))])
     try:
-        if known is None or changed is None:
-            found = before = _from_nothing(*problem)
-        else:
-            # A bound at a gridpoint is that of the intervals on both sides.
-            changed = np.logical_or.reduceat(changed | np.append(False, changed[:-1]), starts)
-            before = known.of(marks, scale[marks])
-            found = _again(*problem, before, changed)
+        _, speeds, _ = _FromRestToRest(_Rows.scaled(rows, bounds), grid).compute_parameterization(0.0, 0.0)
     except (ToppraError, ArithmeticError) as failure:
         raise SolverFailed from failure
-    if not np.isfinite(found).all():
+    if speeds is None or not np.isfinite(speeds).all():
         raise SolverFailed
+    return np.where(rests, 0.0, np.interp(gridpoints, gridpoints[marks], speeds**2) * scale)
 
-    squares = [np.where(rests, 0.0, np.interp(gridpoints, gridpoints[marks], part) * scale) for part in found]
-    if known is not None:
-        for part, was, old, new in zip(squares, known, before, found, strict=True):
-            same = marks[new == old]
-            part[same] = was[same]  # to the last digit
-    return Reach(*squares)
+
+def _rows(limits: PathLimits, throughout: np.ndarray) -> LinearRows:
+    """Return the limits on x at the start of each interval and on the mean u, as in `profile.hpp`."""
+    straight = limits.bounds[:1] + (limits.bounds[-1:] - limits.bounds[:1]) * PROBES[:, None]
+    middle = limits.per_u[1] + limits.lengths[:, None] * limits.per_x[1], limits.per_x[1], limits.rest[1]
+    rows = _signed(limits._replace(bounds=np.maximum(limits.bounds, straight)), *middle)
+    if not throughout.any():
+        return rows
+    part = limits.of(throughout)
+    grows = 2.0 * part.lengths[:, None]
+    by_point = part.per_u + POINT_SHARES[:, None, None] * grows * part.per_x, part.per_x, part.rest
+    bounding = (np.moveaxis(values, 0, 2) @ QUADRATIC_TO_BERNSTEIN for values in by_point)
+    everywhere = _signed(part, *(values.reshape(len(part.lengths), -1) for values in bounding))
+    everywhere = everywhere.that_bind(part.bounds[0])
+    width = max(rows.a.shape[1], everywhere.a.shape[1])
+    merged = []
+    for own, fresh, nothing in zip(rows, everywhere, (0.0, 0.0, -1.0), strict=True):
+        values = np.full((len(throughout), width), nothing)
+        values[~throughout, : own.shape[1]] = own[~throughout]
+        values[throughout, : fresh.shape[1]] = fresh
+        merged.append(values)
+    return LinearRows(*merged)
+
+
+def _signed(limits: PathLimits, a: FloatArray, b: FloatArray, c: FloatArray) -> LinearRows:
+    """Return |a u + b x + c| <= 1 and the bounds of x at the inner probes as rows."""
+    bound, c = limits.bounds[1:-1].T, np.clip(c, -MOST_GRAVITY, MOST_GRAVITY)
+    speeds = 2.0 * limits.lengths[:, None] * PROBES[1:-1] / bound, 1.0 / bound, np.full_like(bound, -1.0)
+    signed = (a, b, c - 1.0), (-a, -b, -c - 1.0), speeds
+    return LinearRows(*(np.hstack(parts) for parts in zip(*signed, strict=True)))
 
 
 def _joined(long: np.ndarray, rests: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -50,6 +50,9 @@ TIGHTENED = 1.001
 """Factor on the time of a segment above which the profile is solved again. Less than that is given to all segments:
 half of it is the margin of limits that are sampled."""
 
+NEARLY_MET = 1e-9
+"""Relative change of s'^2 up to which a motion counts as the one that is known."""
+
 SLOWED = 1.0
 """Factor on the duration of a trapezoid above which a straight motion is solved like other curves."""
 
@@ -241,6 +244,7 @@ def _within_limits(
                 factors[segment] *= needed[segment].factor
         parts, before = 1 + (changed & (attempt == 0)), profile
         profile = solved_again(path, profile, parts, changed, factors, backend.solver)
-        differs = (profile.x_at_ends[np.repeat(~changed, parts)] != before.x_at_ends[~changed]).any(axis=1)
+        x, own = before.x_at_ends[~changed], profile.x_at_ends[np.repeat(~changed, parts)]
+        differs = (np.abs(own - x) > NEARLY_MET * x).any(axis=1)
         another = np.union1d(broken, before.intervals.segments[~changed][differs])
     return pieces, needed

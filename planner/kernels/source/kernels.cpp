@@ -78,6 +78,38 @@ int evaluate(int64_t count, int64_t pieces, int64_t joints, int64_t order, const
     return OK;
 }
 
+// Polynomials (rows, order) of x + by (rows).
+int shift(int64_t rows, int64_t order, const double* coefficients, const double* by, double* shifted) {
+    memcpy(shifted, coefficients, rows * order * sizeof(double));
+    for (int64_t r = 0; r < rows; r++, shifted += order)
+        if (by[r] != 0.0)
+            for (int64_t k = 0; k < order; k++)
+                for (int64_t e = order - 2; e >= k; e--) shifted[e] += by[r] * shifted[e + 1];
+    return OK;
+}
+
+// Values and two derivatives (3, points, pieces, joints) of polynomials at shares (points) of pieces.
+int states(int64_t pieces, int64_t joints, int64_t order, const double* lengths, const double* coefficients,
+           int64_t points, const double* shares, double* values) {
+    const int64_t size = points * pieces * joints;
+    for (int64_t p = 0; p < points; p++)
+        for (int64_t i = 0; i < pieces; i++)
+            for (int64_t j = 0; j < joints; j++, values++) {
+                const double* c = coefficients + (i * joints + j) * order;
+                const double s = shares[p] * lengths[i];
+                double value = c[order - 1], first = 0.0, second = 0.0;
+                for (int64_t e = order - 2; e >= 0; e--) {
+                    second = second * s + first;
+                    first = first * s + value;
+                    value = value * s + c[e];
+                }
+                values[0] = value;
+                values[size] = first;
+                values[2 * size] = 2.0 * second;
+            }
+    return OK;
+}
+
 int extrema(int64_t rows, int64_t order, const double* bernstein, const double* measure, const int64_t* groups,
             const double* directions, double rounding, int64_t* at_row, double* at_unit, double* best) {
     return largest_magnitudes(rows, order, bernstein, measure, groups, directions, rounding, at_row, at_unit, best);
@@ -88,9 +120,21 @@ int parts(int64_t pieces, int64_t joints, int64_t order, const double* bernstein
     return count_parts(pieces, joints, order, bernstein, lengths, density, parts);
 }
 
-int profile(int64_t intervals, int64_t rows, const double* lengths, const double* a, const double* b, const double* c,
-            const double* bounds, const int64_t* rests, double parallel, double* controllable, double* reached) {
-    return fastest_profile(intervals, rows, lengths, a, b, c, bounds, rests, parallel, controllable, reached);
+int profile(int64_t intervals, int64_t count, const double* lengths, const double* per_u, const double* per_x,
+            const double* rest, const double* bounds, const int64_t* throughout, const int64_t* rests, double* x) {
+    return fastest_profile({intervals, count, lengths, per_u, per_x, rest, bounds}, throughout, rests, x);
+}
+
+int use(int64_t intervals, int64_t count, const double* lengths, const double* per_u, const double* per_x,
+        const double* rest, const double* bounds, const double* x, double* bends, double* used, double* unused, double* dips) {
+    use_of_limits({intervals, count, lengths, per_u, per_x, rest, bounds}, x, bends, used, unused, dips);
+    return OK;
+}
+
+int crossings(int64_t intervals, int64_t count, const double* lengths, const double* per_u, const double* per_x,
+              const double* rest, const double* bounds, const double* x, double steepest, double* times, double* meet) {
+    fastest_crossings({intervals, count, lengths, per_u, per_x, rest, bounds}, x, steepest, times, meet);
+    return OK;
 }
 
 // A search for sampled peaks: its handle and the number of samples that it wants go into `state`.

@@ -1,37 +1,58 @@
-// The fastest profile of the path velocity within linear limits, by a backward and a forward pass (Pham and Pham, "A New
-// Approach to Time-Optimal Path Parameterization Based on Reachability Analysis", 2018).
+// The fastest profile of the path velocity on intervals of a path, by a backward and a forward pass (Pham and Pham, "A New
+// Approach to Time-Optimal Path Parameterization Based on Reachability Analysis", 2018), and how it uses the limits.
 //
-// x = s'^2 is given at gridpoints, u = s'' is the mean on the interval between two of them: the next x is x + 2 d u. Each
-// limit is a row a u + b x + c <= 0 with c < 0, so that standing still keeps them all.
+// x = s'^2 is given at gridpoints. On an interval of length d, u = s'' goes from u - bend to u + bend with
+// u = (x1 - x0) / (2 d), so that x at the share p is x0 + (x1 - x0) p - 2 bend d p (1 - p).
 #pragma once
 #include "vectors.hpp"
 
-// A limit on u as a function of x, u <= offset + slope x or, as a lower one, u >= offset + slope x.
-struct Line { double offset, slope; bool is_upper; };
+constexpr int POINTS = 3, PROBES = 5;
+constexpr double PROBE[PROBES] = {0.0, 0.25, 0.5, 0.75, 1.0};
+constexpr double AT_PROBE[PROBES][POINTS] = {  // weights of the points in the quadratic through them
+    {1.0, 0.0, 0.0}, {0.375, 0.75, -0.125}, {0.0, 1.0, 0.0}, {-0.125, 0.75, 0.375}, {0.0, 0.0, 1.0}};
+constexpr double PARALLEL = 1e-10;  // ratio to the largest coefficient of u below which another does not limit u
+constexpr double ROUNDING = 1e-13;  // share of the limits on u by which they may miss each other
+constexpr double MOST_REST = 0.9999;  // MOST_GRAVITY of planner/backends/toppra/path_limits.py
+constexpr double MOST_BEND = 0.9;  // share of the bend with which x would touch 0 within an interval
+constexpr double CLOSE = 0.95;  // share of its bound above which x is close to it
 
-// The limits on one interval: those on u as lines, all others as one bound on x.
-struct Stage { Line* lines; int64_t count; double twice, most; };
+// Limits |per_u u + per_x x + rest| <= 1 at the start, the middle and the end of intervals, and bounds of x at probes.
+struct Limits {
+    int64_t intervals, count;
+    const double *lengths, *per_u, *per_x, *rest;  // (intervals), then (points, intervals, count)
+    const double* bounds;  // (probes, intervals)
+    int64_t row(int64_t point, int64_t i) const { return (point * intervals + i) * count; }
+    double bound(int probe, int64_t i) const { return bounds[probe * intervals + i]; }
+};
+
+// A limit on u as a function of x: within `radius` of offset + slope x.
+struct Band { double offset, slope, radius; };
+
+// The limits on one interval: those on u as bands, bounds of x at the inner probes, and all others as one bound of x.
+struct Stage { Band* bands; int64_t count; double length, most, speeds[PROBES]; };
 
 // The least and the largest u that keep the limits at x, and how they change with x.
 struct Range { double low, low_slope, high, high_slope; };
 
 static inline Range range_of_u(const Stage& stage, double x, double next) {
-    const double slope = -1.0 / stage.twice;
+    const double slope = -0.5 / stage.length;
     Range range{x * slope, slope, (x - next) * slope, slope};  // the next x is between 0 and `next`
+    for (int p = 1; p < PROBES - 1; p++) {
+        const double own = slope / PROBE[p], high = (x - stage.speeds[p]) * own;
+        if (high < range.high) { range.high = high; range.high_slope = own; }
+    }
     for (int64_t k = 0; k < stage.count; k++) {
-        const Line& line = stage.lines[k];
-        const double u = line.offset + line.slope * x;
-        if (line.is_upper) {
-            if (u < range.high) { range.high = u; range.high_slope = line.slope; }
-        } else if (u > range.low) { range.low = u; range.low_slope = line.slope; }
+        const Band& band = stage.bands[k];
+        const double middle = band.offset + band.slope * x, low = middle - band.radius, high = middle + band.radius;
+        if (high < range.high) { range.high = high; range.high_slope = band.slope; }
+        if (low > range.low) { range.low = low; range.low_slope = band.slope; }
     }
     return range;
 }
 
 // The largest x from which some u leads to the next x or less. The room high - low is concave in x, piecewise linear, and
-// not negative at x = 0: Newton's steps go down to its root, piece by piece.
+// not negative at x = 0, as standing still keeps every limit: Newton's steps go down to its root, piece by piece.
 static inline double largest_x(const Stage& stage, double x, double next) {
-    constexpr double ROUNDING = 1e-13;
     while (x > 0.0) {
         const Range range = range_of_u(stage, x, next);
         const double room = range.high - range.low, slope = range.high_slope - range.low_slope;
@@ -44,34 +65,169 @@ static inline double largest_x(const Stage& stage, double x, double next) {
     return x;
 }
 
-// Rows whose coefficient of u is at most `parallel` of the largest on their interval limit x alone.
-static inline void set_stage(Stage& stage, int64_t rows, const double* a, const double* b, const double* c, double parallel) {
-    double largest = 0.0;
-    for (int64_t k = 0; k < rows; k++) largest = fmax(largest, fabs(a[k]));
+// What has to hold of x at the start of an interval and of the mean u on it. Where u follows a limit along the interval, it
+// is enough that the mean keeps the limit in the middle, and x may follow a bound that dips below the straight line between
+// those at the ends. Where limits hold throughout, u is constant and keeps their Bernstein coefficients, which bound them.
+static inline void set_stage(Stage& stage, const Limits& l, int64_t i, bool throughout) {
+    stage.length = l.lengths[i];
+    stage.count = 0;
     stage.most = INFINITY;
-    for (int64_t k = 0; k < rows; k++) {
-        if (fabs(a[k]) > parallel * largest) stage.lines[stage.count++] = {-c[k] / a[k], -b[k] / a[k], a[k] > 0.0};
-        else if (b[k] > 0.0) stage.most = fmin(stage.most, -c[k] / b[k]);
+    for (int p = 0; p < PROBES; p++) {
+        const double straight = l.bound(0, i) + (l.bound(PROBES - 1, i) - l.bound(0, i)) * PROBE[p];
+        stage.speeds[p] = throughout ? l.bound(p, i) : fmax(l.bound(p, i), straight);
+    }
+    double largest = 0.0;
+    auto row = [&](int64_t point, int64_t k, double& a, double& b, double& c) {
+        const int64_t at = l.row(point, i) + k;
+        a = l.per_u[at] + 0.5 * (double)point * 2.0 * stage.length * l.per_x[at];
+        b = l.per_x[at];
+        c = l.rest[at];
+    };
+    auto add = [&](double a, double b, double c) {
+        c = fmin(fmax(c, -MOST_REST), MOST_REST);
+        if (fabs(a) > PARALLEL * largest) stage.bands[stage.count++] = {-c / a, -b / a, 1.0 / fabs(a)};
+        else if (b != 0.0) stage.most = fmin(stage.most, (1.0 - (b > 0.0 ? c : -c)) / fabs(b));
+    };
+    double a[POINTS], b[POINTS], c[POINTS];
+    for (int pass = 0; pass < 2; pass++)  // the largest coefficient first
+        for (int64_t k = 0; k < l.count; k++) {
+            for (int p = throughout ? 0 : 1; p < (throughout ? 3 : 2); p++) row(p, k, a[p], b[p], c[p]);
+            if (throughout) {
+                a[1] = 2.0 * a[1] - 0.5 * (a[0] + a[2]);
+                b[1] = 2.0 * b[1] - 0.5 * (b[0] + b[2]);
+                c[1] = 2.0 * c[1] - 0.5 * (c[0] + c[2]);
+            }
+            for (int p = throughout ? 0 : 1; p < (throughout ? 3 : 2); p++) {
+                if (pass == 0) largest = fmax(largest, fabs(a[p]));
+                else add(a[p], b[p], c[p]);
+            }
+        }
+}
+
+// The fastest profile: of the largest x at each gridpoint (intervals + 1) from which the rest can be braked in time the
+// largest that can be reached by accelerating. x is 0 at rests.
+static inline int fastest_profile(const Limits& l, const int64_t* throughout, const int64_t* rests, double* x) {
+    int64_t bands = 0;
+    for (int64_t i = 0; i < l.intervals; i++) bands += throughout[i] ? POINTS * l.count : l.count;
+    Scratch<Band> memory(bands);
+    Scratch<Stage> stages(l.intervals);
+    if (!memory || !stages) return NO_MEMORY;
+    Band* next = memory.data;
+    for (int64_t i = 0; i < l.intervals; next += stages[i++].count) {
+        stages[i].bands = next;
+        set_stage(stages[i], l, i, throughout[i]);
+    }
+    x[l.intervals] = 0.0;
+    for (int64_t i = l.intervals - 1; i >= 0; i--) {
+        const double before = i ? l.bound(PROBES - 1, i - 1) : INFINITY;
+        x[i] = rests[i] ? 0.0 : largest_x(stages[i], fmin(fmin(l.bound(0, i), before), stages[i].most), x[i + 1]);
+    }
+    for (int64_t i = 0; i < l.intervals; i++) {
+        const double u = range_of_u(stages[i], x[i], x[i + 1]).high;
+        x[i + 1] = fmin(fmax(x[i] + 2.0 * l.lengths[i] * u, 0.0), x[i + 1]);
+    }
+    return OK;
+}
+
+// The least and the largest u at a point where x is given.
+static inline void range_at(const Limits& l, int64_t point, int64_t i, double x, double& low, double& high) {
+    const int64_t row = l.row(point, i);
+    double size = 0.0;
+    for (int64_t k = 0; k < l.count; k++) size = fmax(size, fabs(l.per_u[row + k]));
+    low = -INFINITY;
+    high = INFINITY;
+    for (int64_t k = 0; k < l.count; k++) {
+        const double a = l.per_u[row + k];
+        if (!(fabs(a) > PARALLEL * size)) continue;
+        const double middle = -(l.per_x[row + k] * x + l.rest[row + k]) / a, reach = 1.0 / fabs(a);
+        low = fmax(low, middle - reach);
+        high = fmin(high, middle + reach);
     }
 }
 
-// The largest x at each gridpoint (intervals + 1) from which the rest can be braked in time, and of these the largest that
-// can be reached: the fastest profile. x is 0 at rests.
-static inline int fastest_profile(int64_t intervals, int64_t rows, const double* lengths, const double* a, const double* b,
-                                  const double* c, const double* bounds, const int64_t* rests, double parallel,
-                                  double* controllable, double* reached) {
-    Scratch<Line> lines(intervals * rows);
-    Scratch<Stage> stages(intervals);
-    if (!lines || !stages) return NO_MEMORY;
-    controllable[intervals] = reached[0] = 0.0;
-    for (int64_t i = intervals - 1; i >= 0; i--) {
-        Stage& stage = stages[i] = {lines.data + i * rows, 0, 2.0 * lengths[i], 0.0};
-        set_stage(stage, rows, a + i * rows, b + i * rows, c + i * rows, parallel);
-        controllable[i] = rests[i] ? 0.0 : largest_x(stage, fmin(bounds[i], stage.most), controllable[i + 1]);
+// The largest shares (probes) that a motion takes of what rest leaves of a limit.
+static inline void used_at_probes(const Limits& l, int64_t i, double x0, double x1, double bend, double* used) {
+    for (int p = 0; p < PROBES; p++) {
+        const double share = PROBE[p], d = l.lengths[i];
+        const double u = (x1 - x0) / (2.0 * d) + bend * (2.0 * share - 1.0);
+        const double x = x0 + (x1 - x0) * share - 2.0 * bend * d * (share - share * share);
+        used[p] = 0.0;
+        for (int64_t k = 0; k < l.count; k++) {
+            double moved = 0.0, rest = 0.0;
+            for (int point = 0; point < POINTS; point++) {
+                const int64_t at = l.row(point, i) + k;
+                moved += AT_PROBE[p][point] * (l.per_u[at] * u + l.per_x[at] * x);
+                rest += AT_PROBE[p][point] * l.rest[at];
+            }
+            used[p] = fmax(used[p], fabs(moved) / (1.0 - (moved > 0.0 ? rest : moved < 0.0 ? -rest : 0.0)));
+        }
     }
-    for (int64_t i = 0; i < intervals; i++) {
-        const double x = reached[i], next = controllable[i + 1];
-        reached[i + 1] = fmin(fmax(x + stages[i].twice * range_of_u(stages[i], x, next).high, 0.0), next);
+}
+
+// The bend that keeps the limits at the ends, near 0 and with room at both, or else breaks them the least; no more than the
+// bounds of x ask for, as it costs time, and so that x stays positive.
+static inline double best_bend(const Limits& l, int64_t i, double x0, double x1) {
+    const double d = l.lengths[i], u = (x1 - x0) / (2.0 * d);
+    double low0, high0, low1, high1, for_speed = -INFINITY;
+    range_at(l, 0, i, x0, low0, high0);
+    range_at(l, POINTS - 1, i, x1, low1, high1);
+    const double least = fmax(u - high0, low1 - u), most = fmin(u - low0, high1 - u);
+    const double middle = isinf(least) || isinf(most) ? 0.0 : (least + most) / 2.0;
+    const double twice = 2.0 * fmin(fmax(0.0, least), most);
+    const double bend = least > most ? middle : fmin(fmax(middle, fmin(twice, 0.0)), fmax(twice, 0.0));
+    for (int p = 1; p < PROBES - 1; p++)
+        for_speed = fmax(for_speed, (x0 + (x1 - x0) * PROBE[p] - l.bound(p, i)) / (2.0 * d * (PROBE[p] - PROBE[p] * PROBE[p])));
+    const double speeds = sqrt(x0) + sqrt(x1);
+    return fmin(fmax(bend, for_speed), MOST_BEND * speeds * speeds / (2.0 * d));
+}
+
+// For each interval: the bend, the largest share of a limit that is used with it, the share of the tightest limit that no
+// bend leaves unused, on average, and by how much x may exceed its bound between probes where it is close to it.
+static inline void use_of_limits(const Limits& l, const double* x, double* bends, double* used, double* unused, double* dips) {
+    for (int64_t i = 0; i < l.intervals; i++) {
+        const double x0 = x[i], x1 = x[i + 1], d = l.lengths[i];
+        double at[PROBES], bound[PROBES];
+        for (int p = 0; p < PROBES; p++) bound[p] = l.bound(p, i);
+        bends[i] = best_bend(l, i, x0, x1);
+        used_at_probes(l, i, x0, x1, bends[i], at);
+        used[i] = 0.0;
+        for (int p = 0; p < PROBES; p++) {
+            const double inner = PROBE[p] * (1.0 - PROBE[p]);
+            if (p > 0 && p < PROBES - 1) at[p] = fmax(at[p], (x0 + (x1 - x0) * PROBE[p] - 2.0 * bends[i] * d * inner) / bound[p]);
+            used[i] = fmax(used[i], at[p]);
+        }
+        used_at_probes(l, i, x0, x1, 0.0, at);
+        unused[i] = dips[i] = 0.0;
+        bool close[PROBES];
+        for (int p = 0; p < PROBES; p++) {
+            const double own = x0 + (x1 - x0) * PROBE[p];
+            unused[i] += fmax(1.0 - fmax(at[p], own / bound[p]), 0.0) / PROBES;
+            close[p] = own > CLOSE * bound[p];
+        }
+        for (int p = 1; p < PROBES - 1; p++)
+            if (close[p - 1] || close[p] || close[p + 1])
+                dips[i] = fmax(dips[i], (bound[p - 1] - 2.0 * bound[p] + bound[p + 1]) / bound[p] / 8.0);
     }
-    return OK;
+}
+
+// For each interval: the least time in which it could be crossed by gaining speed, going on at the highest and braking, and
+// the shares (2) at which these meet.
+static inline void fastest_crossings(const Limits& l, const double* x, double steepest, double* times, double* meet) {
+    for (int64_t i = 0; i < l.intervals; i++) {
+        const double x0 = x[i], x1 = x[i + 1], d = l.lengths[i], u = (x1 - x0) / (2.0 * d);
+        double top = 0.0, low, high, speed[PROBES];
+        for (int p = 0; p < PROBES; p++) top = fmax(top, l.bound(p, i));
+        const double least = top / d / steepest, most = steepest * top / d;
+        range_at(l, 0, i, x0, low, high);
+        const double gain = fmin(fmax(high, fmax(u, least)), most);
+        range_at(l, POINTS - 1, i, x1, low, high);
+        const double brake = fmin(fmax(-low, fmax(-u, least)), most);
+        for (int p = 0; p < PROBES; p++)
+            speed[p] = sqrt(fmin(fmin(x0 + 2.0 * d * gain * PROBE[p], x1 + 2.0 * d * brake * (1.0 - PROBE[p])), l.bound(p, i)));
+        times[i] = 0.0;
+        for (int p = 0; p + 1 < PROBES; p++) times[i] += 2.0 * (PROBE[p + 1] - PROBE[p]) * d / (speed[p] + speed[p + 1]);
+        const double peak = (u + brake) / (gain + brake);
+        meet[2 * i] = fmin(fmax((top - x0) / (2.0 * d * gain), 0.0), peak);
+        meet[2 * i + 1] = fmin(fmax(1.0 - (top - x1) / (2.0 * d * brake), peak), 1.0);
+    }
 }

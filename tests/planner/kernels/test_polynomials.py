@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from planner.kernels.polynomials import count_parts, evaluate, extrema, unit_derivatives
+from planner.kernels.polynomials import count_parts, evaluate, extrema, shift, states_on_pieces, unit_derivatives
 from planner.tolerances import ROUNDING
 from planner.trajectories.sampled_peaks import (
     FEWEST_PARTS,
@@ -103,3 +103,29 @@ def test_an_index_beyond_the_pieces_is_refused() -> None:
     for pieces in ([0, 7], [-1, 0]):
         with pytest.raises(ValueError, match="index"):
             evaluate(unit, np.array(pieces), np.zeros(2))
+
+
+@pytest.mark.parametrize("order", [1, 2, 4, 6, 9])
+def test_states_on_pieces_are_those_of_numpy(order: int) -> None:
+    rng = np.random.default_rng(order)
+    lengths, coefficients = rng.uniform(0.1, 2.0, 7), rng.normal(size=(7, 3, order))
+    shares = np.array([0.0, 0.3, 1.0])
+    states = states_on_pieces(lengths, coefficients, shares)
+    for piece, joint, point in np.ndindex(7, 3, 3):
+        polynomial = np.polynomial.Polynomial(coefficients[piece, joint])
+        s = shares[point] * lengths[piece]
+        expected = [polynomial(s), polynomial.deriv(1)(s), polynomial.deriv(2)(s)]
+        assert states[:, point, piece, joint] == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("order", [1, 2, 4, 6, 9])
+def test_shifted_polynomials_have_the_values_of_the_others_further_on(order: int) -> None:
+    rng = np.random.default_rng(order)
+    coefficients, by = rng.normal(size=(20, order)), rng.uniform(-2.0, 2.0, 20)
+    by[3] = 0.0
+    shifted = shift(coefficients, by)
+    assert (shifted[3] == coefficients[3]).all()
+    for own, other, further in zip(coefficients, shifted, by, strict=True):
+        x = rng.uniform(-1.0, 1.0, 5)
+        expected = np.polynomial.Polynomial(own)(x + further)
+        assert np.polynomial.Polynomial(other)(x) == pytest.approx(expected, rel=1e-9, abs=1e-9)
