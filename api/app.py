@@ -16,6 +16,7 @@ from api.base.byte_budget import Traffic
 from api.base.errors import MethodNotAllowed, NotFound, Overloaded, ServiceError, invalid
 from api.base.problem_documents import MEDIA_TYPE, problem_document
 from api.base.settings import Settings
+from api.batches.arrival import Intake
 from api.batches.cluster import ClusterPlanners
 from api.batches.engine import Engine
 from api.batches.looks import Looks
@@ -32,7 +33,7 @@ from api.pool.pool import WorkerPool
 from api.store.database import Database, database_url
 from api.telemetry.metrics import Metrics
 from api.telemetry.traces import Traces
-from planner.errors import PlanningError
+from api.work.entry import ENTRY
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -79,7 +80,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
         pool: Workers that have been started already; None: new ones. They are stopped when the application ends.
     """
     settings = settings or Settings()
-    workers = pool or WorkerPool(settings)
+    workers = pool or WorkerPool(settings, ENTRY)
     database = Database(database_url(settings))
     metrics, traffic = Metrics(), Traffic(settings.max_bytes_in_flight)
     metrics.watch(workers, traffic)
@@ -112,11 +113,19 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     answers = SharedAnswers(traffic, settings.answer_cache_bytes, metrics)
     shedding = Shedding(settings, metrics)
     app.state.service = Service(
-        settings, workers, database, engine, access, metrics, answers, Looks(database), shedding
+        settings,
+        workers,
+        database,
+        engine,
+        Intake(settings, database, workers, engine),
+        access,
+        metrics,
+        answers,
+        Looks(database),
+        shedding,
     )
     for router in ROUTERS:
         app.router.routes.extend(router.routes)  # FastAPI matches included routes twice as slowly
-    app.add_exception_handler(PlanningError, _answer_with_problem_document)
     app.add_exception_handler(ServiceError, _answer_with_problem_document)
     app.add_exception_handler(HTTPException, _answer_http_exception)
     app.add_exception_handler(RequestValidationError, _answer_invalid_parameters)
@@ -133,15 +142,14 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
 
 
 async def _answer_with_problem_document(request: Request, error: Exception) -> Response:
-    assert isinstance(error, PlanningError | ServiceError)  # noqa: S101 - registered for these
+    assert isinstance(error, ServiceError)  # noqa: S101 - registered for them
     request.state.code = error.code
     if isinstance(error, Overloaded):
         request.state.share.release()
         leave_place(request.scope)
         await request.app.state.service.shedding.wait()
     status, body = problem_document(error, request.url.path)
-    headers = error.headers if isinstance(error, ServiceError) else None
-    return Response(body, status, headers, media_type=MEDIA_TYPE)
+    return Response(body, status, error.headers, media_type=MEDIA_TYPE)
 
 
 def _methods_at(request: Request) -> set[str]:

@@ -11,6 +11,7 @@ from api.base.logs import configure_logs
 from api.base.settings import Settings
 from api.pool.pool import WorkerPool
 from api.pool.worker_process import hide_main_module
+from api.work.entry import ENTRY
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -34,7 +35,7 @@ def serve(settings: Settings | None = None) -> NoReturn:
     for stop_signal in (signal.SIGTERM, signal.SIGINT):
         signal.signal(stop_signal, _exit_cleanly)
     hide_main_module()
-    pool = WorkerPool(settings)  # the workers import and warm up while this process imports the rest
+    pool = WorkerPool(settings, ENTRY)  # the workers import and warm up while this process imports the rest
     try:
         import uvicorn
 

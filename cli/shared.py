@@ -54,7 +54,7 @@ def refusals() -> Iterator[None]:
     import orjson
 
     from api.base.errors import ServiceError
-    from api.base.problem_documents import problem_document
+    from api.work.answers.problem_documents import problem_document
     from cli.terminal import problem_panel, terminal
     from planner.errors import PlanningError
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from planner.errors import InvalidProblem
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -90,7 +88,7 @@ class InvalidRequest(ServiceError):
     """The request does not follow the schema; `details["errors"]` lists what is wrong."""
 
     code = "invalid_request"
-    title = InvalidProblem.title
+    title = "The request is not valid"
 
 
 class MalformedRequest(ServiceError):

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import orjson
 
 from api.base.errors import LONGEST_POINTER, invalid
-
-if TYPE_CHECKING:
-    from api.pool.messages import Caps
 
 MOST_FIELDS = 64
 """The most fields of one object in a request; the schema with the most has less than 20."""
@@ -94,14 +91,14 @@ def rows_of(duration: float, period: float) -> int:
     return math.ceil(duration / period) + 1
 
 
-def size_faults(document: Any, caps: Caps) -> list[dict[str, str]]:
+def size_faults(document: Any, max_waypoints: int, max_samples: int) -> list[dict[str, str]]:
     """Find the objects and lists of a request that are too large, as faults with JSON pointers.
 
     All objects are visited, and all lists but rows of numbers: the schemas bound those, and stop at the first row
     that is wrong.
     """
     faults = []
-    most_nested = MOST_NESTED * caps.max_waypoints + MOST_BESIDES
+    most_nested = MOST_NESTED * max_waypoints + MOST_BESIDES
     nested = 0
     unvisited: list[tuple[tuple[str | int, ...], Any]] = [((), document)] if isinstance(document, dict | list) else []
     while unvisited:
@@ -110,7 +107,7 @@ def size_faults(document: Any, caps: Caps) -> list[dict[str, str]]:
             size, most, what = len(value), MOST_FIELDS, "fields"
         else:
             size, what = len(value), "entries"
-            most = caps.max_waypoints if path and path[-1] in CAPPED_LISTS else caps.max_samples
+            most = max_waypoints if path and path[-1] in CAPPED_LISTS else max_samples
             if path and path[-1] == "objects":
                 most = MOST_OBJECTS
                 most_nested += MOST_OF_AN_OBJECT * min(size, most)

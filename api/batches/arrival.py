@@ -10,6 +10,7 @@ import hashlib
 import math
 import pickle
 import time
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from api.base.errors import Conflict, InternalError, PayloadTooLarge, TooManyBatches, invalid
@@ -25,11 +26,14 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from api.base.byte_budget import Share
-    from api.http.access.access import Client
-    from api.http.access.quota import Quota
-    from api.http.service import Service
+    from api.base.settings import Settings
+    from api.batches.engine import Engine
     from api.pool.messages import Reply
+    from api.pool.pool import WorkerPool
     from api.store.batches import Arrival
+    from api.store.clients import Client
+    from api.store.database import Database
+    from api.store.quota import Quota
 
 PIECE = 2**20
 """The bytes of lines that a worker gets at once: some thousand requests, a tenth of a second of its time."""
@@ -62,55 +66,103 @@ class Body(NamedTuple):
     share: Share
 
 
-async def take_in(service: Service, body: Body, client: Client, key: str | None, quota: Quota | None) -> str:
-    """Take a batch in, or find the one of an earlier request with the same key; give its id.
+@dataclass(frozen=True)
+class Intake:
+    """The way of batches into the database of one service.
 
-    Args:
-        service: The service.
-        body: The requests.
-        client: Who sends it.
-        key: The `Idempotency-Key`; None: there is none.
-        quota: What the client may still ask today; None: as much as it likes.
-
-    Raises:
-        Conflict: The key came with another body before, or that request is still under way.
-        TooManyBatches: There is no room.
-        TooManyRequests: There are more requests than the client may still ask today.
-        PayloadTooLarge: The body is too long.
-        InvalidRequest: There are too many requests, or none.
-        Refused: A worker found something else wrong.
+    Attributes:
+        settings: What the operator has set.
+        database: What keeps them.
+        pool: The workers that take the requests out of bodies.
+        engine: What works on them from then on.
     """
-    settings, database, engine = service.settings, service.database, service.engine
-    bounds = BatchBounds(settings.max_batches, settings.max_batches_per_client, settings.max_batches_bytes)
-    engine.arriving += 1
-    try:
-        await database.write(beat, engine.id)
-        match await database.write(begin_batch, client.name, key, engine.id, bounds):
-            case "arriving":
-                raise Conflict("a request with this key is still under way", headers={"Retry-After": "1"})
-            case "full":
-                raise TooManyBatches(
-                    "The service keeps no more batches of yours now. Wait for one to end, cancel one, or delete one "
-                    "that you need no more: DELETE /v1/batches/{id}?forget=true."
-                )
-            case "too_many":
-                raise TooManyBatches("you have too many batches under way; wait for one to end, or cancel it")
-            case arrival:
-                pass
-        if arrival.body_digest is not None:
-            return await _same(body, arrival)
+
+    settings: Settings
+    database: Database
+    pool: WorkerPool
+    engine: Engine
+
+    async def take_in(self, body: Body, client: Client, key: str | None, quota: Quota | None) -> str:
+        """Take a batch in, or find the one of an earlier request with the same key; give its id.
+
+        Args:
+            body: The requests.
+            client: Who sends it.
+            key: The `Idempotency-Key`; None: there is none.
+            quota: What the client may still ask today; None: as much as it likes.
+
+        Raises:
+            Conflict: The key came with another body before, or that request is still under way.
+            TooManyBatches: There is no room.
+            TooManyRequests: There are more requests than the client may still ask today.
+            PayloadTooLarge: The body is too long.
+            InvalidRequest: There are too many requests, or none.
+            Refused: A worker found something else wrong.
+        """
+        settings, database, engine = self.settings, self.database, self.engine
+        bounds = BatchBounds(settings.max_batches, settings.max_batches_per_client, settings.max_batches_bytes)
+        engine.arriving += 1
         try:
-            digest, total = await _fill(service, body, arrival, client.namespace)
-            if quota is not None:
-                await quota.take(total)
-        except BaseException:  # whatever ended it, nobody may see half a batch
-            await database.write(discard_batches, [arrival.number])
-            raise
-        await database.write(open_batch, arrival.number, digest)
-    finally:
-        engine.arriving -= 1
-    engine.wake()
-    return arrival.id
+            await database.write(beat, engine.id)
+            match await database.write(begin_batch, client.name, key, engine.id, bounds):
+                case "arriving":
+                    raise Conflict("a request with this key is still under way", headers={"Retry-After": "1"})
+                case "full":
+                    raise TooManyBatches(
+                        "The service keeps no more batches of yours now. Wait for one to end, cancel one, or delete "
+                        "one that you need no more: DELETE /v1/batches/{id}?forget=true."
+                    )
+                case "too_many":
+                    raise TooManyBatches("you have too many batches under way; wait for one to end, or cancel it")
+                case arrival:
+                    pass
+            if arrival.body_digest is not None:
+                return await _same(body, arrival)
+            try:
+                digest, total = await self._fill(body, arrival, client.namespace)
+                if quota is not None:
+                    await quota.take(total)
+            except BaseException:  # whatever ended it, nobody may see half a batch
+                await database.write(discard_batches, [arrival.number])
+                raise
+            await database.write(open_batch, arrival.number, digest)
+        finally:
+            engine.arriving -= 1
+        engine.wake()
+        return arrival.id
+
+    async def _fill(self, body: Body, arrival: Arrival, namespace: str) -> tuple[str, int]:
+        """Put the requests of a body into a batch, and give the body's digest and their number."""
+        digest, total = hashlib.sha256(), 0
+        async for piece in pieces(self.settings, body, digest):
+            reply = await self._requests_of(body, piece, total)
+            for chunk in reply.result:
+                total = await self.database.write(_append, arrival.number, total, chunk, namespace)
+            body.share.release()
+        if not total:
+            raise invalid([{"pointer": "/requests", "message": "a batch has at least one request"}])
+        return digest.hexdigest(), total
+
+    async def _requests_of(self, body: Body, piece: bytes, first: int) -> Reply:
+        """Let a worker take the requests out of a piece."""
+        settings = self.settings
+        arguments = {
+            "lines": body.is_lines,
+            "first": first,
+            "most_items": settings.max_batch_items,
+            "most_bytes": settings.max_batch_bytes,
+            "most_bytes_of_one": settings.max_body_bytes,
+            "most_bytes_of_all": settings.max_batch_expanded_bytes,
+        }
+        now = time.monotonic()
+        task = Task(READ_ITEMS, PATH, now, now + settings.max_deadline, piece, arguments)
+        size = math.ceil(len(piece) / PIECE).bit_length()
+        reply = await self.pool.run(task, Kind((READ_ITEMS,), size), body.share.hold)
+        if reply.failure is not None:
+            raise InternalError("the service failed on this request")
+        if reply.result is None:
+            raise Refused(reply)
+        return reply
 
 
 async def _same(body: Body, arrival: Arrival) -> str:
@@ -123,32 +175,18 @@ async def _same(body: Body, arrival: Arrival) -> str:
     return arrival.id
 
 
-async def _fill(service: Service, body: Body, arrival: Arrival, namespace: str) -> tuple[str, int]:
-    """Put the requests of a body into a batch, and give the body's digest and their number."""
-    digest, total = hashlib.sha256(), 0
-    async for piece in _pieces(service, body, digest):
-        reply = await _requests_of(service, body, piece, total)
-        for chunk in reply.result:
-            total = await service.database.write(_append, arrival.number, total, chunk, namespace)
-        body.share.release()
-    if not total:
-        raise invalid([{"pointer": "/requests", "message": "a batch has at least one request"}])
-    return digest.hexdigest(), total
-
-
 def _append(connection: Connection, number: int, first: int, chunk: bytes, namespace: str) -> int:
     """Put requests into a batch that a worker has pickled."""
     requests = pickle.loads(chunk)  # noqa: S301 - from our own process
     return append_items(connection, number, first, requests, namespace)
 
 
-async def _pieces(service: Service, body: Body, digest: hashlib._Hash) -> AsyncIterator[bytes]:
+async def pieces(settings: Settings, body: Body, digest: hashlib._Hash) -> AsyncIterator[bytes]:
     """Cut a body into pieces of whole lines, or give it as a whole.
 
     Raises:
         PayloadTooLarge: A line, or the whole, is too long.
     """
-    settings = service.settings
     most = settings.max_body_bytes if body.is_lines else settings.max_batch_bytes
     what = "a line of the body" if body.is_lines else "the body"
     held, arrived = bytearray(), 0
@@ -168,25 +206,3 @@ async def _pieces(service: Service, body: Body, digest: hashlib._Hash) -> AsyncI
             raise PayloadTooLarge(f"{what} may have {most} bytes", headers={"Connection": "close"})
     if held:
         yield bytes(held)
-
-
-async def _requests_of(service: Service, body: Body, piece: bytes, first: int) -> Reply:
-    """Let a worker take the requests out of a piece."""
-    settings = service.settings
-    arguments = {
-        "lines": body.is_lines,
-        "first": first,
-        "most_items": settings.max_batch_items,
-        "most_bytes": settings.max_batch_bytes,
-        "most_bytes_of_one": settings.max_body_bytes,
-        "most_bytes_of_all": settings.max_batch_expanded_bytes,
-    }
-    now = time.monotonic()
-    task = Task(READ_ITEMS, PATH, now, now + settings.max_deadline, piece, arguments)
-    size = math.ceil(len(piece) / PIECE).bit_length()
-    reply = await service.pool.run(task, Kind((READ_ITEMS,), size), body.share.hold)
-    if reply.failure is not None:
-        raise InternalError("the service failed on this request")
-    if reply.result is None:
-        raise Refused(reply)
-    return reply

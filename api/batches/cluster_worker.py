@@ -19,6 +19,7 @@ from distributed import Worker, WorkerPlugin, get_worker
 from api.base.version import service_version
 from api.batches.planners import PoolPlanners
 from api.pool.pool import WorkerPool
+from api.work.entry import ENTRY
 
 if TYPE_CHECKING:
     from api.base.settings import Settings
@@ -66,7 +67,7 @@ async def plan_chunk(version: str, chunk: Chunk) -> tuple[float, list[Reply]]:
 async def join(scheduler: str, settings: Settings) -> None:
     """Be a machine of the cluster until SIGTERM or SIGINT; it joins again after the scheduler was away."""
     everything = settings.model_copy(update={"express_workers": 0, "batch_workers": settings.workers})
-    pool = WorkerPool(everything)
+    pool = WorkerPool(everything, ENTRY)
     pool.attach()
     stopped = asyncio.Event()
     for stop_signal in (signal.SIGTERM, signal.SIGINT):

@@ -15,8 +15,8 @@ from api.base.errors import PayloadTooLarge, UnsupportedMediaType, invalid
 from api.base.pages import MOST_ENTRIES
 from api.base.size import has_too_many_rows, parse_json
 from api.contract.parts.common import DEFAULT_DEADLINE
-from api.http.access.access import Client
 from api.pool.jobs import queue_is_full
+from api.store.clients import Client
 from api.store.named_contents import ROBOTS, SCENES
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from api.base.settings import Settings
+    from api.batches.arrival import Intake
     from api.batches.engine import Engine
     from api.batches.looks import Looks
     from api.http.access.access import Access
@@ -26,6 +27,7 @@ class Service:
         pool: The worker processes.
         database: What outlives a request: robots and batches.
         engine: What works on batches.
+        intake: What takes batches in.
         access: What lets requests in.
         metrics: What is counted and measured.
         answers: Answers that are the same for all who ask the same.
@@ -39,6 +41,7 @@ class Service:
     pool: WorkerPool
     database: Database
     engine: Engine
+    intake: Intake
     access: Access
     metrics: Metrics
     answers: SharedAnswers

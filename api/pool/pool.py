@@ -6,7 +6,6 @@ import asyncio
 import signal
 import time
 from collections import Counter, deque
-from http import HTTPStatus
 from typing import TYPE_CHECKING
 
 import structlog
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from api.base.settings import Settings
     from api.pool.costs import Kind
     from api.pool.messages import Reply, Task
+    from api.pool.worker_process import Entry
 
 NO_MEMORY_FOR_A_LIBRARY = 127
 """The exit code of a process whose C library finds no memory for the thread-local data of a library that it loads."""
@@ -64,7 +64,8 @@ class WorkerPool:
         most_behind: The most workers that do what runs behind requests.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, entry: Entry) -> None:
+        self._entry = entry
         self._max_tasks = settings.worker_max_tasks
         self._caps = Caps(
             max_deadline=settings.max_deadline,
@@ -81,9 +82,9 @@ class WorkerPool:
         self.ended = 0
         self._been_ready = False
         self._keepers: list[asyncio.Task[None]] = []
-        start_template()
+        start_template(entry.template)
         lanes = [False] * settings.workers + [True] * settings.express_workers
-        self._workers = [Worker(self._caps, only_cheap) for only_cheap in lanes]
+        self._workers = [Worker(self._caps, entry, only_cheap) for only_cheap in lanes]
 
     def attach(self) -> None:
         """Look after the workers from the running event loop."""
@@ -264,7 +265,7 @@ class WorkerPool:
             self.ended += 1
             if not worker.warm:
                 await asyncio.sleep(RESPAWN_DELAY)
-            self._workers[place] = Worker(self._caps, worker.only_cheap)
+            self._workers[place] = Worker(self._caps, self._entry, worker.only_cheap)
 
     async def _next_job(self, worker: Worker) -> Job | None:
         """Wait for the next job of a worker; None: it has ended, or has done enough."""
@@ -302,8 +303,7 @@ class WorkerPool:
             else:
                 _fail(job, InternalError("the service failed on this request"))
         else:
-            if reply.status < HTTPStatus.MULTIPLE_CHOICES:
-                is_bound = False
+            is_bound = reply.code is not None
             if not job.reply.done():
                 job.reply.set_result(reply)
             if not reply.worker_is_fit:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from api.pool.jobs import Job
     from api.pool.messages import Caps, Reply, Task
+    from api.pool.worker_process import Entry
 
 READ_AHEAD = 2**22
 """The bytes of an answer that the event loop takes in before it makes the worker wait; most answers have less."""
@@ -38,10 +39,10 @@ PROCESSES = ThreadPoolExecutor(1, "processes")
 `multiprocessing` keeps books of its processes that are for one thread."""
 
 
-def start_template() -> None:
-    """Start the process that workers are forked from; it gets warm while this process goes on."""
+def start_template(module: str) -> None:
+    """Start the process that workers are forked from; it imports a module, while this process goes on."""
     os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1") | KEEPING)  # it inherits them
-    multiprocessing.set_forkserver_preload(["api.work.template"])
+    multiprocessing.set_forkserver_preload([module])
     with _signals_of_the_server_blocked():
         forkserver.ensure_running()
 
@@ -69,8 +70,8 @@ class Worker:
         exit_code: The exit code of the process, once it has ended.
     """
 
-    def __init__(self, caps: Caps, only_cheap: bool = False) -> None:
-        self._caps = caps
+    def __init__(self, caps: Caps, entry: Entry, only_cheap: bool = False) -> None:
+        self._args = caps, entry.load
         self._unwanted = False
         self.pid: int | None = None
         self.only_cheap = only_cheap
@@ -113,7 +114,7 @@ class Worker:
             raise OSError("nobody wants it any more")
         channel, its_channel = socket.socketpair()
         context = multiprocessing.get_context("forkserver")
-        self._process = context.Process(target=work, args=(its_channel, self._caps), name="worker", daemon=True)
+        self._process = context.Process(target=work, args=(its_channel, *self._args), name="worker", daemon=True)
         with its_channel, _signals_of_the_server_blocked():
             self._process.start()
         self.pid = self._process.pid

@@ -1,7 +1,4 @@
-"""The process of a worker: its limits, and its channel to the server.
-
-The server imports this, too, so what the work itself needs is imported by the running worker.
-"""
+"""The process of a worker: its limits, and its channel to the server."""
 
 from __future__ import annotations
 
@@ -9,23 +6,35 @@ import os
 import resource
 import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from api.base.logs import configure_logs
+from api.pool.memory import Memory
 from api.pool.messages import HEADER, pack, unpack
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from io import BufferedRWPair
     from socket import socket
 
     from api.pool.messages import Caps, Reply, Task
 
 
-def work(channel: socket, caps: Caps) -> None:
-    """Be a worker: set its limits and say with None that it is ready, then answer tasks until the server is no more."""
-    from api.base.logs import configure_logs
-    from api.pool.memory import Memory
-    from api.work.execution import execute
+class Entry(NamedTuple):
+    """The entry of workers to their work. The server hands it to the pool, and loads none of the work.
 
+    Attributes:
+        template: The module that is imported once, by the process that workers are forked from.
+        load: Imports the function that executes a task, in the worker.
+    """
+
+    template: str
+    load: Callable[[], Callable[[Task, Caps], Reply]]
+
+
+def work(channel: socket, caps: Caps, load: Callable[[], Callable[[Task, Caps], Reply]]) -> None:
+    """Be a worker: set its limits and say with None that it is ready, then answer tasks until the server is no more."""
+    execute = load()
     os.nice(caps.niceness)
     limit = caps.memory_mib * 1024 * 1024
     resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))

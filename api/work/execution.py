@@ -12,10 +12,11 @@ import orjson
 from api.base import errors
 from api.base.codings import NAMES, Coding, compress
 from api.base.failures import where_from
-from api.base.problem_documents import MEDIA_TYPE, problem_document
+from api.base.problem_documents import MEDIA_TYPE
 from api.contract.examples.request_examples import request_examples
 from api.pool.messages import Reply, Task
 from api.store.items import CHUNK_BYTES, CHUNK_SECONDS, PLAN_ITEMS, decompressed
+from api.work.answers.problem_documents import problem_document
 from api.work.tasks import (
     batch_reports,
     collisions,

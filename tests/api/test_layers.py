@@ -12,6 +12,30 @@ import pytest
 
 from tests.locations import ROOT
 
+FOLDERS = (
+    "api.base",
+    "api.contract.parts",
+    "api.contract",
+    "api.contract.examples",
+    "api.store.contents",
+    "api.store",
+    "api.store.migrations",
+    "api.store.migrations.versions",
+    "api.pool",
+    "api.telemetry",
+    "api.work.answers",
+    "api.work.conversion",
+    "api.work.tasks",
+    "api.work",
+    "api.batches",
+    "api.http.transport",
+    "api.http.access",
+    "api.http",
+    "api.http.routers",
+    "api",
+)
+"""The layers, from the ground up: a file imports from its own folder and from those above it in this list."""
+
 FILES = {
     ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file
     for file in sorted((ROOT / "api").rglob("*.py"))
@@ -22,13 +46,18 @@ ROBOTICS = ("pinocchio", "casadi", "ruckig", "toppra", "numpy", "eigenpy", "matp
 
 @cache
 def imports(module: str) -> frozenset[str]:
-    """Modules that a module names in any import, wherever it stands; a package stands for its `__init__`."""
+    """Modules that a module names in any import; a package stands for its `__init__`."""
+    return imports_of(FILES[module].read_text(encoding="utf-8"))
+
+
+def imports_of(source: str) -> frozenset[str]:
+    """Modules that a text names in any import, in functions and for the type checker as well."""
     found = set()
-    for node in ast.walk(ast.parse(FILES[module].read_text(encoding="utf-8"))):
+    for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{module}:{node.lineno} imports relatively"
+            assert node.level == 0, f"line {node.lineno} imports relatively"
             names = {f"{node.module}.{alias.name}" for alias in node.names}
             found |= {name if name in FILES else str(node.module) for name in names}
     return frozenset(found)
@@ -54,6 +83,40 @@ def circle(graph: dict[str, set[str]]) -> set[str]:
     return set(left)
 
 
+def folder_of(module: str) -> str:
+    return ".".join(FILES[module].parent.relative_to(ROOT).parts)
+
+
+def upward(module: str, names: frozenset[str]) -> list[str]:
+    """The modules among these from folders above that of a module."""
+    own = FOLDERS.index(folder_of(module))
+    return sorted(name for name in names & FILES.keys() if FOLDERS.index(folder_of(name)) > own)
+
+
+def test_every_folder_has_its_layer() -> None:
+    assert {folder_of(module) for module in FILES} == set(FOLDERS)
+
+
+def test_imports_go_down() -> None:
+    """Of folders, so that no folders import each other in a circle."""
+    assert not {module: found for module in FILES if (found := upward(module, imports(module)))}
+
+
+@pytest.mark.parametrize(
+    ("module", "source", "found"),
+    [
+        ("api.base.errors", "import api.pool.pool", "api.pool.pool"),
+        ("api.pool.pool", "def run():\n    from api.work import execution", "api.work.execution"),
+        ("api.store.keys", "if TYPE_CHECKING:\n    from api.http.service import Service", "api.http.service"),
+        ("api.http", "from api.http.routers import ROUTERS", "api.http.routers"),
+        ("api.batches.engine", "from api import app", "api.app"),
+        ("api.work.tasks.robots", "from api.work import entry", "api.work.entry"),
+    ],
+)
+def test_an_import_of_a_layer_above_is_seen(module: str, source: str, found: str) -> None:
+    assert upward(module, imports_of(source)) == [found]
+
+
 def test_there_is_no_circle() -> None:
     assert not circle({module: set(imports(module)) - {module} for module in FILES})
 
@@ -70,6 +133,14 @@ def test_only_the_server_knows_the_web_framework() -> None:
     know_it = {module for module in FILES if any(name.split(".")[0] in WEB for name in imports(module))}
     assert know_it
     assert not know_it & needed("api.pool.worker_process", "api.work.execution")
+
+
+def test_the_pool_knows_no_http_no_database_and_no_robotics() -> None:
+    """Nor does anything that it needs; the work of its workers is handed in."""
+    needs = needed(*(module for module in FILES if folder_of(module) == "api.pool"))
+    foreign = {*WEB, *ROBOTICS, "http", "h11", "sqlalchemy", "planner"}
+    assert not {name for module in needs for name in imports(module) if name.split(".")[0] in foreign}
+    assert {folder_of(module) for module in needs} == {"api.pool", "api.base"}
 
 
 def loaded(code: str) -> set[str]:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import structlog
 
-from api.base.api_keys import SCOPES, id_of, is_valid
+from api.base.api_keys import id_of, is_valid
 from api.base.errors import DatabaseUnavailable, Forbidden, Unauthorized
 from api.http.access.allowance import Allowance
-from api.http.access.quota import Quota
 from api.http.transport.senders import client_of
+from api.store.clients import Client
 from api.store.keys import find_key
+from api.store.quota import Quota
 
 if TYPE_CHECKING:
     from starlette.datastructures import Headers
@@ -36,36 +36,6 @@ CHALLENGE = {"WWW-Authenticate": 'Bearer realm="planner"'}
 """The header that says how to identify oneself (RFC 6750)."""
 
 log = structlog.get_logger()
-
-
-@dataclass(frozen=True)
-class Client:
-    """Who sends a request.
-
-    Attributes:
-        name: What the robots and batches of this client are kept under: the id of its key, or its address.
-        scopes: What it may do.
-        has_key: Whether it has a key. Where no keys are asked for, all clients see the same robots and batches.
-    """
-
-    name: str
-    scopes: frozenset[KeyScope] = frozenset(SCOPES)
-    has_key: bool = False
-
-    @property
-    def namespace(self) -> str:
-        """The name under which ids of its robots are looked up before those of all."""
-        return self.name if self.has_key else ""
-
-    @property
-    def batches_of(self) -> str | None:
-        """The client whose batches alone it sees; None: it sees those of all."""
-        return self.name if self.has_key and "admin" not in self.scopes else None
-
-    @property
-    def changes_of(self) -> str | None:
-        """The client whose robots and scenes alone it may change or delete; None: it may those of all."""
-        return None if self.has_key and "admin" in self.scopes else self.name
 
 
 def client_by_address(scope: Scope) -> Client:

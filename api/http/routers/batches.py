@@ -17,7 +17,7 @@ from starlette.responses import StreamingResponse
 from api.base.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
 from api.base.pages import DEFAULT_ENTRIES
 from api.batches.archive import zipped
-from api.batches.arrival import Body, Refused, take_in
+from api.batches.arrival import Body, Refused
 from api.batches.looks import FORGOTTEN, LOOK
 from api.batches.status import finished, listed, tabulated
 from api.contract import batches as schemas
@@ -105,7 +105,7 @@ async def create_batch(
     declared = request.headers.get("content-length", "")
     body = Body(request.stream(), is_lines, int(declared) if declared.isdecimal() else 0, request.state.share)
     try:
-        batch_id = await take_in(service_of(request), body, client(request), key, request.state.quota)
+        batch_id = await service_of(request).intake.take_in(body, client(request), key, request.state.quota)
     except Refused as refused:
         return respond(replace(refused.reply, headers={"Connection": "close"}))
     audit(request, "batch_created", batch_id)

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import orjson
 
 from api.base.errors import PayloadTooLarge, invalid
-from api.base.problem_documents import problem_document
 from api.base.size import parse_json
 from api.contract.parts.common import DEFAULT_DEADLINE
 from api.contract.requests import PlanRequest
 from api.pool.messages import Reply
 from api.store.items import PLANNED, NewItem, Result, compressed, decompressed
+from api.work.answers.problem_documents import problem_document
 from api.work.tasks.batch_bodies import of_document, of_lines
 from api.work.tasks.remedies import acceptable_remedies
 from api.work.tasks.trajectories import export_options, figures_of, refuse_too_many_rows

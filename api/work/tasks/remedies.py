@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.base.errors import InvalidRequest
-from api.base.problem_documents import pointer_of
 from api.base.size import rows_of
+from api.work.answers.problem_documents import pointer_of
 from api.work.tasks.work import to_json, validated
 from planner.errors import InvalidProblem, PlanningError
 from planner.fields import BACK_END

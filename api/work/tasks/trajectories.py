@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.base.errors import InvalidRequest, invalid
-from api.base.problem_documents import problem_document
 from api.base.size import rows_of
 from api.contract import requests
 from api.contract.comparisons import ComparedBackend
 from api.pool.messages import PlanFigures, Reply
 from api.store.contents.digests import request_hash
+from api.work.answers.problem_documents import problem_document
 from api.work.tasks.remedies import acceptable_remedies, at_back_end
 from api.work.tasks.work import task
 from planner.errors import PlanningError

@@ -120,7 +120,7 @@ def validated(schema: Any, document: Any, caps: Caps) -> Any:
     Raises:
         InvalidRequest: With everything that is wrong with it.
     """
-    faults = size_faults(document, caps)
+    faults = size_faults(document, caps.max_waypoints, caps.max_samples)
     if faults:
         raise invalid(faults)
     try:

@@ -32,15 +32,13 @@ def test_warnings_of_numpy_are_lines_of_the_log_without_paths() -> None:
 
 WORKER_THAT_WARNS = """
 import socket, sys, warnings
-import api.work.execution
 from api.pool.messages import Caps, Task, pack
 from api.pool.worker_process import work
 
-api.work.execution.execute = lambda task, caps: warnings.warn("of a library")
 server, worker = socket.socketpair()
 server.sendall(b"".join(pack(Task("plan_trajectory", "", 0.0, 0.0))))
 server.shutdown(socket.SHUT_WR)
-work(worker, Caps(60.0, 10, 10, 1024, sys.argv[1]))
+work(worker, Caps(60.0, 10, 10, 1024, sys.argv[1]), lambda: lambda task, caps: warnings.warn("of a library"))
 """
 
 

@@ -83,7 +83,9 @@ def test_the_work_on_a_hostile_body_is_bounded(monkeypatch: pytest.MonkeyPatch, 
 
 def test_what_is_too_large_is_named() -> None:
     def faults(document: Any) -> dict[str, str]:
-        return {fault["pointer"]: fault["message"] for fault in size_faults(document, CAPS)}
+        return {
+            fault["pointer"]: fault["message"] for fault in size_faults(document, CAPS.max_waypoints, CAPS.max_samples)
+        }
 
     assert faults(plan_request(waypoints=[joint(0.0)] * 11)) == {
         "/waypoints": "11 entries are more than the 10 that it may have"
@@ -101,7 +103,7 @@ def test_what_is_not_too_large_is_let_through() -> None:
         validate_request(),
         dh_robot(joints=[dh_joint()] * 64),
     ):
-        assert size_faults(document, CAPS) == []
+        assert size_faults(document, CAPS.max_waypoints, CAPS.max_samples) == []
 
 
 def test_rows_are_counted_before_the_body_is_parsed() -> None:

@@ -9,7 +9,6 @@ import math
 import pickle
 import resource
 from multiprocessing import get_context
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -19,7 +18,8 @@ from hypothesis import strategies as st
 from api.base.byte_budget import Traffic
 from api.base.errors import PayloadTooLarge, ServiceError
 from api.base.settings import Settings
-from api.batches.arrival import Body, _pieces
+from api.batches.arrival import Body
+from api.batches.arrival import pieces as pieces_of
 from api.pool.messages import Caps, Task
 from api.work.tasks.batch_bodies import of_document
 from api.work.tasks.batches import read_items
@@ -155,7 +155,7 @@ def test_the_requests_of_a_grid_have_so_many_bytes_together(values: int, is_take
 def test_lines_have_so_many_bytes_together(declared: int, lines: int, pieces: int) -> None:
     """Each line was bounded, not their sum. What is declared to be too much is refused before anything is kept."""
     most = 2 * 2**20
-    service: Any = SimpleNamespace(settings=Settings(max_batch_expanded_bytes=most))
+    settings = Settings(max_batch_expanded_bytes=most)
     taken = bytearray()
 
     async def chunks() -> AsyncIterator[bytes]:
@@ -164,7 +164,7 @@ def test_lines_have_so_many_bytes_together(declared: int, lines: int, pieces: in
 
     async def take() -> None:
         body = Body(chunks(), True, declared, Traffic(2**30).share(""))
-        async for piece in _pieces(service, body, hashlib.sha256()):
+        async for piece in pieces_of(settings, body, hashlib.sha256()):
             taken.extend(piece)
 
     if pieces == lines:

@@ -11,7 +11,6 @@ from fastapi import Request
 
 from api.base.errors import UnknownBatch
 from api.batches.looks import Looks
-from api.http.access.access import Client
 from api.http.routers.batches import get_batch, get_batch_report, get_batch_results
 from api.store import batches, claims
 from api.store.batches import (
@@ -24,6 +23,7 @@ from api.store.batches import (
     open_batch,
 )
 from api.store.claims import Outcome, settle
+from api.store.clients import Client
 from api.store.contents.robots import RobotContent
 from api.store.database import Database, sqlite_url
 from api.store.items import PLANNED, NewItem

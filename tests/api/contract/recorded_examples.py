@@ -21,8 +21,8 @@ import orjson
 import pytest
 
 from api.base import errors
-from api.base.problem_documents import problem_document
 from api.contract.examples.request_examples import request_examples
+from api.work.answers.problem_documents import problem_document
 from tests.api.conftest import running_service, wait_until
 from tests.api.operations import OPERATIONS
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, pose_waypoint, urdf_robot

@@ -16,11 +16,11 @@ from api.base.codings import IDENTITY, Coding
 from api.base.errors import DeadlineExceeded, InternalError, Overloaded
 from api.base.settings import Settings
 from api.http import running
-from api.http.access.access import Client
 from api.http.dependencies import Body
 from api.http.shared_answers import OVERHEAD, SharedAnswers
 from api.http.transport.shedding import Shedding
 from api.pool.messages import Reply
+from api.store.clients import Client
 from api.telemetry.metrics import Metrics
 from tests.api.made_up_service import made_up_service
 from tests.api.operations import OPERATIONS

@@ -7,6 +7,7 @@ import signal
 from typing import TYPE_CHECKING
 
 from api.pool.messages import Reply, Task
+from api.pool.worker_process import Entry
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -15,10 +16,18 @@ if TYPE_CHECKING:
     from api.pool.messages import Caps
 
 
+def _load() -> Callable[[Task, Caps], Reply]:
+    raise AssertionError("a made-up worker has no process")
+
+
+ENTRY = Entry("api.pool.messages", _load)
+"""The entry of workers that are never started."""
+
+
 class MadeUpWorker:
     """A worker whose tasks take until the test says so."""
 
-    def __init__(self, caps: Caps, only_cheap: bool = False) -> None:
+    def __init__(self, caps: Caps, entry: Entry, only_cheap: bool = False) -> None:
         self.only_cheap = only_cheap
         self.pid = self.tasks = 0
         self.warm = self.alive = False
@@ -42,7 +51,7 @@ class MadeUpWorker:
 
     def finish(self, status: int = 200) -> None:
         assert self.work is not None
-        self.work.set_result(Reply(status, "text/plain", b""))
+        self.work.set_result(Reply(status, "text/plain", b"", code=None if status < 300 else "collision"))
 
     def die(self, exit_code: int) -> None:
         self.exit_code, self.alive = exit_code, False

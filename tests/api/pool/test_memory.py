@@ -31,7 +31,7 @@ from multiprocessing import forkserver
 from pathlib import Path
 from time import sleep
 from api.pool.worker import start_template, stop_template
-start_template()
+start_template("api.work.template")
 environment = Path("/proc", str(forkserver._forkserver._forkserver_pid), "environ")
 while not environment.read_bytes():  # the process has yet to become another program
     sleep(0.01)

@@ -18,7 +18,7 @@ from api.pool import pool as pool_module
 from api.pool.costs import Kind
 from api.pool.messages import Reply, Task
 from api.pool.pool import WorkerPool
-from tests.api.pool.made_up_workers import MadeUpWorker
+from tests.api.pool.made_up_workers import ENTRY, MadeUpWorker
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -31,7 +31,7 @@ class Running:
     """A pool of made-up workers that knows what slow and quick requests take."""
 
     def __init__(self, workers: int, express: int, queue_size: int) -> None:
-        self.pool = WorkerPool(Settings(workers=workers, express_workers=express, queue_size=queue_size))
+        self.pool = WorkerPool(Settings(workers=workers, express_workers=express, queue_size=queue_size), ENTRY)
         self.pool._costs.learn(SLOW, 2.0)
         self.pool._costs.learn(QUICK, 0.01)
         self.pool.attach()

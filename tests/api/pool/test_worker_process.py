@@ -18,6 +18,7 @@ import pytest
 from api.pool.messages import Caps
 from api.pool.worker import Worker
 from tests.api.conftest import free_port, wait_until
+from tests.api.pool.made_up_workers import ENTRY
 from tests.locations import ROOT
 
 CAPS = Caps(60.0, 1000, 500_000, 512)
@@ -39,7 +40,7 @@ def test_a_process_that_nobody_can_reach_is_ended(monkeypatch: pytest.MonkeyPatc
         raise OSError(errno.EMFILE, "too many open files")
 
     async def get_ready() -> Worker:
-        worker = Worker(CAPS)
+        worker = Worker(CAPS, ENTRY)
         await asyncio.wait_for(worker.get_ready(), 10.0)
         return worker
 
@@ -52,7 +53,7 @@ def test_a_process_that_nobody_can_reach_is_ended(monkeypatch: pytest.MonkeyPatc
 
 def test_what_nobody_wants_is_not_started() -> None:
     async def get_ready() -> Worker:
-        worker = Worker(CAPS)
+        worker = Worker(CAPS, ENTRY)
         worker.kill()
         await asyncio.wait_for(worker.get_ready(), 10.0)
         return worker

@@ -23,11 +23,11 @@ from api.base.api_keys import KeyRecord
 from api.base.byte_budget import Traffic
 from api.base.errors import DatabaseUnavailable
 from api.base.settings import Settings
-from api.http.access.access import Client
 from api.http.dependencies import read_body
 from api.http.running import run
 from api.pool.messages import Reply
 from api.store.batches import Arrival, BatchBounds, append_items, begin_batch, find_batch
+from api.store.clients import Client
 from api.store.contents.robots import RobotContent
 from api.store.contents.scenes import SceneContent
 from api.store.database import FILE_NAME, Database, make_engine, sqlite_url

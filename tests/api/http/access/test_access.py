@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 from api.base.errors import TooManyRequests
 from api.base.settings import Settings
 from api.http.access.allowance import Allowance
-from api.http.access.quota import Quota
 from api.store.database import Database, sqlite_url
+from api.store.quota import Quota
 from cli import app
 from tests.api.made_up_service import made_up_service
 
@@ -84,7 +84,7 @@ def test_so_many_requests_are_under_way_at_once() -> None:
 def test_services_share_what_a_key_may_send_in_a_day(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each hears of the other's requests when it writes its own; a new day begins at midnight, whatever happened."""
     now = 86400.0 * 20_000 + 100.0
-    monkeypatch.setattr("api.http.access.quota.time", SimpleNamespace(time=lambda: now, monotonic=lambda: now))
+    monkeypatch.setattr("api.store.quota.time", SimpleNamespace(time=lambda: now, monotonic=lambda: now))
 
     async def granted(quota: Quota, count: int) -> int:
         left = 0

@@ -18,7 +18,7 @@ from api.pool import pool as pool_module
 from api.pool.costs import Kind
 from api.pool.messages import Reply, Task
 from api.pool.pool import WorkerPool
-from tests.api.pool.made_up_workers import MadeUpWorker
+from tests.api.pool.made_up_workers import ENTRY, MadeUpWorker
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -85,7 +85,7 @@ def simulate(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[WorkerPool]
         monkeypatch.setattr(pool_module, "Worker", PretendingWorker)
 
         async def with_pool() -> Any:
-            pool = WorkerPool(Settings(workers=WORKERS, express_workers=1))
+            pool = WorkerPool(Settings(workers=WORKERS, express_workers=1), ENTRY)
             pool.attach()
             await asyncio.sleep(2.0 * START)
             result = await test(pool)
