@@ -71,10 +71,10 @@ class Intake:
     """The way of batches into the database of one service.
 
     Attributes:
-        settings: What the operator has set.
-        database: What keeps them.
+        settings: The operator's settings.
+        database: The store of batches.
         pool: The workers that take the requests out of bodies.
-        engine: What works on them from then on.
+        engine: The engine that plans the batches.
     """
 
     settings: Settings
@@ -89,7 +89,7 @@ class Intake:
             body: The requests.
             client: Who sends it.
             key: The `Idempotency-Key`; None: there is none.
-            quota: What the client may still ask today; None: as much as it likes.
+            quota: The client's quota; None: it has none.
 
         Raises:
             Conflict: The key came with another body before, or that request is still under way.

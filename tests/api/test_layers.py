@@ -46,12 +46,12 @@ ROBOTICS = ("pinocchio", "casadi", "ruckig", "toppra", "numpy", "eigenpy", "matp
 
 @cache
 def imports(module: str) -> frozenset[str]:
-    """Modules that a module names in any import; a package stands for its `__init__`."""
+    """Find the modules that a module names in any import; a package stands for its `__init__`."""
     return imports_of(FILES[module].read_text(encoding="utf-8"))
 
 
 def imports_of(source: str) -> frozenset[str]:
-    """Modules that a text names in any import, in functions and for the type checker as well."""
+    """Find the modules that a text names in any import, in functions and for the type checker as well."""
     found = set()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
@@ -88,7 +88,7 @@ def folder_of(module: str) -> str:
 
 
 def upward(module: str, names: frozenset[str]) -> list[str]:
-    """The modules among these from folders above that of a module."""
+    """Pick the modules among these from folders above that of a module."""
     own = FOLDERS.index(folder_of(module))
     return sorted(name for name in names & FILES.keys() if FOLDERS.index(folder_of(name)) > own)
 
@@ -144,7 +144,7 @@ def test_the_pool_knows_no_http_no_database_and_no_robotics() -> None:
 
 
 def loaded(code: str) -> set[str]:
-    """Packages and modules that are loaded after some code has run in a fresh interpreter."""
+    """List packages and modules that are loaded after some code has run in a fresh interpreter."""
     program = f"import json, sys\n{code}\nprint(json.dumps(sorted(sys.modules)))"
     ran = subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True, text=True)
     return set(json.loads(ran.stdout.splitlines()[-1]))
