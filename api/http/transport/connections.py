@@ -111,7 +111,8 @@ class Connection(H11Protocol):
         self._write_timer: asyncio.TimerHandle | None = None
         self._probe_timer: asyncio.TimerHandle | None = None
         self._is_half_closed = False
-        self._name = client_of(self.client[0] if self.client else "")
+        self._peer = self.client[0] if self.client else ""
+        self._name = client_of(self._peer)
         self.clients[self._name] += 1
         if len(self.connections) > self.settings.max_connections + SURPLUS:
             self._refuse(too_many_connections(), linger=0.0)
@@ -141,7 +142,7 @@ class Connection(H11Protocol):
         if self._is_surplus:
             self._answer_liveness_only(data)
             return
-        request = self.shedding.whole_request(data, self._name) if self._is_between_requests else None
+        request = self.shedding.whole_request(data, self._peer) if self._is_between_requests else None
         if request is not None and not self.shedding.has_room(request.client):
             self._shed(request)
             return

@@ -7,12 +7,14 @@ import re
 import time
 from collections import Counter
 from http import HTTPStatus
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import structlog
+from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from api.base.api_keys import id_of
 from api.base.errors import Overloaded
+from api.http.transport.senders import client_of
 from api.pool.jobs import has_room
 
 if TYPE_CHECKING:
@@ -48,6 +50,7 @@ HEAD = re.compile(rb"(?:POST|PATCH) (/v1/[!-~]*) HTTP/1\.1\r\n(?:[!-9;-~]+:[^\r\
 
 LENGTH = re.compile(rb"\r\ncontent-length:[ \t]*(\d{1,12})[ \t]*(?=\r\n)", re.IGNORECASE)
 KEY = re.compile(rb"\r\nauthorization:[ \t]*bearer[ \t]+(\S+)[ \t]*\r\n", re.IGNORECASE)
+FORWARDED = re.compile(rb"\r\nx-forwarded-for:[ \t]*([^\r\n]*?)[ \t]*(?=\r\n)", re.IGNORECASE)
 ONLY_FOR_THE_PARSER = re.compile(rb"\r\n(?:connection|transfer-encoding|expect|origin|upgrade)[ \t]*:", re.IGNORECASE)
 """Headers that only the parser understands."""
 
@@ -93,6 +96,10 @@ def leave_place(scope: Scope) -> None:
         place.leave()
 
 
+async def _no_application(scope: Any, receive: Any, send: Any) -> None:
+    """Do nothing: of the middleware only the trusted proxies are used."""
+
+
 class Shedding:
     """Decides which requests are refused unparsed, and when refusals leave.
 
@@ -103,6 +110,7 @@ class Shedding:
     def __init__(self, settings: Settings, metrics: Metrics) -> None:
         self._settings = settings
         self._metrics = metrics
+        self._proxies = ProxyHeadersMiddleware(_no_application, list(settings.trusted_proxies)).trusted_hosts
         self._capacity = settings.queue_size + settings.workers + settings.express_workers
         self._under_way: Counter[str] = Counter()
         self._next = 0.0
@@ -110,15 +118,13 @@ class Shedding:
         self._logged = 0.0
         self.delayed = 0
 
-    def whole_request(self, data: bytes, client: str) -> WholeRequest | None:
+    def whole_request(self, data: bytes, peer: str) -> WholeRequest | None:
         """Return the request if these bytes are exactly one that a worker would have to work on.
 
         Args:
             data: The first bytes after the request before.
-            client: The client by its address.
+            peer: The address at the other end of the connection: the client's, or a proxy's.
         """
-        if self._settings.trusted_proxies:  # only a header names the client
-            return None
         found = HEAD.match(data)
         if found is None:
             return None
@@ -132,7 +138,15 @@ class Shedding:
             if key_id is None:
                 return None
             client = f"key:{key_id}"
+        else:
+            client = client_of(self._client_address(head, peer))
         return WholeRequest(found[1].decode("ascii").partition("?")[0], head, client)
+
+    def _client_address(self, head: bytes, peer: str) -> str:
+        """Return the address of the client, which a trusted proxy names in the head, as uvicorn does for others."""
+        forwarded = b", ".join(FORWARDED.findall(head)).decode("latin-1") if peer in self._proxies else ""
+        address, _ = self._proxies.get_trusted_client_address(forwarded)
+        return address or peer
 
     def has_room(self, client: str) -> bool:
         """Tell whether a request may go on to the queue, by the rule of the queue itself."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
 from contextlib import ExitStack, suppress
@@ -10,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import httpx
 import pytest
+from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from api.base.api_keys import new_key
 from api.base.settings import Settings
+from api.http.access.access import client_by_address
 from api.http.transport import shedding as shedding_module
 from api.http.transport.shedding import LONGEST_DELAY, REFUSALS_PER_SECOND, UNDELAYED, Shedding
 from api.telemetry.metrics import Metrics
@@ -156,7 +159,66 @@ def test_the_client_is_that_of_the_key(tmp_path: Path) -> None:
     by_address = Shedding(Settings(), Metrics()).whole_request(request(b"{}"), "address")
     assert by_address is not None
     assert (by_address.client, by_address.path) == ("address", "/v1/trajectories")
-    assert Shedding(Settings(trusted_proxies="10.0.0.1"), Metrics()).whole_request(request(b"{}"), "address") is None
+
+
+@pytest.mark.parametrize(
+    ("peer", "headers", "client"),
+    [
+        ("10.0.0.1", b"", "10.0.0.1"),
+        ("10.0.0.1", b"X-Forwarded-For: 192.0.2.7\r\n", "192.0.2.7"),
+        ("10.0.0.1", b"x-forwarded-for:192.0.2.7:4711\r\n", "192.0.2.7"),
+        ("10.0.0.1", b"X-Forwarded-For: 198.51.100.1, 192.0.2.7, 10.0.0.2\r\n", "192.0.2.7"),
+        ("10.0.0.1", b"X-Forwarded-For: 198.51.100.1\r\nX-Forwarded-For: 192.0.2.7\r\n", "192.0.2.7"),
+        ("10.0.0.1", b"X-Forwarded-For: 2001:db8::1\r\n", "2001:db8::/64"),
+        ("10.0.0.1", b"X-Forwarded-For: 10.0.0.2\r\n", "10.0.0.2"),
+        ("192.0.2.9", b"X-Forwarded-For: 192.0.2.7\r\n", "192.0.2.9"),
+    ],
+)
+def test_the_client_behind_a_trusted_proxy_is_the_one_that_the_parser_finds(
+    peer: str, headers: bytes, client: str
+) -> None:
+    """The expected client is the last address of the header that is no trusted proxy (RFC 7239, 7.4)."""
+    shedding = Shedding(Settings(trusted_proxies="10.0.0.0/8"), Metrics())
+    found = shedding.whole_request(request(b"{}", headers), peer)
+    assert found is not None
+    assert found.client == client
+    assert by_the_parser(peer, headers) == client
+
+
+def by_the_parser(peer: str, headers: bytes) -> str:
+    """Return the client of a request that is parsed: uvicorn's middleware puts it into the scope."""
+    found: list[str] = []
+
+    async def app(scope: Any, receive: Any, send: Any) -> None:
+        found.append(client_by_address(scope).name)
+
+    lines = [line.partition(b":") for line in headers.split(b"\r\n")[:-1]]
+    named = [(name.lower(), value.strip()) for name, _, value in lines]
+    scope: Any = {"type": "http", "client": (peer, 1), "headers": named}
+    asyncio.run(ProxyHeadersMiddleware(app, ["10.0.0.0/8"])(scope, None, None))  # type: ignore[arg-type]
+    return found[0]
+
+
+def test_one_client_behind_a_proxy_leaves_room_for_another(tmp_path: Path) -> None:
+    """Each of its requests is refused unparsed; they were all parsed, whoever sent them."""
+    settings: dict[str, Any] = {"workers": 2, "express_workers": 0, "queue_size": 2, "trusted_proxies": "127.0.0.1"}
+    with running_service(tmp_path / "log.jsonl", **settings) as service, ExitStack() as stack:
+        for worker in service.workers():
+            worker.suspend()
+            stack.callback(worker.resume)
+        greedy, modest = b"X-Forwarded-For: 192.0.2.1\r\n", b"X-Forwarded-For: 192.0.2.2\r\n"
+        for period in (0.01, 0.02, 0.03, 0.04):
+            body = json.dumps(plan_request(sample_period=period, deadline=60)).encode()
+            stack.enter_context(connect(service, request(body, greedy)))
+        wait_until(lambda: '\nplanner_queue_jobs{lane="requests"} 2.0\n' in service.client.get("/metrics").text)
+        with connect(service, request(b"{}", greedy)) as refused:
+            assert answer_of(refused)[0].startswith(b"HTTP/1.1 503 ")
+        assert "requests_shed" in service.log.read_text()
+        body = json.dumps(plan_request(sample_period=0.05, deadline=60)).encode()
+        client = stack.enter_context(connect(service, request(body, modest)))
+        for worker in service.workers():
+            worker.resume()
+        assert answer_of(client)[0].startswith(b"HTTP/1.1 200 ")
 
 
 def test_a_client_with_little_under_way_takes_the_place_of_one_with_much() -> None:
