@@ -10,7 +10,7 @@ import numpy as np
 from planner.constraints import Constraint
 from planner.errors import InvalidProblem
 from planner.scene.bodies import Bodies, Body
-from planner.scene.continuous import AT_ONCE, DEFAULT_BUDGET
+from planner.scene.continuous import DEFAULT_BUDGET
 from planner.scene.excursions import excursions
 from planner.shapes import Sphere
 from planner.tolerances import CONTINUITY_TOLERANCE, ROUNDING
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from planner.scene.checker import CollisionChecker
     from planner.scene.scene import Scene
     from planner.spatial import FloatArray
+
+INTERVALS_AT_ONCE = 512
+"""The number of intervals that are looked at together: enough for array operations, in some MiB."""
 
 RESOLUTION = 1e-3
 """How far the robot may move, m, in an interval that counts as near although that is not proved: what counts as near
@@ -152,7 +155,7 @@ def near_intervals(
     edges = np.linspace(0.0, float(motion.breakpoints[-1]), FIRST_PARTS + 1)
     waiting, near, looked_at = np.column_stack([edges[:-1], edges[1:]]), [np.empty((0, 2))], 0
     while len(waiting):
-        now, waiting = waiting[:AT_ONCE], waiting[AT_ONCE:]
+        now, waiting = waiting[:INTERVALS_AT_ONCE], waiting[INTERVALS_AT_ONCE:]
         looked_at += len(now)
         is_near, is_open = _nearness(checker, motion, now, wanted, clearance)
         if looked_at > DEFAULT_BUDGET.postures:
@@ -171,18 +174,13 @@ def _nearness(
     starts, ends = intervals.T
     positions = motion.evaluate((starts + ends) / 2.0, [0])[0]
     postures = checker.bodies.at(positions)
-    displacements = checker.bodies.displacements(postures, excursions(motion, starts, ends, positions))
-    items, _ = checker.near_items(postures, displacements.sum(axis=2), wanted)
-    motions = checker.motions(displacements, items)
-    low = checker.bounds(postures, items, clearance + motions)
+    near = checker.near_items(positions, excursions(motion, starts, ends, positions), wanted, -np.inf)
     is_near, is_open = np.zeros((2, len(intervals)), dtype=bool)
-    for item in np.argsort(low - motions, kind="stable").tolist():
-        row, moved = int(items.rows[item]), motions[item]
-        if low[item] - moved >= clearance:
-            break
+    for item in np.argsort(near.bounds - near.motions, kind="stable").tolist():
+        row, moved = int(near.rows[item]), near.motions[item]
         if is_near[row] or is_open[row]:
             continue
-        apart = checker.separate(postures, row, int(items.pairs[item]))
+        apart = checker.separate(postures, row, int(near.pairs[item]))
         if apart.proved - moved < clearance:
             is_near[row] = moved < RESOLUTION or apart.distance + moved < clearance
             is_open[row] = not is_near[row]
@@ -291,7 +289,7 @@ def most_speed(
     seen, time, bound, looked_at = 0.0, float(intervals[0, 0]), 0.0, 0
     waiting = _without_jumps(rates, intervals)
     while len(waiting):
-        now, waiting = waiting[:AT_ONCE], waiting[AT_ONCE:]
+        now, waiting = waiting[:INTERVALS_AT_ONCE], waiting[INTERVALS_AT_ONCE:]
         looked_at += len(now)
         starts, ends = now.T
         speeds, changes = _speeds_within(bodies, motion, rates, now)
@@ -325,7 +323,7 @@ def fast_intervals(bodies: Bodies, motion: PiecewisePolynomial, intervals: Float
     waiting, fast, looked_at = _without_jumps(rates, intervals), [np.empty((0, 2))], 0
     shortest = FINEST * float(motion.breakpoints[-1])
     while len(waiting):
-        now, waiting = waiting[:AT_ONCE], waiting[AT_ONCE:]
+        now, waiting = waiting[:INTERVALS_AT_ONCE], waiting[INTERVALS_AT_ONCE:]
         looked_at += len(now)
         speeds, changes = _speeds_within(bodies, motion, rates, now)
         may_be = (speeds + changes).max(axis=1, initial=0.0) * (1.0 + ROUNDING) > limit

@@ -81,15 +81,11 @@ class BlockedCells:
         excursions = np.zeros_like(positions)
         excursions[:, : self._count] = widths / 2.0
         postures = self._bodies.at(positions)
-        moved = self._bodies.displacements(postures, excursions).sum(axis=2)
-        items, _ = self._checker.near_items(postures, moved, self._margins)
-        bodies, numbers = np.divmod(items.pairs - self._checker.own_pairs, self._margins.shape[1])
-        enough = self._margins[bodies, numbers] + moved[items.rows, bodies]
-        near = self._checker.bounds(postures, items, enough) < enough
+        near = self._checker.near_items(positions, excursions, self._margins, -np.inf)
         by, may_have_more = np.full(len(middles), NO_OBJECT), np.zeros(len(middles), dtype=bool)
-        for pair in np.unique(items.pairs[near]).tolist():
+        for pair in np.unique(near.pairs).tolist():
             body, number = divmod(pair - self._checker.own_pairs, self._margins.shape[1])
-            rows = items.rows[near & (items.pairs == pair)]
+            rows = near.rows[near.pairs == pair]
             rows = rows[by[rows] == NO_OBJECT]
             overlaps, changes = self._overlaps(body, number, postures, rows, widths)
             by[rows[(overlaps > changes).any(axis=1)]] = number

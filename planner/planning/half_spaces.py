@@ -70,7 +70,7 @@ def _cuts(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the normals (N, AT_ONCE, joints) and offsets (N, AT_ONCE) at postures (N, joints) of both motions."""
     normals, offsets = np.zeros((len(free), AT_ONCE, checker.dof)), np.full((len(free), AT_ONCE), -1.0)
-    (rows, pairs), bounds, far = near_pairs(checker, checker.bodies.at(other), ahead + REACH)
+    rows, pairs, bounds, far = near_pairs(checker, other, ahead + REACH)
     near = bounds < far - REACH
     too_near = _distances(checker, other[rows[near]], pairs[near]) < checker.margins_of(pairs[near]) + ahead
     held = np.isin(pairs, pairs[near][too_near])

@@ -63,7 +63,6 @@ class Bodies:
         pieces: The pieces.
         joints: (bodies,): number of the joint of each.
         radii: (bodies,), m: of the bounding capsules.
-        sphere_radii: (bodies,), m: of spheres that cover the bounding capsules.
         is_moved: (bodies, joints): whether each joint moves the body.
     """
 
@@ -90,8 +89,11 @@ class Bodies:
         shares = np.linspace(0.0, 1.0, SPHERES)[:, None]
         self._spheres = starts[:, None] + shares * (ends - starts)[:, None]
         self.radii = np.array([capsule.radius for capsule in capsules])
-        half_step = np.linalg.norm(ends - starts, axis=1) / (SPHERES - 1) / 2.0
-        self.sphere_radii = np.hypot(self.radii, half_step) * (1.0 + ROUNDING)
+
+    def joint_rows(self) -> FloatArray:
+        """Return rotation, origin, whether it turns, and the joint before of each joint, as the kernels read them."""
+        turns, shifts = np.reshape(self._turns, (-1, 9)), np.reshape(self._shifts, (-1, 3))
+        return np.column_stack([turns, shifts, self.is_angle, self._parents])
 
     def at(self, positions: FloatArray) -> Postures:
         """Compute where the bodies are at postures (N, joints), rad or m."""

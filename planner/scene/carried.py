@@ -200,7 +200,7 @@ def _near(
     checker = checker_of(robot, scene, False)
     postures = checker.bodies.at(position[None])
     near: dict[tuple[str, str], float] = {}
-    nearer, _ = checker.near_items(postures, np.zeros((1, len(checker.bodies.pieces))), checker.margins)
+    nearer = checker.near_items(position[None], np.zeros((1, robot.dof)), checker.margins, -np.inf)
     for pair in nearer.pairs.tolist():
         names = checker.names(pair)
         if names[0] in moving and standing in (None, names[1]):

@@ -22,9 +22,6 @@ MOST_IN_GROUP = 16
 """Number of pieces in a sphere that is looked at before they are: with fewer there are more of these spheres, with more
 each of them is looser and has more pieces to look at."""
 
-MOST_BALLS = 50_000
-"""Number of balls of clusters that are looked at together: some MiB."""
-
 
 class Obstacle(NamedTuple):
     """A piece that stands still, in the base frame.
@@ -55,8 +52,12 @@ class Obstacles:
         rotations: (pieces, 3, 3): of the boxes.
         halves: (pieces, 3), m: half sides of the boxes.
         radii: (pieces,), m: of their rounded edges.
+        sphere_radii: (pieces,), m: of spheres about the boxes.
         normals: (half spaces, 3).
         offsets: (half spaces,), m.
+        members: (obstacles,): numbers of the obstacles of all groups, one group after the other: pieces that are near
+            each other, then each half space alone.
+        group_ends: (groups,): where the members of each group end.
     """
 
     def __init__(self, objects: Sequence[SceneObject], base: Pose | None) -> None:
@@ -70,119 +71,50 @@ class Obstacles:
         middles, self.halves = (np.array([box[k] for box in boxes]).reshape(-1, 3) for k in (0, 1))
         self.centers = translations + (self.rotations @ middles[..., None])[..., 0]
         self.radii = np.array([box[2] for box in boxes])
-        self._sphere_radii = (np.linalg.norm(self.halves, axis=1) + self.radii) * (1.0 + ROUNDING)
+        self.sphere_radii = (np.linalg.norm(self.halves, axis=1) + self.radii) * (1.0 + ROUNDING)
         planes = [_plane(piece) for piece in self.half_spaces]
         self.normals = np.array([normal for normal, _ in planes]).reshape(-1, 3)
         self.offsets = np.array([offset for _, offset in planes])
-
-        self._set_balls()
+        self._balls = {row: _balls(piece) for row, piece in enumerate(self.pieces) if isinstance(piece.shape, Cluster)}
         leaves = k_d_leaves(self.centers, MOST_IN_GROUP)
-        self._set_groups([*leaves, *(np.array([len(self.pieces) + k]) for k in range(len(self.half_spaces)))])
-
-    def _set_balls(self) -> None:
-        """Keep the balls of clusters, as many of each, the last one several times, about the middles of their boxes."""
-        clusters = {row: _balls(piece) for row, piece in enumerate(self.pieces) if isinstance(piece.shape, Cluster)}
-        self._balls = clusters
-        self._cluster_numbers = np.full(len(self.pieces), -1)
-        self._cluster_numbers[list(clusters)] = np.arange(len(clusters))
-        counts = np.array([len(balls.radii) for balls in clusters.values()], dtype=int)
-        most = int(counts.max(initial=0))
-        first = np.cumsum(counts) - counts
-        kept = first[:, None] + np.minimum(np.arange(most), counts[:, None] - 1)
-        centers = np.concatenate([np.empty((0, 3)), *(balls.centers for balls in clusters.values())])
-        self._ball_centers = centers[kept] - self.centers[list(clusters), None]
-        self._ball_squares = (self._ball_centers**2).sum(axis=-1)
-        self._ball_radii = np.concatenate([np.empty(0), *(balls.radii for balls in clusters.values())])[kept]
-        self._ball_reach = float(np.abs(centers).max(initial=0.0))
-
-    def _set_groups(self, members: Sequence[np.ndarray]) -> None:
-        """Keep groups of obstacles by the numbers of their members, and spheres about those that are pieces."""
-        self._members = np.concatenate([np.empty(0, dtype=int), *members])
-        self._group_sizes = np.array([len(rows) for rows in members], dtype=int)
-        self._first_members = np.cumsum(self._group_sizes) - self._group_sizes
-        of_pieces = members[: len(members) - len(self.half_spaces)]
-        radii = [self._sphere_radii[rows, None] for rows in of_pieces]
-        low = [(self.centers[rows] - r).min(axis=0) for rows, r in zip(of_pieces, radii, strict=True)]
-        high = [(self.centers[rows] + r).max(axis=0) for rows, r in zip(of_pieces, radii, strict=True)]
-        self._group_centers = (np.array(low) + np.array(high)).reshape(-1, 3) / 2.0
-        reach = [
-            (np.linalg.norm(self.centers[rows] - center, axis=1) + self._sphere_radii[rows]).max()
-            for rows, center in zip(of_pieces, self._group_centers, strict=True)
-        ]
-        self._group_radii = np.array(reach) * (1.0 + ROUNDING)
+        groups = [*leaves, *(np.array([len(self.pieces) + k]) for k in range(len(self.half_spaces)))]
+        self.members = np.concatenate([np.empty(0, dtype=int), *groups])
+        self.group_ends = np.cumsum([len(rows) for rows in groups], dtype=int)
+        self._leaves = leaves
 
     def group_margins(self, margins: FloatArray) -> FloatArray:
         """Return the largest of the margins (bodies, obstacles) in each group: (bodies, groups), m."""
-        largest: FloatArray = np.maximum.reduceat(margins[:, self._members], self._first_members, axis=1)
+        if not len(self.members):
+            return np.empty((len(margins), 0))
+        first = np.append(0, self.group_ends[:-1])
+        largest: FloatArray = np.maximum.reduceat(margins[:, self.members], first, axis=1)
         return largest
 
-    def group_distances(self, points: FloatArray) -> FloatArray:
-        """Bound the distances of points (N, bodies, 3) from groups by spheres about them: (N, bodies, groups), m."""
-        heights = points @ self.normals.T - self.offsets
-        distances = _sphere_distances(points, self._group_centers, self._group_radii)
-        return np.concatenate([distances, heights], axis=2)
+    def group_balls(self) -> FloatArray:
+        """Return center and radius of a ball about each group of pieces, and none about half spaces: (groups, 4), m."""
+        balls = np.zeros((len(self.group_ends), 4))
+        for ball, rows in zip(balls, self._leaves, strict=False):
+            radii = self.sphere_radii[rows, None]
+            ball[:3] = ((self.centers[rows] - radii).min(axis=0) + (self.centers[rows] + radii).max(axis=0)) / 2.0
+            reach = np.linalg.norm(self.centers[rows] - ball[:3], axis=1) + self.sphere_radii[rows]
+            ball[3] = reach.max() * (1.0 + ROUNDING)
+        return balls
 
-    def in_groups(self, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the numbers of the obstacles in groups (n,), and for each of them which of the n groups it is in."""
-        of, rows = _ranges(self._first_members[groups], self._group_sizes[groups])
-        return self._members[rows], of
+    def boxes(self) -> FloatArray:
+        """Return the boxes as the kernels read them, each with the range of its balls in `all_balls`."""
+        counts = np.array([len(self._balls[k].radii) if k in self._balls else 0 for k in range(len(self.pieces))])
+        first = np.cumsum(counts) - counts
+        rotations = self.rotations.reshape(-1, 9)
+        return np.column_stack([rotations, self.centers, self.halves, self.radii, self.sphere_radii, first, counts])
 
-    def sphere_distances(self, points: FloatArray, rows: np.ndarray) -> FloatArray:
-        """Bound the distances of points (n, 3) from obstacles (n,), by spheres about those with an end: (n,), m."""
-        distances = np.empty(len(rows))
-        is_piece = rows < len(self.pieces)
-        pieces, planes = rows[is_piece], rows[~is_piece] - len(self.pieces)
-        apart = points[is_piece] - self.centers[pieces]
-        distances[is_piece] = np.sqrt((apart**2).sum(axis=1)) - self._sphere_radii[pieces]
-        distances[~is_piece] = self.plane_distances(points[~is_piece, None], planes)[:, 0]
-        return distances
-
-    def box_distances(self, centers: FloatArray, rows: np.ndarray) -> FloatArray:
-        """Compute the distances of points (n, spheres, 3) from the boxes of pieces (n,): (n, spheres), m; 0 inside."""
-        inside = (centers - self.centers[rows][:, None]) @ self.rotations[rows]
-        np.abs(inside, out=inside)
-        inside -= self.halves[rows][:, None]
-        np.maximum(inside, 0.0, out=inside)
-        distances: FloatArray = np.sqrt((inside**2).sum(axis=-1)) - self.radii[rows][:, None]
-        return distances
+    def all_balls(self) -> FloatArray:
+        """Return center and radius of the balls of all clusters, in the base frame: (balls, 4), m."""
+        found = [np.column_stack([balls.centers, balls.radii]) for balls in self._balls.values()]
+        return np.concatenate([np.empty((0, 4)), *found])
 
     def balls(self, row: int) -> Cluster:
         """Return the balls of a piece that is a cluster, in the base frame."""
         return self._balls[row]
-
-    def has_balls(self, rows: np.ndarray) -> np.ndarray:
-        """Tell which pieces (n,) are clusters of balls."""
-        return np.asarray(self._cluster_numbers[rows] >= 0)
-
-    def ball_distances(self, starts: FloatArray, ends: FloatArray, rows: np.ndarray) -> FloatArray:
-        """Compute the distances of line segments (n, 3) from the balls of clusters (n,): (n,), m; rounding included."""
-        distances = np.empty(len(rows))
-        at_once = max(1, MOST_BALLS // max(1, self._ball_radii.shape[1]))
-        for first in range(0, len(rows), at_once):
-            part = slice(first, first + at_once)
-            distances[part] = self._ball_distances(starts[part], ends[part], rows[part])
-        return distances
-
-    def _ball_distances(self, starts: FloatArray, ends: FloatArray, rows: np.ndarray) -> FloatArray:
-        """Compute |c - s - u w| - r at the share u of the way w where it is least, all about the cluster's middle."""
-        clusters = self._cluster_numbers[rows]
-        from_middle, way = starts - self.centers[rows], ends - starts
-        products = self._ball_centers[clusters] @ np.stack([from_middle, way], axis=2)
-        length = (way**2).sum(axis=1)[:, None]
-        along = products[..., 1] - (from_middle * way).sum(axis=1)[:, None]
-        shares = np.clip(along / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
-        squares = self._ball_squares[clusters] + (from_middle**2).sum(axis=1)[:, None]
-        squares -= 2.0 * products[..., 0]
-        squares -= shares * (2.0 * along - shares * length)
-        scale = np.abs(from_middle).sum(axis=1) + np.abs(way).sum(axis=1) + self.halves[rows].sum(axis=1)
-        squares -= (ROUNDING * scale**2)[:, None]
-        distances = np.sqrt(np.maximum(squares, 0.0, out=squares)) - self._ball_radii[clusters]
-        return np.asarray(distances.min(axis=1) - ROUNDING * (1.0 + np.abs(starts).max() + self._ball_reach))
-
-    def plane_distances(self, points: FloatArray, rows: np.ndarray) -> FloatArray:
-        """Compute the distances of points (n, spheres, 3) from half spaces (n,): (n, spheres), m, negative inside."""
-        heights: FloatArray = (points * self.normals[rows][:, None]).sum(axis=-1) - self.offsets[rows][:, None]
-        return heights
 
 
 def _pieces_of(thing: SceneObject, base: Pose | None) -> Iterator[Obstacle]:
@@ -201,22 +133,6 @@ def _balls(piece: Obstacle) -> Cluster:
     if not isinstance(piece.shape, Cluster):
         raise TypeError(f"{piece.name} is no cluster")
     return Cluster(piece.shape.centers @ piece.rotation.T + piece.translation, piece.shape.radii)
-
-
-def _sphere_distances(points: FloatArray, centers: FloatArray, radii: FloatArray) -> FloatArray:
-    """Compute the distances of points (..., 3) from spheres (N, 3): (..., N), m; rounding included."""
-    scale = np.abs(points).max(initial=0.0) + np.abs(centers).max(initial=0.0)
-    squares = (points**2).sum(axis=-1)[..., None] + (centers**2).sum(axis=-1)
-    squares -= 2.0 * points @ centers.T
-    squares -= ROUNDING * scale**2
-    distances: FloatArray = np.sqrt(np.maximum(squares, 0.0)) - radii
-    return distances
-
-
-def _ranges(first: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers from `first` on, `counts` of each (n,), one range after the other, and before them which."""
-    of = np.repeat(np.arange(len(counts)), counts)
-    return of, np.arange(len(of)) - (np.cumsum(counts) - counts)[of] + first[of]
 
 
 def _rounded_box(shape: Shape | Cluster) -> tuple[FloatArray, FloatArray, float]:

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import InvalidProblem
-from planner.scene.checker import CONTACT_TOLERANCE, Items
+from planner.scene.checker import CONTACT_TOLERANCE
 from planner.scene.continuous import DEFAULT_BUDGET, clearances
 from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from planner.scene.bodies import Postures
     from planner.scene.checker import CollisionChecker
     from planner.scene.continuous import Budget
     from planner.spatial import FloatArray
@@ -60,13 +59,8 @@ def is_free(checker: CollisionChecker, positions: ArrayLike) -> np.ndarray:
         >>> planner.is_free(checker, robot.middle[None])
         array([ True])
     """
-    postures = checker.bodies.at(_checked(checker, positions))
-    free = np.ones(len(postures.origins), dtype=bool)
-    items, _, wanted = near_pairs(checker, postures)
-    for row, pair, least in zip(items.rows.tolist(), items.pairs.tolist(), wanted.tolist(), strict=True):
-        if free[row]:
-            free[row] = checker.separate(postures, row, pair).proved >= least
-    return free
+    rows = _checked(checker, positions)
+    return np.array([clearances(checker, edge(row, row)).is_proved for row in rows], dtype=bool)
 
 
 def collisions_at(checker: CollisionChecker, positions: ArrayLike) -> tuple[PostureCollision | None, ...]:
@@ -91,11 +85,10 @@ def collisions_at(checker: CollisionChecker, positions: ArrayLike) -> tuple[Post
         >>> found.pair[1]
         'block'
     """
-    postures = checker.bodies.at(_checked(checker, positions))
-    deepest: list[tuple[float, int]] = [(0.0, -1)] * len(postures.origins)
-    items, low, wanted = near_pairs(checker, postures)
-    rows = zip(items.rows.tolist(), items.pairs.tolist(), low.tolist(), wanted.tolist(), strict=True)
-    for row, pair, bound, least in rows:
+    checked = _checked(checker, positions)
+    postures = checker.bodies.at(checked)
+    deepest: list[tuple[float, int]] = [(0.0, -1)] * len(checked)
+    for row, pair, bound, least in zip(*(each.tolist() for each in near_pairs(checker, checked)), strict=True):
         if bound < 0.0 or least - bound > deepest[row][0]:  # a bound that is negative says nothing
             deepest[row] = max(deepest[row], (least - checker.separate(postures, row, pair).proved, pair))
     return tuple(
@@ -113,29 +106,23 @@ def _checked(checker: CollisionChecker, positions: ArrayLike) -> FloatArray:
 
 
 def near_pairs(
-    checker: CollisionChecker, postures: Postures, ahead: float = 0.0
-) -> tuple[Items, FloatArray, FloatArray]:
+    checker: CollisionChecker, positions: FloatArray, ahead: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, FloatArray, FloatArray]:
     """Find the pairs that cheap bounds do not prove to keep their margins, the nearest first.
 
     Args:
         checker: The robot and what is around it.
-        postures: N postures.
+        positions: (N, joints), rad or m.
         ahead: What is added to the margins, m.
 
     Returns:
-        The pairs, their bounds (n,), m, and the distances (n,) from which on they keep their margins, m.
+        Row, number and bound, m, of each pair, and the distance, m, from which on it keeps its margin.
     """
     beyond = ahead - CONTACT_TOLERANCE
-    count = len(postures.origins)
-    own = checker.own_items(count)
-    still = np.zeros((count, len(checker.bodies.pieces)))
-    near, _ = checker.near_items(postures, still, checker.margins + beyond)
-    items = Items(np.concatenate([own.rows, near.rows]), np.concatenate([own.pairs, near.pairs]))
-    wanted = checker.margins_of(items.pairs) + beyond
-    low = checker.bounds(postures, items, wanted)
-    order = np.argsort(low, kind="stable")
-    order = order[low[order] < wanted[order]]
-    return Items(items.rows[order], items.pairs[order]), low[order], wanted[order]
+    near = checker.near_items(positions, np.zeros_like(positions), checker.margins + beyond, beyond)
+    order = np.argsort(near.bounds, kind="stable")
+    pairs = near.pairs[order]
+    return near.rows[order], pairs, near.bounds[order], checker.margins_of(pairs) + beyond
 
 
 def is_edge_free(

@@ -1,6 +1,7 @@
 // The C interface of the kernels: arrays in, arrays out, and a code that says what failed. All arrays are in row order.
 #include "polynomials.hpp"
 #include "profile.hpp"
+#include "proof.hpp"
 #include "sampled_peaks.hpp"
 #include "serial_chain.hpp"
 #if defined(__x86_64__)
@@ -179,6 +180,64 @@ int found_peaks(const int64_t* state, double* best, int64_t* pieces, double* uni
 int end_search(const int64_t* state) {
     PeakSearch* search = reinterpret_cast<PeakSearch*>((intptr_t)state[0]);
     if (search) { search->release(); free(search); }
+    return OK;
+}
+
+// Prove that a motion keeps clear, in a scene that is a table of sizes and addresses; `frames` (joints + 1) is filled with
+// the frames of the posture whenever `measure` is called.
+int prove_clearance(const int64_t* scene, int64_t pieces, int64_t order, const double* lengths, const double* coefficients,
+                    const double* breakpoints, const double* request, int64_t measure, double* frames, double* found) {
+    const Scene& in = *reinterpret_cast<const Scene*>(scene);
+    const Motion motion{pieces, in.joints, order, lengths, coefficients, breakpoints};
+    Proof proof(in, motion, *reinterpret_cast<const Request*>(request), reinterpret_cast<Frame*>(frames),
+                reinterpret_cast<Measure>((intptr_t)measure), *reinterpret_cast<Found*>(found));
+    return proof.run();
+}
+
+// Find the pairs at postures whose bounds, less what `reach` (postures, joints) may change, are below their margins. The
+// number of all is counted, and the first `room` are stored.
+int near_pairs(const int64_t* scene, int64_t postures, const double* positions, const double* reach, double own_margin,
+               int64_t room, int64_t* rows, int64_t* pairs, double* bounds, double* motions, int64_t* count) {
+    const Scene& in = *reinterpret_cast<const Scene*>(scene);
+    Scratch<Frame> frames(in.joints + 1);
+    Posture at(in, frames.data);
+    List<Item> items;
+    if (!frames || !at) return NO_MEMORY;
+    const Wanted wanted{0.0, INFINITY, {-INFINITY, -INFINITY, -INFINITY}};
+    *count = 0;
+    for (int64_t row = 0; row < postures; row++) {
+        double lower[KINDS] = {};
+        items.count = 0;
+        at.put(positions + row * in.joints, reach + row * in.joints);
+        if (const int code = gather(at, wanted, own_margin, items, lower)) return code;
+        for (int64_t i = 0; i < items.count; i++, ++*count) {
+            if (*count >= room) continue;
+            rows[*count] = row;
+            pairs[*count] = items[i].pair;
+            bounds[*count] = items[i].near;
+            motions[*count] = items[i].motion;
+        }
+    }
+    return OK;
+}
+
+// Find the first posture that seems to be nearer to something than its margin, plus some room, less the contact: -1 none.
+int first_collision(const int64_t* scene, int64_t postures, const double* positions, double contact, int64_t measure,
+                    double* frames, int64_t* first) {
+    const Scene& in = *reinterpret_cast<const Scene*>(scene);
+    Posture at(in, reinterpret_cast<Frame*>(frames));
+    List<Item> items;
+    Scratch<double> still(in.joints);
+    if (!at || !still) return NO_MEMORY;
+    for (int64_t j = 0; j < in.joints; j++) still[j] = 0.0;
+    const Wanted wanted{contact, INFINITY, {-INFINITY, -INFINITY, -INFINITY}};
+    *first = -1;
+    for (int64_t row = 0; row < postures && *first < 0; row++) {
+        bool sees = false;
+        at.put(positions + row * in.joints, still.data);
+        if (const int code = sees_collision(at, wanted, items, reinterpret_cast<Measure>((intptr_t)measure), sees)) return code;
+        if (sees) *first = row;
+    }
     return OK;
 }
 }

@@ -13,6 +13,9 @@ import pytest
 from planner.kernels import build, library
 from planner.kernels.serial_chain import inverse_dynamics
 from planner.robots import load_robot
+from planner.scene import CollisionChecker, Scene, SceneObject, clearances, edge
+from planner.shapes import Box
+from planner.spatial import Pose
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
@@ -37,9 +40,18 @@ def test_the_compiler_has_one_version_everywhere() -> None:
 def test_every_level_of_the_processor_gives_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     robot = load_robot("kuka_kr16_2")
     states = np.random.default_rng(0).uniform(-3.0, 3.0, (3, 50, robot.dof))
+    things = [SceneObject(f"box_{k}", [Box([0.2, 0.3, 0.4])], Pose([1.0 + 0.3 * k, 0.5, 0.6])) for k in range(3)]
+    checker = CollisionChecker(robot, Scene(things), self_collision=True)
+
+    def answers() -> bytes:
+        ways = [edge(start, end) for start, end in zip(states[0, :8], states[1, :8], strict=True)]
+        proofs = [clearances(checker, way, tolerance=1e-3) for way in ways]
+        distances = [(found.lower.tobytes(), found.upper.tobytes(), found.distances) for found in proofs]
+        return inverse_dynamics(robot.chain, *states).tobytes() + repr(distances).encode()
+
     fastest = library.library()
     folder = library._folder()
-    found = {inverse_dynamics(robot.chain, *states).tobytes()}
+    found = {answers()}
     for name in build.library_names(platform.machine()).values():
         if "v3" in name and not fastest.runs_x86_64_v3():
             continue
@@ -47,7 +59,7 @@ def test_every_level_of_the_processor_gives_the_same_bytes(monkeypatch: pytest.M
             one = ctypes.CDLL(str(folder / name))
             patch.setattr(library, "library", lambda one=one: one)
             library._kernel.cache_clear()
-            found.add(inverse_dynamics(robot.chain, *states).tobytes())
+            found.add(answers())
         library._kernel.cache_clear()
     assert len(found) == 1
 

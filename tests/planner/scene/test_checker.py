@@ -18,7 +18,6 @@ from planner.scene import (
     is_edge_free,
     is_free,
 )
-from planner.scene.checker import Items
 from planner.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from planner.spatial import Pose
 from tests.planner.capsule_arm import CAPSULE_ARM
@@ -86,35 +85,35 @@ def test_bounds_never_exceed_distances() -> None:
     ]
     things.append(SceneObject("cloud", [PointCloud(rng.uniform(-1.5, 1.5, (300, 3)), 0.03)], ahead(0.2), margin=0.4))
     things.append(SceneObject("floor", [HalfSpace([0.0, 0.0, 1.0], 0.1)]))
-    checker = CollisionChecker(KUKA, Scene(things, allowed_pairs=[("link_3", "cloud")], margin=0.3))
-    postures = checker.bodies.at(HOME + rng.uniform(-0.5, 0.5, (3, 6)))
-    moved = rng.uniform(0.0, 0.2, (3, len(checker.bodies.pieces)))
-    found, least = checker.near_items(postures, moved, checker.margins)
+    scene = Scene(things, allowed_pairs=[("link_3", "cloud")], margin=0.3)
+    checker = CollisionChecker(KUKA, scene, self_collision=True)
+    positions, reach = HOME + rng.uniform(-0.5, 0.5, (3, 6)), rng.uniform(0.0, 0.05, (3, 6))
+    postures = checker.bodies.at(positions)
+    moved = checker.bodies.displacements(postures, reach).sum(axis=2)
+    found = checker.near_items(positions, reach, checker.margins, -np.inf)
     shape = (3, *checker.margins.shape)
     low = np.array(
         [checker.separate(postures, k, checker.own_pairs + n).proved for k, n in np.ndindex(3, shape[1] * shape[2])]
     )
     low = low.reshape(shape)
-    near = np.zeros(low.size, dtype=bool)
-    near[found.rows * shape[1] * shape[2] + found.pairs - checker.own_pairs] = True
+    bodies, obstacles = np.divmod(found.pairs - checker.own_pairs, shape[2])
+    near = np.zeros(shape, dtype=bool)
+    near[found.rows, bodies, obstacles] = True
     assert near.sum() == len(found.rows)
-    near, asked = near.reshape(shape), np.broadcast_to(np.isfinite(checker.margins), shape)
-    room = low - moved[..., None]
+    asked = np.broadcast_to(np.isfinite(checker.margins), shape)
     assert not (near & ~asked).any()
-    assert near[asked & (room < checker.margins)].all()
+    assert near[asked & (low - moved[..., None] < checker.margins)].all()
     assert 0 < near.sum() < asked.sum()
-    assert least <= room[asked & ~near].min() + 1e-9
-    distances = low[
-        found.rows, (found.pairs - checker.own_pairs) // shape[2], (found.pairs - checker.own_pairs) % shape[2]
-    ]
-    loose = checker.bounds(postures, found, np.full(len(found.rows), -np.inf))
-    tight = checker.bounds(postures, found, np.full(len(found.rows), np.inf))
-    assert (loose <= tight).all()
-    assert (tight <= distances + 1e-9).all()
-    assert (loose < tight).any()  # of a cluster, whose box is nearer than its balls
-    row, pair = checker.nearest_item(postures, checker.margins)
-    body, obstacle = divmod(pair - checker.own_pairs, shape[2])
-    assert asked[row, body, obstacle]
+    np.testing.assert_allclose(found.motions, moved[found.rows, bodies], rtol=1e-9)
+    assert (found.bounds <= low[found.rows, bodies, obstacles] + 1e-9).all()
+    own = checker.near_items(positions, np.zeros((3, 6)), np.full(checker.margins.shape, -np.inf), 0.3)
+    distances = np.array(
+        [[checker.separate(postures, k, n).proved for n in range(checker.own_pairs)] for k in range(3)]
+    )
+    near_each_other = np.zeros(distances.shape, dtype=bool)
+    near_each_other[own.rows, own.pairs] = True
+    assert near_each_other[distances < 0.3].all()
+    assert (own.bounds <= distances[own.rows, own.pairs] + 1e-9).all()
 
 
 def test_bounds_never_exceed_how_deep_things_overlap() -> None:
@@ -124,13 +123,15 @@ def test_bounds_never_exceed_how_deep_things_overlap() -> None:
     poses = [Pose.from_rpy(ahead(-0.3).position, rng.uniform(-np.pi, np.pi, 3)) for _ in deep]
     things = [SceneObject(f"thing_{k}", [shape], pose) for k, (shape, pose) in enumerate(zip(deep, poses, strict=True))]
     checker = CollisionChecker(KUKA, Scene(things))
-    postures = checker.bodies.at(HOME + rng.uniform(-0.5, 0.5, (5, 6)))
-    pairs = checker.own_pairs + np.arange(len(checker.bodies.pieces) * len(things))
-    items = Items(np.repeat(np.arange(5), len(pairs)), np.tile(pairs, 5))
-    distances = [checker.separate(postures, row, pair).distance for row, pair in zip(*items, strict=True)]
-    deepest = np.reshape(distances, (5, -1, len(things))).min(axis=(0, 1))
-    assert (deepest < -0.1).all()
-    assert (checker.bounds(postures, items, np.zeros(len(items.rows))) <= np.array(distances) + 1e-9).all()
+    positions = HOME + rng.uniform(-0.5, 0.5, (5, 6))
+    postures = checker.bodies.at(positions)
+    found = checker.near_items(positions, np.zeros((5, 6)), np.where(np.isfinite(checker.margins), 10.0, -np.inf), 10.0)
+    pairs = list(zip(found.rows.tolist(), found.pairs.tolist(), strict=True))
+    distances = np.array([checker.separate(postures, row, pair).distance for row, pair in pairs])
+    obstacles = (found.pairs - checker.own_pairs) % len(things)
+    deepest = [distances[(found.pairs >= checker.own_pairs) & (obstacles == k)].min() for k in range(len(things))]
+    assert max(deepest) < -0.1
+    assert (found.bounds <= distances + 1e-9).all()
 
 
 def test_objects_stand_in_the_world() -> None:

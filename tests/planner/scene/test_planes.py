@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from planner.robots import load_robot
-from planner.scene import CollisionChecker, PointCloud, Scene, SceneObject
-from planner.scene.checker import Items
-from planner.scene.planes import normals_at, plane_bounds
+from planner.scene import PointCloud, Scene, SceneObject
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
 from planner.spatial import Pose, rotation_from_rpy
+from tests.planner.scene.reference.bounds import Items, ReferenceChecker
+from tests.planner.scene.reference.planes import normals_at, plane_bounds
 
 ARM = load_robot("date_sorting_arm")
 
@@ -29,7 +29,7 @@ def test_planes_never_prove_more_than_there_is() -> None:
         for k, shape in enumerate(shapes)
     ]
     things.append(SceneObject("cloud", [PointCloud(rng.uniform(-0.5, 0.5, (50, 3)), 0.01)]))
-    checker = CollisionChecker(ARM, Scene(things), self_collision=True)
+    checker = ReferenceChecker(ARM, Scene(things), self_collision=True)
     lower, upper = np.maximum(ARM.limit("lower"), -2.0), np.minimum(ARM.limit("upper"), 2.0)
     middles = rng.uniform(lower, upper, (6, ARM.dof))
     here = checker.bodies.at(middles)

@@ -2,71 +2,20 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 import pytest
-from scipy.optimize import nnls
 
-from planner.scene.obstacles import Obstacles
 from planner.scene.point_cloud import Cluster, PointCloud, k_d_leaves
 from planner.scene.scene import SceneObject
-from planner.scene.segments import segment_distances
 from planner.scene.separations import Placed, cluster_separation, separation
-from planner.shapes import Box, Capsule, ConvexHull, Shape, Sphere
-from planner.spatial import FloatArray, Pose, rotation_from_rpy
+from planner.shapes import Box, Capsule, Sphere
+from planner.spatial import Pose, rotation_from_rpy
+from tests.planner.scene.least_squares import distance, random_placed
+from tests.planner.scene.reference.bounds import ReferenceObstacles, segment_distances
 from tests.sizes import SIZE
 
 PAIRS = 10_000 if SIZE.examples > 100 else 150
 """Pairs that are tried; all of them at larger sizes."""
-
-WEIGHT = 1e3
-"""Weight of the equations that the shares of the corners sum up to 1."""
-
-
-def core(shape: Shape) -> tuple[FloatArray, float]:
-    """Corners (N, 3) of the convex core of a shape, and how far the shape goes beyond it, m."""
-    match shape:
-        case Box():
-            return np.array([*product((-0.5, 0.5), repeat=3)]) * shape.size, 0.0
-        case ConvexHull():
-            return shape.vertices, 0.0
-        case Sphere():
-            return np.zeros((1, 3)), shape.radius
-        case Capsule():
-            return np.array([[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]]) * shape.length, shape.radius
-        case _:
-            raise TypeError(f"{shape} has no corners")
-
-
-def distance(first: Placed, second: Placed) -> float:
-    """Distance of the cores, less the radii, m: least squares over convex combinations of their corners."""
-    (a, r), (b, s) = core(first.shape), core(second.shape)
-    a, b = a @ first.rotation.T + first.translation, b @ second.rotation.T + second.translation
-    middle = a.mean(axis=0)
-    sums = np.zeros((2, len(a) + len(b)))
-    sums[0, : len(a)] = sums[1, len(a) :] = WEIGHT
-    shares, _ = nnls(np.vstack([np.hstack([(a - middle).T, -(b - middle).T]), sums]), [0.0, 0.0, 0.0, WEIGHT, WEIGHT])
-    left, right = shares[: len(a)] / shares[: len(a)].sum(), shares[len(a) :] / shares[len(a) :].sum()
-    return float(np.linalg.norm(left @ a - right @ b)) - r - s
-
-
-def random_shape(rng: np.random.Generator) -> Shape:
-    match rng.integers(4):
-        case 0:
-            return Box(10.0 ** rng.uniform(-3.0, 0.0, 3))
-        case 1:
-            return Sphere(10.0 ** rng.uniform(-3.0, -0.5))
-        case 2:
-            return Capsule(10.0 ** rng.uniform(-3.0, -1.0), 10.0 ** rng.uniform(-2.0, 0.0))
-        case _:
-            return ConvexHull(rng.normal(size=(rng.integers(4, 60), 3)) * 10.0 ** rng.uniform(-2.0, -0.5, 3))
-
-
-def random_placed(rng: np.random.Generator, spread: float) -> Placed:
-    """A shape anywhere; every third one in line with the axes, as machines and tables stand."""
-    rotation = rotation_from_rpy(*rng.uniform(-3.0, 3.0, 3)) if rng.integers(3) else np.eye(3)
-    return Placed(random_shape(rng), rotation, rng.normal(size=3) * spread)
 
 
 @pytest.mark.sized
@@ -137,7 +86,8 @@ def test_segments_are_as_far_from_balls_as_a_closed_form_says(size: float, place
     rng = np.random.default_rng(8)
     clouds = [PointCloud(place + size * rng.uniform(-1.0, 1.0, (count, 3)), 0.01, 0.001) for count in (1, 7, 500)]
     pose = Pose(np.array([0.3, -0.2, 0.1]), rotation_from_rpy(0.3, -0.4, 1.0))
-    obstacles = Obstacles([SceneObject("box", [Box([1.0, 1.0, 1.0])]), SceneObject("all", clouds, pose)], None)
+    obstacles = ReferenceObstacles([SceneObject("box", [Box([1.0, 1.0, 1.0])]), SceneObject("all", clouds, pose)], None)
+    obstacles.prepare()
     numbers = np.flatnonzero(obstacles.has_balls(np.arange(len(obstacles.pieces))))
     assert numbers.tolist() == list(range(1, len(obstacles.pieces)))
     rows = np.repeat(numbers, 20)

@@ -11,13 +11,14 @@ import pytest
 import planner
 from planner.robots import Robot, load_robot
 from planner.scene import AttachedObject, CollisionChecker, Scene, SceneObject, clearances
-from planner.scene.checker import CONTACT_TOLERANCE, Items
+from planner.scene.checker import CONTACT_TOLERANCE
 from planner.scene.excursions import excursions
-from planner.scene.planes import Changes, approaches
 from planner.scene.separations import Placed, separation
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from planner.trajectories.polynomials import PiecewisePolynomial
+from tests.planner.scene.reference.bounds import Items, ReferenceChecker
+from tests.planner.scene.reference.planes import Changes, approaches
 from tests.planner.shapes.solids import KINDS, shape_of
 from tests.sizes import SIZE
 
@@ -141,7 +142,7 @@ def test_no_corner_comes_nearer_than_is_bounded(arm: str, itself: bool) -> None:
     for _ in range(2 + SIZE.examples // 10):
         held = AttachedObject("held", (ConvexHull(rng.normal(size=(8, 3)) * 0.1),), Pose(rng.normal(size=3) * 0.2))
         thing = SceneObject("thing", [Capsule(0.1, 0.1)], Pose([5.0, 0.0, 0.0]))
-        checker = CollisionChecker(robot, Scene([thing], [held]), self_collision=itself)
+        checker = ReferenceChecker(robot, Scene([thing], [held]), self_collision=itself)
         body = len(checker.bodies.pieces) - 1
         pair = checker.own_pairs + body
         if itself:

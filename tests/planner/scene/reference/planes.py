@@ -1,50 +1,28 @@
-"""Planes that were found between two pieces at one posture, and what they prove of the pair at others.
-
-The plane that GJK suggests between two pieces separates them at postures nearby, too, when it moves with one of them.
-How far the pieces leave each other along its normal is proved by their supports alone, for many pairs at once.
-
-`planner.scene.bodies.Bodies.displacements` bounds motions by their length, in any direction: of an object that slides
-over a table at a distance of zero it would need a posture every 10 micrometres. Along the normal d of the plane, a
-point x of the moving piece goes by d . (v + w x x) t, plus a part of second order. The first is linear in x and t: the
-supports of the piece along d + t (d x w), at both ends of an interval, bound it.
-"""
+"""Planes between two pieces at one joint position, and their proofs for others, see `planner.scene.continuous`."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.scene.bodies import Postures
 from planner.scene.point_cloud import Cluster
-from planner.shapes import HalfSpace
+from planner.shapes import HalfSpace, Shape
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from planner.scene.bodies import Postures
-    from planner.scene.checker import CollisionChecker, Items
-    from planner.shapes import Shape
-    from planner.spatial import FloatArray
+from tests.planner.scene.reference.bounds import Items, ReferenceChecker
 
 
-def normals_at(checker: CollisionChecker, postures: Postures, items: Items, normals: FloatArray) -> FloatArray:
+def normals_at(checker: ReferenceChecker, postures: Postures, items: Items, normals: FloatArray) -> FloatArray:
     """Return the normals (n, 3) of planes between n pairs in the frames of both of their joints: (n, 2, 3)."""
     joints = checker.joints_of(items.pairs)
     turned: FloatArray = (normals[:, None, None] @ postures.rotations[items.rows[:, None], joints])[:, :, 0]
     return turned
 
 
-def plane_bounds(checker: CollisionChecker, postures: Postures, items: Items, normals: FloatArray) -> FloatArray:
-    """Bound the distances of pairs at postures from below by planes that were found at other ones.
-
-    Args:
-        checker: The robot and what is around it.
-        postures: N postures.
-        items: n pairs at postures.
-        normals: (n, 2, 3), see `normals_at`; zero where no plane is known.
-
-    Returns:
-        (n,), m; -inf where no plane is known.
-    """
+def plane_bounds(checker: ReferenceChecker, postures: Postures, items: Items, normals: FloatArray) -> FloatArray:
+    """Bound the distances of pairs from below by planes that were found at other joint positions."""
     joints = checker.joints_of(items.pairs)
     rotations = postures.rotations[items.rows[:, None], joints]
     in_base = (rotations @ normals[..., None])[..., 0]
@@ -66,14 +44,7 @@ def plane_bounds(checker: CollisionChecker, postures: Postures, items: Items, no
 
 
 class Changes(NamedTuple):
-    """How joints change within N intervals of time.
-
-    Attributes:
-        velocities: In the middles (N, joints), rad/s or m/s.
-        half_times: (N,), s: half the lengths of the intervals.
-        reach: Bounds of the changes from the middles (N, joints), rad or m.
-        remainders: Bounds of these changes less what `velocities` alone would do (N, joints), rad or m.
-    """
+    """How joints change within N intervals of time."""
 
     velocities: FloatArray
     half_times: FloatArray
@@ -82,21 +53,9 @@ class Changes(NamedTuple):
 
 
 def approaches(
-    checker: CollisionChecker, postures: Postures, items: Items, normals: FloatArray, changes: Changes
+    checker: ReferenceChecker, postures: Postures, items: Items, normals: FloatArray, changes: Changes
 ) -> FloatArray:
-    """Bound how much nearer pairs come along planes within intervals of time, to second order.
-
-    Args:
-        checker: The robot and what is around it.
-        postures: Those in the middles of N intervals.
-        items: n pairs at these postures.
-        normals: (n, 3), in the base frame, of planes that prove the pairs' distances, from the first piece to the
-            second; zero: no plane is known, but for half spaces.
-        changes: Of the joints in the intervals.
-
-    Returns:
-        (n,), m; infinite where no plane is known, and where each piece moves by joints that do not move the other.
-    """
+    """Bound the approach of pairs along planes within intervals of time, to second order."""
     rows, own, numbers = items.rows, items.pairs < checker.own_pairs, checker.numbers_of(items.pairs)
     movers = np.where(own, numbers[:, 1], numbers[:, 0])
     moved_by, standing = checker.bodies.is_moved, numbers[own, 0]
