@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -33,6 +33,33 @@ BISECTIONS = 55
 
 SPEED_SAMPLES = 17
 """Gridpoints on each piece of a curve at which the tool's speed is computed."""
+
+
+class ScaledCurve(NamedTuple):
+    """The motion q(s(t)) along a curve q(s) under a time scaling s(t)."""
+
+    curve: PiecewisePolynomial
+    scaling: PiecewisePolynomial
+
+    def derivatives(self, of: np.ndarray, on: np.ndarray, t: FloatArray, order: int) -> list[FloatArray]:
+        """Return s and its first two derivatives (..., 1), then q and its derivatives (..., joints) up to an order.
+
+        Args:
+            of: The pieces (...) of the time scaling.
+            on: The pieces (...) of the curve.
+            t: Local times (...), s, on the pieces of the time scaling.
+            order: The order: 0, 2 or 3.
+        """
+        coefficients = self.scaling.coefficients[of, 0]
+        s, v, a, j = (horner(differentiate(coefficients, k), t)[..., None] for k in range(4))
+        x = np.clip(s[..., 0] - self.curve.breakpoints[on], 0.0, self.curve.lengths[on])
+        q, *dq = self.curve.evaluate_on(np.broadcast_to(on, x.shape), x, range(order + 1))
+        found = [s, v, a, q]
+        if order:
+            found += [dq[0] * v, dq[1] * v**2 + dq[0] * a]
+        if order == 3:
+            found.append(dq[2] * v**3 + 3.0 * dq[1] * v * a + dq[0] * j)
+        return found
 
 
 def split_at_knots(law: PiecewisePolynomial, knots: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:
@@ -72,14 +99,14 @@ def compose(
     s[-1] = curve.breakpoints[-1]
     # The ends of the curve are no knots: a law whose rounding begins behind them would get a piece of no length there.
     of, start, end = _split_pieces(law, curve.breakpoints[1:-1], s)
-    on = curve.locate(horner(law.coefficients[of, 0], (start + end) / 2.0))[0]
+    motion, on = ScaledCurve(curve, law), curve.locate(horner(law.coefficients[of, 0], (start + end) / 2.0))[0]
     for halvings in range(MOST_HALVINGS + 1):
-        states = (_joint_state(law, curve, of, on, t) for t in (start, end))
+        states = [tuple(motion.derivatives(of, on, t, 2)[3:]) for t in (start, end)]
         coefficients = quintic_hermite(end - start, *states)
         rough = np.zeros(len(of), dtype=bool)
         for probe in PROBES:
             t = probe * (end - start)
-            exact = _joint_state(law, curve, of, on, start + t)[0]
+            exact = motion.derivatives(of, on, start + t, 0)[3]
             rough |= np.abs(horner(coefficients, t[:, None]) - exact).max(axis=1) > tolerance
         if not rough.any() or halvings == MOST_HALVINGS:
             break
@@ -120,18 +147,6 @@ def _split_pieces(
     later = np.flatnonzero(np.diff(pieces) == 0) + 1
     starts[later] = ends[later - 1] = high
     return pieces, starts, ends
-
-
-def _joint_state(
-    law: PiecewisePolynomial, curve: PiecewisePolynomial, of: np.ndarray, on: np.ndarray, t: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return position, velocity and acceleration (N, joints) at local times t (N,).
-
-    The law is on its pieces `of` (N,), the curve on its pieces `on` (N,).
-    """
-    s, ds, dds = (horner(differentiate(law.coefficients[of, 0], k), t) for k in range(3))
-    q, dq, ddq = curve.evaluate_on(on, np.clip(s - curve.breakpoints[on], 0.0, curve.lengths[on]))
-    return q, dq * ds[:, None], ddq * ds[:, None] ** 2 + dq * dds[:, None]
 
 
 class ToolSpeeds:

@@ -1,15 +1,15 @@
-"""The fastest time law along a curve that keeps every limit, those of jerk included."""
+"""The fastest time scaling along a curve that keeps every limit, of jerk, too."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.dynamics import path_dynamics
+from planner.constraints import TORQUE
 from planner.guarantees import QUANTITIES
 from planner.kinematics.forward import JERKS, JointStates
-from planner.time_scaling.compose import follow_curve, split_at_knots
+from planner.time_scaling.compose import ScaledCurve, follow_curve, split_at_knots
 from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits, QuadraticSpline
 from planner.time_scaling.refusals import duration_of_run, refuse_what_gravity_exceeds
 from planner.time_scaling.retiming import fastest_retiming
@@ -18,7 +18,6 @@ from planner.time_scaling.uniform import scaled_to_duration
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
-    differentiate,
     horner,
     quintic_hermite,
 )
@@ -27,6 +26,8 @@ from planner.trajectories.sampled_peaks import MOST_TRAVEL
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from planner.constraints import Constraint
+    from planner.constraints.constraint import Rows
     from planner.limits import SegmentLimits
     from planner.paths import JointPath, Run
     from planner.robots import Robot
@@ -194,26 +195,6 @@ def retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomi
     return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
 
 
-class Rates(NamedTuple):
-    """The motion that a law makes at the gridpoints of its pieces.
-
-    Attributes:
-        s: Path positions (gridpoints, pieces).
-        ds: Path velocities (gridpoints, pieces, 1).
-        dds: Path accelerations (gridpoints, pieces, 1).
-        first: Velocities (gridpoints, pieces, joints), rad/s or m/s.
-        second: Accelerations (gridpoints, pieces, joints), rad/s^2 or m/s^2.
-        third: Jerks (gridpoints, pieces, joints), rad/s^3 or m/s^3.
-    """
-
-    s: FloatArray
-    ds: FloatArray
-    dds: FloatArray
-    first: FloatArray
-    second: FloatArray
-    third: FloatArray
-
-
 def limits_on(path: JointPath, run: Run, *, knows_torques: bool = False) -> LimitsOnCurve:
     """Return the limits on the curve of a run."""
     return LimitsOnCurve(path.dynamics.robot_on(run.first), path.limits, run.curve, knows_torques=knows_torques)
@@ -257,21 +238,15 @@ class LimitsOnCurve:
         used = halves.used().max(axis=0).reshape(len(GRIDPOINTS), -1, 2)
         return used.max(axis=(0, 2)), used.min(axis=(0, 2))
 
-    def rates(self, law: PiecewisePolynomial) -> Rates:
-        """Compute the motion that a law makes of the curve."""
-        on = self.pieces(law)
-        s, ds, dds, ddds = (
-            horner(differentiate(law.coefficients[:, 0], k), GRIDPOINTS[:, None] * law.lengths) for k in range(4)
-        )
-        x = np.clip(s - self.curve.breakpoints[on], 0.0, self.curve.lengths[on])[..., None]
-        dq, ddq, dddq = (horner(self.curve.derivative_coefficients(k)[on], x) for k in (1, 2, 3))
-        ds, dds, ddds = ds[..., None], dds[..., None], ddds[..., None]
-        third = dddq * ds**3 + 3.0 * ddq * ds * dds + dq * ddds
-        return Rates(s, ds, dds, dq * ds, ddq * ds**2 + dq * dds, third)
+    def rates(self, law: PiecewisePolynomial) -> list[FloatArray]:
+        """Return `ScaledCurve.derivatives` up to jerks at the gridpoints (gridpoints, pieces, ...) of all pieces."""
+        on, t = self.pieces(law), GRIDPOINTS[:, None] * law.lengths
+        return ScaledCurve(self.curve, law).derivatives(np.arange(len(on)), on, t, 3)
 
     def along(self, law: PiecewisePolynomial) -> LinearLimits:
         """Linearise all limits at the gridpoints of the law's pieces, each divided by the limit itself."""
-        s, ds, dds, first, second, third = self.rates(law)
+        s, ds, dds, q, first, second, third = self.rates(law)
+        s = s[..., 0]
         segments = self.curve.segments[self.pieces(law)]
         own = self.limits.of(segments)
         speeds = self.limits.velocity.used(np.broadcast_to(segments, s.shape), first).max(axis=2)[..., None]
@@ -283,16 +258,9 @@ class LimitsOnCurve:
             (second / half, first / half, no, -middle / half + no, yes, no),
             (*(rate / own.jerk.upper for rate in (third, 3.0 * second, first)), no, no, yes),
         ]
-        for by_u, by_x in self.sampled.rows_at(s, own):
-            none = np.zeros_like(by_u)
-            groups.append((by_x * ds**2 + by_u * dds, by_u * ds, none, none, none + 1.0, none))
+        groups += self.sampled.groups_at(own, s, ds, dds)
         if self.sampled.jerks:
-            q = self.curve.evaluate(np.clip(s.ravel(), 0.0, self.curve.breakpoints[-1]), [0])[0]
             groups.append(self.sampled.tool_jerks_at(own, q, first, second, third))
-        if self.sampled.limits_torque:
-            middle, half = own.torque.centred
-            *moved, gravity = self.sampled.torques_at(s, ds, dds)
-            groups.append((*(x / half for x in (*moved, gravity - middle)), yes, no))
         by_limits = ([x[k].reshape(s.size, -1).T for x in groups] for k in range(6))
         return LinearLimits(*(np.ascontiguousarray(np.concatenate(rows)) for rows in by_limits))
 
@@ -301,20 +269,20 @@ class _Sampled:
     """Path dynamics and motions of the tool along a curve, which are no polynomials: interpolated between gridpoints.
 
     Attributes:
-        limits_torque: Whether any torque is limited.
         speeds: The values of the constraints that follow the path speed alone, at the gridpoints.
-        rows: The rows of constraints besides torque, at the gridpoints.
+        rows: The rows of constraints at the gridpoints; torque has rows also where only its values are needed.
         jerks: The jerks of the tool that are limited.
     """
 
     def __init__(self, robot: Robot, limits: SegmentLimits, curve: SegmentedPolynomial, knows_torques: bool) -> None:
-        there = limits.of(np.unique(curve.segments))
-        self.robot, self.limits_torque = robot, robot.has_dynamics and bool(np.isfinite(there.torque.upper).any())
-        knows_torques = knows_torques or self.limits_torque
-        limited = [own for own, _ in there.constraints if own.name != "torque" and own.is_known(robot)]
-        self.jerks = [own.name for own in limited if own.name in JERKS]
-        if not (knows_torques or limited):
-            self.speeds, self.rows = {}, {}
+        constraints = [own for own, _ in limits.of(np.unique(curve.segments)).constraints]
+        if knows_torques and TORQUE not in constraints:
+            constraints.append(TORQUE)
+        limited = [own for own in constraints if own.is_known(robot)]
+        self.robot, self.jerks = robot, [own.name for own in limited if own.name in JERKS]
+        self.speeds: dict[Constraint, FloatArray] = {}
+        self.rows: dict[Constraint, Rows] = {}
+        if not limited:
             return
         travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
         fewer = np.maximum(MANY_SAMPLES, FEWER_PER_RADIAN * np.minimum(travels, MOST_TRAVEL))
@@ -328,12 +296,10 @@ class _Sampled:
         states = JointStates(robot, q, dq, ddq)
         self.speeds = {own: own.values(states) for own in limited if own.follows_path_speed}
         self.rows = {own: own.rows(states) for own in limited if own.has_rows}
-        if knows_torques:
+        if TORQUE in self.rows:
             segments = curve.segments[curve.locate(self.gridpoints)[0]]
-            dynamics = path_dynamics(robot, q, dq, ddq)
             middle, half = (values[segments] for values in limits.torque.centred)
-            refuse_what_gravity_exceeds(robot, segments, dynamics.gravity, middle, half)
-            self.dynamics = np.concatenate(dynamics, axis=1).T
+            refuse_what_gravity_exceeds(robot, segments, self.rows[TORQUE].rest, middle, half)
 
     def path_speed_use(self, s: FloatArray, limits: SegmentLimits) -> FloatArray:
         """Return the share of the highest path velocity that s' = 1 is (points, pieces), by the constraints on it."""
@@ -344,17 +310,32 @@ class _Sampled:
                 use = np.maximum(use, share ** (1.0 / constraint.order))
         return use
 
-    def rows_at(self, s: FloatArray, limits: SegmentLimits) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Yield the coefficients (points, pieces, rows) of s'' and s'^2 in each constraint with rows, by its limits."""
+    def groups_at(
+        self, limits: SegmentLimits, s: FloatArray, ds: FloatArray, dds: FloatArray
+    ) -> Iterator[tuple[FloatArray, ...]]:
+        """Yield the parts of `LinearLimits` that each constraint with rows is, each (points, pieces, rows)."""
         for constraint, bounds in limits.constraints:
             if constraint in self.rows:
-                rows = self.rows[constraint]
-                limit = np.repeat(bounds.upper, rows.by_u.shape[1] // bounds.upper.shape[1], axis=1)
-                by_u, by_x = (
-                    np.stack([np.interp(s, self.gridpoints, row) for row in part.T], axis=-1) / limit
-                    for part in rows[:2]
-                )
-                yield by_u, by_x
+                by_b, by_a, rest = self.values_at(constraint, s, ds, dds)
+                middle, half = (np.repeat(side, by_b.shape[-1] // side.shape[1], axis=1) for side in bounds.centred)
+                none = np.zeros_like(by_b)
+                yield by_b / half, by_a / half, none, (rest - middle) / half, none + 1.0, none
+
+    def values_at(
+        self, constraint: Constraint, s: FloatArray, ds: FloatArray, dds: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the coefficients of b and a in the rows of a constraint, and its values at rest, each (..., rows).
+
+        Args:
+            constraint: One with rows.
+            s: Path positions (...).
+            ds: Path velocities (..., 1).
+            dds: Path accelerations (..., 1).
+        """
+        by_u, by_x, rest = (
+            np.stack([np.interp(s, self.gridpoints, row) for row in part.T], axis=-1) for part in self.rows[constraint]
+        )
+        return by_x * ds**2 + by_u * dds, by_u * ds, rest
 
     def tool_jerks_at(
         self, limits: SegmentLimits, q: FloatArray, first: FloatArray, second: FloatArray, third: FloatArray
@@ -363,26 +344,14 @@ class _Sampled:
 
         Args:
             limits: Of each piece.
-            q: (points x pieces, joints).
+            q: Positions (points, pieces, joints).
             first: Velocities (points, pieces, joints) of the law.
             second: Its accelerations.
             third: Its jerks.
         """
         *shape, joints = first.shape
-        rows = jerk_rows(self.robot, self.jerks, q, *(values.reshape(-1, joints) for values in (first, second, third)))
+        rows = jerk_rows(self.robot, self.jerks, *(values.reshape(-1, joints) for values in (q, first, second, third)))
         bound = np.stack([limits.of_tool[quantity] for quantity in rows.quantities], axis=-1)
         by_b, by_a, by_c = (part.reshape(*shape, -1) / bound for part in rows[:3])
         none = np.zeros_like(by_b)
         return by_b, by_a, by_c, none, none, none + 1.0
-
-    def torques_at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:
-        """Return the torques' coefficients of b, a and c, and gravity, each (..., joints), where a law is at s (...).
-
-        Args:
-            s: Path positions (...).
-            ds: Path velocities (..., 1) of the law.
-            dds: Path accelerations (..., 1) of the law.
-        """
-        values = np.stack([np.interp(s, self.gridpoints, own) for own in self.dynamics], axis=-1)
-        inertia, centripetal, gravity = np.split(values, 3, axis=-1)
-        return centripetal * ds**2 + inertia * dds, inertia * ds, np.zeros_like(gravity), gravity

@@ -62,8 +62,8 @@ class PiecewisePolynomial:
     def evaluate_on(
         self, pieces: np.ndarray, x: FloatArray, derivatives: Sequence[int] = (0, 1, 2)
     ) -> list[FloatArray]:
-        """Evaluate like `evaluate`, at local coordinates x (N,) of pieces (N,)."""
-        column = x[:, None]
+        """Evaluate like `evaluate`, at local coordinates x (...) of pieces (...)."""
+        column = x[..., None]
         found = []
         for order in derivatives:
             # Row by row of one power, which lie one behind the other: twice as fast as pieces with all of their powers.

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.min_effort.stage import SMOOTHING
+from planner.constraints import TORQUE
 from planner.time_scaling.linear_limits import QuadraticSpline
 from planner.time_scaling.retiming import (
     LEAST_CURVATURE,
@@ -199,7 +200,7 @@ class Search:
     def _aim(self, limits: LimitsOnCurve, law: PiecewisePolynomial) -> Aim:
         """Return the cost of retiming a law."""
         torque, power, jerk = self.cost.units
-        s, ds, dds, first, second, third = limits.rates(law)
+        s, ds, dds, _, first, second, third = limits.rates(law)
         by_work = self.cost.objective == "mechanical_work"
         duration = Duration.of_intervals(law.lengths)
         costs: list[RetimingCost] = []
@@ -211,7 +212,8 @@ class Search:
 
         if self.cost.objective != "jerk":
             unit, exponent = (first / power, 0.0) if by_work else (1.0 / torque, -0.5)
-            add(tuple(row * unit for row in limits.sampled.torques_at(s, ds, dds)), exponent, by_work)
+            by_b, by_a, gravity = (row * unit for row in limits.sampled.values_at(TORQUE, s[..., 0], ds, dds))
+            add((by_b, by_a, np.zeros_like(by_b), gravity), exponent, by_work)
         if self.cost.objective == "jerk" or self.cost.adds_jerk:
             add((third / jerk, 3.0 * second / jerk, first / jerk, np.zeros_like(first)), 0.5, False)
         return costs[0] if len(costs) == 1 else CostWithJerk(*costs)

@@ -14,12 +14,13 @@ from planner.backends.splines.shortest_durations import Evaluation, shortest_dur
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
+from planner.guarantees import JOINT_DERIVATIVES
 from planner.paths.errors import passing_error
-from planner.time_scaling.compose import ToolSpeeds, follow_curve, split_at_knots
+from planner.time_scaling.compose import ScaledCurve, ToolSpeeds, follow_curve, split_at_knots
 from planner.time_scaling.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.time_scaling.uniform import TimeScaling, time_scalings
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
-from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
+from planner.trajectories.polynomials import SegmentedPolynomial, horner
 
 if TYPE_CHECKING:
     from planner.backends.splines.interpolation import Degree
@@ -311,17 +312,14 @@ class _CurveTiming(_Timing):
         """
         law, curve, limits = self._law(durations), self.run.curve, self.path.limits
         t = units * durations[:, None]
-        s, ds, dds, ddds = (horner(differentiate(law.coefficients, k), t)[..., None] for k in range(4))
+        s = horner(law.coefficients, t)
         starts, ends = self.knots[:-1, None], self.knots[1:, None]
         margin = NEGLIGIBLE_SHARE * (ends - starts)  # at its ends an interval's own derivatives count
-        within = np.clip(s[..., 0], starts + margin, ends - margin).ravel()
-        orders = [1, 2, 3] if "jerk" in self.enforced else [1, 2]
-        dq, ddq, *dddq = (value.reshape(*t.shape, -1) for value in curve.evaluate(within, orders))
-        motion = {"velocity": dq * ds, "acceleration": ddq * ds**2 + dq * dds}
-        if dddq:
-            motion["jerk"] = dddq[0] * ds**3 + 3.0 * ddq * ds * dds + dq * ddds
-        factors = np.maximum(self.tool_speeds.shares_at(within).reshape(t.shape) * np.abs(ds[..., 0]), LEAST_FACTOR)
-        for order, (quantity, values) in enumerate(motion.items(), 1):
+        within = np.clip(s, starts + margin, ends - margin)
+        on, highest = curve.locate(within)[0], 3 if "jerk" in self.enforced else 2
+        _, ds, _, _, *rates = ScaledCurve(curve, law).derivatives(np.arange(len(t))[:, None], on, t, highest)
+        factors = np.maximum(self.tool_speeds.shares_at(within) * np.abs(ds[..., 0]), LEAST_FACTOR)
+        for order, (quantity, values) in enumerate(zip(JOINT_DERIVATIVES[1:], rates, strict=False), 1):
             if quantity in self.enforced:
                 ratios = limits.bounds(quantity).used(np.broadcast_to(self.segments[:, None], t.shape), values)
                 factors = np.maximum(factors, ratios.max(axis=2) ** (1.0 / order))
