@@ -63,9 +63,9 @@ class UseOfLimits(NamedTuple):
     """How a profile uses the limits on each interval, each (intervals,).
 
     Attributes:
-        bend: Half of what u grows by: it keeps the limits at both ends, or breaks them the least.
+        bend: Half of what u grows by: it keeps the limits at both ends, or breaks them the least; 0: u is constant.
         used: The largest share of a limit that is used then.
-        unused: The share of the tightest limit that a constant u leaves unused, on average.
+        unused: The share of the tightest limit that a constant u leaves unused, on average; elsewhere 0.
         dips: By how much x may exceed its bound between probes, relative to the bound; 0 where x is far below it.
     """
 
@@ -91,10 +91,11 @@ def fastest_profile(limits: PathLimits, throughout: np.ndarray, rests: np.ndarra
     return x
 
 
-def use_of_limits(limits: PathLimits, x: FloatArray) -> UseOfLimits:
-    """Compute how a profile (intervals + 1,) of x uses the limits."""
-    use = np.empty((4, len(limits.lengths)))
-    call("use", *limits.arguments, doubles(x, len(limits.lengths) + 1), *use)
+def use_of_limits(limits: PathLimits, throughout: np.ndarray, x: FloatArray) -> UseOfLimits:
+    """Compute how a profile (intervals + 1,) of x uses the limits, by a constant u where `throughout` (intervals,)."""
+    intervals = len(limits.lengths)
+    use = np.empty((4, intervals))
+    call("use", *limits.arguments, indices(throughout, 2, intervals), doubles(x, intervals + 1), *use)
     return UseOfLimits(*use)
 
 

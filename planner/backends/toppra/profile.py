@@ -213,13 +213,13 @@ def _solved(
     limits, throughout = solved
     for solution in range(refinements + repairs + 1):
         x = solve(solver, limits, throughout, intervals.rests)
-        use = use_of_limits(limits, x)
-        profile = Profile(intervals, x, np.where(throughout, 0.0, use.bend), SolvedLimits(limits, throughout))
+        use = use_of_limits(limits, throughout, x)
+        profile = Profile(intervals, x, use.bend, SolvedLimits(limits, throughout))
         if solution == refinements + repairs:
             break
         broken = (use.used > TOLERATED) & ~throughout
         hopeless = broken & (use.used > MENDED_BY_PARTS)
-        times, wasted = profile.times, np.where(throughout, use.unused, 0.0) * profile.times
+        times, wasted = profile.times, use.unused * profile.times
         throughout = throughout | broken
         if (solution < refinements and not profile.has_many_intervals) and (
             solution == 0 or wasted.sum() > NEGLECTED * times.sum() or times[hopeless].sum() > STUCK * times.sum()

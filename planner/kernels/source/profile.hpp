@@ -151,16 +151,19 @@ static inline void used_at_probes(const Limits& l, int64_t i, double x0, double 
         const double share = PROBE[p], d = l.lengths[i];
         const double u = (x1 - x0) / (2.0 * d) + bend * (2.0 * share - 1.0);
         const double x = x0 + (x1 - x0) * share - 2.0 * bend * d * (share - share * share);
-        used[p] = 0.0;
+        const bool is_point = p % 2 == 0;
+        double most = 0.0;
         for (int64_t k = 0; k < l.count; k++) {
             double moved = 0.0, rest = 0.0;
-            for (int point = 0; point < POINTS; point++) {
+            for (int point = is_point ? p / 2 : 0; point <= (is_point ? p / 2 : POINTS - 1); point++) {
                 const int64_t at = l.row(point, i) + k;
                 moved += AT_PROBE[p][point] * (l.per_u[at] * u + l.per_x[at] * x);
                 rest += AT_PROBE[p][point] * l.rest[at];
             }
-            used[p] = fmax(used[p], fabs(moved) / (1.0 - (moved > 0.0 ? rest : moved < 0.0 ? -rest : 0.0)));
+            const double share = moved < 0.0 ? -moved / (1.0 + rest) : moved / (1.0 - rest);
+            most = share > most ? share : most;
         }
+        used[p] = most;
     }
 }
 
@@ -181,14 +184,16 @@ static inline double best_bend(const Limits& l, int64_t i, double x0, double x1)
     return fmin(fmax(bend, for_speed), MOST_BEND * speeds * speeds / (2.0 * d));
 }
 
-// For each interval: the bend, the largest share of a limit that is used with it, the share of the tightest limit that no
-// bend leaves unused, on average, and by how much x may exceed its bound between probes where it is close to it.
-static inline void use_of_limits(const Limits& l, const double* x, double* bends, double* used, double* unused, double* dips) {
+// For each interval: the bend, 0 where u is constant, and the largest share of a limit that is used with it; where u is
+// constant the share of the tightest limit that this leaves unused, on average; and by how much x may exceed its bound
+// between probes where it is close to it.
+static inline void use_of_limits(const Limits& l, const int64_t* constant, const double* x, double* bends, double* used,
+                                 double* unused, double* dips) {
     for (int64_t i = 0; i < l.intervals; i++) {
         const double x0 = x[i], x1 = x[i + 1], d = l.lengths[i];
         double at[PROBES], bound[PROBES];
         for (int p = 0; p < PROBES; p++) bound[p] = l.bound(p, i);
-        bends[i] = best_bend(l, i, x0, x1);
+        bends[i] = constant[i] ? 0.0 : best_bend(l, i, x0, x1);
         used_at_probes(l, i, x0, x1, bends[i], at);
         used[i] = 0.0;
         for (int p = 0; p < PROBES; p++) {
@@ -196,12 +201,11 @@ static inline void use_of_limits(const Limits& l, const double* x, double* bends
             if (p > 0 && p < PROBES - 1) at[p] = fmax(at[p], (x0 + (x1 - x0) * PROBE[p] - 2.0 * bends[i] * d * inner) / bound[p]);
             used[i] = fmax(used[i], at[p]);
         }
-        used_at_probes(l, i, x0, x1, 0.0, at);
         unused[i] = dips[i] = 0.0;
         bool close[PROBES];
         for (int p = 0; p < PROBES; p++) {
             const double own = x0 + (x1 - x0) * PROBE[p];
-            unused[i] += fmax(1.0 - fmax(at[p], own / bound[p]), 0.0) / PROBES;
+            if (constant[i]) unused[i] += fmax(1.0 - fmax(at[p], own / bound[p]), 0.0) / PROBES;
             close[p] = own > CLOSE * bound[p];
         }
         for (int p = 1; p < PROBES - 1; p++)

@@ -80,7 +80,7 @@ def _used(limits: PathLimits, x0: np.ndarray, x1: np.ndarray, bend: np.ndarray) 
     return used
 
 
-def use_of_limits(limits: PathLimits, x: np.ndarray) -> UseOfLimits:
+def use_of_limits(limits: PathLimits, throughout: np.ndarray, x: np.ndarray) -> UseOfLimits:
     x0, x1, d = x[:-1], x[1:], limits.lengths
     u, inner, bound = (x1 - x0) / (2.0 * d), INNER[:, None], limits.bounds[1:-1]
     (low0, high0), (low1, high1) = range_of_u(limits, 0, x0), range_of_u(limits, -1, x1)
@@ -91,6 +91,7 @@ def use_of_limits(limits: PathLimits, x: np.ndarray) -> UseOfLimits:
     near = np.clip(middle, np.minimum(2.0 * nearest, 0.0), np.maximum(2.0 * nearest, 0.0))
     bend = np.maximum(np.where(least > most, middle, near), for_speed)
     bend = np.minimum(bend, MOST_BEND * (np.sqrt(x0) + np.sqrt(x1)) ** 2 / (2.0 * d))
+    bend = np.where(throughout, 0.0, bend)
     speeds = (over + bound - 2.0 * bend * d * (inner - inner**2)) / bound
     used = np.maximum(_used(limits, x0, x1, bend).max(axis=0), speeds.max(axis=0))
     linear = x0 + (x1 - x0) * PROBES[:, None]
@@ -98,7 +99,8 @@ def use_of_limits(limits: PathLimits, x: np.ndarray) -> UseOfLimits:
     close = linear > CLOSE * limits.bounds
     between = np.diff(limits.bounds, n=2, axis=0) / bound / 8.0
     dips = np.where(close[:-2] | close[1:-1] | close[2:], between, 0.0).max(axis=0)
-    return UseOfLimits(bend, used, np.maximum(1.0 - constant, 0.0).mean(axis=0), np.maximum(dips, 0.0))
+    unused = np.where(throughout, np.maximum(1.0 - constant, 0.0).mean(axis=0), 0.0)
+    return UseOfLimits(bend, used, unused, np.maximum(dips, 0.0))
 
 
 def fastest_crossings(limits: PathLimits, x: np.ndarray, steepest: float) -> tuple[np.ndarray, np.ndarray]:

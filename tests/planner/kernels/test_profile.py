@@ -62,7 +62,9 @@ def test_the_use_of_random_limits(seed: int, count: int, rows: int, bend: float)
     limits, throughout, rests = problem(seed, count, rows, bend)
     limits.per_u[..., 0] = np.where(limits.per_u[..., 0] == 0.0, 0.3, limits.per_u[..., 0])  # one limits u everywhere
     x = fastest_profile(limits, throughout, rests) + 1e-3 * np.random.default_rng(seed).random(count + 1)
-    for own, other in zip(use_of_limits(limits, x), by_numpy.use_of_limits(limits, x), strict=True):
+    for own, other in zip(
+        use_of_limits(limits, throughout, x), by_numpy.use_of_limits(limits, throughout, x), strict=True
+    ):
         assert own == pytest.approx(other, rel=1e-9, abs=1e-12)
     for own, other in zip(fastest_crossings(limits, x, 1e6), by_numpy.fastest_crossings(limits, x, 1e6), strict=True):
         assert own == pytest.approx(other, rel=1e-9, abs=1e-12)
@@ -104,7 +106,7 @@ def test_limits_of_nothing() -> None:
     limits, throughout, rests = constant(np.ones(3), np.zeros(2), 0.0, 2.0)
     x = fastest_profile(limits, throughout, rests)
     assert x == pytest.approx([0.0, 2.0, 2.0, 0.0])
-    assert np.isfinite(use_of_limits(limits, x)).all()
+    assert np.isfinite(use_of_limits(limits, throughout, x)).all()
 
 
 def test_intervals_next_to_nothing() -> None:
@@ -135,4 +137,4 @@ def test_wrong_shapes_are_refused() -> None:
     with pytest.raises(ValueError, match="shape"):
         fastest_profile(limits, throughout, rests[1:])
     with pytest.raises(ValueError, match="shape"):
-        use_of_limits(limits, np.ones(3))
+        use_of_limits(limits, throughout, np.ones(3))
