@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
     from planner.spatial import FloatArray
+    from planner.trajectories.extrema import UnitPolynomials
     from planner.trajectories.polynomials import SegmentedPolynomial
 
 TOO_OFTEN = (
@@ -69,6 +70,7 @@ class SampledLimits(SampledConstraints):
         rows: np.ndarray,
         groups: np.ndarray,
         above: FloatArray | float = 0.0,
+        derivatives: UnitPolynomials | None = None,
     ) -> tuple[FloatArray, np.ndarray]:
         """Find the factors on time with which groups of pieces just keep these limits.
 
@@ -79,6 +81,7 @@ class SampledLimits(SampledConstraints):
             rows: Row (pieces,) of the limits that each piece has to keep.
             groups: Group (pieces,) of each piece, from 0 on without gaps.
             above: Factors up to this, one for all or (groups,), do not matter: what is found may be less.
+            derivatives: The `DERIVATIVES` of the motion on unit time; None: they are computed.
 
         Returns:
             The factors (groups,), less than 1 where a group could be faster, and the index (groups,) in `each` of the
@@ -97,7 +100,7 @@ class SampledLimits(SampledConstraints):
             room = self.half[rows[at]] - np.sign(moved) * (rest - self.middle[rows[at]])
             return self.with_bends((np.abs(moved) / room) ** powers, rates, rows[at], pieces.lengths[at])
 
-        return self._largest(needed, pieces, groups, above=above / SAMPLED_MARGIN, power=0.5)
+        return self._largest(needed, pieces, groups, 0.5, above / SAMPLED_MARGIN, derivatives)
 
     def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
         """Return the largest share (pieces,) of one of these limits that each piece uses.
@@ -119,9 +122,11 @@ class SampledLimits(SampledConstraints):
         groups: np.ndarray,
         power: float = 1.0,
         above: FloatArray | float = 0.0,
+        derivatives: UnitPolynomials | None = None,
     ) -> tuple[FloatArray, np.ndarray]:
         """Return the largest values (groups,) of all columns, with the margin, and the column (groups,) of each."""
-        derivatives = derivatives_on_unit_time(motion, DERIVATIVES)
+        if derivatives is None:
+            derivatives = derivatives_on_unit_time(motion, DERIVATIVES)
         peaks = self.peaks(of_states, derivatives, motion.lengths, groups, together=True, power=power, above=above)
         return peaks.use[:, 0] * SAMPLED_MARGIN, peaks.columns[:, 0]
 

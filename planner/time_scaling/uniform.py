@@ -12,6 +12,7 @@ from planner.time_scaling.refusals import BindingLimit, infeasible_duration_erro
 from planner.time_scaling.sampled_limits import SampledLimits
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
+from planner.trajectories.sampled_peaks import DERIVATIVES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -58,12 +59,14 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
         if factor > worst[group].factor:
             worst[group] = TimeScaling(factor, binding)
 
+    sampled = SampledLimits(path.dynamics, path.limits)
+    has_sampled = bool(sampled.limited[segments].any())
+    derivatives = derivatives_on_unit_time(pieces, DERIVATIVES if has_sampled else len(JOINT_DERIVATIVES))
     orders = [order for order, quantity in enumerate(JOINT_DERIVATIVES) if order and quantity in guarantees]
     if orders:
         limits = [path.limits.bounds(JOINT_DERIVATIVES[order]) for order in orders]
         limit, weights = measures([own.of(pieces.segments) for own in limits])
         of_pieces = np.add.outer(len(segments) * np.arange(len(orders)), groups)
-        derivatives = derivatives_on_unit_time(pieces, len(JOINT_DERIVATIVES))
         found = largest_magnitudes(derivatives[orders], limit, of_pieces, weights)
         ratios = np.abs(found.values) / limit.reshape(-1, limit.shape[2])[found.pieces, found.joints]
         if weights is not None:
@@ -72,10 +75,9 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
         for k, (ratio, joint) in enumerate(zip(ratios.tolist(), found.joints.tolist(), strict=True)):
             order, group = orders[k // len(segments)], k % len(segments)
             note(group, ratio ** (1.0 / order), BindingLimit(JOINT_DERIVATIVES[order], path.robot.joint_names[joint]))
-    sampled = SampledLimits(path.dynamics, path.limits)
-    if sampled.limited[segments].any():
+    if has_sampled:
         known = np.array([scaling.factor for scaling in worst])
-        stretches = sampled.stretch(pieces, pieces.segments, groups, above=known)
+        stretches = sampled.stretch(pieces, pieces.segments, groups, known, derivatives)
         for group, (factor, limit) in enumerate(zip(*(values.tolist() for values in stretches), strict=True)):
             note(group, factor, sampled.each[limit])
     return dict(zip(segments.tolist(), worst, strict=True))
