@@ -89,7 +89,7 @@ def serve(
     from pydantic import ValidationError
 
     from api.base.settings import Settings, faults_of
-    from api.process import serve as run
+    from api.left_out import leave_out
 
     given = {"host": host, "port": port, "workers": workers}
     try:
@@ -101,6 +101,9 @@ def serve(
         from cli.local_service import announce_when_ready
 
         announce_when_ready(settings.host, settings.port)
+    leave_out()
+    from api.process import serve as run
+
     run(settings)
 
 
