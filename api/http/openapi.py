@@ -13,7 +13,7 @@ from api.base.codings import IDENTITY
 from api.base.version import service_version
 from api.contract.examples.request_examples import request_examples
 from api.http.described import JSON
-from api.http.running import respond, respond_with_json, run
+from api.http.replies import get_reply, respond, respond_with_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -51,7 +51,7 @@ async def document_of(request: Request) -> Response:
     state = request.app.state
     if not hasattr(state, "openapi"):
         described = described_by_fastapi(request.app.routes)
-        reply = await run(request, "get_schemas", coding=IDENTITY, **schema_names(described))
+        reply = await get_reply(request, "get_schemas", coding=IDENTITY, **schema_names(described))
         if reply.status != HTTPStatus.OK:
             return respond(reply)
         state.openapi = orjson.dumps(completed(described, orjson.loads(reply.body)))

@@ -93,11 +93,11 @@ class Database:
         Raises:
             DatabaseUnavailable: There is no connection, or it broke.
         """
-        return await self._run(self._readers, True, lambda connection: work(connection, *arguments, **options))
+        return await self._execute(self._readers, True, lambda connection: work(connection, *arguments, **options))
 
     async def write(self, work: Callable[Concatenate[Connection, P], T], *arguments: P.args, **options: P.kwargs) -> T:
         """Run a function that writes, as `read` does; all that it writes is written together, or nothing."""
-        return await self._run(self._writer, False, lambda connection: work(connection, *arguments, **options))
+        return await self._execute(self._writer, False, lambda connection: work(connection, *arguments, **options))
 
     async def is_readable(self) -> bool:
         """Tell whether all tables can be read; a look that takes too long, or is still under way then, says no."""
@@ -121,7 +121,7 @@ class Database:
             return False
         return True
 
-    async def _run(self, threads: ThreadPoolExecutor, reads: bool, work: Callable[[Connection], T]) -> T:
+    async def _execute(self, threads: ThreadPoolExecutor, reads: bool, work: Callable[[Connection], T]) -> T:
         def transaction() -> T:
             with (self._reading if reads else self.engine).begin() as connection:
                 return work(connection)

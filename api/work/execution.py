@@ -29,7 +29,7 @@ from api.work.tasks import (
     trajectory_operations,
 )
 from api.work.tasks.batches import item_steps
-from api.work.tasks.work import TASKS, Work, task
+from api.work.tasks.context import TASKS, TaskContext, task
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
@@ -56,14 +56,14 @@ class Attempt:
     """A task that is done step by step, between the steps of others.
 
     Attributes:
-        work: The task.
+        context: The context of the task.
         reply: The reply, once there is one: after the last step, or where it was refused in one.
     """
 
-    def __init__(self, task: Task, caps: Caps, steps: Callable[[Work], Generator[None, None, Reply]]) -> None:
-        self.work = Work(task, caps)
+    def __init__(self, task: Task, caps: Caps, steps: Callable[[TaskContext], Generator[None, None, Reply]]) -> None:
+        self.context = TaskContext(task, caps)
         self.reply: Reply | None = None
-        self._steps = steps(self.work)
+        self._steps = steps(self.context)
 
     def advance(self) -> None:
         """Do the next step, if there is one left."""
@@ -74,11 +74,11 @@ class Attempt:
         except StopIteration as end:
             self.reply = end.value
         except (PlanningError, errors.ServiceError) as refusal:
-            self.reply = _refused(refusal, self.work)
+            self.reply = _refused(refusal, self.context)
 
 
 @task(PLAN_ITEMS)
-def plan_items(work: Work) -> Reply:
+def plan_items(context: TaskContext) -> Reply:
     """Plan requests of a batch, the argument `items`, each as if it were alone; the result is a list of replies.
 
     All are read, then all are planned, then all are written: what the processor keeps at hand of code and data is that
@@ -88,7 +88,7 @@ def plan_items(work: Work) -> Reply:
     should. An error that nobody foresaw ends them all: it may come from the memory that the others take.
     """
     end = time.monotonic() + CHUNK_SECONDS
-    under_way = _read(work, end)
+    under_way = _read(context, end)
     for until in (end, math.inf):
         for count, attempt in enumerate(under_way, 1):
             attempt.advance()
@@ -99,13 +99,13 @@ def plan_items(work: Work) -> Reply:
     return Reply(200, "application/octet-stream", b"", result=replies)
 
 
-def _read(work: Work, end: float) -> list[Attempt]:
+def _read(context: TaskContext, end: float) -> list[Attempt]:
     """Read requests up to a time, s on the monotonic clock, or a number of bytes; at least one."""
     under_way: list[Attempt] = []
     size = 0
-    for body, arguments in work.arguments["items"]:
-        attempt = Attempt(replace(work.task, body=decompressed(body), arguments=arguments), work.caps, item_steps)
-        size += len(attempt.work.task.body) + len(arguments.get("scene", b""))
+    for body, arguments in context.arguments["items"]:
+        attempt = Attempt(replace(context.task, body=decompressed(body), arguments=arguments), context.caps, item_steps)
+        size += len(attempt.context.task.body) + len(arguments.get("scene", b""))
         if under_way and (size > CHUNK_BYTES or time.monotonic() > end):
             break
         attempt.advance()
@@ -122,38 +122,38 @@ ARGUMENTS = {"format": "json", "accept": "*/*", "index": 0}
 
 def execute(task: Task, caps: Caps) -> Reply:
     """Run one task; whatever happens, a reply comes back."""
-    work = Work(task, caps)
+    context = TaskContext(task, caps)
     try:
         if time.monotonic() >= task.deadline:
             hint = errors.what_to_do(caps.max_deadline)
             raise errors.DeadlineExceeded(f"the deadline passed while the request waited for a worker; {hint}")
-        reply = _compressed(TASKS[task.operation](work), work)
+        reply = _compressed(TASKS[task.operation](context), context)
     except (PlanningError, errors.ServiceError) as refusal:
-        reply = _refused(refusal, work)
+        reply = _refused(refusal, context)
     except Exception as error:  # noqa: BLE001 - the boundary of the process: nothing may leave it but a reply
         if wants_memory(error):
-            reply = _refused(errors.MemoryExceeded("the request needs more memory than a worker may use"), work)
+            reply = _refused(errors.MemoryExceeded("the request needs more memory than a worker may use"), context)
         else:
-            reply = _refused(errors.InternalError("the service failed on this request"), work)
+            reply = _refused(errors.InternalError("the service failed on this request"), context)
             reply = replace(reply, failure=where_from(error))
         reply = replace(reply, worker_is_fit=False)
-    return replace(reply, timings=work.timings)
+    return replace(reply, timings=context.timings)
 
 
-def _compressed(reply: Reply, work: Work) -> Reply:
+def _compressed(reply: Reply, context: TaskContext) -> Reply:
     """Compress the body of a reply as the client takes it; that belongs to writing it."""
     start = time.monotonic()
-    body = compress(reply.body, work.task.coding)
+    body = compress(reply.body, context.task.coding)
     if body is None:
         return reply
-    work.timings["serialise"] = work.timings.get("serialise", 0.0) + time.monotonic() - start
-    return replace(reply, body=body, headers={**reply.headers, "Content-Encoding": work.task.coding.name})
+    context.timings["serialise"] = context.timings.get("serialise", 0.0) + time.monotonic() - start
+    return replace(reply, body=body, headers={**reply.headers, "Content-Encoding": context.task.coding.name})
 
 
-def _refused(refusal: PlanningError | errors.ServiceError, work: Work) -> Reply:
+def _refused(refusal: PlanningError | errors.ServiceError, context: TaskContext) -> Reply:
     """Make a refusal the reply."""
-    status, body = problem_document(refusal, work.task.instance)
-    return Reply(status, MEDIA_TYPE, body, work.timings, code=refusal.code)
+    status, body = problem_document(refusal, context.task.instance)
+    return Reply(status, MEDIA_TYPE, body, context.timings, code=refusal.code)
 
 
 def wants_memory(error: BaseException) -> bool:
@@ -173,12 +173,12 @@ def warm_up(caps: Caps) -> None:
     waypoints = [{"kind": "joint", "position": (middle + step).tolist()} for step in (0.0, 0.01, 0.03)]
     waypoints[1]["transition"] = {"kind": "through"}  # straight lines alone would not load the package toppra
     for backend in (*({"kind": kind} for kind in BACKENDS), {"kind": "toppra", "solver": "package"}):
-        _run("plan_trajectory", {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": backend}, caps)
+        _execute_example("plan_trajectory", {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": backend}, caps)
     for name in NAMES:
         compress(b"", Coding(name, 0))
     for operation, examples in request_examples().items():
-        _run(operation, next(iter(examples.values())), caps)
+        _execute_example(operation, next(iter(examples.values())), caps)
 
 
-def _run(operation: str, request: Any, caps: Caps) -> None:
-    TASKS[operation](Work(Task(operation, "", 0.0, math.inf, orjson.dumps(request), ARGUMENTS), caps))
+def _execute_example(operation: str, request: Any, caps: Caps) -> None:
+    TASKS[operation](TaskContext(Task(operation, "", 0.0, math.inf, orjson.dumps(request), ARGUMENTS), caps))

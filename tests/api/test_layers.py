@@ -173,7 +173,7 @@ def test_the_server_loads_nothing_for_consoles_and_no_old_pydantic() -> None:
 
 
 def test_a_worker_loads_no_web_framework_and_no_database() -> None:
-    modules = loaded("import api.work.execution\nfrom api.work.tasks.work import TASKS\nassert TASKS")
+    modules = loaded("import api.work.execution\nfrom api.work.tasks.context import TASKS\nassert TASKS")
     assert not modules & {*WEB, "sqlalchemy"}
     assert "planner.export" in modules
 

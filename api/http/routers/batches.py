@@ -24,8 +24,8 @@ from api.contract import batches as schemas
 from api.http.access.access import audit
 from api.http.dependencies import BatchId, Cursor, FormOfPlans, Limit, client, is_json, media_type_of, needs, service_of
 from api.http.described import BODY_CODES, DATABASE_CODES, returns, takes
+from api.http.replies import get_reply, respond
 from api.http.router import Router
-from api.http.running import respond, run
 from api.pool.costs import Kind
 from api.pool.messages import Task
 from api.store import batches, claims
@@ -187,7 +187,7 @@ async def get_batch_results(
     is_last = batch.status != "running" and not has_more
     arguments: dict[str, Any] = {"results": page, "form": form, "shape": "page", "last": is_last, "behind": behind}
     arguments["definitions"] = await _definitions(service, page)
-    return respond(await run(request, RENDER_RESULTS, **arguments))
+    return respond(await get_reply(request, RENDER_RESULTS, **arguments))
 
 
 @router.get(
@@ -294,7 +294,7 @@ async def get_batch_report(request: Request, batch_id: BatchId) -> Response:
     figures = await service.database.read(report_figures, batch.number, codes)
     results = await service.database.read(shown_results, batch.number, figures.positions())
     arguments: dict[str, Any] = {"batch": description, "figures": tabulated(figures), "results": results}
-    reply = await run(request, REPORT, **arguments, definitions=await _definitions(service, results))
+    reply = await get_reply(request, REPORT, **arguments, definitions=await _definitions(service, results))
     return respond(replace(reply, headers={**reply.headers, "Cache-Control": "no-store"}))
 
 

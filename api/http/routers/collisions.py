@@ -5,8 +5,8 @@ from fastapi import Request, Response
 from api.contract import collisions as schemas
 from api.http.dependencies import PlannedBody, needs
 from api.http.described import BODY_CODES, returns, takes
+from api.http.replies import get_reply, respond
 from api.http.router import Router
-from api.http.running import respond, run
 
 router = Router(tags=["collisions"])
 
@@ -23,4 +23,4 @@ router = Router(tags=["collisions"])
 )
 async def check_collisions(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/collisions/check."""
-    return respond(await run(request, "check_collisions", body, shared=True))
+    return respond(await get_reply(request, "check_collisions", body, shared=True))

@@ -5,8 +5,8 @@ from fastapi import Request, Response
 from api.contract import dynamics as schemas
 from api.http.dependencies import PlannedBody, needs
 from api.http.described import BODY_CODES, returns, takes
+from api.http.replies import get_reply, respond
 from api.http.router import Router
-from api.http.running import respond, run
 
 router = Router(tags=["dynamics"])
 
@@ -23,4 +23,4 @@ router = Router(tags=["dynamics"])
 )
 async def inverse_dynamics(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/dynamics/inverse."""
-    return respond(await run(request, "inverse_dynamics", body, shared=True))
+    return respond(await get_reply(request, "inverse_dynamics", body, shared=True))

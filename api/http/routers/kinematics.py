@@ -5,8 +5,8 @@ from fastapi import Request, Response
 from api.contract import kinematics as schemas
 from api.http.dependencies import Form, PlannedBody, needs
 from api.http.described import BODY_CODES, returns, takes
+from api.http.replies import get_reply, respond
 from api.http.router import Router
-from api.http.running import respond, run
 
 router = Router(tags=["kinematics"])
 
@@ -21,7 +21,7 @@ router = Router(tags=["kinematics"])
 )
 async def forward_kinematics(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/kinematics/forward."""
-    return respond(await run(request, "forward_kinematics", body, shared=True))
+    return respond(await get_reply(request, "forward_kinematics", body, shared=True))
 
 
 @router.post(
@@ -37,7 +37,7 @@ async def forward_kinematics(request: Request, body: PlannedBody) -> Response:
 )
 async def inverse_kinematics(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/kinematics/inverse."""
-    return respond(await run(request, "inverse_kinematics", body, shared=True))
+    return respond(await get_reply(request, "inverse_kinematics", body, shared=True))
 
 
 @router.post(
@@ -51,7 +51,7 @@ async def inverse_kinematics(request: Request, body: PlannedBody) -> Response:
 )
 async def reachability(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/kinematics/reachability."""
-    return respond(await run(request, "reachability", body, shared=True))
+    return respond(await get_reply(request, "reachability", body, shared=True))
 
 
 @router.post(
@@ -64,7 +64,7 @@ async def reachability(request: Request, body: PlannedBody) -> Response:
 )
 async def jacobian(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/kinematics/jacobian."""
-    return respond(await run(request, "jacobian", body, shared=True))
+    return respond(await get_reply(request, "jacobian", body, shared=True))
 
 
 @router.post(
@@ -78,4 +78,4 @@ async def jacobian(request: Request, body: PlannedBody) -> Response:
 )
 async def workspace(request: Request, body: PlannedBody, form: Form) -> Response:
     """Answer POST /v1/kinematics/workspace."""
-    return respond(await run(request, "workspace", body, shared=True, **form))
+    return respond(await get_reply(request, "workspace", body, shared=True, **form))

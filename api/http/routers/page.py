@@ -11,8 +11,8 @@ from fastapi import Request, Response
 from api.base import content_policies as policies
 from api.base.codings import GZIP, VARY
 from api.base.errors import NotFound
+from api.http.replies import coding_of
 from api.http.router import Router
-from api.http.running import coding_of
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable

@@ -15,8 +15,8 @@ from api.contract.robot_geometry import RobotGeometry
 from api.http.access.access import audit
 from api.http.dependencies import Cursor, Form, Limit, PlannedBody, RobotId, client, needs, service_of
 from api.http.described import BODY_CODES, DATABASE_CODES, NOT_MODIFIED, returns, takes
+from api.http.replies import get_reply, is_known, not_modified, respond
 from api.http.router import Router
-from api.http.running import is_known, not_modified, respond, run
 from api.http.transport.answer import Answer
 from api.store.named_contents import FOR_ALL, ROBOTS, Bounds
 
@@ -42,7 +42,7 @@ async def list_robots(request: Request, limit: Limit = DEFAULT_ENTRIES, cursor: 
     last = cursor.removeprefix(ADDED) if cursor.startswith(ADDED) else ""  # those of the catalogue come before
     kept = await service_of(request).database.read(ROBOTS.behind, client(request).namespace, last, limit + 1)
     page, has_more = first_page(((ADDED + robot_id, summary) for robot_id, summary in kept), limit)
-    return respond(await run(request, "list_robots", limit=limit, cursor=cursor, added=page, has_more=has_more))
+    return respond(await get_reply(request, "list_robots", limit=limit, cursor=cursor, added=page, has_more=has_more))
 
 
 @router.get(
@@ -56,7 +56,7 @@ async def get_robot(request: Request, robot_id: RobotId) -> Response:
     """Answer GET /v1/robots/{id}."""
     content = await service_of(request).database.read(ROBOTS.find, client(request).namespace, robot_id)
     if content is None:
-        return respond(await run(request, "get_robot", shared=True, id=robot_id))
+        return respond(await get_reply(request, "get_robot", shared=True, id=robot_id))
     tag = service_of(request).answers.tag("get_robot", b"", {"id": robot_id, "content": content.digest})
     if is_known(request, tag):
         return respond(not_modified(tag))
@@ -78,7 +78,9 @@ async def get_robot_geometry(request: Request, robot_id: RobotId, form: Form) ->
     """Answer GET /v1/robots/{id}/geometry."""
     content = await service_of(request).database.read(ROBOTS.find, client(request).namespace, robot_id)
     definition = None if content is None else content.definition
-    return respond(await run(request, "get_robot_geometry", shared=True, id=robot_id, definition=definition, **form))
+    return respond(
+        await get_reply(request, "get_robot_geometry", shared=True, id=robot_id, definition=definition, **form)
+    )
 
 
 @router.post(
@@ -106,7 +108,7 @@ async def get_robot_geometry(request: Request, robot_id: RobotId, form: Form) ->
 )
 async def add_robot(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/robots. The same robot again is answered with 200, not 201."""
-    reply = await run(request, "add_robot", body)
+    reply = await get_reply(request, "add_robot", body)
     if reply.result is None:
         return respond(reply)
     robot_id, visibility, content = reply.result
@@ -158,4 +160,4 @@ async def delete_robot(request: Request, robot_id: RobotId) -> Response:
         case "of_another":
             raise RobotOfAnother("only who added the robot may delete it: by the same key, or from the same address")
         case _:
-            return respond(await run(request, "delete_robot", id=robot_id))
+            return respond(await get_reply(request, "delete_robot", id=robot_id))

@@ -15,8 +15,8 @@ from api.contract import stored_scenes as schemas
 from api.http.access.access import audit
 from api.http.dependencies import Cursor, Limit, PlannedBody, SceneId, client, needs, service_of
 from api.http.described import BODY_CODES, DATABASE_CODES, NOT_MODIFIED, returns, takes
+from api.http.replies import get_reply, is_known, not_modified, respond
 from api.http.router import Router
-from api.http.running import is_known, not_modified, respond, run
 from api.http.transport.answer import Answer
 from api.store.named_contents import FOR_ALL, SCENES, Bounds
 
@@ -81,7 +81,7 @@ async def get_scene(request: Request, scene_id: SceneId) -> Response:
 )
 async def add_scene(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/scenes. The same scene again is answered with 200, not 201."""
-    reply = await run(request, "add_scene", body)
+    reply = await get_reply(request, "add_scene", body)
     if reply.result is None:
         return respond(reply)
     scene_id, visibility, content = reply.result
@@ -116,7 +116,7 @@ async def add_scene(request: Request, body: PlannedBody) -> Response:
 async def change_scene(request: Request, scene_id: SceneId, body: PlannedBody) -> Response:
     """Answer PATCH /v1/scenes/{id}."""
     before = await _found(request, scene_id)
-    reply = await run(request, "change_scene", body, kept=before.definition, id=scene_id)
+    reply = await get_reply(request, "change_scene", body, kept=before.definition, id=scene_id)
     if reply.result is None:
         return respond(reply)
     service, sender, content = service_of(request), client(request), reply.result

@@ -10,8 +10,8 @@ from api.contract.comparisons import ComparisonAnswer
 from api.http.comparison import compare
 from api.http.dependencies import Form, PlannedBody, needs
 from api.http.described import BODY_CODES, NOT_MODIFIED, WORKER_CODES, returns, takes
+from api.http.replies import get_reply, respond
 from api.http.router import Router
-from api.http.running import respond, run
 
 router = Router(tags=["trajectories"])
 
@@ -60,7 +60,7 @@ OPERATION_CODES = (
 )
 async def plan_trajectory(request: Request, body: PlannedBody, form: Form) -> Response:
     """Answer POST /v1/trajectories."""
-    return respond(await run(request, "plan_trajectory", body, shared=True, **form))
+    return respond(await get_reply(request, "plan_trajectory", body, shared=True, **form))
 
 
 @router.post(
@@ -79,7 +79,7 @@ async def export_trajectory(
     _format: Annotated[str, Query(alias="format", description="Form of the file.")],
 ) -> Response:
     """Answer POST /v1/trajectories/export."""
-    return respond(await run(request, "export_trajectory", body, shared=True, **form))
+    return respond(await get_reply(request, "export_trajectory", body, shared=True, **form))
 
 
 @router.post(
@@ -109,7 +109,7 @@ async def compare_backends(request: Request, body: PlannedBody) -> Response:
 )
 async def validate_trajectory(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/trajectories/validate."""
-    return respond(await run(request, "validate_trajectory", body, shared=True))
+    return respond(await get_reply(request, "validate_trajectory", body, shared=True))
 
 
 @router.get(
@@ -121,7 +121,7 @@ async def validate_trajectory(request: Request, body: PlannedBody) -> Response:
 )
 async def list_backends(request: Request) -> Response:
     """Answer GET /v1/backends."""
-    return respond(await run(request, "list_backends", shared=True))
+    return respond(await get_reply(request, "list_backends", shared=True))
 
 
 @router.post(
@@ -137,7 +137,7 @@ async def list_backends(request: Request) -> Response:
 )
 async def retime_trajectory(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/trajectories/retime."""
-    return respond(await run(request, "retime_trajectory", body, shared=True))
+    return respond(await get_reply(request, "retime_trajectory", body, shared=True))
 
 
 @router.post(
@@ -151,7 +151,7 @@ async def retime_trajectory(request: Request, body: PlannedBody) -> Response:
 )
 async def stop_trajectory(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/trajectories/stop."""
-    return respond(await run(request, "stop_trajectory", body, shared=True))
+    return respond(await get_reply(request, "stop_trajectory", body, shared=True))
 
 
 @router.post(
@@ -164,7 +164,7 @@ async def stop_trajectory(request: Request, body: PlannedBody) -> Response:
 )
 async def reverse_trajectory(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/trajectories/reverse."""
-    return respond(await run(request, "reverse_trajectory", body, shared=True))
+    return respond(await get_reply(request, "reverse_trajectory", body, shared=True))
 
 
 @router.post(
@@ -178,7 +178,7 @@ async def reverse_trajectory(request: Request, body: PlannedBody) -> Response:
 )
 async def slice_trajectory(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/trajectories/slice."""
-    return respond(await run(request, "slice_trajectory", body, shared=True))
+    return respond(await get_reply(request, "slice_trajectory", body, shared=True))
 
 
 @router.post(
@@ -192,7 +192,7 @@ async def slice_trajectory(request: Request, body: PlannedBody) -> Response:
 )
 async def join_trajectories(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/trajectories/join."""
-    return respond(await run(request, "join_trajectories", body, shared=True))
+    return respond(await get_reply(request, "join_trajectories", body, shared=True))
 
 
 @router.post(
@@ -205,4 +205,4 @@ async def join_trajectories(request: Request, body: PlannedBody) -> Response:
 )
 async def resample_trajectory(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/trajectories/resample."""
-    return respond(await run(request, "resample_trajectory", body, shared=True))
+    return respond(await get_reply(request, "resample_trajectory", body, shared=True))

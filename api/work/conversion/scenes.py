@@ -27,7 +27,7 @@ def to_scene(asked: scenes.Scene | str, in_world: Mapping[str, Pose], field: Fie
     """Make a scene.
 
     Args:
-        asked: The scene of a request, as `api.work.tasks.work.in_scene` leaves it.
+        asked: The scene of a request, as `api.work.tasks.context.in_scene` leaves it.
         in_world: The frames that its objects may name, in the world.
         field: Where the request holds it.
 

@@ -13,12 +13,12 @@ from api.base.errors import ServiceError, invalid
 from api.base.size import has_too_many_rows, parse_json
 from api.contract import batches as schemas
 from api.contract.requests import PlanRequest
-from api.work.tasks.work import validated
+from api.work.tasks.context import validated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
 
 ESCAPED = re.compile(rb"\\.", re.DOTALL)
 """An escaped character in a string."""
@@ -36,10 +36,10 @@ def of_lines(body: bytes, first: int) -> Iterator[tuple[Any, str]]:
     return ((parse_json(line, f"/requests/{index}"), f"/requests/{index}") for index, line in enumerate(lines, first))
 
 
-def of_document(work: Work, most: int) -> Iterator[tuple[Any, str]]:
+def of_document(context: TaskContext, most: int) -> Iterator[tuple[Any, str]]:
     """Find the requests of a body that is one document, with a list of them or a grid."""
-    body = work.task.body
-    if has_too_many_rows(body, work.arguments.get("most_bytes", len(body))):
+    body = context.task.body
+    if has_too_many_rows(body, context.arguments.get("most_bytes", len(body))):
         raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
     document, objects = _without_objects(body)
     if isinstance(document, dict):  # what is null counts as left out
@@ -51,7 +51,7 @@ def of_document(work: Work, most: int) -> Iterator[tuple[Any, str]]:
             return _put_back(requests, objects)
         case {"grid": grid, **more} if not more:
             try:
-                return _combinations(validated(schemas.Grid, grid, work.caps), most)
+                return _combinations(validated(schemas.Grid, grid, context.caps), most)
             except ServiceError as error:
                 faults = error.details["errors"]
                 raise invalid([fault | {"pointer": "/grid" + fault["pointer"]} for fault in faults]) from None

@@ -11,11 +11,11 @@ from api.pool.messages import Reply
 from api.store.contents.digests import request_hash
 from api.store.items import PLANNED, decompressed
 from api.work.tasks.batches import loaded_plan
-from api.work.tasks.work import task
+from api.work.tasks.context import task
 
 if TYPE_CHECKING:
     from api.store.items import Result
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
 
 SAMPLES = 200
 """The number of samples that each plan is drawn with: a tenth of those of its own report."""
@@ -28,7 +28,7 @@ MOST_WORDS = 500
 
 
 @task("get_batch_report")
-def report_batch(work: Work) -> Reply:
+def report_batch(context: TaskContext) -> Reply:
     """Answer GET /v1/batches/{id}/report.
 
     Arguments: `batch`, as the schema `Batch` says; `figures`, those of its items as `Figures` of the report's
@@ -37,28 +37,28 @@ def report_batch(work: Work) -> Reply:
     """
     from api.work.answers.views import written_report
 
-    with work.stage("serialise"):
+    with context.stage("serialise"):
         shown = {
-            "batch": work.arguments["batch"],
-            "figures": work.arguments["figures"],
-            **_shown_results(work),
+            "batch": context.arguments["batch"],
+            "figures": context.arguments["figures"],
+            **_shown_results(context),
             "version": service_version(),
         }
-        return Reply(200, "text/html", written_report("batch", shown), work.timings)
+        return Reply(200, "text/html", written_report("batch", shown), context.timings)
 
 
-def _shown_results(work: Work) -> dict[str, Any]:
+def _shown_results(context: TaskContext) -> dict[str, Any]:
     """Write plans and what problems say, by index, as long as there is room; and each robot of these plans once."""
     plans: dict[str, Any] = {}
     problems: dict[str, str] = {}
     arms: dict[bytes, int] = {}
     size = 0
-    for result in work.arguments["results"]:
+    for result in context.arguments["results"]:
         if result.outcome != PLANNED:
             document = orjson.loads(decompressed(result.result))
             problems[str(result.position)] = str(document["detail"])[:MOST_WORDS]
             continue
-        plan, arm = _shown_plan(result, work)
+        plan, arm = _shown_plan(result, context)
         added = len(plan) + (0 if arm in arms else len(arm))
         if size + added <= MOST_BYTES:
             size += added
@@ -67,11 +67,11 @@ def _shown_results(work: Work) -> dict[str, Any]:
     return {"plans": plans, "problems": problems, "arms": list(map(orjson.Fragment, arms))}
 
 
-def _shown_plan(result: Result, work: Work) -> tuple[bytes, bytes]:
+def _shown_plan(result: Result, context: TaskContext) -> tuple[bytes, bytes]:
     """Write what is shown of a saved plan, and of its robot, as JSON."""
     from api.work.answers.views import shown_plan, shown_robot
 
-    plan, request, definition = loaded_plan(result, work)
+    plan, request, definition = loaded_plan(result, context)
     asked = request.model_dump(mode="json", by_alias=True, exclude_unset=True)
     shown = shown_plan(plan, asked, request_hash(request, definition), SAMPLES)
     written, arm = (orjson.dumps(part, option=orjson.OPT_SERIALIZE_NUMPY) for part in (shown, shown_robot(plan)))

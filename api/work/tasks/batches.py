@@ -19,15 +19,15 @@ from api.pool.messages import Reply
 from api.store.items import PLANNED, NewItem, Result, compressed, decompressed
 from api.work.answers.problem_documents import problem_document
 from api.work.tasks.batch_bodies import of_document, of_lines
+from api.work.tasks.context import in_scene, robot_of, task, validated
 from api.work.tasks.remedies import acceptable_remedies
 from api.work.tasks.trajectories import export_options, figures_of, refuse_too_many_rows
-from api.work.tasks.work import in_scene, robot_of, task, validated
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator
 
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
     from planner.backends.base import BackEnd
     from planner.export import Format
     from planner.plans.result import Plan
@@ -44,32 +44,32 @@ PAGE_BYTES = 4 * 2**20
 
 
 @task("create_batch")
-def read_items(work: Work) -> Reply:
+def read_items(context: TaskContext) -> Reply:
     """Take the requests out of the body of POST /v1/batches, or out of a piece of one with one request a line.
 
     They come back in `result`, as chunks that are pickled: the server puts them into the database one by one, and
     its event loop is not held up by them. Whether each follows the schema is seen when it is planned.
     """
-    first, most = work.arguments.get("first", 0), work.arguments.get("most_items", CHUNK)
-    with work.stage("validate"):
-        found = of_lines(work.task.body, first) if work.arguments.get("lines") else of_document(work, most)
-        contents = _contents(itertools.islice(found, most + 1 - first), work)
-        items = [_item(request, content, work) for request, content in contents]
+    first, most = context.arguments.get("first", 0), context.arguments.get("most_items", CHUNK)
+    with context.stage("validate"):
+        found = of_lines(context.task.body, first) if context.arguments.get("lines") else of_document(context, most)
+        contents = _contents(itertools.islice(found, most + 1 - first), context)
+        items = [_item(request, content, context) for request, content in contents]
     if first + len(items) > most:
         raise invalid([{"pointer": "/requests", "message": f"a batch may have {most} requests"}])
     chunks = [pickle.dumps(items[start : start + CHUNK]) for start in range(0, len(items), CHUNK)]
-    return Reply(200, "application/octet-stream", b"", work.timings, result=chunks)
+    return Reply(200, "application/octet-stream", b"", context.timings, result=chunks)
 
 
-def _contents(found: Iterable[tuple[Any, str]], work: Work) -> Iterator[tuple[dict[str, Any], bytes]]:
+def _contents(found: Iterable[tuple[Any, str]], context: TaskContext) -> Iterator[tuple[dict[str, Any], bytes]]:
     """Write requests as JSON, one after the other, and give each with what is written.
 
     Raises:
         InvalidRequest: One is no object, or larger than it might be by itself.
         PayloadTooLarge: They are too large together.
     """
-    most_of_one = work.arguments.get("most_bytes_of_one", math.inf)
-    most_of_all = work.arguments.get("most_bytes_of_all", math.inf)
+    most_of_one = context.arguments.get("most_bytes_of_one", math.inf)
+    most_of_all = context.arguments.get("most_bytes_of_all", math.inf)
     size = 0
     for number, (request, pointer) in enumerate(found, 1):
         if not isinstance(request, dict):
@@ -86,17 +86,17 @@ def _contents(found: Iterable[tuple[Any, str]], work: Work) -> Iterator[tuple[di
         yield request, content
 
 
-def _item(request: dict[str, Any], content: bytes, work: Work) -> NewItem:
+def _item(request: dict[str, Any], content: bytes, context: TaskContext) -> NewItem:
     """Make a request what goes into the database."""
     robot, scene, deadline = (request.get(name) for name in ("robot", "scene", "deadline"))
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or not deadline > 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or will be refused
-    deadline = min(float(deadline), work.caps.max_deadline)
+    deadline = min(float(deadline), context.caps.max_deadline)
     robot, scene = (named if isinstance(named, str) else None for named in (robot, scene))
     return NewItem(compressed(content), robot, scene, deadline)
 
 
-def item_steps(work: Work) -> Generator[None, None, Reply]:
+def item_steps(context: TaskContext) -> Generator[None, None, Reply]:
     """Plan one request of a batch: read it, plan it, and write the plan, each when it is asked for.
 
     Returns:
@@ -107,23 +107,23 @@ def item_steps(work: Work) -> Generator[None, None, Reply]:
     from planner.planning import plan
     from planner.plans.saved_plan import save_plan
 
-    definition = work.arguments.get("definition")
-    with work.stage("validate"):
-        request: PlanRequest = work.request(PlanRequest)
+    definition = context.arguments.get("definition")
+    with context.stage("validate"):
+        request: PlanRequest = context.request(PlanRequest)
         asked, backend = _problem_of(request, definition)
     yield
-    with work.stage("plan"), acceptable_remedies(work, request, asked.robot.dof):
-        solved = plan(within_deadline(asked, work.task.deadline), backend, attempts_until(work.task.deadline))
+    with context.stage("plan"), acceptable_remedies(context, request, asked.robot.dof):
+        solved = plan(within_deadline(asked, context.task.deadline), backend, attempts_until(context.task.deadline))
     yield
-    refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
-    with work.stage("serialise"):
+    refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, context)
+    with context.stage("serialise"):
         if "torque" in request.include:  # refused without inertias
             options = export_options(request, definition)
             sample(solved, replace(options, sample_period=solved.trajectory.duration))
         saved = save_plan(solved)
     figures = figures_of(solved)
     result = (solved.trajectory.duration, max(figures.ratios.values(), default=None))
-    return Reply(200, "application/octet-stream", saved, work.timings, result=result, plan=figures)
+    return Reply(200, "application/octet-stream", saved, context.timings, result=result, plan=figures)
 
 
 def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[PlanningProblem, BackEnd]:
@@ -134,7 +134,7 @@ def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[Plannin
 
 
 @task("get_batch_results")
-def render_results(work: Work) -> Reply:
+def render_results(context: TaskContext) -> Reply:
     """Write results as GET /v1/batches/{id}/results does, up to so many bytes; the result is how many they are.
 
     Arguments: `results`, each a `Result`; `form`, the name of a format, or None; `definitions` of added
@@ -144,49 +144,49 @@ def render_results(work: Work) -> Reply:
     from api.work.answers.negotiation import negotiated
     from planner.export import FORMATS
 
-    asked = work.arguments
+    asked = context.arguments
     form = negotiated(asked["form"], "*/*", FORMATS)
     if asked["shape"] == "files":
-        return _as_files(form, work)
+        return _as_files(form, context)
     entries: list[bytes] = []
     size = 0
-    with work.stage("serialise"):
+    with context.stage("serialise"):
         for result in asked["results"]:
-            entries.append(_rendered(result, form, work))
+            entries.append(_rendered(result, form, context))
             size += len(entries[-1])
             if size > PAGE_BYTES:
                 break
         if asked["shape"] == "lines":
             body = b"".join(entry + b"\n" for entry in entries)
-            return Reply(200, "application/x-ndjson", body, work.timings, result=len(entries))
+            return Reply(200, "application/x-ndjson", body, context.timings, result=len(entries))
         is_last = asked["last"] and len(entries) == len(asked["results"])
         cursor = asked["results"][len(entries) - 1].position if entries else asked["behind"]
         page = {"results": list(map(orjson.Fragment, entries)), "next_cursor": None if is_last else str(cursor)}
-    return replace(work.reply(page), result=len(entries))
+    return replace(context.reply(page), result=len(entries))
 
 
-def _as_files(form: Format, work: Work) -> Reply:
+def _as_files(form: Format, context: TaskContext) -> Reply:
     """Write results as files of an archive: the result is how many they are, and their names and contents, pickled."""
     files: list[tuple[str, bytes]] = []
     size = 0
-    with work.stage("serialise"):
-        for result in work.arguments["results"]:
+    with context.stage("serialise"):
+        for result in context.arguments["results"]:
             name = f"{result.position:06d}"
             try:
                 planned = result.outcome == PLANNED
-                content = _written(result, form, work) if planned else decompressed(result.result)
+                content = _written(result, form, context) if planned else decompressed(result.result)
                 suffix = form.suffix if planned else PROBLEM_SUFFIX
             except PlanningError as refusal:  # the form cannot carry it
-                _, content = problem_document(refusal, work.task.instance)
+                _, content = problem_document(refusal, context.task.instance)
                 suffix = PROBLEM_SUFFIX
             files.append((name + suffix, content))
             size += len(content)
             if size > PAGE_BYTES:
                 break
-    return Reply(200, "application/zip", pickle.dumps(files), work.timings, result=len(files))
+    return Reply(200, "application/zip", pickle.dumps(files), context.timings, result=len(files))
 
 
-def _rendered(result: Result, form: Format, work: Work) -> bytes:
+def _rendered(result: Result, form: Format, context: TaskContext) -> bytes:
     """Write one result."""
     entry: dict[str, Any] = {"index": result.position, "status": result.outcome}
     if result.outcome != PLANNED:
@@ -194,9 +194,9 @@ def _rendered(result: Result, form: Format, work: Work) -> bytes:
         return orjson.dumps(entry)
     entry["duration"] = result.duration
     try:
-        content = _written(result, form, work)
+        content = _written(result, form, context)
     except PlanningError as refusal:  # the form cannot carry it
-        _, document = problem_document(refusal, work.task.instance)
+        _, document = problem_document(refusal, context.task.instance)
         return orjson.dumps(entry | {"status": refusal.code, "problem": orjson.Fragment(document)})
     if form.name == "json":
         return orjson.dumps(entry | {"trajectory": orjson.Fragment(content)})
@@ -206,9 +206,9 @@ def _rendered(result: Result, form: Format, work: Work) -> bytes:
     return orjson.dumps(entry | {"media_type": form.media_type, "encoding": encoding, "content": text})
 
 
-def _written(result: Result, form: Format, work: Work) -> bytes:
+def _written(result: Result, form: Format, context: TaskContext) -> bytes:
     """Write a saved plan as the request alone would be answered."""
-    loaded = loaded_plan(result, work)
+    loaded = loaded_plan(result, context)
     return form.render(loaded.plan, export_options(loaded.request, loaded.definition))
 
 
@@ -226,12 +226,14 @@ class LoadedPlan(NamedTuple):
     definition: bytes | None
 
 
-def loaded_plan(result: Result, work: Work) -> LoadedPlan:
+def loaded_plan(result: Result, context: TaskContext) -> LoadedPlan:
     """Read the saved plan of a result; the argument `definitions` has those of added robots and scenes, by digest."""
     from planner.plans.saved_plan import OF_THE_PATH, load_plan
 
-    definition, scene = (work.arguments["definitions"].get(digest) for digest in (result.robot, result.scene))
-    request: PlanRequest = in_scene(validated(PlanRequest, parse_json(decompressed(result.request)), work.caps), scene)
+    definition, scene = (context.arguments["definitions"].get(digest) for digest in (result.robot, result.scene))
+    request: PlanRequest = in_scene(
+        validated(PlanRequest, parse_json(decompressed(result.request)), context.caps), scene
+    )
     asked, backend = _problem_of(request, definition)
     with_runs = not OF_THE_PATH.isdisjoint(request.include)
     return LoadedPlan(load_plan(result.result, asked, backend, with_runs), request, definition)

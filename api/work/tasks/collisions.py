@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 from api.base.errors import invalid
 from api.contract import collisions as schemas
-from api.work.tasks.work import task
+from api.work.tasks.context import task
 
 if TYPE_CHECKING:
     from api.pool.messages import Reply
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
 
 
 @task("check_collisions")
-def check_collisions(work: Work) -> Reply:
+def check_collisions(context: TaskContext) -> Reply:
     """Answer POST /v1/collisions/check."""
     import numpy as np
 
@@ -26,9 +26,9 @@ def check_collisions(work: Work) -> Reply:
     from planner.scene import CollisionChecker
     from planner.speed_zones import refuse_zone_faults
 
-    with work.stage("validate"):
-        request = work.request(schemas.CollisionCheckRequest)
-        robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+    with context.stage("validate"):
+        request = context.request(schemas.CollisionCheckRequest)
+        robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
         has_trajectory = request.samples is not None or request.polynomials is not None
         if (request.positions is None) != has_trajectory:
             raise invalid([{"pointer": "", "message": "either positions are needed, or samples or polynomials"}])
@@ -42,8 +42,8 @@ def check_collisions(work: Work) -> Reply:
         zones = to_speed_zones(request.speed_zones)
         refuse_zone_faults(scene, zones)
         checker = CollisionChecker(robot, scene, self_collision=request.self_collision)
-    with work.stage("plan"):
+    with context.stage("plan"):
         results = [clearance_answer(checker, motion, request.tolerance) for motion in motions]
         if zones:
             results[0]["speed_zones"] = speed_zones_answer(zones, checker, robot, motions[0])
-    return work.reply({"free": all(result["free"] for result in results), "results": results})
+    return context.reply({"free": all(result["free"] for result in results), "results": results})

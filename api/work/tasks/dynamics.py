@@ -6,24 +6,24 @@ from typing import TYPE_CHECKING
 
 from api.base.errors import invalid
 from api.contract import dynamics as schemas
-from api.work.tasks.work import task
+from api.work.tasks.context import task
 
 if TYPE_CHECKING:
     from api.pool.messages import Reply
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
 
 
 @task("inverse_dynamics")
-def inverse_dynamics(work: Work) -> Reply:
+def inverse_dynamics(context: TaskContext) -> Reply:
     """Answer POST /v1/dynamics/inverse."""
     import numpy as np
 
     from api.work.conversion.problems import to_matrix, to_payload
     from planner.dynamics import inverse_dynamics
 
-    with work.stage("validate"):
-        request = work.request(schemas.InverseDynamicsRequest)
-        robot = work.robot(request)
+    with context.stage("validate"):
+        request = context.request(schemas.InverseDynamicsRequest)
+        robot = context.robot(request)
         if request.payload is not None:
             robot = robot.with_payload(to_payload(request.payload))
         positions = to_matrix(request.positions, robot.dof, ("positions",))
@@ -38,6 +38,6 @@ def inverse_dynamics(work: Work) -> Reply:
         ]
         if faults:
             raise invalid(faults)
-    with work.stage("plan"):
+    with context.stage("plan"):
         torques = inverse_dynamics(robot, positions, velocities, accelerations)
-    return work.reply({"torques": torques})
+    return context.reply({"torques": torques})

@@ -8,10 +8,10 @@ from api.base.errors import invalid
 from api.contract import kinematics as schemas
 from api.pool.messages import Reply
 from api.work.answers.negotiation import MediaType, negotiated
-from api.work.tasks.work import task
+from api.work.tasks.context import task
 
 if TYPE_CHECKING:
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
 
 FORMS_OF_WORKSPACE = {
     "json": MediaType("application/json"),
@@ -25,23 +25,23 @@ MOST_SOLUTIONS = 64
 
 
 @task("forward_kinematics")
-def forward_kinematics(work: Work) -> Reply:
+def forward_kinematics(context: TaskContext) -> Reply:
     """Answer POST /v1/kinematics/forward."""
     from api.work.conversion.problems import to_matrix, with_tool
     from planner.export.json import poses_as_dicts
     from planner.kinematics import forward_kinematics
 
-    with work.stage("validate"):
-        request = work.request(schemas.ForwardKinematicsRequest)
-        robot = with_tool(work.robot(request), request.tool)
+    with context.stage("validate"):
+        request = context.request(schemas.ForwardKinematicsRequest)
+        robot = with_tool(context.robot(request), request.tool)
         positions = to_matrix(request.positions, robot.dof, ("positions",))
-    with work.stage("plan"):
+    with context.stage("plan"):
         poses = forward_kinematics(robot, positions)
-    return work.reply({"poses": poses_as_dicts(poses)})
+    return context.reply({"poses": poses_as_dicts(poses)})
 
 
 @task("inverse_kinematics")
-def inverse_kinematics(work: Work) -> Reply:
+def inverse_kinematics(context: TaskContext) -> Reply:
     """Answer POST /v1/kinematics/inverse."""
     from functools import partial
 
@@ -54,9 +54,9 @@ def inverse_kinematics(work: Work) -> Reply:
     from planner.scene import is_free
     from planner.scene.carried import checker_at_waypoints
 
-    with work.stage("validate"):
-        request = work.request(schemas.InverseKinematicsRequest)
-        robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+    with context.stage("validate"):
+        request = context.request(schemas.InverseKinematicsRequest)
+        robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
         scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
         checker = checker_at_waypoints(robot, scene, request.self_collision, ())
         free = None if checker is None else partial(is_free, checker)
@@ -64,7 +64,7 @@ def inverse_kinematics(work: Work) -> Reply:
         if request.reference is not None:
             reference = to_vector(request.reference, robot.dof, ("reference",))
         options = InverseKinematicsOptions(request.tolerance_position, request.tolerance_orientation, seed=request.seed)
-    with work.stage("plan"):
+    with context.stage("plan"):
         poses = [to_pose(asked) for asked in request.poses]
         if request.solutions == "best":
             found_in_turn = inverse_kinematics_many(robot, poses, options, reference, free)
@@ -78,70 +78,70 @@ def inverse_kinematics(work: Work) -> Reply:
                     found = with_whole_turns(robot, found, near, MOST_SOLUTIONS)
                     found = found if free is None else free_first(found, free)
                 results.append(all_answer(robot, pose, found, checker))
-    return work.reply({"results": results})
+    return context.reply({"results": results})
 
 
 @task("reachability")
-def reachability(work: Work) -> Reply:
+def reachability(context: TaskContext) -> Reply:
     """Answer POST /v1/kinematics/reachability."""
     from api.work.answers.kinematics import reachability_answer
     from api.work.conversion.problems import frames_in_world, mounted, to_options, to_waypoints, with_tool
     from api.work.conversion.scenes import to_scene
     from planner.waypoints.reachability import reachability
 
-    with work.stage("validate"):
-        request = work.request(schemas.ReachabilityRequest)
-        robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+    with context.stage("validate"):
+        request = context.request(schemas.ReachabilityRequest)
+        robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
         waypoints = to_waypoints(request.waypoints, robot, request.frames)
         options = to_options(request.ik, request.seed)
         scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
-    with work.stage("plan"):
+    with context.stage("plan"):
         found = reachability(robot, waypoints, options, scene=scene, self_collision=request.self_collision)
-    return work.reply(reachability_answer(waypoints, found))
+    return context.reply(reachability_answer(waypoints, found))
 
 
 @task("jacobian")
-def jacobian(work: Work) -> Reply:
+def jacobian(context: TaskContext) -> Reply:
     """Answer POST /v1/kinematics/jacobian."""
     from api.work.conversion.problems import to_vector, with_tool
     from planner.kinematics import jacobian, manipulability, singular_values
 
-    with work.stage("validate"):
-        request = work.request(schemas.JacobianRequest)
-        robot = with_tool(work.robot(request), request.tool)
+    with context.stage("validate"):
+        request = context.request(schemas.JacobianRequest)
+        robot = with_tool(context.robot(request), request.tool)
         position = to_vector(request.position, robot.dof, ("position",))
-    with work.stage("plan"):
+    with context.stage("plan"):
         answer = {
             "jacobian": jacobian(robot, position),
             "manipulability": manipulability(robot, position[None])[0],
             "singular_values": singular_values(robot, position[None])[0],
         }
-    return work.reply(answer)
+    return context.reply(answer)
 
 
 @task("workspace")
-def workspace(work: Work) -> Reply:
+def workspace(context: TaskContext) -> Reply:
     """Answer POST /v1/kinematics/workspace."""
     from api.work.conversion.problems import with_tool
     from planner.kinematics import workspace
 
-    form = negotiated(work.arguments["format"], work.arguments["accept"], FORMS_OF_WORKSPACE)
+    form = negotiated(context.arguments["format"], context.arguments["accept"], FORMS_OF_WORKSPACE)
 
-    with work.stage("validate"):
-        request = work.request(schemas.WorkspaceRequest)
-        if 3 * request.samples > work.caps.max_samples:
+    with context.stage("validate"):
+        request = context.request(schemas.WorkspaceRequest)
+        if 3 * request.samples > context.caps.max_samples:
             limit = (
-                f"{request.samples} points of 3 values are more than the {work.caps.max_samples} values of an answer"
+                f"{request.samples} points of 3 values are more than the {context.caps.max_samples} values of an answer"
             )
             raise invalid([{"pointer": "/samples", "message": limit}])
-        robot = with_tool(work.robot(request), request.tool)
-    with work.stage("plan"):
+        robot = with_tool(context.robot(request), request.tool)
+    with context.stage("plan"):
         found = workspace(robot, request.samples, request.seed)
     if form is FORMS_OF_WORKSPACE["json"]:
-        return work.reply(found)
+        return context.reply(found)
     from planner.plots.picture import draw_workspace
 
-    with work.stage("serialise"):
+    with context.stage("serialise"):
         picture = draw_workspace(robot, found, view=request.view)
         body = picture.svg() if form is FORMS_OF_WORKSPACE["svg"] else picture.png()
-    return Reply(200, form.media_type, body, work.timings)
+    return Reply(200, form.media_type, body, context.timings)

@@ -16,9 +16,9 @@ from api.base.size import CAPPED_LISTS
 from api.contract.parts.problem_documents import ProblemDocument
 from api.contract.ros import RosJointTrajectory
 from api.work.answers.views import VIEWS
+from api.work.tasks.context import task
 from api.work.tasks.kinematics import FORMS_OF_WORKSPACE
 from api.work.tasks.robots import FORMS_OF_GEOMETRY
-from api.work.tasks.work import task
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pydantic_core.core_schema import FloatSchema, TaggedUnionSchema, WithDefaultSchema
 
     from api.pool.messages import Reply
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
 
 REFERENCE = "#/components/schemas/{model}"
 """The place of a schema in the document."""
@@ -38,15 +38,17 @@ JSON_FORMS = {"ros2": RosJointTrajectory}
 
 
 @task("get_schemas")
-def get_schemas(work: Work) -> Reply:
+def get_schemas(context: TaskContext) -> Reply:
     """Answer what the document needs of a worker: schemas of requests and answers by their names, and forms."""
-    with work.stage("plan"):
+    with context.stage("plan"):
         parts = {
-            "schemas": schemas_named(work.arguments["requests"], work.arguments["answers"], work.caps.max_waypoints),
+            "schemas": schemas_named(
+                context.arguments["requests"], context.arguments["answers"], context.caps.max_waypoints
+            ),
             "forms": forms_of_answers(),
             "formats": formats_of_plans(),
         }
-    return work.reply(parts)
+    return context.reply(parts)
 
 
 def schemas_named(requests: Iterable[str], answers: Iterable[str], max_waypoints: int) -> dict[str, Any]:

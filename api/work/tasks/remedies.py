@@ -11,27 +11,27 @@ import orjson
 from api.base.errors import InvalidRequest
 from api.base.size import rows_of
 from api.work.answers.problem_documents import pointer_of
-from api.work.tasks.work import to_json, validated
+from api.work.tasks.context import to_json, validated
 from planner.errors import InvalidProblem, PlanningError
 from planner.fields import BACK_END
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
     from planner.errors import Remedy
     from planner.fields import FieldPath
 
 
 @contextmanager
-def acceptable_remedies(work: Work, request: Any, dof: int) -> Iterator[None]:
+def acceptable_remedies(context: TaskContext, request: Any, dof: int) -> Iterator[None]:
     """Leave the changes of a refusal that make the request one which the service takes.
 
     A change beyond the bounds of the schema vanishes, with those that belong to it. One with which the answer would
     have too many rows, or with which nobody has tried to plan, is a hint.
 
     Args:
-        work: The task under way; its body is the request.
+        context: The task under way; its body is the request.
         request: What was read from that.
         dof: The number of joints of its robot.
     """
@@ -39,11 +39,13 @@ def acceptable_remedies(work: Work, request: Any, dof: int) -> Iterator[None]:
         yield
     except PlanningError as refusal:
         beyond = {
-            way_of(change) for change in (*refusal.remedies, *refusal.hints) if not _fits(change, work, type(request))
+            way_of(change)
+            for change in (*refusal.remedies, *refusal.hints)
+            if not _fits(change, context, type(request))
         }
         remedies = [remedy for remedy in refusal.remedies if way_of(remedy) not in beyond]
         hints = [hint for hint in refusal.hints if way_of(hint) not in beyond]
-        refusal.remedies = tuple(remedy for remedy in remedies if _is_answered(remedy, work, request, dof))
+        refusal.remedies = tuple(remedy for remedy in remedies if _is_answered(remedy, context, request, dof))
         refusal.hints = (*hints, *(remedy for remedy in remedies if remedy not in refusal.remedies))
         raise
 
@@ -73,13 +75,13 @@ def way_of(remedy: Remedy) -> str:
     return pointer_of(remedy.field)
 
 
-def _fits(remedy: Remedy, work: Work, schema: Any) -> bool:
+def _fits(remedy: Remedy, context: TaskContext, schema: Any) -> bool:
     """Tell whether the request with a change follows its schema."""
     from api.work.answers.values import value_answer
 
     value = orjson.loads(to_json(value_answer(remedy.value)))
     try:
-        validated(schema, _changed(work.document, pointer_of(remedy.field)[1:].split("/"), value), work.caps)
+        validated(schema, _changed(context.document, pointer_of(remedy.field)[1:].split("/"), value), context.caps)
     except (LookupError, InvalidRequest):
         return False
     return True
@@ -103,7 +105,7 @@ def _changed(document: Any, way: list[str], value: Any) -> Any:
     return {**fields, step: _changed(fields.get(step), rest, value)}
 
 
-def _is_answered(remedy: Remedy, work: Work, request: Any, dof: int) -> bool:
+def _is_answered(remedy: Remedy, context: TaskContext, request: Any, dof: int) -> bool:
     if remedy.duration is None:
         return False
-    return rows_of(remedy.duration, request.sample_period) * dof <= work.caps.max_samples
+    return rows_of(remedy.duration, request.sample_period) * dof <= context.caps.max_samples

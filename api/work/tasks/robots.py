@@ -16,11 +16,11 @@ from api.store.contents.digests import canonical, sha256
 from api.store.contents.mesh_archive import MeshArchive
 from api.store.contents.robots import RobotContent
 from api.work.answers.negotiation import MediaType, negotiated
-from api.work.tasks.work import JSON, model_of, robot_of, task, to_json
+from api.work.tasks.context import JSON, model_of, robot_of, task, to_json
 from planner.errors import UnknownRobot
 
 if TYPE_CHECKING:
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
 
 BINARY_GLTF = "model/gltf-binary"
 """The media type of the binary form of glTF."""
@@ -40,47 +40,47 @@ MOST_DERIVATIONS = 8
 
 
 @task("list_robots")
-def list_robots(work: Work) -> Reply:
+def list_robots(context: TaskContext) -> Reply:
     """Answer GET /v1/robots; the argument `added` is a page of the uploaded ones that come after the `cursor`."""
     from planner.robots import catalogue_ids
 
-    asked = work.arguments
-    with work.stage("plan"):
+    asked = context.arguments
+    with context.stage("plan"):
         places = {f"catalogue.{robot_id}": robot_id for robot_id in catalogue_ids()}
         behind = ((place, _summarised(robot_id)) for place, robot_id in places.items() if place > asked["cursor"])
         robots = [*behind, *asked["added"]]  # their places come behind all of the catalogue
         page, has_more = first_page(robots, asked["limit"])
         more = has_more or asked["has_more"]
     answer = {"robots": [orjson.Fragment(robot) for _, robot in page], "next_cursor": page[-1][0] if more else None}
-    return work.reply(answer)
+    return context.reply(answer)
 
 
 @task("get_robot")
-def get_robot(work: Work) -> Reply:
+def get_robot(context: TaskContext) -> Reply:
     """Answer GET /v1/robots/{id} where the server keeps no robot of this id."""
     from planner.robots import catalogue_ids
 
-    with work.stage("plan"):
-        if work.arguments["id"] not in catalogue_ids():
+    with context.stage("plan"):
+        if context.arguments["id"] not in catalogue_ids():
             raise _no_such_robot()
-        description = _described(work.arguments["id"])
-    return work.reply(orjson.Fragment(description))
+        description = _described(context.arguments["id"])
+    return context.reply(orjson.Fragment(description))
 
 
 @task("add_robot")
-def add_robot(work: Work) -> Reply:
+def add_robot(context: TaskContext) -> Reply:
     """Answer POST /v1/robots: read the model. The server keeps the content that comes back in `result`."""
     from api.work.conversion.kept_meshes import keep_meshes
     from api.work.conversion.problems import to_robot
     from planner.robots import catalogue_ids, describe
 
-    with work.stage("validate"):
-        named = work.request(schemas.RobotDefinition)
+    with context.stage("validate"):
+        named = context.request(schemas.RobotDefinition)
         if named.id in catalogue_ids():
             raise CatalogueRobot(f"{named.id} is a robot of the catalogue; choose another id")
         files = MeshArchive(named.meshes) if isinstance(named, schemas.UrdfRobot) and named.meshes else {}
-        model = without_name(named, work.arguments.get("definition"))
-    with work.stage("plan"):
+        model = without_name(named, context.arguments.get("definition"))
+    with context.stage("plan"):
         robot = to_robot(model, named.id or "added")
         remarks = robot.collision_findings if isinstance(model, schemas.DhModel) else ()
         if isinstance(model, schemas.UrdfModel):
@@ -92,7 +92,7 @@ def add_robot(work: Work) -> Reply:
     answer = description | {"findings": [asdict(finding) for finding in (*robot.findings, *remarks)]}
     del description["id"]
     content = RobotContent(digest, definition, to_json(description), to_json(_summary(description)))
-    return work.reply(
+    return context.reply(
         answer, 201, headers={"Location": f"/v1/robots/{robot_id}"}, result=(robot_id, named.visibility, content)
     )
 
@@ -124,15 +124,15 @@ def without_name(named: Any, base: bytes | None) -> Any:
 
 
 @task("get_robot_geometry")
-def get_robot_geometry(work: Work) -> Reply:
+def get_robot_geometry(context: TaskContext) -> Reply:
     """Answer GET /v1/robots/{id}/geometry; the argument `definition` is that of an added robot."""
     from planner.robots import catalogue_ids
     from planner.robots.collision.describe import describe_collision_geometry
     from planner.robots.collision.gltf import collision_gltf
 
-    robot_id, definition = work.arguments["id"], work.arguments.get("definition")
-    with work.stage("plan"):
-        form = negotiated(work.arguments.get("format"), work.arguments.get("accept", "*/*"), FORMS_OF_GEOMETRY)
+    robot_id, definition = context.arguments["id"], context.arguments.get("definition")
+    with context.stage("plan"):
+        form = negotiated(context.arguments.get("format"), context.arguments.get("accept", "*/*"), FORMS_OF_GEOMETRY)
         if definition is None and robot_id not in catalogue_ids():
             raise _no_such_robot()
         robot = robot_of(robot_id, definition)
@@ -146,17 +146,17 @@ def get_robot_geometry(work: Work) -> Reply:
         else:
             drawing = collision_gltf(robot, binary=form.media_type == BINARY_GLTF)
     if form.media_type == JSON:
-        return work.reply(answer)
-    return Reply(200, form.media_type, drawing, work.timings)
+        return context.reply(answer)
+    return Reply(200, form.media_type, drawing, context.timings)
 
 
 @task("delete_robot")
-def delete_robot(work: Work) -> Reply:
+def delete_robot(context: TaskContext) -> Reply:
     """Refuse DELETE /v1/robots/{id} where the server keeps no robot of this id."""
     from planner.robots import catalogue_ids
 
-    if work.arguments["id"] in catalogue_ids():
-        raise CatalogueRobot(f"{work.arguments['id']} is a robot of the catalogue")
+    if context.arguments["id"] in catalogue_ids():
+        raise CatalogueRobot(f"{context.arguments['id']} is a robot of the catalogue")
     raise _no_such_robot()
 
 

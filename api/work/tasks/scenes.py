@@ -11,12 +11,12 @@ from api.contract.parts.scenes import MOST_ATTACHED, MOST_OBJECTS, AttachedObjec
 from api.pool.messages import Reply
 from api.store.contents.digests import canonical, sha256
 from api.store.contents.scenes import SceneContent
-from api.work.tasks.work import JSON, scene_of, task, to_json
+from api.work.tasks.context import JSON, scene_of, task, to_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
     from planner.fields import FieldPath
 
 T = TypeVar("T", SceneObject, AttachedObject)
@@ -29,28 +29,28 @@ EMPTY = b"{}"
 
 
 @task("add_scene")
-def add_scene(work: Work) -> Reply:
+def add_scene(context: TaskContext) -> Reply:
     """Answer POST /v1/scenes. The server keeps the content that comes back in `result`."""
-    with work.stage("validate"):
-        named: schemas.SceneToKeep = work.request(schemas.SceneToKeep)
+    with context.stage("validate"):
+        named: schemas.SceneToKeep = context.request(schemas.SceneToKeep)
         content = _content(named, named)
     scene_id = named.id or "scene_" + content.digest.removeprefix("sha256:")[:16]
     headers = {"Location": f"/v1/scenes/{scene_id}"}
     result = scene_id, named.visibility, content
-    return Reply(201, JSON, content.described_as(scene_id), work.timings, headers, result)
+    return Reply(201, JSON, content.described_as(scene_id), context.timings, headers, result)
 
 
 @task("change_scene")
-def change_scene(work: Work) -> Reply:
+def change_scene(context: TaskContext) -> Reply:
     """Answer PATCH /v1/scenes/{id}; the argument `kept` is the definition of the scene as it is.
 
     The server keeps the content that comes back in `result`.
     """
-    with work.stage("validate"):
-        change: schemas.SceneChange = work.request(schemas.SceneChange)
-        content = _content(_changed(scene_of(work.arguments.get("kept", EMPTY)), change), change)
-    body = content.described_as(work.arguments.get("id", ""))
-    return Reply(200, JSON, body, work.timings, result=content)
+    with context.stage("validate"):
+        change: schemas.SceneChange = context.request(schemas.SceneChange)
+        content = _content(_changed(scene_of(context.arguments.get("kept", EMPTY)), change), change)
+    body = content.described_as(context.arguments.get("id", ""))
+    return Reply(200, JSON, body, context.timings, result=content)
 
 
 def _content(scene: Scene, asked: Scene | schemas.SceneChange) -> SceneContent:

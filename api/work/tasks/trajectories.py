@@ -15,12 +15,12 @@ from api.contract.comparisons import ComparedBackend
 from api.pool.messages import PlanFigures, Reply
 from api.store.contents.digests import request_hash
 from api.work.answers.problem_documents import problem_document
+from api.work.tasks.context import task
 from api.work.tasks.remedies import acceptable_remedies, at_back_end
-from api.work.tasks.work import task
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
     from planner.certificate.checks import Certificate
     from planner.comparison import Figures
     from planner.export import ExportOptions
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @task("plan_trajectory")
-def plan_trajectory(work: Work) -> Reply:
+def plan_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories."""
     from api.work.answers.negotiation import negotiated
     from api.work.answers.views import VIEWS, View
@@ -40,23 +40,23 @@ def plan_trajectory(work: Work) -> Reply:
     from planner.plots.quantities import joint_indices
 
     forms: dict[str, Format | View] = {**FORMATS, **VIEWS}
-    with work.stage("validate"):
-        form = negotiated(work.arguments["format"], work.arguments["accept"], forms)
-        request = work.request(requests.PlanRequest)
-        asked, backend = to_planning_problem(request, work.robot(request)), to_backend(request.backend)
-        options = export_options(request, work.arguments.get("definition"))
+    with context.stage("validate"):
+        form = negotiated(context.arguments["format"], context.arguments["accept"], forms)
+        request = context.request(requests.PlanRequest)
+        asked, backend = to_planning_problem(request, context.robot(request)), to_backend(request.backend)
+        options = export_options(request, context.arguments.get("definition"))
         if request.picture is not None and request.picture.joints is not None:
             joint_indices(asked.robot, request.picture.joints, ("picture", "joints"))
-    with work.stage("plan"), acceptable_remedies(work, request, asked.robot.dof):
-        solved = plan(within_deadline(asked, work.task.deadline), backend, attempts_until(work.task.deadline))
-    refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
-    with work.stage("serialise"):
+    with context.stage("plan"), acceptable_remedies(context, request, asked.robot.dof):
+        solved = plan(within_deadline(asked, context.task.deadline), backend, attempts_until(context.task.deadline))
+    refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, context)
+    with context.stage("serialise"):
         if isinstance(form, View):
             asked_for = request.model_dump(mode="json", by_alias=True, exclude_unset=True)
             body = form.draw(solved, asked_for, options.request_hash, f"{request.robot}, {solved.backend.kind}")
         else:
             body = form.render(solved, options)
-    return Reply(200, form.media_type, body, work.timings, plan=figures_of(solved))
+    return Reply(200, form.media_type, body, context.timings, plan=figures_of(solved))
 
 
 def figures_of(solved: Plan) -> PlanFigures:
@@ -67,12 +67,12 @@ def figures_of(solved: Plan) -> PlanFigures:
 
 
 @task("export_trajectory")
-def export_trajectory(work: Work) -> Reply:
+def export_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/export."""
-    name = work.arguments["format"]
+    name = context.arguments["format"]
     if name is None:
         raise invalid([{"pointer": "", "message": "the parameter format is missing"}])
-    reply = plan_trajectory(work)
+    reply = plan_trajectory(context)
     from api.work.answers.views import VIEWS
     from planner.export import FORMATS
 
@@ -82,7 +82,7 @@ def export_trajectory(work: Work) -> Reply:
 
 
 @task("compare_backends")
-def compare_backend(work: Work) -> Reply:
+def compare_backend(context: TaskContext) -> Reply:
     """Answer for one back end of POST /v1/trajectories/compare, the one at the argument `index`."""
     from api.work.conversion.problems import to_backend, to_planning_problem
     from api.work.conversion.time_budgets import attempts_until, within_deadline
@@ -90,25 +90,25 @@ def compare_backend(work: Work) -> Reply:
     from planner.export.json import as_dict
     from planner.planning import plan
 
-    with work.stage("validate"):
-        asked = work.request(requests.CompareRequest)
+    with context.stage("validate"):
+        asked = context.request(requests.CompareRequest)
         shared = {name: getattr(asked, name) for name in requests.TrajectoryRequest.model_fields}
-        index = work.arguments["index"]
+        index = context.arguments["index"]
         request = requests.PlanRequest.model_construct(backend=asked.backends[index], **shared)
-        robot = work.robot(request)
+        robot = context.robot(request)
     entry: dict[str, Any] = dict.fromkeys(ComparedBackend.model_fields)
     entry["backend"] = request.backend.kind
     try:
-        with work.stage("plan"), acceptable_remedies(work, asked, robot.dof), at_back_end(index):
-            problem = within_deadline(to_planning_problem(request, robot), work.task.deadline)
-            solved = plan(problem, to_backend(request.backend), attempts_until(work.task.deadline))
-            refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
+        with context.stage("plan"), acceptable_remedies(context, asked, robot.dof), at_back_end(index):
+            problem = within_deadline(to_planning_problem(request, robot), context.task.deadline)
+            solved = plan(problem, to_backend(request.backend), attempts_until(context.task.deadline))
+            refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, context)
     except (PlanningError, InvalidRequest) as error:
-        _, body = problem_document(error, work.task.instance)
-        return work.reply(entry | {"status": error.code, "problem": orjson.Fragment(body)})
-    with work.stage("serialise"):
-        trajectory = as_dict(solved, export_options(request, work.arguments.get("definition")))
-        return work.reply(entry | _compared(figures(solved)) | {"status": "planned", "trajectory": trajectory})
+        _, body = problem_document(error, context.task.instance)
+        return context.reply(entry | {"status": error.code, "problem": orjson.Fragment(body)})
+    with context.stage("serialise"):
+        trajectory = as_dict(solved, export_options(request, context.arguments.get("definition")))
+        return context.reply(entry | _compared(figures(solved)) | {"status": "planned", "trajectory": trajectory})
 
 
 def _compared(found: Figures) -> dict[str, Any]:
@@ -119,17 +119,17 @@ def _compared(found: Figures) -> dict[str, Any]:
 
 
 @task("validate_trajectory")
-def validate_trajectory(work: Work) -> Reply:
+def validate_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/validate."""
-    with work.stage("validate"):
-        request = work.request(requests.ValidateRequest)
-        robot = work.robot(request)
-    with work.stage("plan"):
+    with context.stage("validate"):
+        request = context.request(requests.ValidateRequest)
+        robot = context.robot(request)
+    with context.stage("plan"):
         interpolation, certificate = certified(request, robot)
         answer = {"interpolation": interpolation, **certificate.as_dict()}
         if request.scene is not None or request.self_collision or request.speed_zones:
             answer |= _kept_clear(request, robot, certificate.satisfied)
-    return work.reply(answer)
+    return context.reply(answer)
 
 
 def _kept_clear(request: requests.ValidateRequest, robot: Robot, satisfied: bool) -> dict[str, Any]:
@@ -178,7 +178,7 @@ def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests
 
 
 @task("list_backends")
-def list_backends(work: Work) -> Reply:
+def list_backends(context: TaskContext) -> Reply:
     """Answer GET /v1/backends."""
     from api.contract.parts.backends import backend_schemas
     from planner.backends import BACKENDS
@@ -191,7 +191,7 @@ def list_backends(work: Work) -> Reply:
         descriptions.append(
             {"kind": kind, "summary": backend.summary, "options": options, "guarantees": guarantees},
         )
-    return work.reply({"backends": descriptions})
+    return context.reply({"backends": descriptions})
 
 
 def export_options(request: requests.PlanRequest, definition: bytes | None) -> ExportOptions:
@@ -202,13 +202,15 @@ def export_options(request: requests.PlanRequest, definition: bytes | None) -> E
     return ExportOptions(request.sample_period, frozenset(request.include), quoted)
 
 
-def refuse_too_many_rows(duration: float, period: float, dof: int, work: Work, field: str = "/sample_period") -> None:
+def refuse_too_many_rows(
+    duration: float, period: float, dof: int, context: TaskContext, field: str = "/sample_period"
+) -> None:
     """Refuse to write more than an answer may hold.
 
     Raises:
         InvalidRequest: A trajectory of this duration, s, has too many rows at this period, s, which the field asks.
     """
     rows = rows_of(duration, period)
-    if rows * dof > work.caps.max_samples:
-        limit = f"{rows} rows of {dof} joints are more than the {work.caps.max_samples} values of an answer"
+    if rows * dof > context.caps.max_samples:
+        limit = f"{rows} rows of {dof} joints are more than the {context.caps.max_samples} values of an answer"
         raise invalid([{"pointer": field, "message": limit}])

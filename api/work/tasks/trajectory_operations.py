@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from api.contract import trajectory_operations as schemas
+from api.work.tasks.context import task
 from api.work.tasks.remedies import acceptable_remedies
 from api.work.tasks.trajectories import refuse_too_many_rows
-from api.work.tasks.work import task
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from api.pool.messages import Reply
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
     from planner.operations import CertifiedTrajectory
     from planner.robots import Robot
 
@@ -26,7 +26,7 @@ POINTS_OF_POLYNOMIALS = 2000
 
 
 @task("reverse_trajectory")
-def reverse_trajectory(work: Work) -> Reply:
+def reverse_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/reverse."""
     from api.work.conversion.given_trajectories import to_trajectory
     from planner.operations import reverse_trajectory
@@ -35,11 +35,11 @@ def reverse_trajectory(work: Work) -> Reply:
         _, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
         return reverse_trajectory(robot, trajectory, **_kept(request))
 
-    return _answer(work, schemas.ReverseRequest, run)
+    return _answer(context, schemas.ReverseRequest, run)
 
 
 @task("slice_trajectory")
-def slice_trajectory(work: Work) -> Reply:
+def slice_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/slice."""
     from api.work.conversion.given_trajectories import to_trajectory
     from planner.operations import slice_trajectory
@@ -48,11 +48,11 @@ def slice_trajectory(work: Work) -> Reply:
         _, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
         return slice_trajectory(robot, trajectory, request.start, request.end, **_kept(request))
 
-    return _answer(work, schemas.SliceRequest, run)
+    return _answer(context, schemas.SliceRequest, run)
 
 
 @task("join_trajectories")
-def join_trajectories(work: Work) -> Reply:
+def join_trajectories(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/join."""
     from api.work.conversion.given_trajectories import to_trajectory
     from planner.operations import join_trajectories
@@ -63,13 +63,13 @@ def join_trajectories(work: Work) -> Reply:
         ]
         return join_trajectories(robot, trajectories, tolerance=request.tolerance, **_kept(request))
 
-    return _answer(work, schemas.JoinRequest, run)
+    return _answer(context, schemas.JoinRequest, run)
 
 
 @task("retime_trajectory")
-def retime_trajectory(work: Work) -> Reply:
+def retime_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/retime."""
-    return _answer(work, schemas.RetimeRequest, _retime, is_kept_clear=True)
+    return _answer(context, schemas.RetimeRequest, _retime, is_kept_clear=True)
 
 
 def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory:
@@ -96,9 +96,9 @@ def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory
 
 
 @task("stop_trajectory")
-def stop_trajectory(work: Work) -> Reply:
+def stop_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/stop."""
-    return _answer(work, schemas.StopRequest, _stop)
+    return _answer(context, schemas.StopRequest, _stop)
 
 
 def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
@@ -139,36 +139,36 @@ def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
 
 
 @task("resample_trajectory")
-def resample_trajectory(work: Work) -> Reply:
+def resample_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/resample."""
     from api.work.conversion.given_trajectories import to_trajectory
     from planner.errors import InvalidProblem
     from planner.export.json import operation_as_dict
     from planner.operations import kept_clear, resample_trajectory
 
-    with work.stage("validate"):
-        request = work.request(schemas.ResampleRequest)
-        robot = _robot(work, request)
+    with context.stage("validate"):
+        request = context.request(schemas.ResampleRequest)
+        robot = _robot(context, request)
         if request.period is not None and request.times is not None:
             raise InvalidProblem([(("period",), "either a period or times are asked, not both")])
         _, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
         period = request.period or DEFAULT_PERIOD
         if request.times is None:
-            refuse_too_many_rows(trajectory.duration, period, robot.dof, work, "/period")
-    with work.stage("plan"):
+            refuse_too_many_rows(trajectory.duration, period, robot.dof, context, "/period")
+    with context.stage("plan"):
         done = resample_trajectory(robot, trajectory, request.times or period, **_kept(request))
         done = kept_clear(done, **_surroundings(request, robot))
         answer = operation_as_dict(done, done.time, request.include)
-    return work.reply(answer)
+    return context.reply(answer)
 
 
 def _answer(
-    work: Work, schema: Any, run: Callable[[Any, Robot], CertifiedTrajectory], *, is_kept_clear: bool = False
+    context: TaskContext, schema: Any, run: Callable[[Any, Robot], CertifiedTrajectory], *, is_kept_clear: bool = False
 ) -> Reply:
     """Read the request, run an operation on it, and write its answer every `sample_period`.
 
     Args:
-        work: The task.
+        context: The context of the task.
         schema: That of the request.
         run: The operation on a request and its robot.
         is_kept_clear: Whether the operation proves clearances and speeds itself.
@@ -176,15 +176,15 @@ def _answer(
     from planner.export.json import operation_as_dict
     from planner.operations import kept_clear
 
-    with work.stage("validate"):
-        request = work.request(schema)
-        robot = _robot(work, request)
-    with work.stage("plan"), acceptable_remedies(work, request, robot.dof):
+    with context.stage("validate"):
+        request = context.request(schema)
+        robot = _robot(context, request)
+    with context.stage("plan"), acceptable_remedies(context, request, robot.dof):
         done = run(request, robot)
         done = done if is_kept_clear else kept_clear(done, **_surroundings(request, robot))
-        refuse_too_many_rows(done.trajectory.duration, request.sample_period, robot.dof, work)
+        refuse_too_many_rows(done.trajectory.duration, request.sample_period, robot.dof, context)
         answer = operation_as_dict(done, done.trajectory.sample_times(request.sample_period), request.include)
-    return work.reply(answer)
+    return context.reply(answer)
 
 
 def _surroundings(request: schemas.OperationRequest, robot: Robot) -> dict[str, Any]:
@@ -197,11 +197,11 @@ def _surroundings(request: schemas.OperationRequest, robot: Robot) -> dict[str, 
     return {"scene": scene, "self_collision": request.self_collision, "speed_zones": zones}
 
 
-def _robot(work: Work, request: schemas.OperationRequest) -> Robot:
+def _robot(context: TaskContext, request: schemas.OperationRequest) -> Robot:
     """Return the robot of a request, with its tool, its mounting and what it carries."""
     from api.work.conversion.problems import mounted, to_payload, with_tool
 
-    robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+    robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
     return robot if request.payload is None else robot.with_payload(to_payload(request.payload))
 
 

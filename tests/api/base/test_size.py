@@ -17,7 +17,7 @@ from api.contract.kinematics import ForwardKinematicsRequest, InverseKinematicsR
 from api.contract.requests import CompareRequest, PlanRequest, ValidateRequest
 from api.contract.robots import RobotDefinition
 from api.pool.messages import Caps
-from api.work.tasks import work
+from api.work.tasks import context
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, validate_request
 
 if TYPE_CHECKING:
@@ -68,14 +68,14 @@ def test_the_work_on_a_hostile_body_is_bounded(monkeypatch: pytest.MonkeyPatch, 
         nonlocal done
         done += event in ("call", "c_call")
 
-    monkeypatch.setattr(work, "invalid_request", invalid_request)
+    monkeypatch.setattr(context, "invalid_request", invalid_request)
     with pytest.raises(InvalidRequest):
-        work.validated(schema, {}, CAPS)  # a schema is made when it is first used
+        context.validated(schema, {}, CAPS)  # a schema is made when it is first used
     done = 0
     sys.setprofile(count)
     try:
         with pytest.raises(InvalidRequest):
-            work.validated(schema, parse_json(body), CAPS)
+            context.validated(schema, parse_json(body), CAPS)
     finally:
         sys.setprofile(None)
     assert done < MOST_WORK

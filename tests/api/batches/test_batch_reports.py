@@ -13,7 +13,7 @@ from api.pool.messages import Caps, Task
 from api.store.items import PLAN_ITEMS, PLANNED, Result, compressed
 from api.work.execution import execute
 from api.work.tasks import batch_reports
-from api.work.tasks.work import Work
+from api.work.tasks.context import TaskContext
 from tests.api.conftest import RunningService, wait_until
 from tests.api.requests import dh_robot, joint, plan_request
 from tests.locations import ROOT
@@ -107,7 +107,9 @@ def test_a_report_keeps_to_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def report(results: list[Result]) -> dict[str, Any]:
         arguments = {"batch": {}, "figures": {}, "results": results, "definitions": {}}
-        reply = batch_reports.report_batch(Work(Task("get_batch_report", "", 0.0, math.inf, b"", arguments), caps))
+        reply = batch_reports.report_batch(
+            TaskContext(Task("get_batch_report", "", 0.0, math.inf, b"", arguments), caps)
+        )
         return data_of(reply.body.decode())
 
     room = len(orjson.dumps(report([found[0], found[2]])))

@@ -23,7 +23,7 @@ from api.batches.arrival import pieces as pieces_of
 from api.pool.messages import Caps, Task
 from api.work.tasks.batch_bodies import of_document
 from api.work.tasks.batches import read_items
-from api.work.tasks.work import Work
+from api.work.tasks.context import TaskContext
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -39,8 +39,8 @@ VALUES = st.recursive(
 
 
 def requests_of(body: bytes) -> list[tuple[Any, str]]:
-    work = Work(Task("create_batch", "/v1/batches", 0.0, math.inf, body, {"most_bytes": 2**26}), CAPS)
-    return list(of_document(work, 100))
+    context = TaskContext(Task("create_batch", "/v1/batches", 0.0, math.inf, body, {"most_bytes": 2**26}), CAPS)
+    return list(of_document(context, 100))
 
 
 @given(st.lists(VALUES, min_size=1, max_size=6), st.sampled_from([None, 0, 3]), st.booleans())
@@ -130,8 +130,8 @@ def _count_in_a_worker() -> int:
     line = json.dumps(request).encode()
     body = b'{"requests": [' + b", ".join([line + b" " * (510 - len(line))] * 100_000) + b"]}"
     assert len(body) > 50_000_000
-    work = Work(Task("create_batch", "/v1/batches", 0.0, math.inf, body, {"most_bytes": 2**26}), CAPS)
-    return sum(1 for _ in of_document(work, 100_000))
+    context = TaskContext(Task("create_batch", "/v1/batches", 0.0, math.inf, body, {"most_bytes": 2**26}), CAPS)
+    return sum(1 for _ in of_document(context, 100_000))
 
 
 @pytest.mark.parametrize(("values", "is_taken"), [(10, True), (11, False)])
@@ -141,12 +141,12 @@ def test_the_requests_of_a_grid_have_so_many_bytes_together(values: int, is_take
     template = {"robot": "ur5", "seed": 100, "x": "x" * 1000}
     body = json.dumps({"grid": {"template": template, "vary": vary}}).encode()
     most = 10 * len(json.dumps(template, separators=(",", ":")))
-    work = Work(Task("", "", 0.0, math.inf, body, {"most_items": 100, "most_bytes_of_all": most}), CAPS)
+    context = TaskContext(Task("", "", 0.0, math.inf, body, {"most_items": 100, "most_bytes_of_all": most}), CAPS)
     if is_taken:
-        assert sum(len(pickle.loads(chunk)) for chunk in read_items(work).result) == values  # noqa: S301 - made here
+        assert sum(len(pickle.loads(chunk)) for chunk in read_items(context).result) == values  # noqa: S301 - made here
     else:
         with pytest.raises(PayloadTooLarge, match=f"{most}.*first 11 have {most // 10 * 11}"):
-            read_items(work)
+            read_items(context)
 
 
 @pytest.mark.parametrize(

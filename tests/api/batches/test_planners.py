@@ -23,7 +23,7 @@ from tests.api.requests import joint, plan_request
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
 
 
 class MadeUpPool:
@@ -127,11 +127,11 @@ class MadeUpSteps:
     def __init__(self) -> None:
         self.done: list[tuple[bytes, int]] = []
 
-    def __call__(self, work: Work) -> Generator[None, None, Reply]:
-        for step, word in enumerate(work.task.body.split()):
+    def __call__(self, context: TaskContext) -> Generator[None, None, Reply]:
+        for step, word in enumerate(context.task.body.split()):
             if step:
                 yield
-            self.done.append((work.task.body, step))
+            self.done.append((context.task.body, step))
             if word == b"fails":
                 raise ValueError("nobody foresaw it")
             time.sleep(float(word))

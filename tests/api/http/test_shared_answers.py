@@ -15,8 +15,8 @@ from api.base.byte_budget import Traffic
 from api.base.codings import IDENTITY, Coding
 from api.base.errors import DeadlineExceeded, InternalError, Overloaded
 from api.base.settings import Settings
-from api.http import running
 from api.http.dependencies import Body
+from api.http.replies import get_reply
 from api.http.shared_answers import OVERHEAD, SharedAnswers
 from api.http.transport.shedding import Shedding
 from api.pool.messages import Reply
@@ -238,7 +238,7 @@ def test_a_request_that_joins_another_leaves_its_place_in_the_queue(name: str) -
             state = {"client": sender, "share": share, "arrived": time.monotonic(), "place": shedding.enter(name)}
             scope = {"type": "http", "method": "POST", "path": PLAN, "headers": [], "app": app, "state": state}
             body = Body(b"{}", deadline=60.0)
-            return asyncio.create_task(running.run(Request(scope, receive), "plan_trajectory", body, shared=True))
+            return asyncio.create_task(get_reply(Request(scope, receive), "plan_trajectory", body, shared=True))
 
         first = send()
         await a_moment()

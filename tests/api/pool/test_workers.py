@@ -18,7 +18,7 @@ from pydantic import ValidationError
 from api.base.settings import Settings
 from api.pool.messages import Caps, Reply, Task
 from api.work.execution import execute, wants_memory
-from api.work.tasks.work import TASKS
+from api.work.tasks.context import TASKS
 from planner.errors import UnreachableWaypoint
 from tests.api.conftest import wait_until
 from tests.api.requests import dh_robot, plan_request
@@ -26,7 +26,7 @@ from tests.api.requests import dh_robot, plan_request
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from api.work.tasks.work import Work
+    from api.work.tasks.context import TaskContext
     from tests.api.conftest import RunningService
 
 PLAN, INVERSE = "/v1/trajectories", "/v1/kinematics/inverse"
@@ -235,7 +235,7 @@ def test_a_worker_that_met_its_memory_cap_is_replaced(one_worker: RunningService
 def test_a_worker_is_unfit_after_errors_that_nobody_foresaw(
     monkeypatch: pytest.MonkeyPatch, error: Exception, code: str
 ) -> None:
-    def fail(_: Work) -> Reply:
+    def fail(_: TaskContext) -> Reply:
         raise error
 
     monkeypatch.setitem(TASKS, "plan_trajectory", fail)

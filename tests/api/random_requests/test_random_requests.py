@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from api.work.tasks.work import TASKS
+from api.work.tasks.context import TASKS
 from tests.api.made_up_service import made_up_service
 from tests.api.random_requests.conversation import Conversation
 from tests.sizes import OVER_FIELDS

@@ -24,7 +24,7 @@ from api.base.byte_budget import Traffic
 from api.base.errors import DatabaseUnavailable
 from api.base.settings import Settings
 from api.http.dependencies import read_body
-from api.http.running import run
+from api.http.replies import run
 from api.pool.messages import Reply
 from api.store.batches import Arrival, BatchBounds, append_items, begin_batch, find_batch
 from api.store.clients import Client

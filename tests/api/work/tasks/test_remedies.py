@@ -10,8 +10,8 @@ import pytest
 
 from api.contract.requests import PlanRequest
 from api.pool.messages import Caps, Task
+from api.work.tasks.context import TaskContext
 from api.work.tasks.remedies import acceptable_remedies
-from api.work.tasks.work import Work
 from planner.errors import LimitsUnsatisfiable, Remedy
 from planner.problems.problem import PolylineMotion
 from planner.problems.transitions import BlendTransition, StopTransition
@@ -99,10 +99,10 @@ def test_what_the_service_refuses_is_no_remedy(
         backend={"kind": "cubic"},
     )
     task = Task("plan_trajectory", PLAN, 0.0, math.inf, json.dumps(request).encode(), {})
-    work = Work(task, Caps(max_deadline=60.0, max_waypoints=100, max_samples=30_000, memory_mib=1024))
+    context = TaskContext(task, Caps(max_deadline=60.0, max_waypoints=100, max_samples=30_000, memory_mib=1024))
     with (
         pytest.raises(LimitsUnsatisfiable) as refusal,
-        acceptable_remedies(work, PlanRequest.model_validate_json(task.body), 3),
+        acceptable_remedies(context, PlanRequest.model_validate_json(task.body), 3),
     ):
         raise LimitsUnsatisfiable("", remedies=[Remedy(field, value, "", takes)])
     assert [remedy.field for remedy in refusal.value.remedies] == ([field] if told == "remedy" else [])

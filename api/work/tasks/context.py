@@ -31,26 +31,26 @@ CACHED_ROBOTS = 32
 """The number of uploaded robots that one worker keeps built; one takes up to some MiB with its seed table."""
 
 
-TASKS: dict[str, Callable[[Work], Reply]] = {}
+TASKS: dict[str, Callable[[TaskContext], Reply]] = {}
 """The function that runs for each task, by the id of its operation."""
 
 
-def task(name: str) -> Callable[[Callable[[Work], Reply]], Callable[[Work], Reply]]:
+def task(name: str) -> Callable[[Callable[[TaskContext], Reply]], Callable[[TaskContext], Reply]]:
     """Make a function the one that a worker runs for a task.
 
     Args:
         name: The id of the operation.
     """
 
-    def register(function: Callable[[Work], Reply]) -> Callable[[Work], Reply]:
+    def register(function: Callable[[TaskContext], Reply]) -> Callable[[TaskContext], Reply]:
         TASKS[name] = function
         return function
 
     return register
 
 
-class Work:
-    """One task under way in a worker.
+class TaskContext:
+    """The context of a task in a worker: its request and its caps.
 
     Attributes:
         task: The request.

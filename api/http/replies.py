@@ -1,4 +1,4 @@
-"""What every route does: let a worker run the task, share equal answers, send the reply."""
+"""The replies to operations: a worker runs the task, equal answers are shared, the reply is sent."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ NO_BODY = Body()
 """The body of a request that has none."""
 
 
-async def run(
+async def get_reply(
     request: Request,
     operation: str,
     body: Body = NO_BODY,
