@@ -6,13 +6,28 @@ import logging
 import sys
 import warnings
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import orjson
 import structlog
 
 if TYPE_CHECKING:
-    from typing import TextIO
+    from typing import BinaryIO, TextIO
+
+
+class _StandardError:
+    """The standard error of the moment: a caller may replace and close it."""
+
+    def write(self, line: str | bytes) -> None:
+        """Write text, or bytes without a copy."""
+        if isinstance(line, bytes):
+            sys.stderr.buffer.write(line)
+        else:
+            sys.stderr.write(line)
+
+    def flush(self) -> None:
+        """Flush text and bytes."""
+        sys.stderr.flush()
 
 
 def configure_logs(level: str) -> None:
@@ -26,10 +41,10 @@ def configure_logs(level: str) -> None:
     structlog.configure(
         processors=[*shared, structlog.processors.JSONRenderer(serializer=orjson.dumps)],
         wrapper_class=structlog.make_filtering_bound_logger(number),
-        logger_factory=structlog.BytesLoggerFactory(sys.stderr.buffer),
+        logger_factory=structlog.BytesLoggerFactory(cast("BinaryIO", _StandardError())),
         cache_logger_on_first_use=True,
     )
-    handler = logging.StreamHandler(sys.stderr)
+    handler = logging.StreamHandler(_StandardError())
     handler.setFormatter(
         structlog.stdlib.ProcessorFormatter(
             foreign_pre_chain=shared,

@@ -30,6 +30,28 @@ def test_warnings_of_numpy_are_lines_of_the_log_without_paths() -> None:
     assert ran.stdout == ""
 
 
+REPLACED_AND_CLOSED = """
+import io, logging, sys
+import structlog
+from api.base.logs import configure_logs
+real, sys.stderr = sys.stderr, io.TextIOWrapper(io.BytesIO())
+configure_logs("info")
+structlog.get_logger().info("first")
+sys.stderr.close()
+sys.stderr = real
+logging.getLogger("httpx").info("of a library")
+structlog.get_logger().info("of the service")
+"""
+
+
+def test_logs_go_to_the_standard_error_of_the_moment() -> None:
+    """A command that runs inside of a test logs to a stream that is closed after it."""
+    ran = subprocess.run([sys.executable, "-c", REPLACED_AND_CLOSED], cwd=ROOT, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    lines = ran.stderr.splitlines()
+    assert [json.loads(line)["event"] for line in lines] == ["of a library", "of the service"]
+
+
 WORKER_THAT_WARNS = """
 import socket, sys, warnings
 from api.pool.messages import Caps, Task, pack
