@@ -146,14 +146,18 @@ def refined(
         enough: Share of a limit that may be used between gridpoints.
         requested: The requested durations of parts of a time scaling; None: none.
     """
-    for refinement in range(MOST_REFINEMENTS):
+    best, shortest = law, np.inf
+    for refinement in range(MOST_REFINEMENTS + 1):
         most, least = limits.used(law)
+        stretched = float(law.lengths.sum() * max(1.0, most.max()) ** 0.5)
+        best, shortest = (law, stretched) if stretched < shortest else (best, shortest)
         idle = (least < IDLE) & (law.lengths > law.lengths.sum() / FINEST)
-        if most.max() < enough and (refinement or law.lengths[idle].sum() < MOST_IDLE * law.lengths.sum()):
+        is_done = most.max() < enough and (refinement or law.lengths[idle].sum() < MOST_IDLE * law.lengths.sum())
+        if is_done or refinement == MOST_REFINEMENTS:
             break
         law = law.split(np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
         law = retimed(law, fastest_retiming(law.lengths, _near(limits.along(law)), gap, requested(law)))
-    return law
+    return best
 
 
 def _near(limits: LinearLimits) -> LinearLimits:
