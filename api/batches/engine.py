@@ -125,8 +125,10 @@ class Engine:
         return min(MOST_CLAIMED, max(ready, math.ceil(AHEAD * self._rate)))
 
     async def _claim_items(self) -> None:
-        """Keep enough items at hand."""
+        """Keep enough items at hand, and not many more: they would keep other batches from their turns."""
         self._new.clear()
+        if len(self._claimed) > 2 * self._wanted:
+            await self._give_back(len(self._claimed) - self._wanted)
         found: list[Claimed] = []
         if len(self._claimed) <= self._wanted // 2 and await self._database.read(claims.is_work_left):
             # Committed before the claim: who reads in between must not take this service for dead.
@@ -138,6 +140,15 @@ class Engine:
         if not found:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._new.wait(), BEAT if self._under_way else IDLE)
+
+    async def _give_back(self, count: int) -> None:
+        """Free the last claimed items: they were claimed while items took less time."""
+        surplus = [self._claimed.pop() for _ in range(count)]
+        try:
+            await self._database.write(claims.give_back, self.id, surplus)
+        except DatabaseUnavailable:
+            self._claimed.extend(reversed(surplus))
+            raise
 
     def _note_turns(self, found: list[Claimed]) -> None:
         """Note which batches had a turn; those that have had none for long are as good as new."""

@@ -181,6 +181,14 @@ def ended(connection: Connection, numbers: Collection[int]) -> set[int]:
     return set(numbers) - set(connection.scalars(running))
 
 
+def give_back(connection: Connection, engine: str, claimed: Sequence[Claimed]) -> None:
+    """Free items that a service has claimed and not begun."""
+    for number in {item.batch for item in claimed}:
+        positions = [item.position for item in claimed if item.batch == number]
+        of_batch = (items.c.batch == number) & items.c.position.in_(positions)
+        connection.execute(update(items).where(of_batch, items.c.engine == engine).values(engine=None))
+
+
 def leave(connection: Connection, engine: str) -> None:
     """Give back what a service has claimed: it stops."""
     connection.execute(update(items).where(items.c.engine == engine, items.c.outcome.is_(None)).values(engine=None))

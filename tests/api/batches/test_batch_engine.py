@@ -69,8 +69,8 @@ def planners_of(pool: MadeUpPool) -> PoolPlanners:
     return PoolPlanners(pool, Settings())  # type: ignore[arg-type]
 
 
-async def batch_of(database: Database, *requests: bytes) -> tuple[int, str]:
-    arrival: Any = await database.write(begin_batch, "client", None, "arriving", BatchBounds(10, 10, 10**9))
+async def batch_of(database: Database, *requests: bytes, client: str = "client") -> tuple[int, str]:
+    arrival: Any = await database.write(begin_batch, client, None, "arriving", BatchBounds(10, 10, 10**9))
     await database.write(
         append_items, arrival.number, 0, [NewItem(request, None, None, 10.0) for request in requests], ""
     )
@@ -223,6 +223,30 @@ def test_the_end_of_a_batch_does_not_wait_for_a_beat(monkeypatch: pytest.MonkeyP
         _, batch_id = await batch_of(database, b"1", b"2", b"3")
 
         await until(lambda: is_completed(database, batch_id))
+        await engine.stop()
+        database.close()
+
+    asyncio.run(run())
+
+
+def test_a_batch_has_its_turn_though_items_of_another_were_claimed_while_all_were_quick(tmp_path: Path) -> None:
+    """Five hundred items of a client were at hand, each of which then took long: nobody else had a turn before."""
+
+    async def run() -> None:
+        database, pool = Database(sqlite_url(tmp_path)), MadeUpPool()
+        database.open()
+        engine = Engine(database, planners_of(pool), Settings(), Metrics())
+        await batch_of(database, *[b"quick %d" % k for k in range(3000)], client="greedy")
+        await engine.start()
+        await until(lambda: _true(len(engine._claimed) > 300))
+
+        pool.seconds = 0.1
+        begun = sum(pool.begun.values())
+        await until(lambda: _true(sum(pool.begun.values()) > begun + 5))
+        _, batch_id = await batch_of(database, b"modest", client="modest")
+        before = sum(pool.asked.values())
+        await until(lambda: is_completed(database, batch_id))
+        assert sum(pool.asked.values()) - before < 200
         await engine.stop()
         database.close()
 
