@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.free_motion.quick_check import QuickCheck
-from planner.scene import Budget, clearances
+from planner.scene import CONTACT_TOLERANCE, Budget, clearances
 from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
-    from planner.robots import Robot
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
 
@@ -38,10 +36,10 @@ class FreeEdges:
         until: When no more may be, s on the monotonic clock; infinite: whenever.
     """
 
-    def __init__(self, robot: Robot, checker: CollisionChecker, most: float) -> None:
-        """Prepare for a robot and what is around it, and so many motions."""
-        self._robot, self._checker = robot, checker
-        self._quick = QuickCheck(robot, checker)
+    def __init__(self, checker: CollisionChecker, most: float) -> None:
+        """Prepare for a robot with its surroundings, and a number of motions."""
+        self._checker = checker
+        self._room = 0.0
         self._look_every = LOOK_EVERY
         self.checked = 0
         self.most: float = most
@@ -54,12 +52,11 @@ class FreeEdges:
 
     def keep_room(self, room: float, most: float) -> None:
         """Go on with motions that seem to keep clear by so much more than they have to, m, until so many in all."""
-        self._quick = QuickCheck(self._robot, self._checker, room)
-        self.most = most
+        self._room, self.most = room, most
 
     def has_room(self, positions: FloatArray) -> bool:
         """Whether one of some joint positions (positions, joints) seems to keep clear."""
-        return any(not self._quick.sees_collision(position[None]) for position in positions)
+        return any(not self._sees_collision(position[None]) for position in positions)
 
     def levers(self, positions: FloatArray) -> FloatArray:
         """Measure how far from each joint's axis, at postures (N, joints), what it moves goes (N, joints), m.
@@ -72,7 +69,11 @@ class FreeEdges:
         """Whether no collision is seen on the straight motion between two joint positions (joints,)."""
         self.checked += 1
         shares = _shares(float(np.linalg.norm(end - start)), self._look_every)
-        return not self._quick.sees_collision(start + shares[:, None] * (end - start))
+        return not self._sees_collision(start + shares[:, None] * (end - start))
+
+    def _sees_collision(self, positions: FloatArray) -> bool:
+        """Tell whether one of some positions (N, joints) seems to keep less than its margins and the room."""
+        return self._checker.distances.first_collision(positions, CONTACT_TOLERANCE - self._room) is not None
 
     def first_unproved(self, positions: FloatArray) -> int | None:
         """Prove that the straight motions between joint positions (motions + 1, joints) keep all margins.

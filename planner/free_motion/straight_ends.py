@@ -56,7 +56,7 @@ def find_way_with_straight_ends(
     Returns:
         The way; None: none was found.
     """
-    edges = FreeEdges(robots[0], checker, inf)
+    edges = FreeEdges(checker, inf)
     out = _line_back(edges, robots[0], start, options)
     lines = [_line_back(edges, robots[1], goal, options) for goal in goals[:MOST_GOALS]]
     for first in [start[None], out][: len(out)]:

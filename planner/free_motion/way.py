@@ -89,7 +89,7 @@ def find_way(
         seed: Of the random positions; equal seeds give equal ways.
         in_narrow: Another search, tried where no way with room was found, before one without; None: there is none.
     """
-    edges = FreeEdges(robot, checker, most_checks)
+    edges = FreeEdges(checker, most_checks)
     start, goals = np.asarray(start, dtype=np.float64), np.asarray(goals, dtype=np.float64)
     order = np.argsort(np.linalg.norm(goals - start, axis=1), kind="stable")
     are_free = is_free(checker, np.vstack([start[None], goals]))

@@ -275,7 +275,7 @@ def _goals(
         leads_on = partial(clear.leads_on, waypoints, number, before.position)
         found = [found[0], *filter(leads_on, found[1:])]
     if isinstance(waypoint, PoseWaypoint) and waypoint.free:
-        edges = FreeEdges(problem.robot, checker, inf)
+        edges = FreeEdges(checker, inf)
         if leads_on is None or not any(edges.is_free(before.position, goal) for goal in found):
             in_region = positions_in_region(pinned, waypoint, before.position, options)
             found += apart(in_region[is_free(checker, in_region)], before.position, leads_on)

@@ -97,7 +97,7 @@ def _candidates(planned: Planned, number: int, objective: Objective, most: float
     ends = ends_of_way(problem, detours[:number], own.waypoint)
     if number < len(detours) - 1:
         ends = ends._replace(goals=own.positions[-1:])
-    edges = FreeEdges(problem.robot, ends.checker, most)
+    edges = FreeEdges(ends.checker, most)
     edges.until = until
     cost = Estimate(objective, planned.plan.path, planned.plan.problem.numbers.index(own.waypoint) - 1)
     return BetterWays(problem.robot, ends, own.positions, cost, edges, problem.inverse_kinematics.seed)

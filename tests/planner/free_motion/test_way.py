@@ -10,7 +10,6 @@ import pytest
 
 from planner.free_motion import Way, find_way
 from planner.free_motion.edges import FreeEdges
-from planner.free_motion.quick_check import QuickCheck
 from planner.free_motion.rrt_connect import LEAST_RADIUS, Trees
 from planner.free_motion.tree import Tree
 from planner.kinematics.forward import tool_pose
@@ -145,12 +144,11 @@ def test_random_ways_are_free_where_dense_samples_look() -> None:
 def test_the_quick_check_says_what_proofs_say() -> None:
     """It may miss a collision, but what it rejects collides; were it to miss many, ways would take long."""
     checker = CollisionChecker(ARM, Scene([WALL], margin=0.05))
-    quick = QuickCheck(ARM, checker)
     rng = np.random.default_rng(1)
     lower, upper = np.maximum(ARM.limit("lower"), -1.5), np.minimum(ARM.limit("upper"), 1.5)
     positions = rng.uniform(lower, upper, (100, ARM.dof))
     proved = np.array([not clearances(checker, edge(q, q)).is_proved for q in positions])
-    seen = np.array([quick.sees_collision(q[None]) for q in positions])
+    seen = np.array([checker.distances.first_collision(q[None], CONTACT_TOLERANCE) is not None for q in positions])
     assert (seen == proved).all()
     assert 5 < seen.sum() < 95
 
@@ -186,7 +184,7 @@ def test_what_is_cut_from_a_tree_goes_with_all_that_it_led_to() -> None:
 
 def test_levers_are_how_far_what_a_joint_moves_goes_from_its_axis() -> None:
     """A small turn of a joint moves no end of a capsule further than that, and some one as far less its radius."""
-    edges = FreeEdges(ARM, CollisionChecker(ARM, Scene([WALL])), 100)
+    edges = FreeEdges(CollisionChecker(ARM, Scene([WALL])), 100)
     bodies, turn = CollisionChecker(ARM, Scene([WALL])).bodies, 1e-6
     for position in (np.zeros(6), LEFT):
         turned = position + turn * np.eye(6)
@@ -206,7 +204,7 @@ def test_near_is_what_joints_with_short_levers_lead_to() -> None:
 def test_what_holds_a_tree_up_is_kept_when_it_is_cut() -> None:
     """Where something was in the way, positions that are sought are no further than a radius, which is never tiny."""
     wall = CollisionChecker(ARM, Scene([WALL]))
-    trees = Trees(FreeEdges(ARM, wall, 2000), LEFT, RIGHT[None], (ARM.limit("lower"), ARM.limit("upper")))
+    trees = Trees(FreeEdges(wall, 2000), LEFT, RIGHT[None], (ARM.limit("lower"), ARM.limit("upper")))
     assert trees.find_way(np.random.default_rng(0)) is not None
     grown = [radius for tree in (trees.from_start, trees.from_goals) for radius in tree.radii if np.isfinite(radius)]
     assert grown
@@ -222,7 +220,7 @@ def test_what_holds_a_tree_up_is_kept_when_it_is_cut() -> None:
 
 
 def test_the_first_motion_that_is_not_free_is_the_one_through_the_wall() -> None:
-    edges = FreeEdges(ARM, CollisionChecker(ARM, Scene([WALL])), 100)
+    edges = FreeEdges(CollisionChecker(ARM, Scene([WALL])), 100)
     away, near = np.array([[1.4, *LEFT[1:]], [1.1, *LEFT[1:]]])
     assert edges.first_unproved(np.stack([away, LEFT, near, LEFT])) is None
     assert edges.first_unproved(np.stack([away, LEFT, near, RIGHT])) == 2
