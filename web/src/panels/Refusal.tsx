@@ -1,5 +1,6 @@
 // Why there is no plan: the place, the joint, the waypoint, and remedies that apply at a click.
 import type { Problem, Remedy } from '../service/types';
+import { changeInWords } from '../request/changes';
 import { remedied, waysOf } from '../request/edits';
 import { depthOf, seconds, short } from '../plan/units';
 import { show } from '../state/actions';
@@ -9,7 +10,6 @@ import { texts } from '../texts';
 
 export function Refusal({ problem }: { problem: Problem }) {
   const { waypoint, segment, joint, time, pair } = problem;
-  const place = (index: number): string => texts.waypoints.place(index, request.value?.waypoints[index]?.name ?? null);
   const where = [
     typeof waypoint === 'number' && typeof segment !== 'number' ? place(waypoint) : null,
     typeof segment === 'number' ? texts.refusal.segment(segment, place(segment), place(segment + 1)) : null,
@@ -63,10 +63,18 @@ function Remedies({ title, remedies }: { title: string; remedies: readonly Remed
               <strong>{texts.refusal.ways[way.kind]}</strong>
               {way.remedies.map(({ change, value, explanation }) => (
                 <p key={change}>
-                  <code>{change}</code> → <code>{typeof value === 'number' ? short(value, 6) : JSON.stringify(value)}</code>
+                  {changeInWords(change, value, place)}
                   <small>{explanation}</small>
                 </p>
               ))}
+              <details>
+                <summary>{texts.refusal.json}</summary>
+                {way.remedies.map(({ change, value }) => (
+                  <code key={change}>
+                    {change} → {JSON.stringify(value)}
+                  </code>
+                ))}
+              </details>
             </div>
             <button type="button" class="primary" onClick={() => apply(way.remedies)}>
               {texts.refusal.apply}
@@ -76,6 +84,11 @@ function Remedies({ title, remedies }: { title: string; remedies: readonly Remed
       </ul>
     </>
   );
+}
+
+// A waypoint as the page names it.
+function place(index: number): string {
+  return texts.waypoints.place(index, request.value?.waypoints[index]?.name ?? null);
 }
 
 function apply(remedies: readonly Remedy[]): void {

@@ -4,6 +4,7 @@ import { shapesOf, sticks } from '../robot/shapes';
 import type { PlanAnswer, Robot } from '../service/types';
 import { axisRange, shareOf } from '../plots/curves';
 import { locate, positionAt } from './samples';
+import { short } from './units';
 import { bandOf, limitUse } from './use';
 
 const still = { quaternion_xyzw: [0, 0, 0, 1] };
@@ -89,4 +90,15 @@ describe('the use of limits', () => {
     } as unknown as PlanAnswer;
     expect(limitUse(answer)).toEqual([0.5, 0.5]);
   });
+});
+
+test.each([
+  [0, '0'],
+  [0.25, '0.25'],
+  [-1234.567, '-1235'],
+  [5.729578e-5, '5.73×10⁻⁵'],
+  [-3.17e-9, '-3.17×10⁻⁹'],
+  [2e12, '2×10¹²'],
+])('%d is written %s', (value, written) => {
+  expect(short(value, Math.abs(value) < 1 ? 3 : 4)).toBe(written);
 });

@@ -24,9 +24,17 @@ export function radians(degrees: number): number {
   return degrees / DEGREES;
 }
 
-// A number with so many significant digits, without zeros at the end.
+const SMALLEST_DECIMAL = 1e-3; // smaller numbers, and numbers from LARGEST_DECIMAL on, have a power of ten
+const LARGEST_DECIMAL = 1e9;
+const SUPERSCRIPTS = '⁰¹²³⁴⁵⁶⁷⁸⁹';
+
+// A number with so many significant digits, without zeros at the end: 0.25, 5.73×10⁻⁵.
 export function short(value: number, digits = 4): string {
-  return String(Number(value.toPrecision(digits)));
+  const size = Math.abs(value);
+  if (value === 0 || (size >= SMALLEST_DECIMAL && size < LARGEST_DECIMAL)) return String(Number(value.toPrecision(digits)));
+  const [factor, power] = value.toExponential(digits - 1).split('e');
+  const raised = power!.replace('+', '').replace('-', '⁻').replace(/\d/g, (digit) => SUPERSCRIPTS[Number(digit)]!);
+  return `${Number(factor)}×10${raised}`;
 }
 
 export function seconds(value: number): string {

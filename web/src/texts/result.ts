@@ -35,6 +35,7 @@ export const ofResult = {
     remedies: 'What would help',
     hints: 'What would lead further, though not yet to a plan',
     apply: 'Apply',
+    json: 'As JSON',
     ways: { durations: 'Longer durations', limits: 'Wider limits', payload: 'A lighter payload', other: 'A change' },
     nearest: (millimetres: string) => `The nearest that the tool gets is ${millimetres} mm away; the robot is shown there in red.`,
     place: 'The robot is shown there in red.',
