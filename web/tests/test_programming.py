@@ -211,7 +211,7 @@ FORMATS = {
     "json": (".json", b'{"'),
     "csv": (".csv", b"time,segment,position.joint_"),
     "ros2": (".ros2.json", b'{"'),
-    "msgpack": (".msgpack", b"\x89\xa5robot"),
+    "msgpack": (".msgpack", b"\x8a\xa5robot"),
     "npz": (".npz", b"PK"),
     "mcap": (".mcap", b"\x89MCAP0"),
     "urscript": (".script", b"# ngv_refuelling_arm"),
