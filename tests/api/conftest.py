@@ -52,7 +52,7 @@ class RunningService:
     def post(self, path: str, body: Any, **options: Any) -> httpx.Response:
         return self.client.post(path, json=body, **options)
 
-    def wait_ready(self, timeout: float = 60.0) -> None:
+    def wait_ready(self, timeout: float = 180.0) -> None:
         def ready() -> bool:
             try:
                 answer = self.client.get("/readyz")
@@ -113,7 +113,7 @@ def running_service(log: Path, **settings: Any) -> Iterator[RunningService]:
         finally:
             if process.poll() is None:
                 process.send_signal(signal.SIGTERM)
-                process.wait(30.0)
+                process.wait(60.0)
 
 
 @pytest.fixture(scope="session")

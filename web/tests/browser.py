@@ -45,18 +45,23 @@ TOO_SHORT = {
     ],
 }
 
+PATIENCE = 90_000
+"""The longest time that a test waits for what it looks at, ms: a machine may have much other work."""
+
 FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 """Waits for two frames: the stage draws in the next one."""
 
-CHANGED = """() => {
+CHANGED = """(least) => {
   const stage = document.querySelector('.stage canvas');
   const copy = Object.assign(document.createElement('canvas'), { width: stage.width, height: stage.height });
   const context = copy.getContext('2d');
   context.drawImage(stage, 0, 0);
   const [before, { data }] = [window.before, context.getImageData(0, 0, copy.width, copy.height)];
-  window.before = data;
-  return before ? data.reduce((count, value, i) => count + (Math.abs(value - before[i]) > 40 ? 1 : 0), 0) : -1;
+  const changes = before ? data.reduce((count, value, i) => count + (Math.abs(value - before[i]) > 40 ? 1 : 0), 0) : -1;
+  if (changes < 0 || changes >= least) window.before = data;
+  return changes;
 }"""
+"""Counts the colours of the stage that differ from the kept ones; keeps the first ones, and those with changes."""
 
 
 ARM_PIXELS = """() => {
@@ -96,6 +101,7 @@ def opened(
     context.grant_permissions(["clipboard-read", "clipboard-write"])
     for script in scripts:
         context.add_init_script(script)
+    context.set_default_timeout(PATIENCE)
     page = context.new_page()
     page.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
     page.on("pageerror", lambda error: said.append(f"error: {error}"))
@@ -190,6 +196,11 @@ def drawn(page: Page) -> None:
 
 
 def changed_colours(page: Page) -> int:
-    """Count the colours of the stage's pixels that are others than when this was asked the last time; -1: at first."""
+    """Count the colours of the stage that differ from the kept ones, and keep the new ones; -1: none were kept."""
     drawn(page)
-    return int(page.evaluate(CHANGED))
+    return int(page.evaluate(CHANGED, 0))
+
+
+def wait_for_change(page: Page, least: int) -> None:
+    """Wait until so many colours of the stage differ from the kept ones, then keep the new ones."""
+    page.wait_for_function(f"(least) => ({CHANGED})(least) >= least", arg=least)

@@ -8,14 +8,14 @@ import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from tests.api.conftest import RunningService, running_service, start_service
-from web.tests.browser import launched, opened, planned
+from web.tests.browser import PATIENCE, launched, opened, planned
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 __all__ = ["start_service"]
 
-expect.set_options(timeout=30_000)  # ms: as long as the other waits, for a busy machine
+expect.set_options(timeout=PATIENCE)
 
 
 @pytest.fixture(scope="session")

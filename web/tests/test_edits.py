@@ -148,7 +148,7 @@ def test_back_ends_are_compared_with_their_options(page: Page) -> None:
         page.get_by_role("button", name="Compare all back ends").click()
     asked = json.loads(sent.value.post_data or "{}")
     assert backend in asked["backends"]
-    page.locator("table.compare").wait_for(timeout=60_000)
+    page.locator("table.compare").wait_for()
 
 
 def test_menus_act_when_an_item_is_chosen_and_not_before(page: Page) -> None:

@@ -17,10 +17,12 @@ from web.tests.browser import (
     FRAMES,
     changed_colours,
     choose_example,
+    drawn,
     leave_unanswered,
     opened,
     planned,
     use_request,
+    wait_for_change,
 )
 from web.tests.test_conditions import violations
 
@@ -83,15 +85,16 @@ def test_the_workspace_is_shown_with_its_figures(page: Page, service: RunningSer
     section = page.get_by_role("region", name="Workspace")
     section.get_by_label("Show where the tool can be").check()
     section.get_by_role("table").wait_for()
-    assert changed_colours(page) > 1000
+    wait_for_change(page, 1000)
     section.get_by_label("Cut open towards the viewer").uncheck()
-    assert changed_colours(page) > 1000
+    wait_for_change(page, 1000)
     assert violations(page) == []
     values = page.get_by_role("region", name="Joints by hand").locator("output")
     for figure, measure in FIGURES.items():
         row = section.get_by_role("row", name=figure)
         told = float(row.get_by_role("cell").first.inner_text().removesuffix(" mm"))
         row.get_by_role("button").click()
+        drawn(page)
         shown = [math.radians(float(re.findall(r"-?[\d.]+", text)[0])) for text in values.all_inner_texts()]
         answer = service.post("/v1/kinematics/forward", {"robot": robot, "positions": [shown]}).json()
         assert 1e3 * measure(*answer["poses"][0]["position"]) == pytest.approx(
