@@ -53,11 +53,11 @@ function Entry({ entry, index }: { entry: Compared; index: number }) {
         <td colSpan={5}>{problem.title}</td>
       ) : (
         <>
-          <td class="number">{figure(duration)}</td>
+          <td class="number">{figure(duration, 4)}</td>
           <td class="number">{figure(mean_effort)}</td>
           <td class="number">{jerk_is_bounded === false ? texts.result.unbounded : figure(peak_jerk)}</td>
           <td class="number">{figure(path_deviation === null ? null : path_deviation * 1000)}</td>
-          <td class="number">{figure(took === null ? null : Math.round(took * 1000))}</td>
+          <td class="number">{figure(took === null ? null : Math.round(took * 1000), 6)}</td>
         </>
       )}
       <td>
@@ -69,6 +69,6 @@ function Entry({ entry, index }: { entry: Compared; index: number }) {
   );
 }
 
-function figure(value: number | null): string {
-  return value === null ? '–' : short(value, 4);
+function figure(value: number | null, digits = 3): string {
+  return value === null ? '–' : short(value, digits);
 }

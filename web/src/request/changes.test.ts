@@ -4,12 +4,12 @@ import { changeInWords } from './changes';
 const place = (index: number): string => `waypoint ${index}`;
 
 test.each([
-  ['/waypoints/2/duration', 1.23456, 'waypoint 2: duration: 1.235 s'],
+  ['/waypoints/2/duration', 1.23456, 'waypoint 2, duration: 1.235 s'],
   ['/limits/tcp_linear_velocity', 0.25, 'limits, tool linear velocity: 0.25 m/s'],
   ['/duration', null, 'duration: none'],
-  ['/waypoints/1/transition', { kind: 'blend', radius: 0.05 }, 'waypoint 1: transition: blend, radius 0.05'],
+  ['/waypoints/1/transition', { kind: 'blend', radius: 0.05 }, 'waypoint 1, transition: blend, radius 0.05'],
   ['/waypoints/1', { kind: 'named', name: 'home' }, 'waypoint 1: named, name home'],
-  ['/waypoints/3/motion/kind', 'free', 'waypoint 3: motion, kind: free'],
+  ['/waypoints/3/motion/kind', 'free', 'waypoint 3, motion, kind: free'],
   ['/limits/joint_velocity', [1, 2.5], 'limits, joint velocity: 1, 2.5'],
   ['/self_collision', false, 'self collision: no'],
 ])('%s = %j reads "%s"', (pointer, value, words) => {

@@ -22,7 +22,7 @@ export function changeInWords(pointer: string, value: unknown, place: (index: nu
   const written = valueInWords(value);
   const field = fields.map(wordsOf).join(', ');
   const text = field ? `${field}: ${written}${unit && typeof value === 'number' ? ` ${unit}` : ''}` : written;
-  return index === null ? text : `${place(index)}: ${text}`;
+  return index === null ? text : `${place(index)}${field ? ', ' : ': '}${text}`;
 }
 
 function wordsOf(name: string): string {
