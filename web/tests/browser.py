@@ -46,7 +46,7 @@ TOO_SHORT = {
 }
 
 PATIENCE = 90_000
-"""The longest time that a test waits for what it looks at, ms: a machine may have much other work."""
+"""The timeout of waits and expectations, ms; generous, because the machine may be busy."""
 
 FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 """Waits for two frames: the stage draws in the next one."""
@@ -61,7 +61,7 @@ CHANGED = """(least) => {
   if (changes < 0 || changes >= least) window.before = data;
   return changes;
 }"""
-"""Counts the colours of the stage that differ from the kept ones; keeps the first ones, and those with changes."""
+"""Counts the colours of the stage that differ from the kept ones; stores them at first and after enough changes."""
 
 
 ARM_PIXELS = """() => {
