@@ -49,7 +49,7 @@ export const ofResult = {
     backend: 'Back end',
     duration: 'Time (s)',
     effort: 'Effort per second',
-    jerk: 'Jerk (peak)',
+    jerk: 'Peak jerk',
     deviation: 'Off path (mm)',
     took: 'Com\u00adputed (ms)',
     use: 'Use',
