@@ -1,4 +1,5 @@
-# Any Debian-based image with Python 3.11 or newer and its venv module; both stages must use the same one.
+# Any Debian-based image with Python 3.11 and its venv module; both stages must use the same one. A digest pins it:
+# --build-arg BASE_IMAGE=python:3.11-slim@sha256:...
 ARG BASE_IMAGE=python:3.11-slim
 
 FROM ${BASE_IMAGE} AS builder
@@ -9,23 +10,23 @@ RUN python3 -m venv /opt/planner
 ENV PATH=/opt/planner/bin:$PATH PIP_NO_CACHE_DIR=1 PIP_NO_COMPILE=1 PIP_DISABLE_PIP_VERSION_CHECK=1
 WORKDIR /source
 
-# The dependencies change seldom: a layer of their own is built once.
-COPY pyproject.toml constraints.txt ./
+# The dependencies change seldom: a layer of their own is built once. Each file that pip installs has a known hash.
+COPY locks locks
 # Further packages by the names of their extras, with commas between them: robots, postgresql, cluster, otel.
 ARG EXTRAS=""
-RUN EXTRAS="$EXTRAS" python -c "import os, tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
-extras = filter(None, os.environ['EXTRAS'].split(',')); \
-print(*project['dependencies'], *(line for name in extras for line in project['optional-dependencies'][name]), sep='\n')" \
-        > requirements.txt \
-    && pip install -c constraints.txt -r requirements.txt
+RUN for list in service $(echo "$EXTRAS" | tr , " "); do echo "--requirement locks/$list.txt"; done \
+        | xargs pip install --require-hashes
 
-COPY LICENSE README.md ./
+COPY LICENSE README.md pyproject.toml ./
 COPY planner planner
 COPY api api
 COPY cli cli
 COPY examples examples
 COPY web web
-RUN pip install --no-deps .
+RUN python3 -m venv /opt/build \
+    && /opt/build/bin/pip install --require-hashes --requirement locks/build.txt \
+    && /opt/build/bin/pip wheel --no-build-isolation --no-deps --wheel-dir /opt/build . \
+    && pip install --no-deps --no-index /opt/build/*.whl
 
 # What only serves to compile or to test against the packages goes. Wheels hold up to three copies of a library where a
 # system has links: one copy is kept. Byte code is made here, since the service cannot write it on a read-only file

@@ -60,3 +60,9 @@ def listed(names: Iterable[str], quoted: bool = False) -> str:
     more = f" and {len(counted) - NAMES_IN_A_MESSAGE} more" if len(counted) > NAMES_IN_A_MESSAGE else ""
     few = (shown(name) for name in counted[:NAMES_IN_A_MESSAGE])
     return ", ".join(map(repr, few) if quoted else few) + more
+
+
+def note_held_mimic(findings: Findings, name: str, leader: str, position: float) -> None:
+    """Note that a mimic joint is held, since its leader is: position in rad or m."""
+    text = f"{shown(name)} mimics {shown(leader)}, which is held: it is held at {position:g}"
+    findings.info("mimic_joint_held", shown(name), text)

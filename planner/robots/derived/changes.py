@@ -10,7 +10,7 @@ import numpy as np
 from planner.robots.build import model_with_follower, model_with_locked
 from planner.robots.derived.external_axes import external_chain, model_on_axes, placement_of
 from planner.robots.description import RobotDescription
-from planner.robots.findings import shown
+from planner.robots.findings import note_held_mimic, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -80,9 +80,8 @@ def with_followers(robot: AnyRobot, locked: Mapping[str, float], findings: Findi
         if follower.leader in locked:
             position = locked[follower.leader]
             model = model_with_follower(model, follower, position, robot.tip_frame)
-            name, there = shown(follower.name), follower.multiplier * position + follower.offset
-            text = f"{name} mimics {shown(follower.leader)}, which is held: it is held at {there:g}"
-            findings.info("mimic_joint_held", name, text)
+            there = follower.multiplier * position + follower.offset
+            note_held_mimic(findings, follower.name, follower.leader, there)
     left = tuple(follower for follower in robot.followers if follower.leader not in locked)
     return replace(robot, model=model, followers=left)
 

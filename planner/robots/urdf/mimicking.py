@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner.robots.checks import MAX_NUMBER
 from planner.robots.description import Follower
-from planner.robots.findings import shown
+from planner.robots.findings import note_held_mimic, shown
 from planner.robots.urdf.elements import Mimic
 
 if TYPE_CHECKING:
@@ -87,8 +87,7 @@ class WholeConfiguration:
             text = f"the position of {subject}, which mimics {shown(mimic.leader)}, is beyond {MAX_NUMBER:g}"
             self.findings.error("number_out_of_range", subject, text)
         elif mimic.leader in held:
-            text = f"{subject} mimics {shown(mimic.leader)}, which is held: it is held at {position:g}"
-            self.findings.info("mimic_joint_held", subject, text)
+            note_held_mimic(self.findings, name, mimic.leader, position)
         else:
             text = f"{subject} mimics {shown(mimic.leader)}, which moves: it is held at {position:g} nonetheless"
             self.findings.warning("mimic_joint_held", subject, text)
