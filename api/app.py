@@ -81,7 +81,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     """
     settings = settings or Settings()
     workers = pool or WorkerPool(settings, ENTRY)
-    database = Database(database_url(settings))
+    database = Database(database_url(settings), settings.database_reading_threads)
     metrics, traffic = Metrics(), Traffic(settings.max_bytes_in_flight)
     metrics.watch(workers, traffic)
     traces = None if settings.otlp_endpoint is None else Traces(settings.otlp_endpoint)

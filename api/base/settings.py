@@ -52,6 +52,9 @@ class Settings(BaseSettings):
     database_url: SecretStr | None = None
     """The PostgreSQL database that replaces the SQLite file when services run on several machines:
     `postgresql://user:password@host/name`."""
+    database_reading_threads: int = Field(default=2, ge=1, le=12)
+    """The number of threads that read the database at the same time. More help where the network to PostgreSQL is slow;
+    one thread writes."""
     workers: int = Field(default_factory=available_processors, ge=1, le=256)
     """The number of worker processes; each plans one request at a time. By default, one for each processor
     available to the process (affinity and container quota)."""

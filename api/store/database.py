@@ -32,9 +32,6 @@ T = TypeVar("T")
 
 log = structlog.get_logger()
 
-READING_THREADS = 2
-"""The number of threads that read: so many answers to clients wait for the disk or the network at once."""
-
 LOOK_TIMEOUT = 2.0
 """The time within which a look at the database has to end, s: shorter than the patience of a readiness probe."""
 
@@ -58,15 +55,16 @@ class Database:
 
     Args:
         url: Where it is; None: a temporary one, for as long as the service runs.
+        reading_threads: The number of threads that read: so many answers wait for the disk or the network at once.
     """
 
     engine: Engine
 
-    def __init__(self, url: URL | None) -> None:
+    def __init__(self, url: URL | None, reading_threads: int = 2) -> None:
         self._url = url
         self._temporary: Path | None = None
         self._writer = ThreadPoolExecutor(1, "database-writer")
-        self._readers = ThreadPoolExecutor(READING_THREADS, "database-reader")
+        self._readers = ThreadPoolExecutor(reading_threads, "database-reader")
         self._looker = ThreadPoolExecutor(1, "database-looker")
         self._look: asyncio.Future[bool] | None = None
         self._looked = 0.0

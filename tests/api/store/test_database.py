@@ -19,6 +19,7 @@ from fastapi import Request
 from sqlalchemy import delete, func, insert, inspect, make_url, select, text
 from typer.testing import CliRunner
 
+from api.app import create_app
 from api.base.api_keys import KeyRecord
 from api.base.byte_budget import Traffic
 from api.base.errors import DatabaseUnavailable
@@ -37,7 +38,7 @@ from api.store.migrate import DatabaseTooNew, _config, is_current, upgrade
 from api.store.named_contents import ROBOTS, SCENES, Bounds
 from api.store.tables import items, metadata, robot_contents, robots, scene_contents
 from cli import app
-from tests.api.made_up_service import made_up_service
+from tests.api.made_up_service import WorkersInTheProcess, made_up_service
 from tests.api.store.databases import PostgresServer, engine, postgres
 
 if TYPE_CHECKING:
@@ -141,6 +142,22 @@ def test_reading_does_not_wait_for_writing_and_the_event_loop_for_neither(tmp_pa
         return found
 
     assert asyncio.run(meanwhile()) == 0
+    database.close()
+
+
+def test_so_many_threads_read_at_the_same_time_as_the_setting_says(tmp_path: Path) -> None:
+    settings = Settings(data_directory=tmp_path, database_reading_threads=4)
+    database: Database = create_app(settings, WorkersInTheProcess(settings)).state.service.database  # type: ignore[arg-type]
+    database.open()
+    all_read = threading.Barrier(4)
+
+    def read_with_others(_connection: Connection) -> int:
+        return all_read.wait(30.0)
+
+    async def read() -> set[int]:
+        return set(await asyncio.gather(*(database.read(read_with_others) for _ in range(4))))
+
+    assert asyncio.run(read()) == {0, 1, 2, 3}
     database.close()
 
 
