@@ -18,6 +18,7 @@ RULES: dict[str, Callable[[Sources], Iterator[Fault]]] = {
     "layer": imports.layers,
     "relative-import": imports.relative_imports,
     "stranger": imports.strangers,
+    "accuracy-page": style.accuracy_page,
     "constant": style.constants,
     "constant-value": style.values_of_constants,
     "fragment": style.fragments,

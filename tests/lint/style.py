@@ -7,6 +7,7 @@ import re
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING
 
+from docs.tools.constants import accuracies, constants_of, document, is_number
 from tests.lint.sources import python
 
 if TYPE_CHECKING:
@@ -84,18 +85,6 @@ def private_names(sources: Sources) -> Iterator[Fault]:
                 yield source.fault(line, f"{name}: say {PRIVATE_WORDS[word]}")
 
 
-def constants_of(tree: ast.Module) -> Iterator[tuple[ast.Assign | ast.AnnAssign, list[ast.expr], str | None]]:
-    """Yield the assignments at the level of a module, their targets, and the docstring below each."""
-    for node, after in zip(tree.body, [*tree.body[1:], None], strict=True):
-        if isinstance(node, ast.Assign | ast.AnnAssign):
-            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            match after:
-                case ast.Expr(value=ast.Constant(value=str(docstring))):
-                    yield node, targets, docstring
-                case _:
-                    yield node, targets, None
-
-
 def constants(sources: Sources) -> Iterator[Fault]:
     """Find constants of the library that share a statement or have no sentence below them."""
     for source in python(sources, "planner"):
@@ -107,23 +96,6 @@ def constants(sources: Sources) -> Iterator[Fault]:
                     yield source.fault(node.lineno, f"{targets[0].id} has no docstring")
                 elif not is_sentence(docstring):
                     yield source.fault(node.lineno, f"the docstring of {targets[0].id} is a fragment")
-
-
-def is_number(value: ast.expr | None) -> bool:
-    """Return whether a value is a number, or several, written with numbers and pi alone."""
-    match value:
-        case ast.Constant(value=number):
-            return isinstance(number, int | float) and not isinstance(number, bool)
-        case ast.BinOp(left=left, right=right):
-            return is_number(left) and is_number(right)
-        case ast.UnaryOp(operand=operand):
-            return is_number(operand)
-        case ast.Tuple(elts=elements):
-            return all(map(is_number, elements))
-        case ast.Attribute(attr="pi"):
-            return True
-        case _:
-            return False
 
 
 def values_of_constants(sources: Sources) -> Iterator[Fault]:
@@ -168,3 +140,13 @@ def request_values(sources: Sources) -> Iterator[Fault]:
                 keys = {key.value for key in node.keys if isinstance(key, ast.Constant)}
                 if "kind" in keys:
                     yield source.fault(node.lineno, "an object of a request")
+
+
+def accuracy_page(sources: Sources) -> Iterator[Fault]:
+    """Find out whether docs/constants.md lists the accuracy constants of the library as they are."""
+    expected = document(accuracies((source.file, source.tree) for source in python(sources, "planner"))).splitlines()
+    for source in sources:
+        if source.file == "docs/constants.md" and (written := source.text.splitlines()) != expected:
+            differ = (k for k, pair in enumerate(zip(written, expected, strict=False), 1) if pair[0] != pair[1])
+            line = next(differ, min(len(written), len(expected)))
+            yield source.fault(line, "is not current: run python -m docs.tools.constants > docs/constants.md")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from docs.tools.constants import Constant, document
 from tests.lint.baseline import compare, lowered
 from tests.lint.rules import RULES
 from tests.lint.sources import Source
 
 LONG = " ".join(["word"] * 26) + "."
 A_VERB = 'def f():\n    """Return it."""\n'
+PAGE = document([Constant("A", 1e-9, "Length, m.", "planner/a.py")])
 CASES = {
     "circle": (
         {"api/a.py": "import api.b", "api/b.py": "from api import a", "api/c.py": ""},
@@ -54,6 +56,10 @@ CASES = {
             "planner/constraints/peaks.py": "",
         },
         {"planner/constraints/rows.py:1"},
+    ),
+    "accuracy-page": (
+        {"planner/a.py": 'A = 1e-9\n"""Length, m."""\nB = 1.0', "docs/constants.md": PAGE.replace("1e-09", "2e-09")},
+        {f"docs/constants.md:{len(PAGE.splitlines())}"},
     ),
     "constant": (
         {"planner/a.py": 'A, B = 1, 2\n"""Both."""\nC = 1\nD = 1\n"""Of the whole."""\nE = 1\n"""The number."""'},

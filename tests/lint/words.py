@@ -19,6 +19,9 @@ MOST_WORDS_OF_A_SENTENCE = 25
 VERBS = frozenset((Path(__file__).parent / "verbs.txt").read_text(encoding="utf-8").split())
 """Verbs that docstrings of functions begin with, in alphabetical order."""
 
+REPEATS = {"docs/constants.md"}
+"""Pages made of docstrings, which are checked where they stand."""
+
 TERMS = {
     r"postures?": "joint position",
     r"told": "given",
@@ -109,6 +112,8 @@ def sentences(text: Text, *, page: bool) -> Iterator[Text]:
 def prose(sources: Sources) -> Iterator[tuple[Source, int, str]]:
     """Yield every sentence of docstrings and pages."""
     for source in sources:
+        if source.file in REPEATS:
+            continue
         page = source.file.endswith(".md")
         for text in [(1, source.text)] if page else docstrings(source):
             for line, sentence in sentences(text, page=page):
