@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from fastapi import Depends, Header, Path, Query, Request, Security
 from fastapi.security import HTTPBearer, SecurityScopes
 from pydantic.json_schema import SkipJsonSchema
+from typing_extensions import override
 
 from api.base.errors import PayloadTooLarge, UnsupportedMediaType, invalid
 from api.base.pages import MOST_ENTRIES
@@ -45,6 +46,7 @@ class Admission(HTTPBearer):
     A service on a loopback address asks for no key, so no operation requires one in the OpenAPI document.
     """
 
+    @override
     async def __call__(self, request: Request, needed: SecurityScopes) -> AsyncIterator[None]:  # type: ignore[override]
         """Let the client in while its request is answered, or refuse it before the body is read.
 

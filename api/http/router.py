@@ -6,6 +6,7 @@ from fastapi import APIRouter, Response
 from fastapi.routing import APIRoute
 from starlette.routing import Match
 from starlette.types import Receive, Scope, Send
+from typing_extensions import override
 
 
 class Route(APIRoute):
@@ -22,6 +23,7 @@ class Route(APIRoute):
         methods = self.methods or set()
         self.allowed = methods | {"HEAD"} if "GET" in methods else methods
 
+    @override
     def matches(self, scope: Scope) -> tuple[Match, Scope]:
         """See `starlette.routing.Route`."""
         path: str = scope["path"]
@@ -29,6 +31,7 @@ class Route(APIRoute):
             return Match.NONE, {}
         return super().matches({**scope, "method": "GET"} if scope["method"] == "HEAD" else scope)
 
+    @override
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See `starlette.routing.Route`."""
         if scope["method"] in self.allowed:

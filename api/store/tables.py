@@ -18,6 +18,7 @@ from sqlalchemy import (
     TypeDecorator,
     text,
 )
+from typing_extensions import override
 
 if TYPE_CHECKING:
     from sqlalchemy import Dialect
@@ -32,6 +33,7 @@ class Id(TypeDecorator[str]):
     impl = Text
     cache_ok = True
 
+    @override
     def process_bind_param(self, value: str | None, dialect: Dialect) -> str | None:
         """Write an id as any database takes it."""
         return None if value is None else value.replace("\0", "\N{REPLACEMENT CHARACTER}")

@@ -9,6 +9,7 @@ from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, gene
 from prometheus_client.exposition import CONTENT_TYPE_PLAIN_0_0_4
 from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily
 from prometheus_client.registry import Collector
+from typing_extensions import override
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -121,6 +122,7 @@ class _Workers(Collector):
         self._pool = pool
         self._traffic = traffic
 
+    @override
     def collect(self) -> Iterator[Metric]:
         """Look it up."""
         workers = GaugeMetricFamily("planner_workers", "Worker processes, by what they do.", labels=["lane", "state"])

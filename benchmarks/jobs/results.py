@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from typing_extensions import override
+
 from benchmarks.corpus.corpus import BACK_ENDS
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ class Result:
         outcome, *faults = (word.replace("_", " ") for word in words.split("+"))
         return cls(outcome, frozenset(faults), int(milliseconds) if milliseconds else None)
 
+    @override
     def __str__(self) -> str:
         words = "+".join(word.replace(" ", "_") for word in (self.outcome, *sorted(self.faults)))
         return words if self.milliseconds is None else f"{words} {self.milliseconds}"

@@ -17,6 +17,7 @@ from typing import cast
 
 import orjson
 import uvloop
+from typing_extensions import override
 
 from benchmarks.service.workload import http_request
 
@@ -78,13 +79,16 @@ class LoadConnection(asyncio.BufferedProtocol):
         self.closed = asyncio.get_running_loop().create_future()
         self.stopping = False
 
+    @override
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.transport = cast("asyncio.Transport", transport)
         self._send()
 
+    @override
     def get_buffer(self, sizehint: int) -> memoryview:
         return self._buffer[self._filled :]
 
+    @override
     def buffer_updated(self, nbytes: int) -> None:
         self._filled += nbytes
         if self._needed is None:
@@ -97,6 +101,7 @@ class LoadConnection(asyncio.BufferedProtocol):
             else:
                 self._send()
 
+    @override
     def connection_lost(self, exc: Exception | None) -> None:
         self.closed.set_result(None)
 

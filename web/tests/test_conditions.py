@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import httpx
 import pytest
 from playwright.sync_api import expect
+from typing_extensions import override
 
 from tests.locations import ROOT
 from web.tests.browser import (
@@ -181,6 +182,7 @@ def behind_a_proxy(service: RunningService) -> Iterator[str]:
                 self.end_headers()
                 self.wfile.write(answer.content)
 
+        @override
         def log_message(self, format: str, *args: object) -> None:
             pass
 

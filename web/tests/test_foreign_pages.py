@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 import pytest
+from typing_extensions import override
 
 from tests.api.requests import dh_robot, plan_request
 from web.tests.browser import REBOUND_NAME
@@ -49,6 +50,7 @@ def hostile_site() -> Iterator[str]:
             self.send_header("Content-Length", "0")
             self.end_headers()
 
+        @override
         def log_message(self, format: str, *args: object) -> None:
             pass
 

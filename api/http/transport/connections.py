@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import h11
 import structlog
+from typing_extensions import override
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from api.base.content_policies import security_headers
@@ -60,6 +61,7 @@ class BoundedParser(h11.Connection):
 
     _pieces = 0
 
+    @override
     def next_event(self) -> h11.Event | type[h11.NEED_DATA] | type[h11.PAUSED]:
         """Give the next event, or raise RemoteProtocolError."""
         event = super().next_event()
@@ -98,6 +100,7 @@ class Connection(H11Protocol):
     shedding: ClassVar[Shedding]
     clients: ClassVar[Counter[str]]
 
+    @override
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Count the connection, and refuse it if there are too many."""
         super().connection_made(transport)
@@ -124,6 +127,7 @@ class Connection(H11Protocol):
         else:
             self._watch_reading()
 
+    @override
     def connection_lost(self, exc: Exception | None) -> None:
         """Count the connection no longer."""
         super().connection_lost(exc)
@@ -137,6 +141,7 @@ class Connection(H11Protocol):
         if not self.clients[self._name]:
             del self.clients[self._name]
 
+    @override
     def data_received(self, data: bytes) -> None:
         """Take data in pieces: a head is seen to be too large before it is parsed."""
         if self._is_surplus:
@@ -199,6 +204,7 @@ class Connection(H11Protocol):
         self.timeout_keep_alive_task = self.loop.call_later(self.timeout_keep_alive, self.timeout_keep_alive_handler)
         self.transport.resume_reading()
 
+    @override
     def handle_events(self) -> None:
         """Take what has arrived, and watch what has not."""
         super().handle_events()
@@ -228,6 +234,7 @@ class Connection(H11Protocol):
         part = "body" if self.conn.their_state is h11.SEND_BODY else "head"
         self._refuse(RequestTimeout(f"the {part} of the request did not arrive in time"))
 
+    @override
     def send_400_response(self, msg: str) -> None:
         """Refuse what cannot be parsed."""
         if len(self.conn.trailing_data[0]) > self.settings.max_header_bytes:
@@ -256,6 +263,7 @@ class Connection(H11Protocol):
         else:
             self.transport.close()
 
+    @override
     def eof_received(self) -> bool:  # type: ignore[override]
         """Answer what a client that sends no more has requested; refuse a request that it has not finished.
 
@@ -295,6 +303,7 @@ class Connection(H11Protocol):
         self.transport.resume_reading()
         self._read_timer = self.loop.call_later(seconds, self.transport.abort)
 
+    @override
     def shutdown(self) -> None:
         """Finish what has been asked; a body that is still under way has to hurry."""
         super().shutdown()
@@ -305,16 +314,19 @@ class Connection(H11Protocol):
             stopping = Overloaded("the service is stopping", headers=RETRY_AFTER)
             self._read_timer = self.loop.call_later(DRAIN_BODIES, self._refuse, stopping)
 
+    @override
     def pause_writing(self) -> None:
         """Start the time within which the client must take what has been written."""
         super().pause_writing()
         self._watch_writing()
 
+    @override
     def resume_writing(self) -> None:
         """Stop that time: the client has taken it."""
         super().resume_writing()
         _cancel(self._write_timer)
 
+    @override
     def on_response_complete(self) -> None:
         """Go on with the next request; the last bytes of an answer must be taken in time, too."""
         super().on_response_complete()
@@ -336,6 +348,7 @@ class Connection(H11Protocol):
             self.metrics.count_refused_connection("write_timeout")
             self.transport.abort()
 
+    @override
     def _unsupported_upgrade_warning(self) -> None:
         """Say nothing: Java's client and `curl --http2` offer an upgrade with every request, and do well without."""
 

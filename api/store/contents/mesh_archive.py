@@ -13,6 +13,8 @@ from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
 
+from typing_extensions import override
+
 from api.base.errors import invalid
 
 if TYPE_CHECKING:
@@ -75,15 +77,18 @@ class MeshArchive(Mapping[str, bytes]):
             self._entries[name] = entry
         self._read: dict[str, bytes] = {}
 
+    @override
     def __getitem__(self, name: str) -> bytes:
         if name not in self._read:
             left = MOST_BYTES - sum(map(len, self._read.values()))
             self._read[name] = _content(self._archive, self._entries[name], left)
         return self._read[name]
 
+    @override
     def __iter__(self) -> Iterator[str]:
         return iter(self._entries)
 
+    @override
     def __len__(self) -> int:
         return len(self._entries)
 

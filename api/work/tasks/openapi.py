@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
+from typing_extensions import override
 
 import api.contract
 from api.base.errors import STATUS_OF_CODE
@@ -108,10 +109,12 @@ def _text_or_bytes(media_type: str) -> dict[str, Any]:
 class _Schemas(GenerateJsonSchema):
     """JSON schemas from which generators for typed languages make code that compiles."""
 
+    @override
     def float_schema(self, schema: FloatSchema) -> JsonSchemaValue:
         """Say that a number has double precision: generators take single precision otherwise."""
         return super().float_schema(schema) | {"format": "double"}
 
+    @override
     def default_schema(self, schema: WithDefaultSchema) -> JsonSchemaValue:
         """Leave out a default that is an object, which generators write as text; descriptions say what it is."""
         made = super().default_schema(schema)
@@ -119,6 +122,7 @@ class _Schemas(GenerateJsonSchema):
             del made["default"]
         return made
 
+    @override
     def tagged_union_schema(self, schema: TaggedUnionSchema) -> JsonSchemaValue:
         """Say `anyOf` where no field tells the kinds apart, as with a scene and its id: generators ask for one else."""
         made = super().tagged_union_schema(schema)
