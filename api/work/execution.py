@@ -30,7 +30,9 @@ from api.work.tasks import (
 )
 from api.work.tasks.batches import item_steps
 from api.work.tasks.context import TASKS, TaskContext, task
+from planner.backends import BACKENDS
 from planner.errors import PlanningError
+from planner.robots import load_robot
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -166,9 +168,6 @@ def wants_memory(error: BaseException) -> bool:
 
 def warm_up(caps: Caps) -> None:
     """Plan once with every back end and run an example of every operation: no request pays for first-time work."""
-    from planner.backends import BACKENDS
-    from planner.robots import load_robot
-
     middle = load_robot(WARM_UP_ROBOT).middle
     waypoints = [{"kind": "joint", "position": (middle + step).tolist()} for step in (0.0, 0.01, 0.03)]
     waypoints[1]["transition"] = {"kind": "through"}  # straight lines alone would not load the package toppra

@@ -7,6 +7,7 @@ import math
 import re
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import orjson
 
 from api.base.errors import ServiceError, invalid
@@ -65,8 +66,6 @@ def _without_objects(body: bytes) -> tuple[Any, list[bytes]]:
     A parser needs twelve times the length of what it parses at once, and its values take as much as the body again:
     100,000 requests are too much for a worker, and each is written down again as soon as it is read.
     """
-    import numpy as np  # not in the server, which has no use for it
-
     characters = np.frombuffer(ESCAPED.sub(b"__", body) if b"\\" in body else body, np.uint8)
     steps = np.array([STEPS.get(code, 0) for code in range(256)], np.int8)[characters]
     steps[np.cumsum(characters == ord('"'), dtype=np.uint8) % 2 == 1] = 0  # in a string

@@ -10,6 +10,7 @@ from api.base.version import service_version
 from api.pool.messages import Reply
 from api.store.contents.digests import request_hash
 from api.store.items import PLANNED, decompressed
+from api.work.answers.views import shown_plan, shown_robot, written_report
 from api.work.tasks.batches import loaded_plan
 from api.work.tasks.context import task
 
@@ -35,8 +36,6 @@ def report_batch(context: TaskContext) -> Reply:
     program (`web/src/report/batch.ts`); `results`, the items that are shown, the worst first, each a `Result`;
     `definitions` of added robots and of scenes by their digests.
     """
-    from api.work.answers.views import written_report
-
     with context.stage("serialise"):
         shown = {
             "batch": context.arguments["batch"],
@@ -69,8 +68,6 @@ def _shown_results(context: TaskContext) -> dict[str, Any]:
 
 def _shown_plan(result: Result, context: TaskContext) -> tuple[bytes, bytes]:
     """Write what is shown of a saved plan, and of its robot, as JSON."""
-    from api.work.answers.views import shown_plan, shown_robot
-
     plan, request, definition = loaded_plan(result, context)
     asked = request.model_dump(mode="json", by_alias=True, exclude_unset=True)
     shown = shown_plan(plan, asked, request_hash(request, definition), SAMPLES)

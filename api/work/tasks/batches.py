@@ -17,12 +17,19 @@ from api.contract.parts.common import DEFAULT_DEADLINE
 from api.contract.requests import PlanRequest
 from api.pool.messages import Reply
 from api.store.items import PLANNED, NewItem, Result, compressed, decompressed
+from api.work.answers.negotiation import negotiated
 from api.work.answers.problem_documents import problem_document
+from api.work.conversion.problems import to_backend, to_planning_problem
+from api.work.conversion.time_budgets import attempts_until, within_deadline
 from api.work.tasks.batch_bodies import of_document, of_lines
 from api.work.tasks.context import in_scene, robot_of, task, validated
 from api.work.tasks.remedies import acceptable_remedies
 from api.work.tasks.trajectories import export_options, figures_of, refuse_too_many_rows
 from planner.errors import PlanningError
+from planner.export import FORMATS
+from planner.export.base import sample
+from planner.planning import plan
+from planner.plans.saved_plan import OF_THE_PATH, load_plan, save_plan
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator
@@ -102,11 +109,6 @@ def item_steps(context: TaskContext) -> Generator[None, None, Reply]:
     Returns:
         The reply; its body is the saved plan, its result the plan's duration and worst ratio.
     """
-    from api.work.conversion.time_budgets import attempts_until, within_deadline
-    from planner.export.base import sample
-    from planner.planning import plan
-    from planner.plans.saved_plan import save_plan
-
     definition = context.arguments.get("definition")
     with context.stage("validate"):
         request: PlanRequest = context.request(PlanRequest)
@@ -128,8 +130,6 @@ def item_steps(context: TaskContext) -> Generator[None, None, Reply]:
 
 def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[PlanningProblem, BackEnd]:
     """Make a request, which may name an added robot with a definition, what the library plans."""
-    from api.work.conversion.problems import to_backend, to_planning_problem
-
     return to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
 
 
@@ -141,9 +141,6 @@ def render_results(context: TaskContext) -> Reply:
     robots and of scenes by their digests; `shape`: `page`, with `next_cursor`, `lines`, one result a line, or `files`,
     a file for each plan or problem in place of a body; `last`: whether nothing comes behind them.
     """
-    from api.work.answers.negotiation import negotiated
-    from planner.export import FORMATS
-
     asked = context.arguments
     form = negotiated(asked["form"], "*/*", FORMATS)
     if asked["shape"] == "files":
@@ -228,8 +225,6 @@ class LoadedPlan(NamedTuple):
 
 def loaded_plan(result: Result, context: TaskContext) -> LoadedPlan:
     """Read the saved plan of a result; the argument `definitions` has those of added robots and scenes, by digest."""
-    from planner.plans.saved_plan import OF_THE_PATH, load_plan
-
     definition, scene = (context.arguments["definitions"].get(digest) for digest in (result.robot, result.scene))
     request: PlanRequest = in_scene(
         validated(PlanRequest, parse_json(decompressed(result.request)), context.caps), scene

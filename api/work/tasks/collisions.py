@@ -4,9 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from api.base.errors import invalid
 from api.contract import collisions as schemas
+from api.work.answers.clearances import clearance_answer, speed_zones_answer
+from api.work.conversion.given_trajectories import to_trajectory
+from api.work.conversion.problems import frames_in_world, mounted, to_matrix, with_tool
+from api.work.conversion.scenes import to_scene, to_speed_zones
 from api.work.tasks.context import task
+from planner.certificate.clearance import at_rest
+from planner.scene import CollisionChecker
+from planner.speed_zones import refuse_zone_faults
 
 if TYPE_CHECKING:
     from api.pool.messages import Reply
@@ -16,16 +25,6 @@ if TYPE_CHECKING:
 @task("check_collisions")
 def check_collisions(context: TaskContext) -> Reply:
     """Answer POST /v1/collisions/check."""
-    import numpy as np
-
-    from api.work.answers.clearances import clearance_answer, speed_zones_answer
-    from api.work.conversion.given_trajectories import to_trajectory
-    from api.work.conversion.problems import frames_in_world, mounted, to_matrix, with_tool
-    from api.work.conversion.scenes import to_scene, to_speed_zones
-    from planner.certificate.clearance import at_rest
-    from planner.scene import CollisionChecker
-    from planner.speed_zones import refuse_zone_faults
-
     with context.stage("validate"):
         request = context.request(schemas.CollisionCheckRequest)
         robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)

@@ -17,6 +17,8 @@ from api.contract.parts.scenes import Scene
 from api.contract.robots import RobotModel
 from api.pool.messages import Reply
 from api.store.contents.digests import sha256
+from api.work.conversion.problems import to_robot
+from planner.robots import load_robot
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -164,8 +166,6 @@ def robot_of(robot_id: str, definition: bytes | None) -> Robot:
     Raises:
         UnknownRobot: There is none with this id.
     """
-    from planner.robots import load_robot
-
     return load_robot(robot_id) if definition is None else _named(definition, robot_id)
 
 
@@ -183,6 +183,4 @@ def _named(definition: bytes, robot_id: str) -> Robot:
 @lru_cache(maxsize=CACHED_ROBOTS)
 def _built(definition: bytes) -> Robot:
     """Make the robot of a definition. It is kept by the definition itself: no id brings back another robot's model."""
-    from api.work.conversion.problems import to_robot
-
     return to_robot(model_of(definition), sha256(definition))

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from api.base.errors import invalid
 from api.contract import dynamics as schemas
+from api.work.conversion.problems import to_matrix, to_payload
 from api.work.tasks.context import task
+from planner import dynamics
 
 if TYPE_CHECKING:
     from api.pool.messages import Reply
@@ -16,11 +20,6 @@ if TYPE_CHECKING:
 @task("inverse_dynamics")
 def inverse_dynamics(context: TaskContext) -> Reply:
     """Answer POST /v1/dynamics/inverse."""
-    import numpy as np
-
-    from api.work.conversion.problems import to_matrix, to_payload
-    from planner.dynamics import inverse_dynamics
-
     with context.stage("validate"):
         request = context.request(schemas.InverseDynamicsRequest)
         robot = context.robot(request)
@@ -39,5 +38,5 @@ def inverse_dynamics(context: TaskContext) -> Reply:
         if faults:
             raise invalid(faults)
     with context.stage("plan"):
-        torques = inverse_dynamics(robot, positions, velocities, accelerations)
+        torques = dynamics.inverse_dynamics(robot, positions, velocities, accelerations)
     return context.reply({"torques": torques})

@@ -2,13 +2,40 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from api.base.errors import invalid
 from api.contract import kinematics as schemas
 from api.pool.messages import Reply
+from api.work.answers.kinematics import all_answer, best_answer, reachability_answer
 from api.work.answers.negotiation import MediaType, negotiated
+from api.work.conversion.poses import to_pose
+from api.work.conversion.problems import (
+    frames_in_world,
+    mounted,
+    to_matrix,
+    to_options,
+    to_vector,
+    to_waypoints,
+    with_tool,
+)
+from api.work.conversion.scenes import to_scene
 from api.work.tasks.context import task
+from planner import kinematics
+from planner.export.json import poses_as_dicts
+from planner.kinematics import (
+    free_first,
+    inverse_kinematics_many,
+    manipulability,
+    singular_values,
+    solutions_or_failure,
+    with_whole_turns,
+)
+from planner.kinematics.options import InverseKinematicsOptions
+from planner.scene import is_free
+from planner.scene.carried import checker_at_waypoints
+from planner.waypoints.reachability import reachability as check_reachability
 
 if TYPE_CHECKING:
     from api.work.tasks.context import TaskContext
@@ -27,33 +54,18 @@ MOST_SOLUTIONS = 64
 @task("forward_kinematics")
 def forward_kinematics(context: TaskContext) -> Reply:
     """Answer POST /v1/kinematics/forward."""
-    from api.work.conversion.problems import to_matrix, with_tool
-    from planner.export.json import poses_as_dicts
-    from planner.kinematics import forward_kinematics
-
     with context.stage("validate"):
         request = context.request(schemas.ForwardKinematicsRequest)
         robot = with_tool(context.robot(request), request.tool)
         positions = to_matrix(request.positions, robot.dof, ("positions",))
     with context.stage("plan"):
-        poses = forward_kinematics(robot, positions)
+        poses = kinematics.forward_kinematics(robot, positions)
     return context.reply({"poses": poses_as_dicts(poses)})
 
 
 @task("inverse_kinematics")
 def inverse_kinematics(context: TaskContext) -> Reply:
     """Answer POST /v1/kinematics/inverse."""
-    from functools import partial
-
-    from api.work.answers.kinematics import all_answer, best_answer
-    from api.work.conversion.poses import to_pose
-    from api.work.conversion.problems import frames_in_world, mounted, to_vector, with_tool
-    from api.work.conversion.scenes import to_scene
-    from planner.kinematics import free_first, inverse_kinematics_many, solutions_or_failure, with_whole_turns
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.scene import is_free
-    from planner.scene.carried import checker_at_waypoints
-
     with context.stage("validate"):
         request = context.request(schemas.InverseKinematicsRequest)
         robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
@@ -84,11 +96,6 @@ def inverse_kinematics(context: TaskContext) -> Reply:
 @task("reachability")
 def reachability(context: TaskContext) -> Reply:
     """Answer POST /v1/kinematics/reachability."""
-    from api.work.answers.kinematics import reachability_answer
-    from api.work.conversion.problems import frames_in_world, mounted, to_options, to_waypoints, with_tool
-    from api.work.conversion.scenes import to_scene
-    from planner.waypoints.reachability import reachability
-
     with context.stage("validate"):
         request = context.request(schemas.ReachabilityRequest)
         robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
@@ -96,23 +103,20 @@ def reachability(context: TaskContext) -> Reply:
         options = to_options(request.ik, request.seed)
         scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
     with context.stage("plan"):
-        found = reachability(robot, waypoints, options, scene=scene, self_collision=request.self_collision)
+        found = check_reachability(robot, waypoints, options, scene=scene, self_collision=request.self_collision)
     return context.reply(reachability_answer(waypoints, found))
 
 
 @task("jacobian")
 def jacobian(context: TaskContext) -> Reply:
     """Answer POST /v1/kinematics/jacobian."""
-    from api.work.conversion.problems import to_vector, with_tool
-    from planner.kinematics import jacobian, manipulability, singular_values
-
     with context.stage("validate"):
         request = context.request(schemas.JacobianRequest)
         robot = with_tool(context.robot(request), request.tool)
         position = to_vector(request.position, robot.dof, ("position",))
     with context.stage("plan"):
         answer = {
-            "jacobian": jacobian(robot, position),
+            "jacobian": kinematics.jacobian(robot, position),
             "manipulability": manipulability(robot, position[None])[0],
             "singular_values": singular_values(robot, position[None])[0],
         }
@@ -122,9 +126,6 @@ def jacobian(context: TaskContext) -> Reply:
 @task("workspace")
 def workspace(context: TaskContext) -> Reply:
     """Answer POST /v1/kinematics/workspace."""
-    from api.work.conversion.problems import with_tool
-    from planner.kinematics import workspace
-
     form = negotiated(context.arguments["format"], context.arguments["accept"], FORMS_OF_WORKSPACE)
 
     with context.stage("validate"):
@@ -136,7 +137,7 @@ def workspace(context: TaskContext) -> Reply:
             raise invalid([{"pointer": "/samples", "message": limit}])
         robot = with_tool(context.robot(request), request.tool)
     with context.stage("plan"):
-        found = workspace(robot, request.samples, request.seed)
+        found = kinematics.workspace(robot, request.samples, request.seed)
     if form is FORMS_OF_WORKSPACE["json"]:
         return context.reply(found)
     from planner.plots.picture import draw_workspace

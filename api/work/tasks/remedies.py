@@ -11,6 +11,7 @@ import orjson
 from api.base.errors import InvalidRequest
 from api.base.size import rows_of
 from api.work.answers.problem_documents import pointer_of
+from api.work.answers.values import value_answer
 from api.work.tasks.context import to_json, validated
 from planner.errors import InvalidProblem, PlanningError
 from planner.fields import BACK_END
@@ -77,8 +78,6 @@ def way_of(remedy: Remedy) -> str:
 
 def _fits(remedy: Remedy, context: TaskContext, schema: Any) -> bool:
     """Tell whether the request with a change follows its schema."""
-    from api.work.answers.values import value_answer
-
     value = orjson.loads(to_json(value_answer(remedy.value)))
     try:
         validated(schema, _changed(context.document, pointer_of(remedy.field)[1:].split("/"), value), context.caps)

@@ -16,8 +16,13 @@ from api.store.contents.digests import canonical, sha256
 from api.store.contents.mesh_archive import MeshArchive
 from api.store.contents.robots import RobotContent
 from api.work.answers.negotiation import MediaType, negotiated
+from api.work.conversion.kept_meshes import keep_meshes
+from api.work.conversion.problems import to_robot
 from api.work.tasks.context import JSON, model_of, robot_of, task, to_json
 from planner.errors import UnknownRobot
+from planner.robots import catalogue_ids, describe, load_robot
+from planner.robots.collision.describe import describe_collision_geometry
+from planner.robots.collision.gltf import collision_gltf
 
 if TYPE_CHECKING:
     from api.work.tasks.context import TaskContext
@@ -42,8 +47,6 @@ MOST_DERIVATIONS = 8
 @task("list_robots")
 def list_robots(context: TaskContext) -> Reply:
     """Answer GET /v1/robots; the argument `added` is a page of the uploaded ones that come after the `cursor`."""
-    from planner.robots import catalogue_ids
-
     asked = context.arguments
     with context.stage("plan"):
         places = {f"catalogue.{robot_id}": robot_id for robot_id in catalogue_ids()}
@@ -58,8 +61,6 @@ def list_robots(context: TaskContext) -> Reply:
 @task("get_robot")
 def get_robot(context: TaskContext) -> Reply:
     """Answer GET /v1/robots/{id} where the server keeps no robot of this id."""
-    from planner.robots import catalogue_ids
-
     with context.stage("plan"):
         if context.arguments["id"] not in catalogue_ids():
             raise _no_such_robot()
@@ -70,10 +71,6 @@ def get_robot(context: TaskContext) -> Reply:
 @task("add_robot")
 def add_robot(context: TaskContext) -> Reply:
     """Answer POST /v1/robots: read the model. The server keeps the content that comes back in `result`."""
-    from api.work.conversion.kept_meshes import keep_meshes
-    from api.work.conversion.problems import to_robot
-    from planner.robots import catalogue_ids, describe
-
     with context.stage("validate"):
         named = context.request(schemas.RobotDefinition)
         if named.id in catalogue_ids():
@@ -126,10 +123,6 @@ def without_name(named: Any, base: bytes | None) -> Any:
 @task("get_robot_geometry")
 def get_robot_geometry(context: TaskContext) -> Reply:
     """Answer GET /v1/robots/{id}/geometry; the argument `definition` is that of an added robot."""
-    from planner.robots import catalogue_ids
-    from planner.robots.collision.describe import describe_collision_geometry
-    from planner.robots.collision.gltf import collision_gltf
-
     robot_id, definition = context.arguments["id"], context.arguments.get("definition")
     with context.stage("plan"):
         form = negotiated(context.arguments.get("format"), context.arguments.get("accept", "*/*"), FORMS_OF_GEOMETRY)
@@ -153,8 +146,6 @@ def get_robot_geometry(context: TaskContext) -> Reply:
 @task("delete_robot")
 def delete_robot(context: TaskContext) -> Reply:
     """Refuse DELETE /v1/robots/{id} where the server keeps no robot of this id."""
-    from planner.robots import catalogue_ids
-
     if context.arguments["id"] in catalogue_ids():
         raise CatalogueRobot(f"{context.arguments['id']} is a robot of the catalogue")
     raise _no_such_robot()
@@ -175,6 +166,4 @@ def _summarised(robot_id: str) -> bytes:
 
 @lru_cache(maxsize=1024)
 def _described(robot_id: str) -> bytes:
-    from planner.robots import describe, load_robot
-
     return to_json(describe(load_robot(robot_id)) | {"content": None})

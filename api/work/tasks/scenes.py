@@ -11,7 +11,10 @@ from api.contract.parts.scenes import MOST_ATTACHED, MOST_OBJECTS, AttachedObjec
 from api.pool.messages import Reply
 from api.store.contents.digests import canonical, sha256
 from api.store.contents.scenes import SceneContent
+from api.work.conversion.scenes import to_scene
 from api.work.tasks.context import JSON, scene_of, task, to_json
+from planner.errors import InvalidProblem
+from planner.scene.scene import HERE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -64,9 +67,6 @@ def _content(scene: Scene, asked: Scene | schemas.SceneChange) -> SceneContent:
         InvalidRequest: Two things have the same name.
         InvalidProblem: A shape cannot be used.
     """
-    from api.work.conversion.scenes import to_scene
-    from planner.errors import InvalidProblem
-    from planner.scene.scene import HERE
 
     def asked_at(kind: Any, index: Any, *field: str | int) -> FieldPath:
         return kind, places.get((kind, getattr(scene, kind)[index].id), index), *field

@@ -12,18 +12,36 @@ from api.base.errors import InvalidRequest, invalid
 from api.base.size import rows_of
 from api.contract import requests
 from api.contract.comparisons import ComparedBackend
+from api.contract.parts.backends import backend_schemas
 from api.pool.messages import PlanFigures, Reply
 from api.store.contents.digests import request_hash
+from api.work.answers.clearances import clearance_answer, speed_zones_answer
+from api.work.answers.negotiation import negotiated
 from api.work.answers.problem_documents import problem_document
+from api.work.answers.views import VIEWS, View
+from api.work.conversion.given_trajectories import to_trajectory
+from api.work.conversion.problems import frames_in_world, to_backend, to_end_states, to_limits, to_planning_problem
+from api.work.conversion.scenes import to_scene, to_speed_zones
+from api.work.conversion.time_budgets import attempts_until, within_deadline
 from api.work.tasks.context import task
 from api.work.tasks.remedies import acceptable_remedies, at_back_end
+from planner.backends import BACKENDS
+from planner.certificate.clearance import CLEARANCE_TOLERANCE
+from planner.certificate.samples import certify_interpolation
+from planner.certificate.trajectories import certify_polynomials
+from planner.comparison import figures
 from planner.errors import PlanningError
+from planner.export import FORMATS, ExportOptions, Format
+from planner.export.json import as_dict
+from planner.planning import plan
+from planner.plots.quantities import joint_indices
+from planner.scene import CollisionChecker
+from planner.speed_zones import refuse_zone_faults
 
 if TYPE_CHECKING:
     from api.work.tasks.context import TaskContext
     from planner.certificate.checks import Certificate
     from planner.comparison import Figures
-    from planner.export import ExportOptions
     from planner.plans.result import Plan
     from planner.robots import Robot
 
@@ -31,14 +49,6 @@ if TYPE_CHECKING:
 @task("plan_trajectory")
 def plan_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories."""
-    from api.work.answers.negotiation import negotiated
-    from api.work.answers.views import VIEWS, View
-    from api.work.conversion.problems import to_backend, to_planning_problem
-    from api.work.conversion.time_budgets import attempts_until, within_deadline
-    from planner.export import FORMATS, Format
-    from planner.planning import plan
-    from planner.plots.quantities import joint_indices
-
     forms: dict[str, Format | View] = {**FORMATS, **VIEWS}
     with context.stage("validate"):
         form = negotiated(context.arguments["format"], context.arguments["accept"], forms)
@@ -73,8 +83,6 @@ def export_trajectory(context: TaskContext) -> Reply:
     if name is None:
         raise invalid([{"pointer": "", "message": "the parameter format is missing"}])
     reply = plan_trajectory(context)
-    from api.work.answers.views import VIEWS
-    from planner.export import FORMATS
 
     suffix = FORMATS[name].suffix if name in FORMATS else VIEWS[name].suffix
     headers = {"Content-Disposition": f'attachment; filename="trajectory{suffix}"'}
@@ -84,12 +92,6 @@ def export_trajectory(context: TaskContext) -> Reply:
 @task("compare_backends")
 def compare_backend(context: TaskContext) -> Reply:
     """Answer for one back end of POST /v1/trajectories/compare, the one at the argument `index`."""
-    from api.work.conversion.problems import to_backend, to_planning_problem
-    from api.work.conversion.time_budgets import attempts_until, within_deadline
-    from planner.comparison import figures
-    from planner.export.json import as_dict
-    from planner.planning import plan
-
     with context.stage("validate"):
         asked = context.request(requests.CompareRequest)
         shared = {name: getattr(asked, name) for name in requests.TrajectoryRequest.model_fields}
@@ -134,14 +136,6 @@ def validate_trajectory(context: TaskContext) -> Reply:
 
 def _kept_clear(request: requests.ValidateRequest, robot: Robot, satisfied: bool) -> dict[str, Any]:
     """Hold the trajectory of a request against its scene: what of the answer that changes."""
-    from api.work.answers.clearances import clearance_answer, speed_zones_answer
-    from api.work.conversion.given_trajectories import to_trajectory
-    from api.work.conversion.problems import frames_in_world
-    from api.work.conversion.scenes import to_scene, to_speed_zones
-    from planner.certificate.clearance import CLEARANCE_TOLERANCE
-    from planner.scene import CollisionChecker
-    from planner.speed_zones import refuse_zone_faults
-
     scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, {}))
     zones = to_speed_zones(request.speed_zones)
     refuse_zone_faults(scene, zones)
@@ -165,11 +159,6 @@ def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests
     Raises:
         InvalidProblem: It lacks what is to be checked, or the samples or polynomials make no trajectory of the robot.
     """
-    from api.work.conversion.given_trajectories import to_trajectory
-    from api.work.conversion.problems import to_end_states, to_limits
-    from planner.certificate.samples import certify_interpolation
-    from planner.certificate.trajectories import certify_polynomials
-
     limits, ends = to_limits(request.limits), to_end_states(request, robot.dof)
     interpolation, trajectory = to_trajectory(request, robot)
     if interpolation == "polynomials":
@@ -180,9 +169,6 @@ def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests
 @task("list_backends")
 def list_backends(context: TaskContext) -> Reply:
     """Answer GET /v1/backends."""
-    from api.contract.parts.backends import backend_schemas
-    from planner.backends import BACKENDS
-
     descriptions = []
     for kind, backend in BACKENDS.items():
         options = backend_schemas()[kind].model_json_schema()["properties"]
@@ -196,8 +182,6 @@ def list_backends(context: TaskContext) -> Reply:
 
 def export_options(request: requests.PlanRequest, definition: bytes | None) -> ExportOptions:
     """Make the options by which a plan is written, for a request that may name an added robot with a definition."""
-    from planner.export import ExportOptions
-
     quoted = request_hash(request, definition)
     return ExportOptions(request.sample_period, frozenset(request.include), quoted)
 

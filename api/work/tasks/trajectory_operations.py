@@ -4,10 +4,29 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from api.contract import trajectory_operations as schemas
+from api.work.conversion.given_trajectories import to_trajectory
+from api.work.conversion.problems import (
+    frames_in_world,
+    mounted,
+    to_backend,
+    to_limits,
+    to_matrix,
+    to_payload,
+    to_vector,
+    with_tool,
+)
+from api.work.conversion.scenes import to_scene, to_speed_zones
 from api.work.tasks.context import task
 from api.work.tasks.remedies import acceptable_remedies
 from api.work.tasks.trajectories import refuse_too_many_rows
+from planner import operations
+from planner.errors import InvalidProblem
+from planner.export.json import operation_as_dict
+from planner.operations import JointState, kept_clear, stop_joints, stop_on_path
+from planner.operations.certified import bounded_quantities
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,42 +47,36 @@ POINTS_OF_POLYNOMIALS = 2000
 @task("reverse_trajectory")
 def reverse_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/reverse."""
-    from api.work.conversion.given_trajectories import to_trajectory
-    from planner.operations import reverse_trajectory
 
-    def run(request: Any, robot: Robot) -> CertifiedTrajectory:
+    def edit(request: Any, robot: Robot) -> CertifiedTrajectory:
         _, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
-        return reverse_trajectory(robot, trajectory, **_kept(request))
+        return operations.reverse_trajectory(robot, trajectory, **_kept(request))
 
-    return _answer(context, schemas.ReverseRequest, run)
+    return _answer(context, schemas.ReverseRequest, edit)
 
 
 @task("slice_trajectory")
 def slice_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/slice."""
-    from api.work.conversion.given_trajectories import to_trajectory
-    from planner.operations import slice_trajectory
 
-    def run(request: Any, robot: Robot) -> CertifiedTrajectory:
+    def edit(request: Any, robot: Robot) -> CertifiedTrajectory:
         _, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
-        return slice_trajectory(robot, trajectory, request.start, request.end, **_kept(request))
+        return operations.slice_trajectory(robot, trajectory, request.start, request.end, **_kept(request))
 
-    return _answer(context, schemas.SliceRequest, run)
+    return _answer(context, schemas.SliceRequest, edit)
 
 
 @task("join_trajectories")
 def join_trajectories(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/join."""
-    from api.work.conversion.given_trajectories import to_trajectory
-    from planner.operations import join_trajectories
 
-    def run(request: Any, robot: Robot) -> CertifiedTrajectory:
+    def edit(request: Any, robot: Robot) -> CertifiedTrajectory:
         trajectories = [
             to_trajectory(given, robot, ("trajectories", k))[1] for k, given in enumerate(request.trajectories)
         ]
-        return join_trajectories(robot, trajectories, tolerance=request.tolerance, **_kept(request))
+        return operations.join_trajectories(robot, trajectories, tolerance=request.tolerance, **_kept(request))
 
-    return _answer(context, schemas.JoinRequest, run)
+    return _answer(context, schemas.JoinRequest, edit)
 
 
 @task("retime_trajectory")
@@ -74,13 +87,6 @@ def retime_trajectory(context: TaskContext) -> Reply:
 
 def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory:
     """Put time on points, or on the positions of a trajectory."""
-    import numpy as np
-
-    from api.work.conversion.given_trajectories import to_trajectory
-    from api.work.conversion.problems import to_backend, to_limits, to_matrix
-    from planner.errors import InvalidProblem
-    from planner.operations import retime_trajectory
-
     if (request.points is None) == (request.trajectory is None):
         raise InvalidProblem([(("points",), "either points or a trajectory are needed")])
     if request.points is not None:
@@ -90,7 +96,7 @@ def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory
         even = np.linspace(0.0, trajectory.duration, POINTS_OF_POLYNOMIALS)
         (points,) = trajectory.evaluate(even if interpolation == "polynomials" else trajectory.breakpoints, [0])
     backend, limits = to_backend(request.backend), to_limits(request.limits)
-    return retime_trajectory(
+    return operations.retime_trajectory(
         robot, points, backend, max_deviation=request.max_deviation, limits=limits, **_surroundings(request, robot)
     )
 
@@ -103,14 +109,6 @@ def stop_trajectory(context: TaskContext) -> Reply:
 
 def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
     """Stop on the path of a trajectory, or joint by joint."""
-    import numpy as np
-
-    from api.work.conversion.given_trajectories import to_trajectory
-    from api.work.conversion.problems import to_vector
-    from planner.errors import InvalidProblem
-    from planner.operations import JointState, stop_joints, stop_on_path
-    from planner.operations.certified import bounded_quantities
-
     given, state, time = request.trajectory, request.state, request.time
     if (given is None) == (state is None):
         raise InvalidProblem([(("state",), "either a state or a trajectory and a time are needed")])
@@ -141,11 +139,6 @@ def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
 @task("resample_trajectory")
 def resample_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/resample."""
-    from api.work.conversion.given_trajectories import to_trajectory
-    from planner.errors import InvalidProblem
-    from planner.export.json import operation_as_dict
-    from planner.operations import kept_clear, resample_trajectory
-
     with context.stage("validate"):
         request = context.request(schemas.ResampleRequest)
         robot = _robot(context, request)
@@ -156,31 +149,28 @@ def resample_trajectory(context: TaskContext) -> Reply:
         if request.times is None:
             refuse_too_many_rows(trajectory.duration, period, robot.dof, context, "/period")
     with context.stage("plan"):
-        done = resample_trajectory(robot, trajectory, request.times or period, **_kept(request))
+        done = operations.resample_trajectory(robot, trajectory, request.times or period, **_kept(request))
         done = kept_clear(done, **_surroundings(request, robot))
         answer = operation_as_dict(done, done.time, request.include)
     return context.reply(answer)
 
 
 def _answer(
-    context: TaskContext, schema: Any, run: Callable[[Any, Robot], CertifiedTrajectory], *, is_kept_clear: bool = False
+    context: TaskContext, schema: Any, edit: Callable[[Any, Robot], CertifiedTrajectory], *, is_kept_clear: bool = False
 ) -> Reply:
-    """Read the request, run an operation on it, and write its answer every `sample_period`.
+    """Read the request, edit its trajectory, and write its answer every `sample_period`.
 
     Args:
         context: The context of the task.
         schema: That of the request.
-        run: The operation on a request and its robot.
+        edit: The operation on a request and its robot.
         is_kept_clear: Whether the operation proves clearances and speeds itself.
     """
-    from planner.export.json import operation_as_dict
-    from planner.operations import kept_clear
-
     with context.stage("validate"):
         request = context.request(schema)
         robot = _robot(context, request)
     with context.stage("plan"), acceptable_remedies(context, request, robot.dof):
-        done = run(request, robot)
+        done = edit(request, robot)
         done = done if is_kept_clear else kept_clear(done, **_surroundings(request, robot))
         refuse_too_many_rows(done.trajectory.duration, request.sample_period, robot.dof, context)
         answer = operation_as_dict(done, done.trajectory.sample_times(request.sample_period), request.include)
@@ -189,9 +179,6 @@ def _answer(
 
 def _surroundings(request: schemas.OperationRequest, robot: Robot) -> dict[str, Any]:
     """Return what the answer has to keep clear of, and how fast it may be there."""
-    from api.work.conversion.problems import frames_in_world
-    from api.work.conversion.scenes import to_scene, to_speed_zones
-
     scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, {}))
     zones = to_speed_zones(request.speed_zones)
     return {"scene": scene, "self_collision": request.self_collision, "speed_zones": zones}
@@ -199,14 +186,10 @@ def _surroundings(request: schemas.OperationRequest, robot: Robot) -> dict[str, 
 
 def _robot(context: TaskContext, request: schemas.OperationRequest) -> Robot:
     """Return the robot of a request, with its tool, its mounting and what it carries."""
-    from api.work.conversion.problems import mounted, to_payload, with_tool
-
     robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
     return robot if request.payload is None else robot.with_payload(to_payload(request.payload))
 
 
 def _kept(request: schemas.EditRequest) -> dict[str, Any]:
     """Return what the answer has to keep."""
-    from api.work.conversion.problems import to_limits
-
     return {"limits": to_limits(request.limits), "enforced": request.enforced}
