@@ -27,7 +27,7 @@ export function Result() {
       {planned && !problem.value && (
         <p class={`verdict ${isStale.value || planning.value ? 'stale' : ''}`}>
           <strong>✓ {texts.result.certified(seconds(planned.answer.duration))}</strong>
-          <span>{texts.result.certifiedBy(planned.answer.backend, planned.took)}</span>
+          <span>{texts.result.certifiedBy(planned.answer.backend, planned.answer.solver, planned.took)}</span>
           {estimate && <span class="estimate">{estimate}</span>}
         </p>
       )}

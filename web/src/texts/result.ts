@@ -5,7 +5,8 @@ export const ofResult = {
     tabs: { certificate: 'Certificate', compare: 'Compare', request: 'Request', exports: 'Exports', robot: 'Robot', batch: 'Batch' },
     none: 'Nothing is planned yet.',
     certified: (duration: string) => `Certified, ${duration}`,
-    certifiedBy: (backend: string, took: number) => `by ${backend}, planned and checked in ${Math.round(took * 1000)} ms`,
+    certifiedBy: (backend: string, solver: string | null, took: number) =>
+      `by ${backend}${solver ? ` (${solver})` : ''}, planned and checked in ${Math.round(took * 1000)} ms`,
     reported: 'reported, not enforced',
     quantity: 'Quantity',
     joint: 'Worst joint',
