@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import shutil
 import subprocess
 import sys
 
@@ -18,6 +19,8 @@ NEAR = 4
 
 def changed_lines(file: str) -> set[int]:
     """Return the lines of a file that differ from the branch `main`, and some around; none where git cannot tell."""
+    if shutil.which("git") is None:
+        return set()
     command = ["git", "diff", "--unified=0", "main", "--", file]
     ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     hunks = re.findall(r"^@@ .* \+(\d+)(?:,(\d+))? @@", ran.stdout, re.MULTILINE)
