@@ -25,7 +25,7 @@ from api.base.byte_budget import Traffic
 from api.base.errors import DatabaseUnavailable
 from api.base.settings import Settings
 from api.http.dependencies import read_body
-from api.http.replies import run
+from api.http.replies import get_reply
 from api.pool.messages import Reply
 from api.store.batches import Arrival, BatchBounds, append_items, begin_batch, find_batch
 from api.store.clients import Client
@@ -368,7 +368,7 @@ def test_the_database_is_not_asked_for_robots_of_the_catalogue() -> None:
         headers = [(b"content-type", b"application/json")]
         scope = {"type": "http", "method": "POST", "path": "/", "headers": headers, "app": app, "state": state}
         request = Request(scope, receive)
-        await run(request, "plan_trajectory", await read_body(request))
+        await get_reply(request, "plan_trajectory", await read_body(request))
 
     async def three_times() -> None:
         for _ in range(3):
