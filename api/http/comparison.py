@@ -13,6 +13,7 @@ from api.base.errors import DeadlineExceeded, InternalError, MemoryExceeded
 from api.base.problem_documents import MEDIA_TYPE, problem_document
 from api.contract.comparisons import ComparedBackend
 from api.contract.requests import MOST_BACKENDS
+from api.http.cost_keys import by_plan_of
 from api.http.dependencies import Body, service_of
 from api.http.replies import coding_of, get_reply, respond, respond_with_json
 from api.pool.messages import Reply
@@ -33,7 +34,15 @@ async def compare(request: Request, body: Body) -> Response:
     async def plan_with(index: int) -> Reply:
         async with workers:
             try:
-                return await get_reply(request, "compare_backends", body, shared=True, coding=IDENTITY, index=index)
+                return await get_reply(
+                    request,
+                    "compare_backends",
+                    body,
+                    shared=True,
+                    cost_key=by_plan_of(index),
+                    coding=IDENTITY,
+                    index=index,
+                )
             except (DeadlineExceeded, MemoryExceeded, InternalError) as error:
                 status, refusal = problem_document(error, request.url.path)
                 return Reply(status, MEDIA_TYPE, refusal)

@@ -13,11 +13,11 @@ from fastapi import Response
 from starlette.requests import ClientDisconnect
 
 from api.base.codings import IDENTITY, NAMES, VARY, compress, negotiate_coding
+from api.http.cost_keys import CostKey, by_size, kind_of
 from api.http.dependencies import Body, client, service_of
 from api.http.described import JSON
 from api.http.transport.answer import Answer
 from api.http.transport.shedding import leave_place
-from api.pool.costs import kind_of
 from api.pool.messages import Reply, Task
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ async def get_reply(
     body: Body = NO_BODY,
     *,
     shared: bool = False,
+    cost_key: CostKey = by_size,
     coding: Coding | None = None,
     **arguments: Any,
 ) -> Reply:
@@ -50,6 +51,7 @@ async def get_reply(
         operation: The id of the operation, which is the name of the task.
         body: The body of the request.
         shared: Whether equal requests have equal answers.
+        cost_key: The parts of the body that tell how long the operation takes.
         coding: The coding of the answer; None: the one that the client takes.
         arguments: Further arguments of the task.
 
@@ -69,7 +71,7 @@ async def get_reply(
         coding=coding_of(request) if coding is None else coding,
     )
     size = len(task.body) + sum(len(content) for content in body.contents.values() if isinstance(content, bytes))
-    kind = kind_of(operation, body.document, arguments.get("index", 0), size)
+    kind = kind_of(operation, body.document, cost_key, size)
 
     async def compute(hold: Callable[[int], None]) -> Reply:
         reply = await service.pool.run(task, kind, hold)

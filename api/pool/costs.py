@@ -1,14 +1,11 @@
-"""How long requests take, learnt from recent ones: by operation, back end and size, of each client and of all."""
+"""How long requests take, learnt from recent ones: by kind and size, of each client and of all."""
 
 from __future__ import annotations
 
 import math
 from collections import OrderedDict, deque
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 CHEAP = 0.2
 """The mean time up to which requests are cheap, s: those that wait for one or two have not waited for long. On a quiet
@@ -36,28 +33,12 @@ KNOWN_KINDS_OF_CLIENT = 64
 KNOWN_CLIENTS = 512
 """The number of clients whose durations are remembered; those that asked last stay."""
 
-ROWS = ("waypoints", "poses", "positions", "points")
-"""The fields whose length says how much a request asks."""
-
-SLOW_MOTIONS = ("linear", "circular", "polyline", "spline", "free")
-"""The kinds of motion that have to be followed with the joints, or sought, which takes most of their request's time."""
-
-BACKENDS = ("cubic", "quintic", "trapezoidal", "ruckig", "toppra", "min_effort", "auto")
-"""The kinds of back ends, which only workers load."""
-
-SLOW_OPTIONS = ("jerk_limited",)
-"""The options of back ends that, switched on, take most of their request's time."""
-
-LARGEST = 1e6
-"""The number of seconds beyond which a budget says nothing: the request will be refused."""
-
 
 class Kind(NamedTuple):
-    """What tells how long a request may take. No text of a client is in it, so that there are not many.
+    """The kind of a task, by which its duration is learnt. It has no text of a client, so that the kinds stay few.
 
     Attributes:
-        family: The operation, the back end with the slow options that are switched on, whether there are slow motions,
-            whether detours are optimised, and the number of binary digits of the seconds for that.
+        family: The name of the task and the cost key that its operation declares.
         size: The number of binary digits of the number of rows and kibibytes.
     """
 
@@ -85,37 +66,6 @@ class Cost(NamedTuple):
     def is_cheap(self) -> bool:
         """Whether nobody minds waiting for one."""
         return self.mean <= CHEAP
-
-
-def kind_of(operation: str, document: Mapping[str, Any], index: int = 0, size: int = 0) -> Kind:
-    """Find the kind of a request, which need not follow its schema.
-
-    Args:
-        operation: The id of the operation.
-        document: The body as JSON.
-        index: Which one of its `backends` counts.
-        size: The bytes of the body and of all that it names.
-    """
-    backends = document.get("backends")
-    backend = backends[index] if isinstance(backends, list) and index < len(backends) else document.get("backend")
-    options: tuple[Any, ...] = ()
-    if isinstance(backend, dict):
-        known = backend.get("kind") if backend.get("kind") in BACKENDS else "other"
-        options = (known, *(name for name in SLOW_OPTIONS if backend.get(name) is True))
-    waypoints = document.get("waypoints")
-    motions = list(map(_motion, waypoints)) if isinstance(waypoints, list) else []
-    is_slow = any(motion.get("kind") in SLOW_MOTIONS for motion in motions)
-    budgets = [motion.get("time_budget") for motion in motions if motion.get("optimise")]
-    seconds = sum(budget for budget in budgets if isinstance(budget, int | float) and 0.0 <= budget < LARGEST)
-    fields = (document.get(name) for name in ROWS)
-    rows = max((len(values) for values in fields if isinstance(values, list)), default=0)
-    family = (operation, options, is_slow, bool(budgets), round(seconds).bit_length())
-    return Kind(family, (rows + size // 1024).bit_length())
-
-
-def _motion(waypoint: Any) -> Mapping[str, Any]:
-    motion = waypoint.get("motion") if isinstance(waypoint, dict) else None
-    return motion if isinstance(motion, dict) else {}
 
 
 @dataclass

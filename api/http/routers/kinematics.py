@@ -3,6 +3,7 @@
 from fastapi import Request, Response
 
 from api.contract import kinematics as schemas
+from api.http.cost_keys import by_plan
 from api.http.dependencies import Form, PlannedBody, needs
 from api.http.described import BODY_CODES, returns, takes
 from api.http.replies import get_reply, respond
@@ -51,7 +52,7 @@ async def inverse_kinematics(request: Request, body: PlannedBody) -> Response:
 )
 async def reachability(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/kinematics/reachability."""
-    return respond(await get_reply(request, "reachability", body, shared=True))
+    return respond(await get_reply(request, "reachability", body, shared=True, cost_key=by_plan))
 
 
 @router.post(

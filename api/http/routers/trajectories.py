@@ -8,6 +8,7 @@ from api.contract import answers, requests
 from api.contract import trajectory_operations as operations
 from api.contract.comparisons import ComparisonAnswer
 from api.http.comparison import compare
+from api.http.cost_keys import by_plan
 from api.http.dependencies import Form, PlannedBody, needs
 from api.http.described import BODY_CODES, NOT_MODIFIED, WORKER_CODES, returns, takes
 from api.http.replies import get_reply, respond
@@ -60,7 +61,7 @@ OPERATION_CODES = (
 )
 async def plan_trajectory(request: Request, body: PlannedBody, form: Form) -> Response:
     """Answer POST /v1/trajectories."""
-    return respond(await get_reply(request, "plan_trajectory", body, shared=True, **form))
+    return respond(await get_reply(request, "plan_trajectory", body, shared=True, cost_key=by_plan, **form))
 
 
 @router.post(
@@ -79,7 +80,7 @@ async def export_trajectory(
     _format: Annotated[str, Query(alias="format", description="Form of the file.")],
 ) -> Response:
     """Answer POST /v1/trajectories/export."""
-    return respond(await get_reply(request, "export_trajectory", body, shared=True, **form))
+    return respond(await get_reply(request, "export_trajectory", body, shared=True, cost_key=by_plan, **form))
 
 
 @router.post(
@@ -137,7 +138,7 @@ async def list_backends(request: Request) -> Response:
 )
 async def retime_trajectory(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/trajectories/retime."""
-    return respond(await get_reply(request, "retime_trajectory", body, shared=True))
+    return respond(await get_reply(request, "retime_trajectory", body, shared=True, cost_key=by_plan))
 
 
 @router.post(

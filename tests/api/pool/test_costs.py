@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
-from api.contract.parts.backends import backend_schemas
 from api.pool.costs import (
-    BACKENDS,
-    CHEAP,
     KNOWN_CLIENTS,
     KNOWN_KINDS_OF_CLIENT,
     REMEMBERED,
@@ -17,7 +12,6 @@ from api.pool.costs import (
     Cost,
     Costs,
     Kind,
-    kind_of,
 )
 
 KIND = Kind(("plan", "cubic"), 2)
@@ -67,16 +61,6 @@ def test_what_one_client_sends_says_nothing_of_anothers_requests() -> None:
     assert [cost and cost.mean for cost in found] == [0.02, 60.0, 60.0]
 
 
-def test_a_large_request_says_little_of_small_ones() -> None:
-    """150,000 points and one minute are no reason to refuse a plan of 300 bytes."""
-    costs = Costs()
-    document = {"backend": {"kind": "cubic"}, "waypoints": [{}, {}]}
-    costs.learn(kind_of("plan_trajectory", document, size=3_000_000), 60.0, is_bound=True)
-    expected = costs.expected(kind_of("plan_trajectory", document, size=300))
-    assert expected is not None
-    assert expected.mean < CHEAP
-
-
 def test_trials_are_seldom() -> None:
     costs = Costs()
     for client in ("a", "b"):
@@ -86,50 +70,9 @@ def test_trials_are_seldom() -> None:
 
 
 def test_no_more_is_kept_than_a_client_cannot_overflow() -> None:
-    """60 refused requests, each with a back end that nobody knows, left 3.9 GB in the server."""
     costs = Costs()
-    names = ["x" * k for k in range(2000)]
-    documents = [{"backend": {"kind": name, name: True}, "waypoints": [{"motion": {"kind": name}}]} for name in names]
-    kinds = {kind_of("plan_trajectory", document) for document in documents}
-    assert len(kinds) == 1
-    budgets = [{"optimise": True, "time_budget": 10.0**k} for k in range(-300, 300)]
-    kinds = {kind_of("plan_trajectory", {"waypoints": [{"motion": budget}]}) for budget in budgets}
-    assert len(kinds) < 30
     for k in range(2 * KNOWN_CLIENTS):
         for size in range(2 * KNOWN_KINDS_OF_CLIENT):
             costs.learn(Kind(("plan",), size), 1.0, str(k))
     assert len(costs._of_client) == KNOWN_CLIENTS
     assert {len(histories) for histories in costs._of_client.values()} == {KNOWN_KINDS_OF_CLIENT}
-
-
-def test_the_kinds_of_back_ends_are_those_that_there_are() -> None:
-    assert set(BACKENDS) == set(backend_schemas())
-
-
-@pytest.mark.parametrize(
-    "document",
-    [
-        {},
-        {"backend": 7, "waypoints": 3, "poses": {}},
-        {"backend": {"kind": [1]}, "waypoints": [1, {"motion": 2}, {"motion": {"kind": []}}]},
-        {"backends": [], "positions": [[]]},
-        {"backends": [{"kind": {}}], "backend": None},
-    ],
-)
-def test_the_kind_of_what_follows_no_schema(document: dict[str, Any]) -> None:
-    assert hash(kind_of("plan_trajectory", document)) is not None
-
-
-def test_the_kind_says_what_makes_a_request_long() -> None:
-    def kind(**document: Any) -> Kind:
-        return kind_of("plan_trajectory", {"backend": {"kind": "toppra"}, "waypoints": [{}] * 5, **document})
-
-    kinds = {
-        kind(),
-        kind(backend={"kind": "cubic"}),
-        kind(backend={"kind": "toppra", "jerk_limited": True}),
-        kind(waypoints=[{}] * 50),
-        kind(waypoints=[{}] * 4 + [{"motion": {"kind": "linear"}}]),
-    }
-    assert len(kinds) == 5
-    assert kind(waypoints=[{}] * 6, seed=3) == kind()

@@ -1,0 +1,79 @@
+"""Cost keys: the parts of a body by which an operation declares how long it takes. No body need follow its schema."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from api.pool.costs import Kind
+
+CostKey = Callable[[Mapping[str, Any]], tuple[Any, ...]]
+"""A function of a body as JSON. Its results are few, and no text of a client is among them."""
+
+ROWS = ("waypoints", "poses", "positions", "points")
+"""The fields whose length says how much a request asks."""
+
+SLOW_MOTIONS = ("linear", "circular", "polyline", "spline", "free")
+"""The kinds of motion that have to be followed with the joints, or sought, which takes most of their request's time."""
+
+BACKENDS = ("cubic", "quintic", "trapezoidal", "ruckig", "toppra", "min_effort", "auto")
+"""The kinds of back ends, which only workers load."""
+
+SLOW_OPTIONS = ("jerk_limited",)
+"""The options of back ends that, switched on, take most of their request's time."""
+
+LARGEST = 1e6
+"""The number of seconds beyond which a budget says nothing: the request will be refused."""
+
+
+def kind_of(operation: str, document: Mapping[str, Any], cost_key: CostKey, size: int = 0) -> Kind:
+    """Find the kind of the task of a request.
+
+    Args:
+        operation: The id of the operation.
+        document: The body as JSON.
+        cost_key: The cost key of the operation.
+        size: The bytes of the body and of all that it names.
+    """
+    fields = (document.get(name) for name in ROWS)
+    rows = max((len(values) for values in fields if isinstance(values, list)), default=0)
+    return Kind((operation, *cost_key(document)), (rows + size // 1024).bit_length())
+
+
+def by_size(_document: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Declare that only the size of a body tells how long the operation takes."""
+    return ()
+
+
+def by_plan(document: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Declare that the back end, slow motions and the time budgets of detours tell how long the operation takes."""
+    waypoints = document.get("waypoints")
+    motions = list(map(_motion, waypoints)) if isinstance(waypoints, list) else []
+    is_slow = any(motion.get("kind") in SLOW_MOTIONS for motion in motions)
+    budgets = [motion.get("time_budget") for motion in motions if motion.get("optimise")]
+    seconds = sum(budget for budget in budgets if isinstance(budget, int | float) and 0.0 <= budget < LARGEST)
+    return (_options(document.get("backend")), is_slow, bool(budgets), round(seconds).bit_length())
+
+
+def by_plan_of(index: int) -> CostKey:
+    """Declare the same for the plan by one of the `backends` of a comparison."""
+
+    def key(document: Mapping[str, Any]) -> tuple[Any, ...]:
+        backends = document.get("backends")
+        backend = backends[index] if isinstance(backends, list) and index < len(backends) else None
+        return by_plan({**document, "backend": backend})
+
+    return key
+
+
+def _options(backend: Any) -> tuple[Any, ...]:
+    """Name the kind of a back end and its slow options that are switched on."""
+    if not isinstance(backend, dict):
+        return ()
+    known = backend.get("kind") if backend.get("kind") in BACKENDS else "other"
+    return (known, *(name for name in SLOW_OPTIONS if backend.get(name) is True))
+
+
+def _motion(waypoint: Any) -> Mapping[str, Any]:
+    motion = waypoint.get("motion") if isinstance(waypoint, dict) else None
+    return motion if isinstance(motion, dict) else {}
