@@ -64,6 +64,32 @@ def forbidden_imports(sources: Sources) -> Iterator[Fault]:
                 yield source.fault(line, f"{source.package}/ must not import {package}")
 
 
+def names_of(source: Source) -> set[str]:
+    """Return every name that a file binds anywhere, those of its functions among them."""
+    found = set()
+    for node in source.nodes:
+        match node:
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                found.add(name)
+            case ast.Name(id=name, ctx=ast.Store()):
+                found.add(name)
+            case ast.Import(names=aliases) | ast.ImportFrom(names=aliases):
+                found |= {alias.asname or alias.name.split(".")[0] for alias in aliases}
+    return found
+
+
+def missing_names(sources: Sources) -> Iterator[Fault]:
+    """Find names that a file imports from a module of the repository which has no such name."""
+    modules = {source.module: names_of(source) for source in python(sources)}
+    names = {module: found for module, found in modules.items() if not {"*", "__getattr__"} & found}
+    for source in python(sources):
+        for node in source.nodes:
+            if isinstance(node, ast.ImportFrom) and node.module in names:
+                for alias in node.names:
+                    if alias.name not in names[node.module] and f"{node.module}.{alias.name}" not in modules:
+                        yield source.fault(node.lineno, f"{node.module} has no {alias.name}")
+
+
 def imported_tests(sources: Sources) -> Iterator[Fault]:
     """Find imports of test modules: helpers that several tests need have a file of their own."""
     modules = modules_of(sources, "tests")

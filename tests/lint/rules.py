@@ -16,6 +16,7 @@ RULES: dict[str, Callable[[Sources], Iterator[Fault]]] = {
     "forbidden-import": imports.forbidden_imports,
     "imported-test": imports.imported_tests,
     "layer": imports.layers,
+    "missing-name": imports.missing_names,
     "relative-import": imports.relative_imports,
     "stranger": imports.strangers,
     "accuracy-page": style.accuracy_page,

@@ -48,6 +48,13 @@ CASES = {
             "planner/nowhere.py:1",
         },
     ),
+    "missing-name": (
+        {
+            "api/a.py": "import os\nif True:\n    B = 1\ndef run(): ...",
+            "tests/b.py": "from api import a\nfrom api.a import B, os, run\nfrom api.a import no\nfrom os import no",
+        },
+        {"tests/b.py:3"},
+    ),
     "relative-import": ({"cli/a.py": "from . import b"}, {"cli/a.py:1"}),
     "stranger": (
         {
