@@ -119,13 +119,13 @@ def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
     if is_dense:  # a law that has nothing to do with its limits would be cut everywhere, time and again
         law = retimed(law, fastest_retiming(law.lengths, limits.along(law), ROUNDS[0][2]))
         law = law.split(np.full(len(law.lengths), DENSE_PARTS))
-        law = retimed(law, fastest_retiming(law.lengths, _near(limits.along(law)), ROUNDS[1][2]))
+        law = retimed(law, fastest_retiming(law.lengths, near_limits(limits.along(law)), ROUNDS[1][2]))
     for number, ((_, _, gap), wanted) in enumerate(zip(ROUNDS, counts, strict=True)):
         if wanted < len(law.lengths):
             continue
         law = law.split(np.ceil(law.lengths / law.lengths.sum() * wanted).astype(int))
         within = limits.along(law)
-        law = retimed(law, fastest_retiming(law.lengths, _near(within) if number else within, gap))
+        law = retimed(law, fastest_retiming(law.lengths, near_limits(within) if number else within, gap))
     enough, gap = (ENOUGH_OF_DENSE, ROUNDS[1][2]) if is_dense else (ENOUGH, ROUNDS[-1][2])
     return limits.on_segments(refined(limits, law, gap, enough))
 
@@ -156,16 +156,17 @@ def refined(
         if is_done or refinement == MOST_REFINEMENTS:
             break
         law = law.split(np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
-        law = retimed(law, fastest_retiming(law.lengths, _near(limits.along(law)), gap, requested(law)))
+        law = retimed(law, fastest_retiming(law.lengths, near_limits(limits.along(law)), gap, requested(law)))
     return best
 
 
-def _near(limits: LinearLimits) -> LinearLimits:
-    """Give the limits that a law already near to the fastest uses somewhere to a good part: the others can be left out.
+def near_limits(limits: LinearLimits) -> LinearLimits:
+    """Return the limits that a nearly fastest time scaling uses to a good part; all, if there are none.
 
-    Whether they are kept is looked at after each round.
+    Whether the others are kept is looked at after each round. With requested durations it may be slow everywhere.
     """
-    return limits.of(limits.used().max(axis=1) > NEAR)
+    near = limits.used().max(axis=1) > NEAR
+    return limits.of(near) if near.any() else limits
 
 
 def _quintic(run: Run) -> PiecewisePolynomial:

@@ -29,7 +29,8 @@ from planner.problems.problem import (
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose
-from planner.time_scaling.time_law import ENFORCED, FEWER_PER_RADIAN, limits_on, time_run
+from planner.time_scaling.linear_limits import LinearLimits
+from planner.time_scaling.time_law import ENFORCED, FEWER_PER_RADIAN, limits_on, near_limits, time_run
 from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
 from planner.trajectories.sampled_peaks import MOST_TRAVEL
 
@@ -326,3 +327,12 @@ def test_a_joint_that_turns_a_hundred_thousand_times_takes_no_more_samples_than_
     waypoints = (JointWaypoint(position=ends[0]), far, JointWaypoint(position=ends[1]))
     path = solve_path(PlanningProblem(robot, waypoints, limits=Limits(tcp_linear_jerk=35.0)))
     assert len(limits_on(path, path.runs[0]).sampled.gridpoints) < 2.1 * FEWER_PER_RADIAN * MOST_TRAVEL
+
+
+def test_a_time_scaling_that_is_slow_everywhere_keeps_its_limits() -> None:
+    """With a requested duration no limit may be near: without any there was nothing to find the largest pace by."""
+    far, none = np.full((3, 6), 0.1), np.zeros((3, 6))
+    limits = LinearLimits(far, none, none, none, none + 1.0, none)
+    assert near_limits(limits).scale(np.ones((3, 6))) == pytest.approx(10.0)
+    one = replace(limits, by_b=np.array([0.1, 0.9, 0.1])[:, None] * np.ones(6))
+    assert near_limits(one).by_b == pytest.approx(0.9 * np.ones((1, 6)))
