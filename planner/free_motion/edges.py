@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -25,6 +26,9 @@ left for the proof, and it takes a hundredth of its time."""
 
 FINEST_LOOK = 0.0125
 """The distance, rad or m, below which it is not halved any more where a proof fails: some 10 mm for an arm of 1 m."""
+
+MOST_COUNTS_KEPT = 64
+"""Number of counts of joint positions on a motion of which a process keeps the order."""
 
 
 class FreeEdges:
@@ -98,8 +102,15 @@ class FreeEdges:
 
 
 def _shares(length: float, every: float) -> FloatArray:
-    """Return shares (n,) of a motion at which it is looked at: its end first, then those far from all before."""
-    count = max(1, int(np.ceil(length / every)))
+    """Return shares (n,) of a motion at which it is looked at: its end first, then the ones far from all before."""
+    return _spread(max(1, int(np.ceil(length / every))))
+
+
+@lru_cache(maxsize=MOST_COUNTS_KEPT)
+def _spread(count: int) -> FloatArray:
+    """Return the shares (count,) of equal steps, the last one first, then the ones far from all before."""
     bits = count.bit_length()
     order = sorted(range(1, count + 1), key=lambda k: (k != count, int(format(k, f"0{bits}b")[::-1], 2)))
-    return np.array(order, dtype=np.float64) / count
+    shares = np.array(order, dtype=np.float64) / count
+    shares.flags.writeable = False
+    return shares
