@@ -109,7 +109,7 @@ class Connection(H11Protocol):
         self._refused = False
         self._is_surplus = False
         self._place: Place | None = None
-        self._shed_timer: asyncio.TimerHandle | None = None
+        self._refusing: asyncio.Task[None] | None = None
         self._read_timer: asyncio.TimerHandle | None = None
         self._write_timer: asyncio.TimerHandle | None = None
         self._probe_timer: asyncio.TimerHandle | None = None
@@ -132,9 +132,8 @@ class Connection(H11Protocol):
         """Count the connection no longer."""
         super().connection_lost(exc)
         self._leave_place()
-        if self._shed_timer is not None:
-            self._shed_timer.cancel()
-            self.shedding.delayed -= 1
+        if self._refusing is not None:
+            self._refusing.cancel()
         for timer in (self._read_timer, self._write_timer, self._probe_timer):
             _cancel(timer)
         self.clients[self._name] -= 1
@@ -186,12 +185,11 @@ class Connection(H11Protocol):
         self._unset_keepalive_if_required()
         _cancel(self._read_timer)
         self.transport.pause_reading()
-        self.shedding.delayed += 1
-        self._shed_timer = self.loop.call_later(self.shedding.delay(), self._send_shed, request)
+        self._refusing = self.loop.create_task(self._send_shed(request))
 
-    def _send_shed(self, request: WholeRequest) -> None:
-        self._shed_timer = None
-        self.shedding.delayed -= 1
+    async def _send_shed(self, request: WholeRequest) -> None:
+        await self.shedding.wait()
+        self._refusing = None
         self.shedding.count()
         if self.transport.is_closing():
             return

@@ -247,3 +247,18 @@ def test_refusals_leave_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -> No
     assert shedding.delay() == 0.0
     shedding.delayed = 900
     assert [shedding.delay() for _ in range(500)] == [0.0] * 500  # connections are scarcer
+
+
+def test_a_refusal_whose_client_has_gone_waits_no_longer() -> None:
+    async def numbers_of_waiting() -> list[int]:
+        shedding = Shedding(Settings(), Metrics())
+        for _ in range(1000):  # so that the next refusal has to wait
+            shedding.delay()
+        waiting = asyncio.create_task(shedding.wait())
+        await asyncio.sleep(0)
+        found = [shedding.delayed]
+        waiting.cancel()
+        await asyncio.gather(waiting, return_exceptions=True)
+        return [*found, shedding.delayed]
+
+    assert asyncio.run(numbers_of_waiting()) == [1, 0]
