@@ -28,7 +28,7 @@ from api.contract.requests import InverseKinematicsOptions, Rows
 
 
 class ForwardKinematicsRequest(Schema):
-    """Joint positions whose tool poses are asked."""
+    """A request for the tool poses of joint positions."""
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
@@ -41,37 +41,36 @@ class ForwardKinematicsRequest(Schema):
 
 
 class InverseKinematicsRequest(Schema):
-    """Poses whose joint positions are asked."""
+    """A request for the joint positions of poses."""
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
     poses: Annotated[list[Pose], Field(min_length=1)]
     """The poses of the tool in the base frame (m)."""
     solutions: Literal["best", "all"] = "best"
-    """`best`: one solution, of the first pose the one nearest to `reference`, of any other the one nearest to the
-    solution before. `all`: every isolated solution within the limits, nearest to `reference` first, those that
-    differ by whole turns of joints included, 64 at most; of a redundant robot a spread of solutions. With `scene` or
-    `self_collision` those at which the robot keeps clear come first, and the best is one of them as long as there is
-    one, of a redundant robot as long as one is found among a spread."""
+    """`best`: one solution; for the first pose the nearest to `reference`, for any other the nearest to the solution
+    before. `all`: every isolated solution within the limits, nearest to `reference` first, including solutions that
+    differ by whole turns of joints, at most 64; for a redundant robot a spread of solutions. With `scene` or
+    `self_collision`, collision-free solutions come first, and `best` is one of them if any is found."""
     reference: JointVector | None = None
-    """A joint position, one value a joint, rad or m. Omitted: of the first pose any solution is best, and all are
-    sorted by their distance to the middle of the limits."""
+    """A joint position, one value for each joint, rad or m. Omitted: for the first pose any solution may be the best,
+    and `all` sorts by the distance from the middle of the limits."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     tolerance_position: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
-    """The distance that the tool may be off the position asked, m."""
+    """The largest position error, m."""
     tolerance_orientation: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
-    """The angle that the tool may be off the orientation asked, rad."""
+    """The largest orientation error, rad."""
     scene: SceneOrId | None = None
-    """What stands around the robot and what it carries: solutions at which it keeps clear of that go before all others,
-    and the answer says which do. Omitted: nothing is known."""
+    """The scene with objects and attached objects: collision-free solutions come first, and the answer marks the
+    others. Omitted: no scene."""
     self_collision: bool | None = None
     """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
     kinematics."""
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Frames by name, each with its pose in the world (m), for the objects of the scene."""
     mounting: Pose | None = None
-    """The pose of the base in the world (m), in which the scene stands; omitted: the robot's own."""
+    """The pose of the base in the world (m), the frame of the scene; omitted: the robot's own."""
     seed: Seed = 0
     """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
@@ -79,25 +78,25 @@ class InverseKinematicsRequest(Schema):
 
 
 class ReachabilityRequest(Schema):
-    """Waypoints of which is asked whether they can be reached."""
+    """A request for the reachability of waypoints."""
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
     waypoints: Annotated[list[Waypoint], Field(min_length=1)]
-    """The waypoints, as in a plan request; motions, transitions, times and limits do not count."""
+    """The waypoints, as in a plan request; motions, transitions, times and limits are ignored."""
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints; `base` and `world` are
-    there already. Without a mounting the base is the world."""
+    predefined. Without a mounting the base is the world."""
     mounting: Pose | None = None
     """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
-    """How poses are solved; solutions are turned nearest to the reference, or else to the middle of the limits."""
+    """Options of the inverse kinematics; whole turns are chosen nearest to the reference, or to the middle of the
+    limits."""
     scene: SceneOrId | None = None
-    """What stands around the robot and what it carries: solutions at which it keeps clear of that go before all others,
-    and the answer says whether there is one. What is taken or put down at some waypoint is not held against the robot.
-    Omitted: nothing is known."""
+    """The scene with objects and attached objects: collision-free solutions come first, and the answer says whether
+    there is one. Objects that are picked up or put down at a waypoint are ignored. Omitted: no scene."""
     self_collision: bool | None = None
     """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
     kinematics."""
@@ -108,7 +107,7 @@ class ReachabilityRequest(Schema):
 
 
 class JacobianRequest(Schema):
-    """A joint position whose Jacobian is asked."""
+    """A request for the Jacobian at a joint position."""
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
@@ -121,18 +120,18 @@ class JacobianRequest(Schema):
 
 
 class WorkspaceRequest(Schema):
-    """A robot whose workspace is asked."""
+    """A request for the workspace of a robot."""
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
     samples: Annotated[int, Field(ge=1, le=100_000)] = 1000
-    """The number of points to answer; the figures do not depend on it."""
+    """The number of points in the answer; the extremes do not depend on it."""
     seed: Seed = 0
     """The seed of the random joint positions; the same seed gives the same points."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     view: PictureView = "isometric"
-    """Where a picture of the points, if one is asked (`?format=svg`, `png`), looks at them from."""
+    """The view of a picture of the points (`?format=svg`, `png`)."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""
 
@@ -154,123 +153,123 @@ class ForwardKinematicsAnswer(Answer):
 
 
 class AnsweredConfiguration(Answer):
-    """The sides on which shoulder, elbow and wrist are, in the words of a waypoint's `configuration`."""
+    """The configuration of shoulder, elbow and wrist, in the terms of a waypoint's `configuration`."""
 
     shoulder: Shoulder | None
-    """The side of the wrist centre; null: it is on neither, or the arm has no such name."""
+    """The side of the wrist centre; null: on neither side, or the arm has no such name."""
     elbow: Elbow | None
-    """The side of the elbow; null: it is stretched, the shoulder is singular, or the arm has no such name."""
+    """The side of the elbow; null: stretched, singular shoulder, or the arm has no such name."""
     wrist: Wrist | None
-    """The side of the wrist; null: it is straight, or the arm has no such name."""
+    """The side of the wrist; null: straight, or the arm has no such name."""
 
 
 class PostureCollision(Answer):
-    """The pair that is furthest beyond its margin at a joint position."""
+    """The pair that violates its margin most at a joint position."""
 
     pair: Annotated[list[str], Field(min_length=2, max_length=2)]
     """The names of the links or objects."""
     depth: float
-    """How much nearer the two are than their margin, m: as deep as they overlap where the margin is 0."""
+    """The violation of their margin, m; with a margin of 0, the depth of the overlap."""
 
 
 class JointSolution(Answer):
-    """A joint position that reaches the pose; verified by forward kinematics."""
+    """A joint position that reaches the pose, verified by forward kinematics."""
 
     position: list[float]
     """The joint position, one value a joint, rad or m."""
     position_error: float
-    """The distance of the tool from the position asked, m."""
+    """The position error of the tool, m."""
     orientation_error: float | None
-    """The angle of the tool from the orientation asked, rad; null: none was asked."""
+    """The orientation error of the tool, rad; null: no orientation was requested."""
     manipulability: float
     """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: 0 where the arm is singular."""
     configuration: AnsweredConfiguration
     """The configuration of the arm there, by its names."""
     collision: PostureCollision | None = None
-    """What is in the way there; null: the robot is proved to keep clear. Only with `scene` or `self_collision`."""
+    """The colliding pair; null: proved collision-free. Only with `scene` or `self_collision`."""
 
 
 class NearestPose(Answer):
-    """The nearest that the robot gets to a pose that it cannot reach."""
+    """The nearest pose that the robot reaches, for an unreachable pose."""
 
     position: list[float]
-    """The joint position there, one value a joint, rad or m."""
+    """The joint position, one value for each joint, rad or m."""
     pose: AnsweredPose
     """The pose of the tool there, in the base frame (m)."""
     position_error: float
-    """The distance of the tool from the position asked, m."""
+    """The position error of the tool, m."""
     orientation_error: float | None
-    """The angle of the tool from the orientation asked, rad; null: none was asked."""
+    """The orientation error of the tool, rad; null: no orientation was requested."""
     collision: PostureCollision | None = None
-    """What is in the way there; null: the robot is proved to keep clear. Only of the inverse kinematics with `scene` or
+    """The colliding pair; null: proved collision-free. Only for inverse kinematics with `scene` or
     `self_collision`."""
 
 
 class InverseKinematicsResult(Answer):
-    """What was found for one pose."""
+    """The result for one pose."""
 
     status: Literal["solved", "unreachable_waypoint", "joint_position_limit"]
     """`solved`, or the code of the problem."""
     solutions: list[JointSolution]
     """The joint positions that reach the pose; empty unless solved."""
     nearest: NearestPose | None = None
-    """The nearest that the tool gets; only when not solved."""
+    """The nearest reachable pose; only when not solved."""
 
 
 class InverseKinematicsAnswer(Answer):
     """Results, one per pose, in order."""
 
     results: list[InverseKinematicsResult]
-    """What was found, one result a pose, in the order of the poses."""
+    """The results, one for each pose, in the order of the poses."""
 
 
 class LimitMargin(Answer):
-    """How near a joint position is to the position limits."""
+    """The distance of a joint position from the position limits."""
 
     joint: str
-    """The joint nearest to one of its limits, rad and m alike."""
+    """The joint nearest to one of its limits, in rad or m."""
     value: float
-    """The distance from there to that limit, rad or m."""
+    """Its distance from that limit, rad or m."""
 
 
 class WaypointReachability(Answer):
-    """Whether one waypoint can be reached, and how well."""
+    """The reachability of one waypoint."""
 
     index: int
     """The index of the waypoint in the request, counted from 0."""
     name: str | None
-    """The name that the request gave it; null: none."""
+    """The name in the request; null: none."""
     status: Literal["reachable", "unreachable_waypoint", "joint_position_limit"]
     """`reachable`, or the code of the problem."""
     detail: str | None
-    """Why it cannot be reached, for a person; null: it can."""
+    """The reason why it cannot be reached, for a person; null: it can."""
     solutions: int | None
-    """The number of isolated solutions, 0 if the pose cannot be reached; null: a joint waypoint, or a continuum."""
+    """The number of isolated solutions, 0 for an unreachable pose; null: a joint waypoint, or a continuum."""
     free: bool | None = None
-    """Whether there is a solution at which the robot is proved to keep clear. Only with `scene` or `self_collision`."""
+    """Whether a solution is proved collision-free. Only with `scene` or `self_collision`."""
     free_solutions: int | None = None
-    """The number of the `solutions` at which it does; null as these. Only with `scene` or `self_collision`."""
+    """The number of collision-free `solutions`; null as for `solutions`. Only with `scene` or `self_collision`."""
     hindered_by: list[PostureCollision] | None = None
-    """What is in the way at the solutions where none is free, each pair once, the least deep first; empty where one is
-    free, or the waypoint cannot be reached. Only with `scene` or `self_collision`."""
+    """The colliding pairs where no solution is collision-free, each once, the least deep first; otherwise empty. Only
+    with `scene` or `self_collision`."""
     limit_margin: LimitMargin | None
-    """The margin of the best solution, which is the one furthest from its limits, of those that are free as long as
-    there is one; null: no joint has limits, or the waypoint cannot be reached."""
+    """The distance of the best solution from its limits; the best is the farthest, among collision-free solutions if
+    there are any. Null: no joint has limits, or the waypoint cannot be reached."""
     manipulability: float | None
     """sqrt(det(J J^T)) of Yoshikawa (1985) at the best solution, in the units of J; null: it cannot be reached."""
     nearest: NearestPose | None = None
-    """The nearest that the tool gets; only of a pose that cannot be reached."""
+    """The nearest reachable pose; only for an unreachable pose."""
 
 
 class ReachabilityAnswer(Answer):
-    """Which waypoints can be reached, each by itself; nothing is planned."""
+    """The reachability of each waypoint alone; nothing is planned."""
 
     reachable: bool
     """Whether all waypoints can be reached."""
     free: bool | None = None
-    """Whether the robot can keep clear at all of them. Only with `scene` or `self_collision`."""
+    """Whether every waypoint has a collision-free solution. Only with `scene` or `self_collision`."""
     waypoints: list[WaypointReachability]
-    """What was found, one entry a waypoint, in order."""
+    """One entry for each waypoint, in order."""
 
 
 class JacobianAnswer(Answer):
@@ -280,26 +279,26 @@ class JacobianAnswer(Answer):
     """The Jacobian, shape (6, joints): three rows of linear (m/s) over three of angular velocity (rad/s) of the tool in
     the base's axes, per joint velocity (rad/s or m/s)."""
     manipulability: float
-    """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: the product of the singular values. Of an arm with three
-    joints or fewer, which cannot choose its orientation, the rows of the position alone count."""
+    """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: the product of the singular values. For an arm with at
+    most three joints, which cannot choose its orientation, only the rows of the position count."""
     singular_values: list[float]
     """The singular values of the Jacobian, in its units, the largest first."""
 
 
 class Extreme(Answer):
-    """A figure of the workspace, and where it is reached."""
+    """An extreme of the workspace and a joint position that reaches it."""
 
     value: float
-    """The figure, m."""
+    """The value, m."""
     position: list[float]
-    """A joint position with that figure, one value a joint, rad or m."""
+    """A joint position with that value, one value for each joint, rad or m."""
 
 
 class WorkspaceAnswer(Answer):
-    """Where the tool can be within the position limits; collisions are not looked at."""
+    """The positions that the tool reaches within the position limits; collisions are ignored."""
 
     points: list[list[float]]
-    """Where the tool is at random joint positions: shape (points, 3), x, y, z in the base frame, m."""
+    """The positions of the tool at random joint positions: shape (points, 3), x, y, z in the base frame, m."""
     minimum_radius: Extreme
     """The smallest distance of the tool from the base frame's z axis."""
     maximum_radius: Extreme

@@ -32,7 +32,7 @@ MOST_ROWS = 1_000_000
 """The most rows of any list that the schemas allow; the service's own caps (GET /v1/limits) are narrower."""
 
 Rows = Annotated[list[JointVector], Field(min_length=1, max_length=MOST_ROWS, fail_fast=True)]
-"""Joint vectors, one a row; the first wrong row is the last that is looked at."""
+"""Joint vectors, one in each row; validation stops at the first invalid row."""
 
 ToolColumns = Annotated[dict[FrameName, Rows], Field(max_length=2)]
 """Columns of the tool in the samples of an answer."""
@@ -63,17 +63,17 @@ Preference = TypeAliasType(
 
 
 class InverseKinematicsOptions(Schema):
-    """How poses are solved."""
+    """Options of the inverse kinematics."""
 
     tolerance_position: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
-    """The distance that the tool may be off the position asked, m."""
+    """The largest position error of the inverse kinematics, m."""
     tolerance_orientation: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
-    """The angle that the tool may be off the orientation asked, rad."""
+    """The largest orientation error of the inverse kinematics, rad."""
     reference: JointVector | None = None
-    """The joint position (one value a joint, rad or m) that the way through the solutions starts from; omitted: it
-    may start anywhere, and between equals the middle of the limits decides."""
+    """The joint position (one value for each joint, rad or m) from which the path through the solutions starts;
+    omitted: anywhere, and ties go to the middle of the limits."""
     prefer: Preference = "continuous"
-    """Which of several solutions a waypoint takes, and which posture of an arm with joints to spare or with `free`."""
+    """The preference among several solutions, and among the joint positions of a redundant arm or within `free`."""
 
 
 Include = TypeAliasType(
@@ -104,51 +104,50 @@ Include = TypeAliasType(
 
 
 class TrajectoryRequest(Schema):
-    """What to plan, but for the back end: a robot, its waypoints, limits and options."""
+    """The planning problem without the back end: a robot, its waypoints, limits and options."""
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
     waypoints: Annotated[list[Waypoint], Field(min_length=1)]
-    """Where the robot is to go, in order; it starts at rest at the first and ends at rest at the last. A waypoint at
-    the joint position of the one before (within 1e-9 rad or m) is passed with it, as the strictest of their transitions
-    asks, and a warning says so; its `duration` or `minimum_duration` is a rest of that time. Where the robot is to go
-    nowhere and no rest is asked, it rests for 0.01 s."""
+    """The waypoints in order; the robot starts at rest at the first and ends at rest at the last. A waypoint at the
+    joint position of the one before (within 1e-9 rad or m) is merged with it under the stricter transition, and a
+    warning says so; its `duration` or `minimum_duration` becomes a rest. A trajectory without motion and without a
+    requested rest is a rest of 0.01 s."""
     limits: Limits = Limits()
-    """Limits of the whole trajectory; where a waypoint has limits of its own, the narrower hold on its segment."""
+    """Limits of the whole trajectory; where a waypoint has limits of its own, the narrower limit holds on its
+    segment."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
-    """How poses and relative moves are solved for joint positions."""
+    """Options of the inverse kinematics of poses and relative moves."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints; `base` and `world` are
-    there already. Without a mounting the base is the world."""
+    predefined. Without a mounting the base is the world."""
     mounting: Pose | None = None
     """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
     payload: Payload | None = None
-    """The body that the robot carries, until a waypoint changes it; omitted: none."""
+    """The payload until a waypoint changes it; omitted: none."""
     duration: Seconds | None = None
-    """The time of the whole trajectory, dwells included, s: what segments with a duration of their own and dwells leave
-    of it, the others share in the proportion of the shortest times that they can take. Omitted: as fast as the limits
-    allow."""
+    """The duration of the whole trajectory with dwells, s. Segments without a duration of their own share the
+    remaining time in proportion to their shortest durations. Omitted: as fast as the limits allow."""
     start_tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-4
-    """How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it is taken to be at
-    the limit, and the warning `position_snapped` says so."""
+    """The distance by which a joint waypoint may lie outside a position limit, rad or m; it is moved to the limit, and
+    the warning `position_snapped` says so."""
     actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
-    """What happens on the way besides motion, and not as one of the `actions` of a waypoint; the answer has `actions`
-    with their times."""
+    """Actions during the trajectory, other than the `actions` of waypoints; the answer gives their times."""
     scene: SceneOrId | None = None
-    """What stands around the robot and what it carries: the plan is proved to keep clear of it at all times, and its
-    certificate has the `clearance`. Omitted: nothing is known."""
+    """The scene with objects and attached objects. The plan is proved collision-free at all times, and its certificate
+    reports the `clearance`. Omitted: no scene."""
     self_collision: bool | None = None
-    """Whether the arm is proved not to meet itself; omitted: in a scene, unless its shapes are capsules along
-    its kinematics."""
+    """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
+    kinematics."""
     speed_zones: SpeedZones = Field(default_factory=list)
-    """The speeds that no point of the robot exceeds near objects of the `scene`: the back end's motion is slowed there
-    on its own path, and the certificate has `speed_zones`. It is no safety function."""
+    """Speed limits of every point of the robot near objects of the `scene`. The trajectory is slowed on its own path,
+    and the certificate reports `speed_zones`. This is not a safety function."""
     sample_period: Annotated[float, Field(ge=1e-6, le=LARGEST)] = 0.01
-    """The time between two rows of the answer, s."""
+    """The sample period of the answer, s."""
     include: Annotated[list[Include], Field(max_length=16)] = Field(default_factory=list)
-    """What else the answer should hold; each makes it larger."""
+    """Additional parts of the answer; each makes it larger."""
     seed: Seed = 0
     """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
@@ -156,21 +155,21 @@ class TrajectoryRequest(Schema):
 
 
 class PlanRequest(TrajectoryRequest):
-    """What to plan: a robot, its waypoints, limits and options."""
+    """The planning problem: a robot, its waypoints, limits and options."""
 
     backend: Backend = Field(
         default_factory=lambda: default_backend(), description="What puts time on the path; omitted: the cubic."
     )
     picture: Picture | None = None
-    """What a picture of the plan shows, where one is asked (`?format=svg`, `png`); omitted: positions, velocities and
-    accelerations of the joints."""
+    """The contents of a picture of the plan (`?format=svg`, `png`); omitted: positions, velocities and accelerations
+    of the joints."""
 
 
 class CompareRequest(TrajectoryRequest):
     """The same waypoints for several back ends."""
 
     backends: Annotated[list[Backend], Field(min_length=1, max_length=MOST_BACKENDS)]
-    """The back ends, each of which plans by itself; the results come in this order."""
+    """The back ends, each of which plans independently; the results are in this order."""
 
 
 def default_backend() -> Any:
@@ -244,22 +243,22 @@ class GivenTrajectory(Schema):
     """The trajectory as polynomials, one a joint in the order of `joint_names`, as an answer holds them that includes
     `polynomials`."""
     interpolation: Interpolation | None = None
-    """What the controller runs, which needs the columns that it meets; omitted: what the columns of the samples allow
-    (`linear`, `cubic` or `quintic`), or without samples `polynomials`."""
+    """The interpolation of the controller, which needs the columns that it interpolates; omitted: the best for the
+    columns of the samples (`linear`, `cubic` or `quintic`), or `polynomials` without samples."""
 
 
 class ValidateRequest(GivenTrajectory):
-    """A trajectory to hold against limits: samples, piecewise polynomials, or both, one of which is checked.
+    """A trajectory to check against limits: samples, piecewise polynomials, or both, one of which is checked.
 
-    Limits are enforced as far as what runs bounds the quantity. Straight lines have to keep those of position and
-    velocity, cubics those of acceleration and torque too, quintics that of jerk too; polynomials all of them, that of
-    jerk if accelerations never jump. The tool's speeds have to be kept always.
+    Limits are enforced where the interpolation bounds the quantity: linear interpolation position and velocity, cubic
+    also acceleration and torque, quintic also jerk; polynomials all of them, and jerk if accelerations never jump. The
+    limits of the tool's speed are always enforced.
     """
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
     limits: Limits = Limits()
-    """The limits to hold it against; what is omitted is the robot's own."""
+    """The limits to check against; omitted limits are the robot's own."""
     initial_velocity: JointVector | None = None
     """The joint velocities before the trajectory, rad/s or m/s; omitted: rest."""
     initial_acceleration: JointVector | None = None
@@ -267,11 +266,11 @@ class ValidateRequest(GivenTrajectory):
     final_velocity: JointVector | None = None
     """The joint velocities after the trajectory, rad/s or m/s; omitted: rest."""
     scene: SceneOrId | None = None
-    """What is around the robot, in the world or its base; it is held against that, too. Omitted: nothing is known."""
+    """The scene to check against, in the world or the base frame. Omitted: no scene."""
     self_collision: bool | None = None
     """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
     kinematics."""
     speed_zones: SpeedZones = Field(default_factory=list)
-    """The speeds that no point of the robot may exceed near objects of the `scene`."""
+    """Speed limits of every point of the robot near objects of the `scene`."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""

@@ -12,21 +12,21 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 QUATERNION_TOLERANCE = 0.01
-"""The amount by which the norm of a quaternion may be off 1; the contract names it."""
+"""The largest error of a quaternion's norm, from 1; the contract states it."""
 
 MATRIX_TOLERANCE = 0.01
-"""The amount by which an element of R^T R may be off the identity's; the contract names it."""
+"""The largest error of an element of R^T R, from the identity; the contract states it."""
 
 LARGEST = 1e6
 """The largest length, angle or time (m, rad, s) of a request; products of some of them stay far from overflowing."""
 
 
 SMALLEST = 1e-9
-"""The smallest limit, scale or mass of a request, in its SI unit or without: less is a slip, and the squares and
-reciprocals of the smallest numbers that a computer has are none."""
+"""The smallest limit, scale or mass of a request, in its SI unit or without; smaller values are mistakes, and their
+squares and reciprocals overflow."""
 
 DEFAULT_DEADLINE = 10.0
-"""The deadline of a request that names none, s."""
+"""The default deadline of a request, s."""
 
 
 class Schema(BaseModel):
@@ -135,10 +135,10 @@ class Pose(Schema):
     position: Vector3
     """The origin x, y, z, m."""
     orientation: Orientation | None = None
-    """The orientation; null or omitted: any will do, the position alone is asked."""
+    """The orientation; null or omitted: any, only the position is requested."""
     quaternion_xyzw: Quaternion | None = Field(default=None, exclude=True)
-    """The orientation as robots have it in the `tool` and the `mounting` of GET /v1/robots/{id}, in place of
-    `orientation`: a quaternion x, y, z, w without unit."""
+    """The orientation in the form of the `tool` and the `mounting` of GET /v1/robots/{id}, in place of `orientation`:
+    a quaternion x, y, z, w without unit."""
 
     @model_validator(mode="after")
     def _with_one_orientation(self) -> Self:
@@ -157,37 +157,36 @@ Wrist = Literal["flip", "no_flip"]
 
 
 class Limits(Schema):
-    """Limits that are asked. What is omitted is the robot's own limit, and none may be wider than that."""
+    """Requested limits. An omitted limit is the robot's own, and none may be wider than that."""
 
     velocity: JointLimits | None = None
-    """The largest velocity, one value a joint, rad/s or m/s."""
+    """The largest velocity, one value for each joint, rad/s or m/s."""
     acceleration: JointLimits | None = None
-    """The largest acceleration, one value a joint, rad/s^2 or m/s^2."""
+    """The largest acceleration, one value for each joint, rad/s^2 or m/s^2."""
     jerk: JointLimits | None = None
-    """The largest jerk, one value a joint, rad/s^3 or m/s^3."""
+    """The largest jerk, one value for each joint, rad/s^3 or m/s^3."""
     torque: JointLimits | None = None
-    """The largest torque, one value a joint, N m or N."""
+    """The largest torque, one value for each joint, N m or N."""
     tcp_linear_velocity: Limit | None = None
     """The largest speed of the tool centre point, m/s; omitted: none."""
     tcp_angular_velocity: Limit | None = None
     """The largest angular speed of the tool, rad/s; omitted: none."""
     tcp_linear_acceleration: Limit | None = None
-    """The largest acceleration of the tool centre point, m/s^2, without gravity: for what is carried loosely; omitted:
-    none."""
+    """The largest acceleration of the tool centre point, m/s^2, without gravity, for loose loads; omitted: none."""
     tcp_angular_acceleration: Limit | None = None
     """The largest angular acceleration of the tool, rad/s^2; omitted: none."""
     tcp_centripetal_acceleration: Limit | None = None
-    """The largest acceleration of the tool centre point across its path, m/s^2: it goes slower where its path bends.
-    Bends tighter than 0.1 mm, as where it turns almost at rest, count as if they were that wide. Omitted: none."""
+    """The largest acceleration of the tool centre point across its path, m/s^2; it slows the tool in bends. Bends
+    tighter than 0.1 mm, as near a reversal, count as 0.1 mm. Omitted: none."""
     tcp_linear_jerk: Limit | None = None
-    """The largest jerk of the tool centre point, m/s^3; `cubic`, `trapezoidal` and `toppra` without `jerk_limited`,
-    whose accelerations jump, only report it; omitted: none."""
+    """The largest jerk of the tool centre point, m/s^3; back ends with jumps of the acceleration (`cubic`,
+    `trapezoidal`, `toppra` without `jerk_limited`) only report it; omitted: none."""
     tcp_angular_jerk: Limit | None = None
     """The largest angular jerk of the tool, rad/s^3, kept and reported by the same back ends; omitted: none."""
     velocity_scale: Scale = 1.0
-    """A factor without unit on the velocity limits of all joints: the speed override. A waypoint's own multiplies with
-    that of the whole. At teach speed, with a person near the arm, `tcp_linear_velocity` is 0.25 m/s at most beside it
-    (ISO 10218-1); where a waypoint limits the tool's speed, too, the smaller limit holds there."""
+    """A factor without unit on the velocity limits of all joints: the speed override. A waypoint's factor multiplies
+    with that of the whole trajectory. At teach speed, with a person near the arm, also set `tcp_linear_velocity` to at
+    most 0.25 m/s (ISO 10218-1); where a waypoint limits the tool's speed, too, the smaller limit holds there."""
     acceleration_scale: Scale = 1.0
     """A factor without unit on the acceleration limits of all joints."""
     velocity_range: JointRanges | None = None
@@ -200,7 +199,7 @@ class Limits(Schema):
 
 
 class Payload(Schema):
-    """A body carried at the robot's tip frame (the flange, whatever the tool)."""
+    """A body carried at the robot's tip frame (the flange, independent of the tool)."""
 
     mass: Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
     """The mass, kg."""

@@ -1,4 +1,4 @@
-"""Problem documents (RFC 9457): what a client gets instead of an answer."""
+"""Problem documents (RFC 9457), the answers to refused requests."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from api.contract.parts.common import Answer, QuaternionOrientation
 
 
 class Fault(Answer):
-    """One thing that is wrong with a request."""
+    """One fault of a request."""
 
     pointer: str
-    """Where it is wrong, as a JSON pointer (RFC 6901) into the request; empty: the request as a whole."""
+    """The place of the fault, as a JSON pointer (RFC 6901) into the request; empty: the request as a whole."""
     message: str
-    """What is wrong there, for a person."""
+    """The fault, for a person."""
 
 
 class RemedyAnswer(Answer):
-    """A change to the request that would make it feasible."""
+    """A change that makes the request feasible."""
 
     change: str
-    """What to change, as a JSON pointer (RFC 6901) into the request."""
+    """The field to change, as a JSON pointer (RFC 6901) into the request."""
     value: Any = Field(description="The value to put there, in the unit of that field.")
     explanation: str
-    """Why that helps, for a person."""
+    """The reason, for a person."""
 
 
 class ModelFinding(Answer):
@@ -36,7 +36,7 @@ class ModelFinding(Answer):
     severity: str
     """`error` (the model is refused), `warning` (it is used as it is) or `info` (a default was filled in)."""
     subject: str | None
-    """The name of the joint or link that the remark is about; null: the whole model."""
+    """The name of the joint or link; null: the whole model."""
     message: str
     """The remark, for a person."""
 
@@ -47,28 +47,28 @@ class PoseOrPosition(Answer):
     position: list[float]
     """The origin of the tool x, y, z, m."""
     orientation: QuaternionOrientation | None
-    """The orientation of the tool, as a quaternion of norm 1; null: any orientation will do."""
+    """The orientation of the tool, as a quaternion of norm 1; null: any orientation."""
 
 
 class NearestToWaypoint(Answer):
-    """The nearest pose found to one that cannot be reached."""
+    """The nearest reachable pose to an unreachable one."""
 
     pose: PoseOrPosition
-    """The pose that the tool gets."""
+    """The pose that the tool reaches."""
     position: list[float]
     """The joint position that reaches it, rad or m per joint."""
     position_distance: float
-    """Its distance from the position asked, m."""
+    """Its distance from the requested position, m."""
     orientation_distance: float | None
-    """Its angle from the orientation asked, rad; null: none was asked."""
+    """Its angle from the requested orientation, rad; null: none was requested."""
 
 
 class PathPoint(Answer):
-    """The point up to which a motion of the tool can be followed, or up to which a way around was found."""
+    """The last point of a tool motion that the joints can follow, or the last point that a search reached."""
 
     fraction: float
-    """The share of the motion that lies before it, 0 to 1; its unit is 1. Of a way around: how much nearer it is to the
-    goal, as the joints go, than the start."""
+    """The fraction of the motion before this point, 0 to 1, without unit. For a search: the fraction of the
+    joint-space distance to the goal that it covered."""
     pose: PoseOrPosition
     """The pose of the tool there."""
     position: list[float]
@@ -76,7 +76,7 @@ class PathPoint(Answer):
 
 
 class ProblemDocument(Answer):
-    """What went wrong (RFC 9457), and where they apply, the fields that say where and what to do."""
+    """The problem (RFC 9457), with fields for its place and its remedies where they apply."""
 
     type: str
     """The kind of problem, as a URN that ends with the code."""
@@ -85,7 +85,7 @@ class ProblemDocument(Answer):
     status: int
     """The HTTP status of this answer."""
     detail: str
-    """What happened this time, for a person."""
+    """The description of this occurrence, for a person."""
     instance: str
     """The path of the request."""
     code: str
@@ -97,36 +97,35 @@ class ProblemDocument(Answer):
     joint: str | None = None
     """The name of the joint at fault."""
     value: float | None = None
-    """The value that breaks the limit, in the limit's unit."""
+    """The value that exceeds the limit, in the limit's unit."""
     limit: float | None = None
-    """The limit that it breaks, in the unit of its quantity (rad, m, s, kg, N, N m and what follows from them)."""
+    """The limit that it exceeds, in the unit of its quantity (rad, m, s, kg, N, N m and what follows from them)."""
     time: float | None = None
-    """When it breaks the limit, s from the start of the trajectory."""
+    """The time at which it exceeds the limit, s from the start of the trajectory."""
     pair: list[str] | None = None
     """With a collision: the names of the two links or objects."""
     depth: float | None = None
-    """With a collision: how much nearer than their margin they come, m."""
+    """With a collision: the violation of their margin, m."""
     point: list[float] | None = None
-    """With a collision: a point of the first of the two there, x, y, z in the base frame, m."""
+    """With a collision: a point of the first of the two, x, y, z in the base frame, m."""
     position: list[float] | None = None
-    """With a collision: the joint position there, rad or m per joint."""
+    """With a collision: the joint position, rad or m for each joint."""
     checks: int | None = None
-    """With `no_path_found`: the number of motions that the search looked at."""
+    """With `no_path_found`: the number of motions that the search checked."""
     enclosed_by: list[str] | None = None
-    """With `no_path_found` where it is proved that there is no way at all: the names of the objects that leave none."""
+    """With `no_path_found` where it is proved that no path exists: the names of the blocking objects."""
     remedies: list[RemedyAnswer] | None = None
-    """Changes to the request, each of which makes it feasible by itself; those of several durations do it together, and
-    so do those of several limits, and of several payloads. All have been tried, and keep within what may be asked."""
+    """Changes that each make the request feasible alone; changes of several durations belong together, and so do those
+    of several limits or payloads. Every one has been planned and stays within what requests may contain."""
     hints: list[RemedyAnswer] | None = None
-    """Changes that mend what is refused here, but after each of which something else is refused, or an answer that is
-    too long."""
+    """Changes that remove the cause of this refusal, but lead to another refusal or to an answer that is too large."""
     errors: list[Fault] | None = None
-    """With `invalid_request`: the faults that were found, 50 at most."""
+    """With `invalid_request`: the faults, at most 50."""
     findings: list[ModelFinding] | None = None
-    """With `invalid_robot_model`: why the model cannot be used, 50 remarks at most."""
+    """With `invalid_robot_model`: the reasons, at most 50."""
     nearest: NearestToWaypoint | None = None
-    """With `unreachable_waypoint`: the nearest that the tool gets."""
+    """With `unreachable_waypoint`: the nearest reachable pose."""
     place: PathPoint | None = None
-    """Where on a motion it happens."""
+    """The place on a motion."""
     formats: list[str] | None = None
-    """With `not_acceptable`: the names of the formats that there are."""
+    """With `not_acceptable`: the available formats."""

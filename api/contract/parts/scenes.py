@@ -1,4 +1,4 @@
-"""What stands around a robot and what it carries, as requests say it; and how near the robot comes to it."""
+"""Scenes of requests, and the clearance of the robot in answers."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Box(Schema):
 
 
 class Sphere(Schema):
-    """A ball about the origin of its frame."""
+    """A sphere about the origin of its frame."""
 
     kind: Literal["sphere"]
     """The kind of shape: a ball."""
@@ -109,16 +109,16 @@ class MeshShape(Schema):
 
 
 class PointCloudShape(Schema):
-    """Points that a sensor saw, each of which stands for a ball around it."""
+    """A point cloud of a sensor; each point stands for a sphere."""
 
     kind: Literal["point_cloud"]
     """The kind of shape: a point cloud."""
     points: Annotated[list[Point], Field(min_length=1, max_length=200_000, fail_fast=True)]
     """The points, shape (points, 3), m."""
     radius: Annotated[float, Field(ge=1e-4, le=10.0)]
-    """How far around each point there may be something, m: half the spacing of the points, or more."""
+    """The radius of the sphere at each point, m: half the spacing of the points, or more."""
     voxel: Annotated[float, Field(ge=1e-3, le=10.0)] | None = None
-    """The side of the voxels in which points become one ball, m; omitted: the radius."""
+    """The size of the voxels whose points become one sphere, m; omitted: the radius."""
 
 
 SolidShape = TypeAliasType(
@@ -138,50 +138,49 @@ SceneShape = TypeAliasType(
 
 
 class SceneObject(Schema):
-    """A thing that stands still."""
+    """A fixed object."""
 
     id: Name
     """Its name, which no other object, attached object or link has."""
     shape: SceneShape
-    """What it looks like."""
+    """Its shapes."""
     pose: Pose | None = None
-    """Where it stands, in its frame (m); without an orientation its axes are those of the frame. Omitted: at the
-    origin."""
+    """Its pose in its frame (m); without an orientation its axes are those of the frame. Omitted: the origin."""
     frame: FrameName = "world"
     """The frame of the pose: one of the request's `frames`, `base` or `world`."""
     margin: Margin | None = None
-    """The least distance that the robot keeps from it, m; omitted: that of the scene."""
+    """The margin: the least distance of the robot from it, m; omitted: the margin of the scene."""
 
 
 class AttachedObject(Schema):
-    """A thing that moves with a link of the robot: a gripper, or what it holds."""
+    """An attached object that moves with a link of the robot: a gripper, or a workpiece in it."""
 
     id: Name
     """Its name, which no other object, attached object or link has."""
     shape: SolidShape
-    """What it looks like."""
+    """Its shapes."""
     pose: Pose | None = None
-    """Where it is, in the frame of its link or of the tool (m); omitted: at the origin."""
+    """Its pose in the frame of its link or of the tool (m); omitted: the origin."""
     link: Name | None = None
-    """The name of the link that it moves with; omitted: it is held at the tool."""
+    """The name of the link that it moves with; omitted: the tool."""
     touch_links: Annotated[list[Name], Field(max_length=64)] = Field(default_factory=list)
-    """The names of links and objects carried that it may touch, besides the link that it moves with."""
+    """The names of links and attached objects that may touch it; its own link always may."""
     margin: Margin | None = None
-    """The least distance that it keeps from objects, m; omitted: that of the object or the scene. The larger one of
-    the object's and its own counts."""
+    """Its margin to objects, m; omitted: the margin of the object or the scene. The larger of the object's and its own
+    margin counts."""
 
 
 class Scene(Schema):
-    """What stands around a robot, what it carries, and what may touch what."""
+    """The objects around a robot, its attached objects, and allowed contacts."""
 
     objects: Annotated[list[SceneObject], Field(max_length=MOST_OBJECTS)] = Field(default_factory=list)
-    """What stands still."""
+    """The fixed objects."""
     attached: Annotated[list[AttachedObject], Field(max_length=MOST_ATTACHED)] = Field(default_factory=list)
-    """What moves with the robot."""
+    """The attached objects."""
     allowed_pairs: AllowedPairs = Field(default_factory=list)
-    """Pairs of names, of links, objects or attached objects, that may touch; shape (pairs, 2), without unit."""
+    """Pairs of links, objects or attached objects that may touch, by name; shape (pairs, 2), without unit."""
     margin: Margin = 0.0
-    """The least distance that the robot and what it carries keep from objects, m."""
+    """The margin: the least distance of the robot and its attached objects from objects, m."""
     id: SceneId | None = Field(default=None, exclude=True)
     """Not read: a scene from GET /v1/scenes/{id} has it, and may be sent as it is."""
     content: Annotated[str, Field(max_length=100)] | None = Field(default=None, exclude=True)
@@ -189,15 +188,14 @@ class Scene(Schema):
 
 
 class SpeedZone(Schema):
-    """A speed that no point of the robot exceeds while it is near to objects. It is no safety function."""
+    """A speed limit for every point of the robot near objects. It is not a safety function."""
 
     clearance: Annotated[float, Field(ge=1e-3, le=10.0)]
-    """The zone: where the distance of the robot, and of what it carries, from these objects may be less than this,
-    m."""
+    """The extent of the zone: the distance of the robot and its attached objects from the objects is below this, m."""
     speed: Annotated[float, Field(ge=1e-3, le=100.0)]
-    """The highest speed there of any point of the robot, of what it carries, and of its tool centre point, m/s."""
+    """The speed limit of every point of the robot, its attached objects, and the tool centre point, m/s."""
     objects: Annotated[list[Name], Field(min_length=1, max_length=MOST_OBJECTS)] | None = None
-    """The ids of the objects of the scene that have this zone about them; omitted: all that stand still."""
+    """The ids of the objects with this zone; omitted: all fixed objects."""
 
 
 SpeedZones = Annotated[list[SpeedZone], Field(max_length=MOST_SPEED_ZONES)]
@@ -221,81 +219,82 @@ SceneOrId = TypeAliasType(
 
 
 class ClearanceAnswer(Answer):
-    """How near two things come to each other, for certain."""
+    """The proved clearance of a pair."""
 
     lower: float
-    """No pair is ever nearer than this, m: proved for all times, rounding included; negative by rounding alone."""
+    """The lower bound of the distance of every pair, m: proved for all times, rounding included; negative by rounding
+    only."""
     upper: float | None
-    """The least distance that was seen, m; null: it was not measured, which plans without a scene leave out."""
+    """The least measured distance, m; null: not measured, as in plans without a scene."""
     time: float | None
-    """When that was, s."""
+    """The time of that distance, s."""
     pair: Annotated[list[str], Field(min_length=2, max_length=2)] | None
     """The names of the links or objects."""
     method: Literal["certified"]
-    """How it is known: the bounds hold between all samples, too."""
+    """The method: the bounds hold at all times, also between samples."""
     shapes: Literal["model", "estimate"]
-    """The source of the links' shapes: all are those of the robot's `model`, or one is an `estimate`."""
+    """The source of the links' shapes: all from the robot's `model`, or at least one an `estimate`."""
     uncertainty: float
-    """By how much the machine may be nearer than its estimated shapes, m: the margin that covers it; 0: no shape is an
-    estimate."""
+    """The uncertainty of estimated shapes, m: a margin of this size covers it; 0: no shape is an estimate."""
 
 
 class SpeedZoneAnswer(Answer):
-    """The highest speed of the robot in one of its speed zones, for certain."""
+    """The proved speed of the robot in a speed zone."""
 
     clearance: float
-    """The zone: where the robot may be nearer than this to its objects, m."""
+    """The extent of the zone: the distance from its objects, m."""
     objects: list[str] | None
-    """The ids of these objects; null: all that stand still."""
+    """The ids of its objects; null: all fixed objects."""
     peak: float
-    """No point of the robot is ever faster in the zone, m/s: proved for all times; 0 where it never is in it."""
+    """The upper bound of the speed of every point of the robot in the zone, m/s: proved for all times; 0 if it never
+    enters the zone."""
     limit: float
-    """The speed allowed there, m/s."""
+    """The speed limit, m/s."""
     ratio: float
-    """The share of the limit that is used, without unit."""
+    """The used share of the limit, without unit."""
     satisfied: bool
-    """Whether the speed allowed is kept."""
+    """Whether the speed limit is kept."""
     time: float | None
-    """When the robot is about that fast, s; null: it never is in the zone."""
+    """The time of about that speed, s; null: it never enters the zone."""
     lower: float
-    """A point of the robot is that fast at this time, m/s: the highest speed is between this and `peak`."""
+    """The speed of a point of the robot at this time, m/s: the highest speed is between this and `peak`."""
     link: str | None
-    """The name of the link, or of the thing carried, that this is a point of; `tool`: the tool centre point; null: the
-    robot never moves in the zone."""
+    """The name of the link or attached object of this point; `tool`: the tool centre point; null: the robot never
+    moves in the zone."""
     intervals: list[Annotated[list[float], Field(min_length=2, max_length=2)]]
-    """When the robot is in the zone, shape (intervals, 2), from and to, s; at all other times it is proved to be
-    further away."""
+    """The times in the zone, shape (intervals, 2), from and to, s; at all other times the robot is proved to be
+    outside."""
     exceeded: list[Annotated[list[float], Field(min_length=2, max_length=2)]]
-    """When a point of the robot may be faster than is allowed, shape (intervals, 2), from and to, s; at all other times
-    none is. Empty: the speed allowed is kept."""
+    """The times of possible violations, shape (intervals, 2), from and to, s; at all other times there is none. Empty:
+    the speed limit is kept."""
     method: Literal["certified"]
-    """How it is known: the bounds hold between all samples, too."""
+    """The method: the bounds hold at all times, also between samples."""
 
 
 class ClearancesAnswer(Answer):
-    """How near the robot comes to itself and to what is around it."""
+    """The clearance of the robot to itself and to the scene."""
 
     itself: ClearanceAnswer | None
-    """Between parts of the arm and what it carries; null: none are held against each other."""
+    """Between links and attached objects; null: not checked."""
     scene: ClearanceAnswer | None
-    """Between those and objects; null: none are. On motions on which a pair may touch, since something is taken or put
-    down at their ends, that pair is left out."""
+    """Between these and objects; null: not checked. A pair that may touch, because an object is picked up or put down,
+    is excluded on the motions to and from that waypoint."""
     contacts: ClearanceAnswer | None
-    """Between such pairs on such motions; null: there are none."""
+    """Between the excluded pairs on these motions; null: none."""
 
 
 class CollisionAnswer(Answer):
-    """A pair that is nearer than its margin, or could not be proved not to be."""
+    """A pair that violates its margin, or whose margin could not be proved."""
 
     code: Literal["start_in_collision", "collision", "clearance_unproved"]
-    """What it is; `start_in_collision` of single postures, too."""
+    """The code; for single joint positions `start_in_collision`, too."""
     pair: Annotated[list[str], Field(min_length=2, max_length=2)]
     """The names of the links or objects."""
     time: float | None
-    """When it is first nearer, s."""
+    """The time of the first violation, s."""
     depth: float | None
-    """How much nearer than its margin it comes, m; null: that could not be proved."""
+    """The violation of the margin, m; null: the margin could not be proved."""
     point: list[float] | None
-    """A point of the first of the two there, x, y, z in the base frame, m; null: unknown."""
+    """A point of the first of the two at that time, x, y, z in the base frame, m; null: unknown."""
     detail: str
-    """What happens, for a person."""
+    """The description, for a person."""

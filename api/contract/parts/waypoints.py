@@ -28,42 +28,42 @@ from api.contract.parts.scenes import Name  # noqa: TC001
 
 
 class JointMotion(Schema):
-    """Straight in joint space; beside a waypoint that is passed `through`, a smooth curve."""
+    """A motion straight in joint space; a smooth curve next to a waypoint with a `through` transition."""
 
     kind: Literal["joint"]
     """The motion: straight in joint space."""
     turns: Literal["nearest", "as_given"] = "nearest"
-    """`nearest`: a continuous joint takes the short way to a joint waypoint, from 3.1 to -3.1 by 0.08 rad (it is then
-    at 3.18), as far as the positions here and at the waypoint before are angles between -pi and pi; one beyond counts
-    whole turns, and is taken as it is given. `as_given`: all are taken so, from 3.1 to -3.1 by 6.2 rad."""
+    """`nearest`: a continuous joint takes the shorter way to a joint waypoint, from 3.1 to -3.1 by 0.08 rad (it ends
+    at 3.18), while its positions here and at the waypoint before are between -pi and pi; a position beyond counts
+    whole turns and is taken as given. `as_given`: all positions are taken as given, from 3.1 to -3.1 by 6.2 rad."""
 
 
 class FreeMotion(Schema):
-    """Around what is in the way: straight in joint space if that is free, and else along a way that is found.
+    """A collision-free path around obstacles: straight in joint space if that is collision-free, else a detour.
 
-    The way consists of straight joint motions that are proved to be free, not sampled, and is then timed by the back
-    end: its corners are passed without stopping, or cut, or stopped at, whatever is the first that the certificate
-    proves free. To a pose any of its configurations will do that has room, unless a motion of the tool follows. The
-    segment has no `duration` of its own. Equal requests find equal ways (`seed`).
+    A detour consists of straight joint motions that are proved collision-free at all times. Its corners are passed
+    without a stop, blended or stopped at, whichever the certificate proves first. To a pose, the planner may choose
+    any collision-free configuration, unless a tool motion follows. The segment cannot have a `duration`. Equal
+    requests (`seed`) give equal detours.
     """
 
     kind: Literal["free"]
-    """The motion: a way around."""
+    """The motion: a free motion."""
     most_checks: Annotated[int, Field(ge=1, le=50_000)] = 20_000
-    """The most motions that the search looks at before it gives up with `no_path_found`: 20000 take 5 to 20 s. A number
-    and no time, so that equal requests have equal answers."""
+    """The most motions that the search checks before it gives up with `no_path_found`; 20000 take 5 to 20 s. The limit
+    is a number, not a time, so that equal requests have equal answers."""
     optimise: Literal["duration", "effort", "path_length"] | None = None
-    """What the way is made better by once one is found: other ways are searched for and changed, timed by the back end
-    and certified, and the best is the answer, whose `waypoints` have the `gain`. All is that of the whole trajectory:
-    its `duration`; its `effort`, the integral of the sum of (torque / limit)^2, or of (acceleration / limit)^2 of a
-    robot without inertias; the `path_length` in the space of the joints. Omitted: one change of the first way
-    is tried."""
+    """The objective that improves the detour: further detours are planned and certified, and the best one is the
+    answer; its `waypoints` report the `gain`. The objective counts the whole trajectory: its `duration`; its `effort`,
+    the integral of the sum of (torque / limit)^2, or of (acceleration / limit)^2 for a robot without inertias; or its
+    `path_length` in joint space. Omitted: one change of the first detour is tried."""
     time_budget: Annotated[float, Field(gt=0.0, le=600.0)] | None = None
-    """How long that may take, s, from when planning begins: the best way until then is the answer, so that it depends
-    on how fast the service is. It ends before the `deadline`, too. Omitted: it ends after `optimise_checks`."""
+    """The time budget of this optimisation, s from the start of planning. The answer is the best detour found in this
+    time, so it depends on the speed of the service. The optimisation also ends before the `deadline`. Omitted: it ends
+    after `optimise_checks`."""
     optimise_checks: Annotated[int, Field(ge=1, le=50_000)] | None = None
-    """The most motions that are looked at to make the way better, a trajectory that is timed counting as 100 of them:
-    5000, the default, take 1 to 5 s. With a `time_budget` omitted: any number."""
+    """The most motions that this optimisation checks; timing a trajectory counts as 100. The default of 5000 takes 1
+    to 5 s. With a `time_budget`, omitted: unlimited."""
 
 
 TolerancePosition = Annotated[float, Field(ge=1e-8, le=1.0)]
@@ -89,10 +89,10 @@ Offsets = Annotated[list[Number], Field(min_length=2, max_length=2)]
 
 
 class Region(Schema):
-    """Ranges of a pose that are left open: lower and upper ends, in the axes of the pose.
+    """A tolerance region: ranges along and about the axes of a pose.
 
-    The tool may be at the pose times Trans(x, y, z) Rx(rotation_x) Ry(rotation_y) Rz(rotation_z); what has no range is
-    0. So a turn about z, the last one, is about the tool's own axis.
+    The tool may be at the pose times Trans(x, y, z) Rx(rotation_x) Ry(rotation_y) Rz(rotation_z); a missing range is
+    0. The rotation about z comes last, so it is about the tool's own axis.
     """
 
     x: Offsets | None = None
@@ -102,50 +102,50 @@ class Region(Schema):
     z: Offsets | None = None
     """The range of the shift along its z axis, m."""
     rotation_x: Offsets | None = None
-    """The range of the turn about its x axis, rad, within a quarter of a turn to either side."""
+    """The range of the rotation about its x axis, rad, within -pi/2 and pi/2."""
     rotation_y: Offsets | None = None
-    """The range of the turn about its y axis as turned so, rad, within a quarter of a turn to either side."""
+    """The range of the rotation about the y axis after that rotation, rad, within -pi/2 and pi/2."""
     rotation_z: Offsets | None = None
-    """The range of the turn about the tool's own z axis, rad, within half a turn to either side."""
+    """The range of the rotation about the tool's own z axis, rad, within -pi and pi."""
 
 
 class ToolMotion(Schema):
-    """What every motion of the tool along a given curve has."""
+    """The fields of every tool motion along a given curve."""
 
     tolerance_position: TolerancePosition = 1e-4
-    """The distance that the tool may be off the curve, m."""
+    """The largest distance of the tool from the curve, m."""
     tolerance_orientation: ToleranceOrientation = 1e-3
-    """The angle that the tool may be off the orientation that belongs there, rad."""
+    """The largest angle between the tool and the orientation of the curve, rad."""
     singularity: Singularity = "refuse"
-    """What to do near a singularity."""
+    """The behaviour near a singularity."""
     free: Literal["rotation_z"] | Region | None = None
-    """What of the poses between the ends is left open; null or omitted: nothing. `rotation_z`: the turn about the
-    tool's own z axis, as of a torch or a round nozzle; or ranges along the axes of the poses and about them, with 0. It
-    is made use of where the joints could not follow the motion otherwise, as of an arm with five joints; the ends are
-    as they are asked, or chosen by the `free` of their waypoints."""
+    """The tolerance region of the poses between the ends; null or omitted: none. `rotation_z` frees the rotation about
+    the tool's own z axis, as for a torch or a round nozzle; ranges along and about the axes of the poses must contain
+    0. The planner uses it where the joints cannot follow the exact motion, as with an arm of five joints. The ends are
+    as requested, or within the `free` of their waypoints."""
 
 
 class LinearMotion(ToolMotion):
-    """The tool in a straight line, turning by the shortest rotation."""
+    """The tool moves in a straight line and turns by the shortest rotation."""
 
     kind: Literal["linear"]
     """The motion: a straight line of the tool."""
 
 
 class CircularMotion(ToolMotion):
-    """The tool on the circle through three poses: the waypoint before, `via`, and this one."""
+    """The tool moves on the circle through three poses: the waypoint before, `via`, and this one."""
 
     kind: Literal["circular"]
     """The motion: an arc of the tool."""
     via: Pose
-    """A pose on the way (m), in the frame of the waypoint; without an orientation the tool turns by the shortest
+    """A pose on the circle (m), in the frame of the waypoint; without an orientation the tool turns by the shortest
     rotation."""
 
 
 class PolylineMotion(ToolMotion):
-    """The tool straight from pose to pose, the corners cut, at one speed from end to end if the limits allow it.
+    """The tool moves straight from pose to pose with rounded corners, at constant speed where the limits allow it.
 
-    The poses lie between the waypoint before and this one. To come to rest at a corner, let it be a waypoint.
+    The poses lie between the waypoint before and this one. To stop at a corner, make it a waypoint.
     """
 
     kind: Literal["polyline"]
@@ -155,22 +155,21 @@ class PolylineMotion(ToolMotion):
     rotation."""
     blend: Annotated[float, Field(ge=1e-5, le=LARGEST)]
     """The distance from a corner at which the tool leaves the straight line, m; less where half of a line is shorter.
-    The curvature of the curve that cuts the corner grows from nought and falls again, so that accelerations do not
-    jump."""
+    The curvature of the rounded corner starts and ends at zero, so accelerations do not jump."""
 
 
 class SplineMotion(ToolMotion):
-    """The tool on a smooth curve through poses, at one speed from end to end if the limits allow it.
+    """The tool moves on a smooth curve through poses, at constant speed where the limits allow it.
 
-    The poses lie between the waypoint before and this one. The position is the natural cubic spline over the length of
-    the chords, the orientation that of the quaternions, normalised: both have continuous second derivatives.
+    The poses lie between the waypoint before and this one. The position is the natural cubic spline over the chord
+    lengths; the orientation is the normalised spline of the quaternions. Both have continuous second derivatives.
     """
 
     kind: Literal["spline"]
     """The motion: a spline of the tool."""
     poses: Annotated[list[Pose], Field(min_length=1)]
-    """The poses that the tool passes (m), in the frame of the waypoint; one without an orientation has that of the
-    shortest rotation between its neighbours."""
+    """The poses that the tool passes (m), in the frame of the waypoint; a pose without an orientation gets the one on
+    the shortest rotation between its neighbours."""
 
 
 Motion = TypeAliasType(
@@ -183,34 +182,34 @@ Motion = TypeAliasType(
 
 
 class StopTransition(Schema):
-    """Come to rest at the waypoint."""
+    """The robot stops at the waypoint."""
 
     kind: Literal["stop"]
     """The transition: a stop."""
 
 
 class ThroughTransition(Schema):
-    """Pass the waypoint exactly, without stopping."""
+    """The robot passes the waypoint exactly, without a stop."""
 
     kind: Literal["through"]
     """The transition: a passage without a stop."""
     velocity: JointVector | None = None
-    """The velocity of each joint with which the waypoint is passed, rad/s or m/s: `ruckig`, `quintic` and `auto` keep
-    it without an acceleration, `cubic` with a jump of the acceleration, where only joint motions are passed from stop
-    to stop; other back ends refuse it; omitted: one that suits the back end."""
+    """The joint velocities at the waypoint, rad/s or m/s: `ruckig`, `quintic` and `auto` pass it at this velocity with
+    zero acceleration, `cubic` with a jump of the acceleration, where joint motions run from stop to stop. Other back
+    ends refuse it. Omitted: the back end chooses."""
 
 
 class BlendTransition(Schema):
-    """Cut the corner without stopping; the tool leaves its paths only within the radius of the waypoint.
+    """The robot rounds the corner without a stop; the tool leaves its path only within the radius of the waypoint.
 
-    Where the robot would collide with the blend, it takes the largest radius that is proved free, to a tenth of it and
-    down to a 32nd of what is asked; the warning `blend_reduced` says which.
+    Where the blend would collide, the planner takes the largest collision-free radius, to within a tenth and down to
+    1/32 of the requested radius; the warning `blend_reduced` gives it.
     """
 
     kind: Literal["blend"]
-    """The transition: a cut corner."""
+    """The transition: a blend."""
     radius: Annotated[float, Field(ge=1e-5, le=LARGEST)]
-    """The most distance from the waypoint at which the tool may leave its path, m."""
+    """The largest distance from the waypoint at which the tool may leave its path, m."""
 
 
 Transition = TypeAliasType(
@@ -230,9 +229,9 @@ class CartesianMove(Schema):
     translation: Vector3
     """The translation x, y, z, m."""
     orientation: Orientation | None = None
-    """The rotation; null or omitted: the tool keeps its orientation. After a waypoint that asks for a position alone
-    the orientation stays open, whatever the move: it goes from that position, along the base's axes or those that the
-    tool has there."""
+    """The rotation; null or omitted: the tool keeps its orientation. After a pose without an orientation, the
+    orientation stays open: the move starts from that position, along the base's axes or the axes that the tool has
+    there."""
 
 
 class CylindricalMove(Schema):
@@ -271,58 +270,57 @@ Move = TypeAliasType(
 
 
 class Attach(Schema):
-    """An object of the scene that the robot takes at a waypoint."""
+    """An object of the scene that the robot picks up at a waypoint."""
 
     id: Name
     """The id of the object."""
     link: Name | None = None
-    """The name of the link that it moves with from here on; omitted: it is held at the tool."""
+    """The name of the link that the object moves with from here on; omitted: the tool."""
     touch_links: Annotated[list[Name], Field(max_length=64)] = Field(default_factory=list)
-    """The names of links and attached objects that may touch it, besides what moves with the same joint as its link."""
+    """The names of links and attached objects that may touch it; links that move with the same joint always may."""
 
 
 class WaypointBase(Schema):
-    """What every kind of waypoint has."""
+    """The fields of every kind of waypoint."""
 
     name: Annotated[str, Field(max_length=200)] | None = None
-    """A name that the answer repeats; it means nothing to the planner."""
+    """A name, which the answer repeats; the planner does not use it."""
     motion: Motion = JointMotion(kind="joint")
-    """How to get here from the waypoint before; omitted: straight in joint space."""
+    """The motion from the waypoint before; omitted: straight in joint space."""
     duration: Seconds | None = None
     """The time from the departure at the waypoint before to the arrival here, s; omitted: the shortest within the
     limits."""
     minimum_duration: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
-    """The least time from the departure at the waypoint before to the arrival here, s: it takes longer where the limits
-    ask for that, or the `duration` of the whole leaves more."""
+    """The minimum time from the departure at the waypoint before to the arrival here, s; the segment takes longer
+    where its limits or the `duration` of the whole trajectory need it."""
     dwell: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
-    """The time to rest here before going on, s."""
+    """The dwell at the waypoint, s."""
     transition: Transition = StopTransition(kind="stop")
-    """How to pass this waypoint; omitted: with a stop."""
+    """The transition at this waypoint; omitted: a stop."""
     limits: Limits | None = None
-    """Limits of the segment that ends here, besides those of the whole trajectory: the narrower of both hold."""
+    """Limits of the segment that ends here, in addition to the limits of the whole trajectory: the narrower limit
+    holds."""
     payload: Payload | None = None
-    """The body that the robot carries from here on, in place of what it carried; omitted: that. It changes only where
-    the robot stops; as a gripper may close at any time of the dwell, what is carried before and what is carried after
-    are both held there within the torque limits."""
+    """The payload from here on, in place of the one before; omitted: no change. It can change only where the robot
+    stops. A gripper may close at any time of the dwell, so the torque limits hold there with both payloads."""
     put_down: bool = False
-    """Whether the robot puts down here what it carries, and goes on without a payload."""
+    """Whether the robot releases its payload here and continues without one."""
     attach: Annotated[list[Attach], Field(max_length=64)] = Field(default_factory=list)
-    """Objects of the `scene` that the robot takes here: from here on they move with it, where they are now, and keep
-    clear of everything else. What they weigh is the `payload`."""
+    """Objects of the `scene` that the robot picks up here. From here on they move with the robot and must not collide
+    with anything else. Their weight is the `payload`."""
     detach: Annotated[list[Name], Field(max_length=64)] = Field(default_factory=list)
-    """The ids of objects that the robot puts down here, taken before or `attached` in the scene: from here on they stay
-    where they are. At one waypoint this comes before `attach`."""
+    """The ids of objects that the robot puts down here: picked up before or `attached` in the scene. From here on they
+    stay where they are. At the same waypoint, `detach` happens before `attach`."""
     tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m) from here on, in place of the tool before; omitted: that.
-    It is this tool whose pose is meant here, and the motion to here is its motion: a line begins where this tool is at
-    the waypoint before, where the robot has to stop."""
+    """The pose of the tool centre point in the tip frame (m) from here on; omitted: no change. The pose of this
+    waypoint and the motion to it refer to this tool. A line starts at this tool's pose at the waypoint before, where
+    the robot has to stop."""
     actions: Annotated[list[WaypointAction], Field(max_length=100)] = Field(default_factory=list)
-    """What happens on arrival here besides motion, one after the other; after the `actions` of the request that are at
-    this waypoint."""
+    """The actions on arrival, one after the other; they come after the request's `actions` at this waypoint."""
 
 
 class JointWaypoint(WaypointBase):
-    """A joint position to go to."""
+    """A joint position as the goal."""
 
     kind: Literal["joint"]
     """The kind of waypoint: a joint position."""
@@ -331,7 +329,7 @@ class JointWaypoint(WaypointBase):
 
 
 class NamedWaypoint(WaypointBase):
-    """A named position of the robot to go to."""
+    """A named position of the robot as the goal."""
 
     kind: Literal["named"]
     """The kind of waypoint: a named position of the robot."""
@@ -340,42 +338,42 @@ class NamedWaypoint(WaypointBase):
 
 
 class ArmConfiguration(Schema):
-    """The sides on which shoulder, elbow and wrist are to be, for arms that have such names."""
+    """The configuration of shoulder, elbow and wrist, for arms that have these names."""
 
     shoulder: Shoulder | None = None
-    """Where the wrist centre is, seen in the frame that turns with the first joint: `right`, on the side of axis 2
-    (KUKA: basic area, bit 0 of the status is 0), `left`, behind axis 1 (overhead area); of an arm whose links go by
-    axis 1 at a distance (UR): to the `right` or the `left` of it, seen from there. Null or omitted: either."""
+    """The side of the wrist centre, in the frame that turns with the first joint: `right`, on the side of axis 2
+    (KUKA: basic area, bit 0 of the status is 0); `left`, behind axis 1 (overhead area). For an arm whose links pass
+    axis 1 at a distance (UR): the `right` or `left` side of axis 1. Null or omitted: either."""
     elbow: Elbow | None = None
     """Whether the elbow is `up` or `down`: above or below the line from axis 2 to the wrist centre, seen from the side.
     Null or omitted: either."""
     wrist: Wrist | None = None
-    """`no_flip`: the fifth joint is between 0 and pi; `flip`: between -pi and 0 (KUKA: bit 2 of the status is 1),
-    counted from where axes 4, 5 and 6 lie in one plane. Null or omitted: either."""
+    """`no_flip`: the fifth joint is between 0 and pi; `flip`: between -pi and 0 (KUKA: bit 2 of the status is 1). The
+    angle is zero where axes 4, 5 and 6 lie in one plane. Null or omitted: either."""
 
 
 class PoseWaypoint(WaypointBase):
-    """A pose to bring the tool to."""
+    """A pose of the tool as the goal."""
 
     kind: Literal["pose"]
     """The kind of waypoint: a pose of the tool."""
     pose: Pose
     """The pose of the tool (m), in the base frame unless `frame` names another."""
     frame: FrameName | None = None
-    """The name of the frame that the pose, and the `via` or `poses` of a motion to it, are in: one of the request's
+    """The name of the frame of the pose, and of the `via` or `poses` of the motion to it: one of the request's
     `frames`, `base` or `world`; omitted: `base`. Answers are in the base frame."""
     free: Literal["rotation_z"] | Region | None = None
-    """What of the pose is left open; null or omitted: nothing. `rotation_z`: the turn about the tool's own z axis, as
-    of a drill or a round nozzle; or ranges along the axes of the pose and about them. Of all poses in this region the
-    one is taken whose posture is nearest to the one before, in time at the joints' full speed; in a scene the nearest
-    at which the robot keeps clear, there and on the motions of the tool that follow. Motions to and from this waypoint
-    are as if it had been asked, and the answer has its pose, and in `free` where in the region it is."""
+    """The tolerance region of the pose; null or omitted: none. `rotation_z` frees the rotation about the tool's own z
+    axis, as for a drill or a round nozzle; or give ranges along and about the axes of the pose. The planner takes the
+    joint position of this region that is nearest to the one before, in time at full joint speed. In a scene it takes
+    the nearest collision-free one, the tool motions that follow included. The answer has the pose of the waypoint, and
+    `free` gives its place in the region."""
     configuration: ArmConfiguration | None = None
-    """The configuration in which the arm is to be there; a singular posture belongs to those on both sides. Null or
-    omitted: any, chosen so that the way through the whole list is shortest."""
+    """The configuration of the arm at this pose; a singular joint position belongs to both sides. Null or omitted:
+    any, so that the whole path is shortest."""
     external: Annotated[dict[FrameName, Number], Field(max_length=8)] | None = None
-    """Positions (rad or m) at which external axes of the robot are to be there, by their names, motions of the tool
-    included; null, omitted, or an axis that is not named: wherever the choice of the posture takes it."""
+    """Positions (rad or m) of external axes at this pose, by their names; they also hold for tool motions. Null,
+    omitted or not named: the planner chooses."""
 
 
 class RelativeWaypoint(WaypointBase):
