@@ -243,9 +243,12 @@ OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_ha
 FOR_PEOPLE = {"detail", "message", "explanation"}
 """Fields whose words name the robots that are installed, or a time."""
 
-TIED = re.compile(r"/checks/\d+/(joint|time)$|/speed_zones/\d+/(time|link|lower)$|^/workspace/.*/position/\d+$")
-"""Where rounding decides, which is another on another processor: which of two joints, or instants, that use as much of
-a limit is named, when a motion that is slowed to a speed is fastest, and which of all joint positions at a reach."""
+TIED = re.compile(
+    r"/checks/\d+/(joint|time)$|/clearance/\w+/time$|/speed_zones/\d+/(time|link|lower)$"
+    r"|^/workspace/.*/position/\d+$"
+)
+"""Fields where rounding decides, so that processors differ: ties between joints or instants of equal use of a limit,
+instants of the least distance, the fastest instant of a slowed motion, and joint positions of equal reach."""
 
 
 def differences(shown: Any, answered: Any, where: str = "") -> list[str]:
