@@ -233,6 +233,12 @@ class LimitsOnCurve:
         """Return the indices (pieces of the law,) of the pieces of the curve that they are on."""
         return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
 
+    def points(self, law: PiecewisePolynomial, s: FloatArray) -> FloatArray:
+        """Return the points of the sampled limits at path positions (..., pieces of the law)."""
+        on = self.pieces(law)
+        at: FloatArray = on + np.clip((s - self.curve.breakpoints[on]) / self.curve.lengths[on], 0.0, 1.0) / 2.0
+        return at
+
     def on_segments(self, law: PiecewisePolynomial) -> SegmentedPolynomial:
         """Mark each piece of the law with the segment that it is on."""
         return law.of_segments(self.curve.segments[self.pieces(law)])
@@ -251,27 +257,29 @@ class LimitsOnCurve:
     def along(self, law: PiecewisePolynomial) -> LinearLimits:
         """Linearise all limits at the gridpoints of the law's pieces, each divided by the limit itself."""
         s, ds, dds, q, first, second, third = self.rates(law)
-        s = s[..., 0]
-        segments = self.curve.segments[self.pieces(law)]
+        at, segments = self.points(law, s[..., 0]), self.curve.segments[self.pieces(law)]
         own = self.limits.of(segments)
-        speeds = self.limits.velocity.used(np.broadcast_to(segments, s.shape), first).max(axis=2)[..., None]
+        speeds = self.limits.velocity.used(np.broadcast_to(segments, at.shape), first).max(axis=2)[..., None]
         middle, half = own.acceleration.centred
-        speeds = np.maximum(speeds, self.sampled.path_speed_use(s, own)[..., None] * ds)
+        speeds = np.maximum(speeds, self.sampled.path_speed_use(at, own)[..., None] * ds)
         no, yes = np.zeros_like(first), np.ones_like(first)
         groups: list[tuple[FloatArray, ...]] = [
             (speeds**2, 0.0 * speeds, 0.0 * speeds, 0.0 * speeds, 1.0 + 0.0 * speeds, 0.0 * speeds),
             (second / half, first / half, no, -middle / half + no, yes, no),
             (*(rate / own.jerk.upper for rate in (third, 3.0 * second, first)), no, no, yes),
         ]
-        groups += self.sampled.groups_at(own, s, ds, dds)
+        groups += self.sampled.groups_at(own, at, ds, dds)
         if self.sampled.jerks:
             groups.append(self.sampled.tool_jerks_at(own, q, first, second, third))
-        by_limits = ([x[k].reshape(s.size, -1).T for x in groups] for k in range(6))
+        by_limits = ([x[k].reshape(at.size, -1).T for x in groups] for k in range(6))
         return LinearLimits(*(np.ascontiguousarray(np.concatenate(rows)) for rows in by_limits))
 
 
 class _Sampled:
     """Path dynamics and motions of the tool along a curve, which are no polynomials: interpolated between gridpoints.
+
+    The gridpoints of piece k lie between k and k + 1/2, by the share of its length. So nothing is interpolated between
+    pieces, where the second derivative of the curve may jump.
 
     Attributes:
         speeds: The values of the constraints that follow the path speed alone, at the gridpoints.
@@ -291,54 +299,51 @@ class _Sampled:
             return
         travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
         fewer = np.maximum(MANY_SAMPLES, FEWER_PER_RADIAN * np.minimum(travels, MOST_TRAVEL))
-        counts = SAMPLES_PER_PIECE + np.minimum(SAMPLES_PER_RADIAN * travels, fewer).astype(int)
-        ends = zip(curve.breakpoints[:-1], curve.breakpoints[1:], counts, strict=True)
-        self.gridpoints = np.append(
-            np.concatenate([np.linspace(start, end, n, endpoint=False) for start, end, n in ends]),
-            curve.breakpoints[-1],
-        )
-        q, dq, ddq = curve.evaluate(self.gridpoints)
+        counts = 1 + SAMPLES_PER_PIECE + np.minimum(SAMPLES_PER_RADIAN * travels, fewer).astype(int)
+        of, shares = np.repeat(np.arange(len(counts)), counts), np.concatenate([np.linspace(0, 1, n) for n in counts])
+        self.gridpoints = of + shares / 2.0
+        q, dq, ddq = curve.evaluate_on(of, shares * curve.lengths[of])
         states = JointStates(robot, q, dq, ddq)
         self.speeds = {own: own.values(states) for own in limited if own.follows_path_speed}
         self.rows = {own: own.rows(states) for own in limited if own.has_rows}
         if TORQUE in self.rows:
-            segments = curve.segments[curve.locate(self.gridpoints)[0]]
+            segments = curve.segments[of]
             middle, half = (values[segments] for values in limits.torque.centred)
             refuse_what_gravity_exceeds(robot, segments, self.rows[TORQUE].rest, middle, half)
 
-    def path_speed_use(self, s: FloatArray, limits: SegmentLimits) -> FloatArray:
+    def path_speed_use(self, at: FloatArray, limits: SegmentLimits) -> FloatArray:
         """Return the share of the highest path velocity that s' = 1 is (points, pieces), by the constraints on it."""
-        use = np.zeros_like(s)
+        use = np.zeros_like(at)
         for constraint, bounds in limits.constraints:
             for values, limit in zip(self.speeds.get(constraint, np.empty((0, 0))).T, bounds.upper.T, strict=False):
-                share = np.interp(s, self.gridpoints, values) / limit
+                share = np.interp(at, self.gridpoints, values) / limit
                 use = np.maximum(use, share ** (1.0 / constraint.order))
         return use
 
     def groups_at(
-        self, limits: SegmentLimits, s: FloatArray, ds: FloatArray, dds: FloatArray
+        self, limits: SegmentLimits, at: FloatArray, ds: FloatArray, dds: FloatArray
     ) -> Iterator[tuple[FloatArray, ...]]:
         """Yield the parts of `LinearLimits` that each constraint with rows is, each (points, pieces, rows)."""
         for constraint, bounds in limits.constraints:
             if constraint in self.rows:
-                by_b, by_a, rest = self.values_at(constraint, s, ds, dds)
+                by_b, by_a, rest = self.values_at(constraint, at, ds, dds)
                 middle, half = (np.repeat(side, by_b.shape[-1] // side.shape[1], axis=1) for side in bounds.centred)
                 none = np.zeros_like(by_b)
                 yield by_b / half, by_a / half, none, (rest - middle) / half, none + 1.0, none
 
     def values_at(
-        self, constraint: Constraint, s: FloatArray, ds: FloatArray, dds: FloatArray
+        self, constraint: Constraint, at: FloatArray, ds: FloatArray, dds: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the coefficients of b and a in the rows of a constraint, and its values at rest, each (..., rows).
 
         Args:
             constraint: One with rows.
-            s: Path positions (...).
+            at: Points (...) on the curve, see above.
             ds: Path velocities (..., 1).
             dds: Path accelerations (..., 1).
         """
         by_u, by_x, rest = (
-            np.stack([np.interp(s, self.gridpoints, row) for row in part.T], axis=-1) for part in self.rows[constraint]
+            np.stack([np.interp(at, self.gridpoints, row) for row in part.T], axis=-1) for part in self.rows[constraint]
         )
         return by_x * ds**2 + by_u * dds, by_u * ds, rest
 
