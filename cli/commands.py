@@ -257,7 +257,7 @@ def validate(
     srdf: SrdfOption = None,
     tip: TipOption = None,
 ) -> None:
-    """Hold a trajectory of any origin against the limits of its robot; ends with 1 if it breaks one."""
+    """Check a trajectory of any origin against the limits of its robot; end with 1 if it exceeds one."""
     from api.work.tasks.trajectories import certified
     from cli.robot_files import NamedRobot
     from cli.terminal import certificate_table, terminal

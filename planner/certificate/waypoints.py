@@ -117,17 +117,17 @@ def certify_waypoints(
     for k, (robot, waypoint) in enumerate(zip(problem.robots, map(as_requested, problem.waypoints), strict=True)):
         if before is not None:
             before = before.seen_with(problem.robots[k - 1], robot)
-        reached = tool_pose(robot, met[k])
         options = problem.inverse_kinematics
         tolerance = options.tolerance_position, options.tolerance_orientation
         if isinstance(waypoint, JointWaypoint):
             wanted = _requested_position(problem, k, waypoint, met[k])
             target = _of_position(robot, wanted)
             is_same = bool((np.abs(met[k] - wanted) <= POSITION_TOLERANCE).all())
-            error = (0.0, 0.0) if is_same else _error(target.pose, reached)
+            error = (0.0, 0.0) if is_same else _error(target.pose, tool_pose(robot, met[k]))
             if is_met[k]:
                 to_meet[k] = wanted
         else:
+            reached = tool_pose(robot, met[k])
             region = region_of(waypoint.free) if isinstance(waypoint, PoseWaypoint) and waypoint.free else None
             if isinstance(waypoint, PoseWaypoint):
                 target = _of_pose(waypoint.pose_in_base, region, reached, tolerance)

@@ -62,9 +62,9 @@ MOST_TRIES = 30
 
 @router.post(
     "/v1/batches",
-    summary="Plan many requests, behind those that somebody waits for.",
-    description="The body is a list of plan requests, a grid of them, or lines of JSON with a request each. They "
-    "are planned in the background; what is wrong with one of them is told among the results.",
+    summary="Plan many requests as a batch in the background.",
+    description="The body is a list of plan requests, a grid of them, or NDJSON with one request per line. "
+    "Requests that somebody waits for come first. Faults of single requests appear in the results.",
     status_code=202,
     dependencies=[needs("batches")],
     responses=returns(
@@ -116,8 +116,8 @@ async def create_batch(
 
 @router.get(
     "/v1/batches",
-    summary="The batches that are kept, in pages.",
-    description="The newest come first.",
+    summary="List the stored batches, in pages.",
+    description="The newest batches come first.",
     dependencies=[needs("batches")],
     responses=returns(schemas.BatchesAnswer, codes=("invalid_request", *DATABASE_CODES)),
 )
@@ -132,9 +132,9 @@ async def list_batches(request: Request, limit: Limit = DEFAULT_ENTRIES, cursor:
 
 @router.get(
     "/v1/batches/{id}",
-    summary="How far a batch is, and what came of it so far.",
-    description="With the counts, the rate, an estimate of the time that is left, and a summary of the plans and "
-    "the problems.",
+    summary="Get the progress of a batch and a summary of its results.",
+    description="The answer has the counts, the rate, an estimate of the remaining time, and a summary of plans "
+    "and problems.",
     dependencies=[needs("batches")],
     responses=returns(schemas.Batch, codes=("unknown_batch", *DATABASE_CODES)),
 )
@@ -146,8 +146,8 @@ async def get_batch(request: Request, batch_id: BatchId) -> Response:
 
 @router.delete(
     "/v1/batches/{id}",
-    summary="Give up what is left of a batch; what is done is kept.",
-    description="What is being planned is given up within a second; results that there are can still be read. With "
+    summary="Cancel a batch and keep its finished results.",
+    description="Requests under way are cancelled within a second; finished results can still be read. With "
     "`?forget=true` the batch and its results are deleted.",
     status_code=204,
     dependencies=[needs("batches")],
@@ -170,9 +170,9 @@ async def cancel_batch(
 
 @router.get(
     "/v1/batches/{id}/results",
-    summary="The results of a batch, in pages.",
-    description="In the order of the requests. The page of a running batch ends before the first request that has "
-    "no result yet.",
+    summary="List the results of a batch, in pages.",
+    description="The results have the order of the requests. The page of a running batch ends before the first "
+    "unfinished request.",
     dependencies=[needs("batches")],
     responses=returns(schemas.BatchResultsAnswer, codes=RESULTS_CODES),
 )
@@ -192,8 +192,8 @@ async def get_batch_results(
 
 @router.get(
     "/v1/batches/{id}/results.ndjson",
-    summary="All results of a batch, one a line (`BatchResult`), as they come; the stream ends with the batch.",
-    description="The lines come in the order of the requests.",
+    summary="Stream all results of a batch, one `BatchResult` per line, until the batch ends.",
+    description="The lines have the order of the requests.",
     dependencies=[needs("batches")],
     responses=returns(
         schemas.BatchResult,
@@ -212,9 +212,9 @@ async def stream_batch_results(request: Request, batch_id: BatchId, form: FormOf
 
 @router.get(
     "/v1/batches/{id}/results.zip",
-    summary="All results of a batch as an archive: a file for each plan, named after the index of its request.",
-    description="Requests without a plan have their problem document, `INDEX.problem.json`. The archive is sent "
-    "while it is made, and ends with the batch.",
+    summary="Download all results of a batch as a zip archive, one file for each plan.",
+    description="Files are named after the index of their request; a request without a plan has its problem "
+    "document, `INDEX.problem.json`. The archive is streamed and ends with the batch.",
     dependencies=[needs("batches")],
     responses=returns(
         bytes,
@@ -277,11 +277,11 @@ async def _rendered(request: Request, results: Sequence[Result], form: str | Non
 
 @router.get(
     "/v1/batches/{id}/report",
-    summary="A report of a batch: one file that anyone can open, without a network.",
-    description="It has the counts, histograms of durations, use of limits and compute times, the refusals with "
-    "examples, and the worst plans, each with the index of its request and, where it is small enough, its graphs "
-    "and playback. It is as large for a hundred thousand requests as for a hundred. Of a batch that is running it "
-    "tells what there is so far.",
+    summary="Download a report of a batch: one file that opens without a network.",
+    description="The report has the counts, histograms of durations, use of limits and planning times, the "
+    "refusals with examples, and the worst plans, each with the index of its request and, if small "
+    "enough, its graphs and playback. Its size does not grow with the number of requests. For a "
+    "running batch it shows the results so far.",
     dependencies=[needs("batches")],
     responses=returns(str, codes=("not_acceptable", "unknown_batch", *DATABASE_CODES), media_type="text/html"),
 )
@@ -300,8 +300,8 @@ async def get_batch_report(request: Request, batch_id: BatchId) -> Response:
 
 @router.get(
     "/v1/batches/{id}/events",
-    summary="How far a batch is (`Batch`), again and again, as server-sent events: `progress`, and last `end`.",
-    description="A client that comes back with `Last-Event-ID` is told what has changed since.",
+    summary="Follow the progress of a batch (`Batch`) as server-sent events: `progress`, and last `end`.",
+    description="A client that reconnects with `Last-Event-ID` receives the changes since then.",
     dependencies=[needs("batches")],
     responses=returns(schemas.Batch, codes=("unknown_batch", *DATABASE_CODES), media_type="text/event-stream"),
 )

@@ -13,10 +13,11 @@ router = Router(tags=["collisions"])
 
 @router.post(
     "/v1/collisions/check",
-    summary="Prove that postures, or a trajectory of any origin, keep clear.",
-    description="Postures are looked at one by one; a trajectory, as samples with the interpolation that the "
-    "controller runs or as polynomials, at all times. Each is `free`, with its clearance for certain, or the pair "
-    "that is too near is named. `speed_zones` say when a trajectory is near to objects, and how fast it is there.",
+    summary="Check joint positions, or a trajectory of any origin, for collisions.",
+    description="Joint positions are checked one by one. A trajectory, given as samples with the controller's "
+    "interpolation or as polynomials, is checked at all times. Each answer is `free` with its proved "
+    "clearance, or names the pair that violates its margin. `speed_zones` give the times near "
+    "objects and the speeds there.",
     dependencies=[needs("plan")],
     responses=returns(schemas.CollisionCheckAnswer, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True),
     openapi_extra=takes(schemas.CollisionCheckRequest),

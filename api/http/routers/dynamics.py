@@ -13,8 +13,9 @@ router = Router(tags=["dynamics"])
 
 @router.post(
     "/v1/dynamics/inverse",
-    summary="Joint torques of states of motion.",
-    description="Gravity, inertia and Coriolis forces of the arm and of what it carries, by recursive Newton-Euler.",
+    summary="Compute the joint torques of states of motion.",
+    description="The torques include gravity, inertia and Coriolis forces of the arm and its payload, by "
+    "recursive Newton-Euler.",
     dependencies=[needs("plan")],
     responses=returns(
         schemas.InverseDynamicsAnswer, codes=(*BODY_CODES, "unknown_robot", "missing_dynamics"), shared=True

@@ -14,7 +14,7 @@ router = Router(tags=["kinematics"])
 
 @router.post(
     "/v1/kinematics/forward",
-    summary="Poses of the tool at joint positions.",
+    summary="Compute the poses of the tool at joint positions.",
     description="Poses are in the base frame, one for each joint position.",
     dependencies=[needs("plan")],
     responses=returns(schemas.ForwardKinematicsAnswer, codes=(*BODY_CODES, "unknown_robot"), shared=True),
@@ -27,9 +27,10 @@ async def forward_kinematics(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/kinematics/inverse",
-    summary="Joint positions that bring the tool to poses.",
-    description="The best solution of each pose, or all of them; a pose without any has the nearest that the arm "
-    "comes to it. In a `scene` those at which the robot keeps clear go first, and each says what is in its way.",
+    summary="Compute joint positions that reach poses.",
+    description="The answer has the best solution of each pose, or all solutions; an unreachable pose has the "
+    "nearest reachable one. With a `scene`, collision-free solutions come first, and the others name "
+    "the colliding pair.",
     dependencies=[needs("plan")],
     responses=returns(
         schemas.InverseKinematicsAnswer, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True
@@ -43,9 +44,10 @@ async def inverse_kinematics(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/kinematics/reachability",
-    summary="Which waypoints can be reached, in how many configurations, and by what margin; nothing is planned.",
-    description="Each waypoint is looked at by itself, as far as the one before it does not matter. In a `scene` "
-    "it is also said at which of them the robot can keep clear, and what is in the way at the others.",
+    summary="Check the reachability of waypoints: configurations and distance from the limits; nothing is planned.",
+    description="Each waypoint is checked alone, as far as the one before does not matter. With a `scene`, the "
+    "answer also says which waypoints have collision-free solutions, and names the colliding pairs "
+    "of the others.",
     dependencies=[needs("plan")],
     responses=returns(schemas.ReachabilityAnswer, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True),
     openapi_extra=takes(schemas.ReachabilityRequest),
@@ -57,8 +59,8 @@ async def reachability(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/kinematics/jacobian",
-    summary="Jacobian of the tool at a joint position, and how far that is from singular.",
-    description="Its rows are linear over angular velocity in the base frame, its columns are the joints.",
+    summary="Compute the Jacobian of the tool at a joint position, and its distance from a singularity.",
+    description="The rows are linear, then angular velocity in the base frame; the columns are the joints.",
     dependencies=[needs("plan")],
     responses=returns(schemas.JacobianAnswer, codes=(*BODY_CODES, "unknown_robot"), shared=True),
     openapi_extra=takes(schemas.JacobianRequest),
@@ -70,9 +72,9 @@ async def jacobian(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/kinematics/workspace",
-    summary="How far the tool reaches within the position limits, and a cloud of points where it can be.",
-    description="Joint positions are drawn at random from within the limits; the same seed gives the same points. "
-    "`Accept` or `?format=` asks for a picture of them: `svg`, `png`.",
+    summary="Compute the workspace within the position limits: its extremes and a cloud of points.",
+    description="Random joint positions within the limits give the points; the same seed gives the same points. "
+    "`Accept` or `?format=` selects a picture of them: `svg`, `png`.",
     dependencies=[needs("plan")],
     responses=returns(schemas.WorkspaceAnswer, codes=(*BODY_CODES, "unknown_robot", "not_acceptable"), shared=True),
     openapi_extra=takes(schemas.WorkspaceRequest),

@@ -31,8 +31,8 @@ ADDED = "uploaded."
 
 @router.get(
     "/v1/robots",
-    summary="The robots, the catalogue's and the added ones, in pages.",
-    description="Summaries; `get_robot` has frames, groups, shapes and the rest.",
+    summary="List the robots of the catalogue and the added ones, in pages.",
+    description="The list has summaries; `get_robot` has frames, groups, shapes and the rest.",
     dependencies=[needs("plan")],
     responses=returns(schemas.RobotsAnswer, codes=("invalid_request", *DATABASE_CODES)),
 )
@@ -47,8 +47,8 @@ async def list_robots(request: Request, limit: Limit = DEFAULT_ENTRIES, cursor: 
 
 @router.get(
     "/v1/robots/{id}",
-    summary="One robot.",
-    description="With its joints, their limits and where each limit comes from.",
+    summary="Get a robot.",
+    description="The answer has its joints, their limits and the source of each limit.",
     dependencies=[needs("plan")],
     responses=returns(schemas.RobotDescription, codes=("unknown_robot", *DATABASE_CODES), shared=True) | NOT_MODIFIED,
 )
@@ -65,11 +65,11 @@ async def get_robot(request: Request, robot_id: RobotId) -> Response:
 
 @router.get(
     "/v1/robots/{id}/geometry",
-    summary="What of a robot can collide.",
-    description="The convex shapes of its links, where they stand and where they come from; and the pairs of "
-    "links, with the reason of those that are not checked against each other. `Accept` (or `?format=gltf`, `glb`) "
-    "asks for glTF 2.0 to look at, a node for each joint at position 0, or for a picture of the arm there as a "
-    "stick model (`?format=svg`, `png`).",
+    summary="Get the collision shapes of a robot.",
+    description="The answer has the convex shapes of the links with their placements and sources, and the pairs "
+    "of links, with the reason for unchecked pairs. `Accept` (or `?format=gltf`, `glb`) selects glTF "
+    "2.0 for viewers, with a node for each joint at position 0, or a picture of the arm as a stick "
+    "model (`?format=svg`, `png`).",
     dependencies=[needs("plan")],
     responses=returns(RobotGeometry, codes=("unknown_robot", "not_acceptable", *DATABASE_CODES), shared=True)
     | NOT_MODIFIED,
@@ -86,8 +86,8 @@ async def get_robot_geometry(request: Request, robot_id: RobotId, form: Form) ->
 @router.post(
     "/v1/robots",
     summary="Add a robot from a URDF document, a Denavit-Hartenberg table, or another robot.",
-    description="`findings` says what was read, and what was filled in. Where keys are asked for, only who "
-    "sends the same key sees the robot, or everybody with `visibility`: `public`.",
+    description="`findings` list what was read and what was filled in. Where the service requires keys, only the "
+    "same key sees the robot, or everybody with `visibility`: `public`.",
     status_code=201,
     dependencies=[needs("robots:write")],
     responses=returns(
@@ -142,8 +142,8 @@ def _bounds(settings: Settings) -> Bounds:
 
 @router.delete(
     "/v1/robots/{id}",
-    summary="Forget an added robot.",
-    description="Robots of the catalogue stay, and so do those that another client added.",
+    summary="Delete an added robot.",
+    description="Robots of the catalogue and of other clients cannot be deleted.",
     status_code=204,
     dependencies=[needs("robots:write")],
     responses=returns(

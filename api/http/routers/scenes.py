@@ -30,8 +30,8 @@ router = Router(tags=["scenes"])
 
 @router.get(
     "/v1/scenes",
-    summary="The scenes that are kept, in pages.",
-    description="Summaries; `get_scene` has the objects.",
+    summary="List the stored scenes, in pages.",
+    description="The list has summaries; `get_scene` has the objects.",
     dependencies=[needs("plan")],
     responses=returns(schemas.ScenesAnswer, codes=("invalid_request", *DATABASE_CODES)),
 )
@@ -48,8 +48,8 @@ async def list_scenes(request: Request, limit: Limit = DEFAULT_ENTRIES, cursor: 
 
 @router.get(
     "/v1/scenes/{id}",
-    summary="One scene.",
-    description="With its objects, as they were added and changed.",
+    summary="Get a scene.",
+    description="The answer has its objects, as they were added and changed.",
     dependencies=[needs("plan")],
     responses=returns(schemas.StoredScene, codes=("unknown_scene", *DATABASE_CODES), shared=True) | NOT_MODIFIED,
 )
@@ -64,10 +64,10 @@ async def get_scene(request: Request, scene_id: SceneId) -> Response:
 
 @router.post(
     "/v1/scenes",
-    summary="Keep a scene, for requests that name it by its id.",
-    description="What stands around a robot and what it carries. A request with `scene`: `cell_4` is answered as "
-    "one that has all that in it, as it is then. Where keys are asked for, only who sends the same key sees the "
-    "scene, or everybody with `visibility`: `public`.",
+    summary="Store a scene for requests that name it by its id.",
+    description="The scene has objects and attached objects. A request with `scene`: `cell_4` is planned in the "
+    "current state of that scene. Where the service requires keys, only the same key sees the scene, "
+    "or everybody with `visibility`: `public`.",
     status_code=201,
     dependencies=[needs("scenes:write")],
     responses=returns(
@@ -104,9 +104,9 @@ async def add_scene(request: Request, body: PlannedBody) -> Response:
 @router.patch(
     "/v1/scenes/{id}",
     summary="Move, change, add and remove single objects of a scene.",
-    description="What is given of an object replaces that of the object with this id, field by field; a new id "
-    "adds an object. All changes are made together, or none; where another request has changed the scene at the "
-    "same time, the answer is `conflict`.",
+    description="The given fields replace those of the object with this id; a new id adds an object. All changes "
+    "are made together, or none. If another request changes the scene at the same time, the answer "
+    "is `conflict`.",
     dependencies=[needs("scenes:write")],
     responses=returns(
         schemas.StoredScene, codes=(*BODY_CODES, "unknown_scene", "scene_of_another", "too_many_scenes", "conflict")
@@ -147,8 +147,9 @@ async def change_scene(request: Request, scene_id: SceneId, body: PlannedBody) -
 
 @router.delete(
     "/v1/scenes/{id}",
-    summary="Forget a scene.",
-    description="Scenes that another client added stay. Batches that name it keep what it was.",
+    summary="Delete a scene.",
+    description="Scenes of other clients cannot be deleted. Batches that name the scene keep the state that they "
+    "started with.",
     status_code=204,
     dependencies=[needs("scenes:write")],
     responses=returns(None, codes=("unknown_scene", "scene_of_another", *DATABASE_CODES), status=204),

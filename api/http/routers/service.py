@@ -41,8 +41,8 @@ SWAGGER_FILES = {
 
 @router.get(
     "/v1/limits",
-    summary="The caps of the service.",
-    description="How large requests may be, how many wait, and how long they may take.",
+    summary="Get the limits of the service.",
+    description="The limits bound the size of requests, the queue and the deadline.",
     dependencies=[needs("plan")],
     responses=returns(service.ServiceLimits),
 )
@@ -55,8 +55,8 @@ async def get_limits(request: Request) -> Response:
 
 @router.get(
     "/livez",
-    summary="Whether the process answers.",
-    description="It is answered by the server itself, whatever the workers do.",
+    summary="Check that the server process answers.",
+    description="The server itself answers, independent of its workers.",
     responses=returns(service.Liveness, open_to_all=True),
 )
 async def get_liveness(request: Request) -> Response:
@@ -66,8 +66,8 @@ async def get_liveness(request: Request) -> Response:
 
 @router.get(
     "/readyz",
-    summary="Whether the workers are warm: each has planned once with every back end.",
-    description="Load balancers send requests to a service that is ready.",
+    summary="Check that the workers are warm: each has planned once with every back end.",
+    description="Load balancers send requests to a ready service.",
     responses=returns(service.Readiness, also={503: "Not yet."}, open_to_all=True),
 )
 async def get_readiness(request: Request) -> Response:
@@ -86,8 +86,8 @@ async def get_readiness(request: Request) -> Response:
 
 @router.get(
     "/metrics",
-    summary="What the service counts and measures, in Prometheus' text format.",
-    description="Requests, latencies, refusals, workers, what waits for them, and batches.",
+    summary="Get the metrics of the service, in Prometheus' text format.",
+    description="The metrics cover requests, latencies, refusals, workers, their queue, and batches.",
     dependencies=[needs("admin")],
     responses=returns(str, codes=("database_unavailable",), media_type="text/plain"),
 )

@@ -52,9 +52,9 @@ OPERATION_CODES = (
 @router.post(
     "/v1/trajectories",
     summary="Plan a certified joint trajectory through waypoints.",
-    description="The answer is certified to keep every limit that the back end promises to keep, or a problem "
-    "document says what to change. The other forms of the answer are had by `Accept`, by `?format=`, or "
-    "as a file from `export_trajectory`.",
+    description="The trajectory keeps every limit that the back end promises to keep; otherwise a problem "
+    "document gives the reason and remedies. `Accept`, `?format=` or `export_trajectory` select "
+    "other formats.",
     dependencies=[needs("plan")],
     responses=returns(answers.PlanAnswer, codes=PLAN_CODES, shared=True),
     openapi_extra=takes(requests.PlanRequest),
@@ -66,9 +66,9 @@ async def plan_trajectory(request: Request, body: PlannedBody, form: Form) -> Re
 
 @router.post(
     "/v1/trajectories/export",
-    summary="Plan as `plan_trajectory` does, and answer with a file in the form that `format` names.",
-    description="Tables, messages, arrays and programs of robots. What a form cannot carry is refused with "
-    "`unsupported_format`, or said in the file.",
+    summary="Plan like `plan_trajectory` and answer with a file in the requested `format`.",
+    description="Formats are tables, messages, arrays and robot programs. Content that a format cannot express "
+    "is refused with `unsupported_format`, or noted in the file.",
     dependencies=[needs("plan")],
     responses=returns(bytes, codes=PLAN_CODES, shared=True, file=True, media_type="application/octet-stream"),
     openapi_extra=takes(requests.PlanRequest),
@@ -85,9 +85,8 @@ async def export_trajectory(
 
 @router.post(
     "/v1/trajectories/compare",
-    summary="Plan the same waypoints with several back ends, side by side.",
-    description="Each back end plans by itself; one that has no plan says why in its `problem`, beside the "
-    "figures of the others.",
+    summary="Plan the same waypoints with several back ends.",
+    description="Each back end plans independently; one without a plan has the reason in its `problem`.",
     dependencies=[needs("plan")],
     responses=returns(ComparisonAnswer, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True),
     openapi_extra=takes(requests.CompareRequest),
@@ -99,9 +98,9 @@ async def compare_backends(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/trajectories/validate",
-    summary="Hold a trajectory of any origin against limits.",
-    description="Samples are checked as a controller runs them, between the samples, too; polynomials are checked "
-    "exactly.",
+    summary="Check a trajectory of any origin against limits.",
+    description="Samples are checked as the controller interpolates them, also between samples; polynomials are "
+    "checked exactly.",
     dependencies=[needs("plan")],
     responses=returns(
         answers.InterpolationCertificate, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True
@@ -115,8 +114,8 @@ async def validate_trajectory(request: Request, body: PlannedBody) -> Response:
 
 @router.get(
     "/v1/backends",
-    summary="Every back end, its options and what it guarantees.",
-    description="What a back end guarantees of a quantity is a `hard` limit, one that is only `reported`, or `none`.",
+    summary="List the back ends with their options and promises.",
+    description="For each quantity, a limit is `hard`, only `reported`, or `none`.",
     dependencies=[needs("plan")],
     responses=returns(answers.BackendsAnswer, codes=WORKER_CODES, shared=True) | NOT_MODIFIED,
 )
@@ -127,9 +126,9 @@ async def list_backends(request: Request) -> Response:
 
 @router.post(
     "/v1/trajectories/retime",
-    summary="Put time on a dense list of joint positions, smoothed within a tolerance.",
-    description="The points may come from any planner; the answer says how far a joint goes from them, and runs "
-    "from rest to rest. In `speed_zones` it is slowed.",
+    summary="Retime a dense list of joint positions, smoothed within a tolerance.",
+    description="The points may come from any planner. The answer gives the largest deviation of a joint from "
+    "them, and starts and ends at rest. `speed_zones` slow the trajectory.",
     dependencies=[needs("plan")],
     responses=returns(
         operations.RetimeAnswer, codes=(*OPERATION_CODES, "joint_position_limit", "infeasible_duration"), shared=True
@@ -143,9 +142,9 @@ async def retime_trajectory(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/trajectories/stop",
-    summary="Stop a motion as fast as the limits let it, on its path or off it.",
-    description="The fastest stop within all limits of a trajectory at a time, or of a state of the joints. Where "
-    "a joint cannot stop before a limit, the problem names it.",
+    summary="Stop a motion as fast as the limits allow, on its path or off it.",
+    description="The answer is the fastest stop within all limits, from a time of a trajectory or a state of the "
+    "joints. If a joint cannot stop before a limit, the problem names it.",
     dependencies=[needs("plan")],
     responses=returns(operations.OperationAnswer, codes=(*OPERATION_CODES, "joint_position_limit"), shared=True),
     openapi_extra=takes(operations.StopRequest),
@@ -157,8 +156,8 @@ async def stop_trajectory(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/trajectories/reverse",
-    summary="Run a trajectory backwards, with the same timing.",
-    description="Positions are those of the trajectory from its end to its start, velocities have the opposite sign.",
+    summary="Reverse a trajectory with the same timing.",
+    description="Positions run from the end of the trajectory to its start, and velocities have the opposite sign.",
     dependencies=[needs("plan")],
     responses=returns(operations.OperationAnswer, codes=OPERATION_CODES, shared=True),
     openapi_extra=takes(operations.ReverseRequest),
@@ -170,9 +169,9 @@ async def reverse_trajectory(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/trajectories/slice",
-    summary="Cut out the part of a trajectory between two times.",
-    description="Its polynomials stay exact. A part that begins or ends in motion says so in `initial`, `final` "
-    "and a warning.",
+    summary="Cut out a part of a trajectory between two times.",
+    description="Its polynomials stay exact. If the part begins or ends in motion, `initial`, `final` and a "
+    "warning say so.",
     dependencies=[needs("plan")],
     responses=returns(operations.OperationAnswer, codes=OPERATION_CODES, shared=True),
     openapi_extra=takes(operations.SliceRequest),
@@ -184,9 +183,9 @@ async def slice_trajectory(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/trajectories/join",
-    summary="Run trajectories one after the other, which have to meet.",
-    description="Each begins where the one before ends, in position and velocity; where they do not meet, the "
-    "problem says by how much.",
+    summary="Join trajectories that meet.",
+    description="Each begins where the one before ends, in position and velocity; otherwise the problem gives "
+    "the difference.",
     dependencies=[needs("plan")],
     responses=returns(operations.JoinAnswer, codes=OPERATION_CODES, shared=True),
     openapi_extra=takes(operations.JoinRequest),
@@ -198,8 +197,8 @@ async def join_trajectories(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/trajectories/resample",
-    summary="Sample a trajectory again, with its derivatives, as the controller runs it.",
-    description="At another period, or at times of your own.",
+    summary="Resample a trajectory with its derivatives, as the controller interpolates it.",
+    description="The answer has another sample period, or the requested times.",
     dependencies=[needs("plan")],
     responses=returns(operations.OperationAnswer, codes=OPERATION_CODES, shared=True),
     openapi_extra=takes(operations.ResampleRequest),
