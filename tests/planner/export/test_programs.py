@@ -189,7 +189,8 @@ def test_moves_are_one_statement_a_segment() -> None:
     assert approach == ("movej", "", "start, t=1.0")
     assert [name for name, _, _ in found] == ["movel", "sleep", "movej"]
     arrivals, departures = solved.trajectory.arrivals, solved.trajectory.departures
-    assert [float(seconds) for _, _, seconds in found] == [arrivals[1], 0.25, arrivals[2] - departures[1]]
+    expected = [arrivals[1], 0.25, arrivals[2] - departures[1]]
+    assert [float(seconds) for _, _, seconds in found] == pytest.approx(expected, rel=1e-12)
     assert eval(found[0][1]) == solved.path.positions[1].tolist()  # noqa: S307
     assert eval(found[2][1]) == solved.path.positions[2].tolist()  # noqa: S307
 
