@@ -7,7 +7,9 @@ const signals = {
       create: (context) => ({
         'AssignmentExpression[left.type="MemberExpression"][left.property.name="value"][left.object.type="Identifier"]'({ left }) {
           const { references } = context.sourceCode.getScope(left);
-          const isImported = references.some(({ identifier, resolved }) => identifier === left.object && resolved?.defs[0]?.type === 'ImportBinding');
+          const isImported = references.some(
+            ({ identifier, resolved }) => identifier === left.object && resolved?.defs[0]?.type === 'ImportBinding',
+          );
           if (isImported) context.report({ node: left, message: `\`${left.object.name}\` must be written by a function of src/state.` });
         },
       }),

@@ -28,12 +28,18 @@ export function BatchGrid() {
       {rows.value.map(({ pointer, values }, index) => (
         <div key={index} class="varied">
           <label>
-            {texts.batch.field} <input list="fields" value={pointer} onInput={(event) => change(index, { pointer: event.currentTarget.value })} />
+            {texts.batch.field}{' '}
+            <input list="fields" value={pointer} onInput={(event) => change(index, { pointer: event.currentTarget.value })} />
           </label>
           <label>
             {texts.batch.values} <input value={values} onInput={(event) => change(index, { values: event.currentTarget.value })} />
           </label>
-          <button type="button" aria-label={texts.batch.remove(index + 1)} disabled={rows.value.length === 1} onClick={() => (rows.value = rows.value.filter((_, i) => i !== index))}>
+          <button
+            type="button"
+            aria-label={texts.batch.remove(index + 1)}
+            disabled={rows.value.length === 1}
+            onClick={() => (rows.value = rows.value.filter((_, i) => i !== index))}
+          >
             ✕
           </button>
         </div>
@@ -44,10 +50,18 @@ export function BatchGrid() {
         </p>
       )}
       <div class="buttons wrap">
-        <button type="button" onClick={() => (rows.value = [...rows.value, { pointer: FIELDS[rows.value.length % FIELDS.length]!, values: '' }])}>
+        <button
+          type="button"
+          onClick={() => (rows.value = [...rows.value, { pointer: FIELDS[rows.value.length % FIELDS.length]!, values: '' }])}
+        >
           {texts.batch.another}
         </button>
-        <button type="button" class="primary" disabled={size === null || wrong !== undefined || !request.value} onClick={() => void sendGrid(rows.value)}>
+        <button
+          type="button"
+          class="primary"
+          disabled={size === null || wrong !== undefined || !request.value}
+          onClick={() => void sendGrid(rows.value)}
+        >
           {size === null ? texts.batch.unreadable : texts.batch.send(size)}
         </button>
       </div>

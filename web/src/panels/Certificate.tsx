@@ -33,8 +33,12 @@ export function Certificate() {
           {certificate.checks.map((check) => (
             <Line key={`${check.quantity} ${check.joint ?? ''}`} check={check} arm={arm} />
           ))}
-          {KINDS.map((kind) => certificate.clearance?.[kind] && <ClearanceLine key={kind} kind={kind} clearance={certificate.clearance[kind]} />)}
-          {certificate.speed_zones?.map((zone, index) => <ZoneLine key={index} zone={zone} />)}
+          {KINDS.map(
+            (kind) => certificate.clearance?.[kind] && <ClearanceLine key={kind} kind={kind} clearance={certificate.clearance[kind]} />,
+          )}
+          {certificate.speed_zones?.map((zone, index) => (
+            <ZoneLine key={index} zone={zone} />
+          ))}
         </tbody>
       </table>
       <p class="hint">{texts.result.exact}</p>
@@ -84,9 +88,7 @@ function ClearanceLine({ kind, clearance }: { kind: Kind; clearance: Clearance }
       </th>
       <td>{margin > 0 ? <Meter used={Math.min(100, (100 * margin) / lower)} enforced /> : '–'}</td>
       <td class="number">{texts.clearance.least(millimetres(lower), margin > 0 ? millimetres(margin) : null)}</td>
-      <td class="number">
-        {time !== null && <Moment time={time} onGo={() => goToNearest(kind)} />}
-      </td>
+      <td class="number">{time !== null && <Moment time={time} onGo={() => goToNearest(kind)} />}</td>
     </tr>
   );
 }

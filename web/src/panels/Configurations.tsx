@@ -80,9 +80,14 @@ function Ways({ all, robot, onChoose }: WaysProps) {
               onBlur={endReach}
               onClick={() => onChoose(solution)}
             >
-              {[texts.configurations.number(number, all.length), ...sidesOf(solution).map(([part, side]) => texts.configurations.side(part, side))].join(', ')}
+              {[
+                texts.configurations.number(number, all.length),
+                ...sidesOf(solution).map(([part, side]) => texts.configurations.side(part, side)),
+              ].join(', ')}
               <small>{postureOf(solution, robot)}</small>
-              {solution.collision && <small class="hindered">{texts.configurations.hindered(solution.collision.pair, depthOf(solution.collision))}</small>}
+              {solution.collision && (
+                <small class="hindered">{texts.configurations.hindered(solution.collision.pair, depthOf(solution.collision))}</small>
+              )}
             </button>
           </li>
         ))}
@@ -104,6 +109,8 @@ function keys(event: KeyboardEvent): void {
 function postureOf({ position }: Solution, { joints }: Robot): string {
   const units = joints.map((joint) => unitOf(joint, 'position'));
   const isSame = units.every((unit) => unit === units[0]);
-  const values = position.map((value, joint) => `${(value * factorOf(joints[joint]!, 'position')).toFixed(1)}${isSame ? '' : ` ${units[joint]}`}`);
+  const values = position.map(
+    (value, joint) => `${(value * factorOf(joints[joint]!, 'position')).toFixed(1)}${isSame ? '' : ` ${units[joint]}`}`,
+  );
   return `${values.join(', ')}${isSame ? ` ${units[0]}` : ''}`;
 }

@@ -21,7 +21,12 @@ export function FreeFields({ motion, index, change }: FreeProps) {
   const gain = isStale.value || !shownPlan.value ? null : plannedWaypoint(shownPlan.value.answer, index)?.gain;
   return (
     <>
-      <Choice label={texts.editor.optimise} value={motion.optimise ?? ''} options={OPTIONS} onValue={(objective) => change(optimised(motion, objective || null))} />
+      <Choice
+        label={texts.editor.optimise}
+        value={motion.optimise ?? ''}
+        options={OPTIONS}
+        onValue={(objective) => change(optimised(motion, objective || null))}
+      />
       {motion.optimise && (
         <NumberField
           label={texts.editor.timeBudget}
@@ -33,7 +38,14 @@ export function FreeFields({ motion, index, change }: FreeProps) {
         />
       )}
       {gain && (
-        <p class="hint gain">{texts.editor.gain(texts.editor.objectives[gain.objective], short(gain.first), `${short(gain.last)} ${texts.editor.objectiveUnits[gain.objective]}`, gain.candidates)}</p>
+        <p class="hint gain">
+          {texts.editor.gain(
+            texts.editor.objectives[gain.objective],
+            short(gain.first),
+            `${short(gain.last)} ${texts.editor.objectiveUnits[gain.objective]}`,
+            gain.candidates,
+          )}
+        </p>
       )}
     </>
   );

@@ -19,7 +19,10 @@ const KINDS: readonly Example['group'][] = ['documents', 'jobs', 'features'];
 
 const GROUPS = KINDS.map((kind) => ({
   label: texts.header.groups[kind],
-  items: EXAMPLES.filter(({ group }) => group === kind).map((example) => ({ text: example.name.replaceAll('_', ' '), onChoose: () => void chooseExample(example) })),
+  items: EXAMPLES.filter(({ group }) => group === kind).map((example) => ({
+    text: example.name.replaceAll('_', ' '),
+    onChoose: () => void chooseExample(example),
+  })),
 }));
 
 export function Header() {

@@ -25,7 +25,10 @@ export function Menu({ label, groups }: MenuProps) {
     host.current?.querySelector('button')?.focus();
   };
   useEffect(() => {
-    if (opened) itemsOf(host.current!).at(opened === 'first' ? 0 : -1)?.focus();
+    if (opened)
+      itemsOf(host.current!)
+        .at(opened === 'first' ? 0 : -1)
+        ?.focus();
   }, [opened]);
   const onKeyDown = (event: KeyboardEvent): void => {
     if (!opened && (event.key === 'ArrowDown' || event.key === 'ArrowUp')) setOpened(event.key === 'ArrowDown' ? 'first' : 'last');
@@ -38,7 +41,13 @@ export function Menu({ label, groups }: MenuProps) {
   };
   return (
     <span class="menu" ref={host} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
-      <button type="button" aria-haspopup="menu" aria-expanded={opened !== null} aria-controls={opened ? id : undefined} onClick={() => (opened ? close() : setOpened('first'))}>
+      <button
+        type="button"
+        aria-haspopup="menu"
+        aria-expanded={opened !== null}
+        aria-controls={opened ? id : undefined}
+        onClick={() => (opened ? close() : setOpened('first'))}
+      >
         {label} <span aria-hidden="true">▾</span>
       </button>
       {opened && (
@@ -79,7 +88,8 @@ function itemsOf(host: HTMLElement): HTMLElement[] {
 // Moves the focus by arrows, to the ends, and to the next item that begins with a letter; false: the key does nothing here.
 function move({ key }: KeyboardEvent, items: readonly HTMLElement[]): boolean {
   const at = items.indexOf(document.activeElement as HTMLElement);
-  const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: -1 }[key] ?? (key.length === 1 && key !== ' ' ? nextWith(key, items, at) : null);
+  const to =
+    { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: -1 }[key] ?? (key.length === 1 && key !== ' ' ? nextWith(key, items, at) : null);
   if (to === null) return false;
   items.at(to % items.length)?.focus();
   return true;

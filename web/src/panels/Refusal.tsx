@@ -31,7 +31,13 @@ export function Refusal({ problem }: { problem: Problem }) {
         </p>
       )}
       {problem.pair && typeof problem.depth === 'number' && (
-        <p class="where">{texts.refusal.pair(problem.pair, depthOf({ depth: problem.depth }), typeof problem.time === 'number' ? seconds(problem.time) : null)}</p>
+        <p class="where">
+          {texts.refusal.pair(
+            problem.pair,
+            depthOf({ depth: problem.depth }),
+            typeof problem.time === 'number' ? seconds(problem.time) : null,
+          )}
+        </p>
       )}
       {(problem.place ?? problem.position) && <p class="hint">{texts.refusal.place}</p>}
       {problem.nearest && <p class="hint">{texts.refusal.nearest(short(problem.nearest.position_distance * 1000, 3))}</p>}

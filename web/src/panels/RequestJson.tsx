@@ -28,7 +28,13 @@ export function RequestJson() {
   return (
     <div class="json">
       <label for="request-json">{texts.json.label}</label>
-      <textarea id="request-json" rows={18} spellcheck={false} value={text} onInput={(event) => setDraft({ of: shown, text: event.currentTarget.value, fault: '' })} />
+      <textarea
+        id="request-json"
+        rows={18}
+        spellcheck={false}
+        value={text}
+        onInput={(event) => setDraft({ of: shown, text: event.currentTarget.value, fault: '' })}
+      />
       {draft?.fault && (
         <p role="alert" class="wrong-text">
           {texts.json.wrong} {draft.fault}
@@ -43,7 +49,13 @@ export function RequestJson() {
         </button>
         <label class="file">
           {texts.json.open}
-          <input type="file" accept=".json,application/json" onChange={(event) => void open(event.currentTarget).then((file) => take(file, (parsed) => openRequest(parsed, texts.said.imported)))} />
+          <input
+            type="file"
+            accept=".json,application/json"
+            onChange={(event) =>
+              void open(event.currentTarget).then((file) => take(file, (parsed) => openRequest(parsed, texts.said.imported)))
+            }
+          />
         </label>
       </div>
     </div>

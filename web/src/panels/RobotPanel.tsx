@@ -68,7 +68,14 @@ function Slider({ joint, index }: { joint: Joint; index: number }) {
   return (
     <label>
       <span>{joint.name}</span>
-      <input type="range" min={lower * factor} max={upper * factor} step="any" value={value} onInput={(event) => move(event.currentTarget.valueAsNumber)} />
+      <input
+        type="range"
+        min={lower * factor}
+        max={upper * factor}
+        step="any"
+        value={value}
+        onInput={(event) => move(event.currentTarget.valueAsNumber)}
+      />
       <output>{text}</output>
     </label>
   );

@@ -32,14 +32,34 @@ interface ZoneProps {
 function Zone({ request, zone, index }: ZoneProps) {
   const [isOpen, setOpen] = useState(false);
   const turn = (id: string, isIn: boolean): void => {
-    show(withZones(request, zonesOf(request).map((other, i) => (i === index ? aboutObject(zone, id, isIn) : other))));
+    show(
+      withZones(
+        request,
+        zonesOf(request).map((other, i) => (i === index ? aboutObject(zone, id, isIn) : other)),
+      ),
+    );
   };
   return (
     <fieldset class="zone">
       <legend>{texts.zones.number(index)}</legend>
-      <NumberField label={texts.zones.clearance} value={zone.clearance * 1000} min={1} onValue={(value) => value && show(withZone(request, index, { clearance: value / 1000 }))} />
-      <NumberField label={texts.zones.speed} value={zone.speed * 1000} min={1} onValue={(value) => value && show(withZone(request, index, { speed: value / 1000 }))} />
-      <button type="button" aria-label={texts.zones.remove(index)} title={texts.zones.remove(index)} onClick={() => show(withoutZone(request, index))}>
+      <NumberField
+        label={texts.zones.clearance}
+        value={zone.clearance * 1000}
+        min={1}
+        onValue={(value) => value && show(withZone(request, index, { clearance: value / 1000 }))}
+      />
+      <NumberField
+        label={texts.zones.speed}
+        value={zone.speed * 1000}
+        min={1}
+        onValue={(value) => value && show(withZone(request, index, { speed: value / 1000 }))}
+      />
+      <button
+        type="button"
+        aria-label={texts.zones.remove(index)}
+        title={texts.zones.remove(index)}
+        onClick={() => show(withoutZone(request, index))}
+      >
         ✕
       </button>
       <details onToggle={(event) => setOpen(event.currentTarget.open)}>
@@ -58,7 +78,12 @@ function Objects({ zone, turn }: { zone: SpeedZone; turn: (id: string, isIn: boo
       {[...ids].map((id) => (
         <li key={id}>
           <label>
-            <input type="checkbox" checked={zone.objects?.includes(id) ?? false} onChange={(event) => turn(id, event.currentTarget.checked)} /> {id}
+            <input
+              type="checkbox"
+              checked={zone.objects?.includes(id) ?? false}
+              onChange={(event) => turn(id, event.currentTarget.checked)}
+            />{' '}
+            {id}
           </label>
         </li>
       ))}

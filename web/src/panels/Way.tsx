@@ -31,7 +31,13 @@ export function Way({ request, index, change }: WayProps) {
             onValue={(kind) => change({ motion: motionOf(kind) })}
           />
           {motion?.kind === 'free' && <FreeFields motion={motion} index={index} change={(changed) => change({ motion: changed })} />}
-          <NumberField label={texts.editor.duration} value={waypoint.duration ?? undefined} placeholder={texts.editor.fast} min={0} onValue={(duration) => change({ duration })} />
+          <NumberField
+            label={texts.editor.duration}
+            value={waypoint.duration ?? undefined}
+            placeholder={texts.editor.fast}
+            min={0}
+            onValue={(duration) => change({ duration })}
+          />
           <NumberField
             label={texts.editor.toolSpeed}
             value={scaled(limits?.tcp_linear_velocity, 1000)}
@@ -50,13 +56,29 @@ export function Way({ request, index, change }: WayProps) {
         </>
       )}
       {index > 0 && !isLast && (
-        <Choice label={texts.editor.transition} value={transition?.kind ?? 'stop'} options={TRANSITIONS} onValue={(kind) => change({ transition: transitionOf(kind), ...(kind === 'stop' ? {} : { dwell: undefined }) })} />
+        <Choice
+          label={texts.editor.transition}
+          value={transition?.kind ?? 'stop'}
+          options={TRANSITIONS}
+          onValue={(kind) => change({ transition: transitionOf(kind), ...(kind === 'stop' ? {} : { dwell: undefined }) })}
+        />
       )}
       {transition?.kind === 'blend' && (
-        <NumberField label={texts.editor.radius} value={transition.radius * 1000} min={0} onValue={(radius) => radius && change({ transition: { kind: 'blend', radius: radius / 1000 } })} />
+        <NumberField
+          label={texts.editor.radius}
+          value={transition.radius * 1000}
+          min={0}
+          onValue={(radius) => radius && change({ transition: { kind: 'blend', radius: radius / 1000 } })}
+        />
       )}
       {(transition?.kind ?? 'stop') === 'stop' && (
-        <NumberField label={texts.editor.dwell} value={waypoint.dwell ?? undefined} placeholder="0" min={0} onValue={(dwell) => change({ dwell })} />
+        <NumberField
+          label={texts.editor.dwell}
+          value={waypoint.dwell ?? undefined}
+          placeholder="0"
+          min={0}
+          onValue={(dwell) => change({ dwell })}
+        />
       )}
     </div>
   );

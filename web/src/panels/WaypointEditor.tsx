@@ -26,7 +26,11 @@ export function WaypointEditor({ request, robot, index }: EditorProps) {
       {waypoint.kind !== 'named' && (
         <span class="field wide">
           <label for="waypoint-name">{texts.editor.name}</label>
-          <input id="waypoint-name" value={waypoint.name ?? ''} onChange={(event) => change({ name: event.currentTarget.value || undefined })} />
+          <input
+            id="waypoint-name"
+            value={waypoint.name ?? ''}
+            onChange={(event) => change({ name: event.currentTarget.value || undefined })}
+          />
         </span>
       )}
       {waypoint.kind === 'joint' && <Joints robot={robot} position={waypoint.position} onPosition={(position) => change({ position })} />}
@@ -54,7 +58,11 @@ function Joints({ robot, position, onPosition }: JointsProps) {
         const take = (next: number): void => onPosition(position.map((old, i) => (i === index ? next / factor : old)));
         return (
           <div key={joint.name} class="joint">
-            <NumberField label={`${joint.name} (${unitOf(joint, 'position')})`} value={value} onValue={(next) => next !== undefined && take(next)} />
+            <NumberField
+              label={`${joint.name} (${unitOf(joint, 'position')})`}
+              value={value}
+              onValue={(next) => next !== undefined && take(next)}
+            />
             <input
               type="range"
               aria-label={joint.name}

@@ -71,14 +71,18 @@ function Row({ waypoint, index, shown }: RowProps) {
         </span>
         <span class="when">
           {answer && seconds(answer.arrival_time)}
-          {answer && waypoint.kind === 'pose' && (
-            <small>{texts.waypoints.solutions(answer.solution, answer.solutions)}</small>
-          )}
+          {answer && waypoint.kind === 'pose' && <small>{texts.waypoints.solutions(answer.solution, answer.solutions)}</small>}
         </span>
       </button>
       {isChosen && (
         <span class="buttons">
-          <button type="button" aria-label={texts.waypoints.up} title={texts.waypoints.up} disabled={index === 0} onClick={() => move(shown, index, index - 1)}>
+          <button
+            type="button"
+            aria-label={texts.waypoints.up}
+            title={texts.waypoints.up}
+            disabled={index === 0}
+            onClick={() => move(shown, index, index - 1)}
+          >
             ↑
           </button>
           <button
@@ -90,10 +94,21 @@ function Row({ waypoint, index, shown }: RowProps) {
           >
             ↓
           </button>
-          <button type="button" aria-label={texts.waypoints.duplicate} title={texts.waypoints.duplicate} onClick={() => insert(structuredClone(waypoint))}>
+          <button
+            type="button"
+            aria-label={texts.waypoints.duplicate}
+            title={texts.waypoints.duplicate}
+            onClick={() => insert(structuredClone(waypoint))}
+          >
             ❐
           </button>
-          <button type="button" aria-label={texts.waypoints.remove} title={texts.waypoints.remove} disabled={shown.waypoints.length <= 2} onClick={() => show(removed(shown, index))}>
+          <button
+            type="button"
+            aria-label={texts.waypoints.remove}
+            title={texts.waypoints.remove}
+            disabled={shown.waypoints.length <= 2}
+            onClick={() => show(removed(shown, index))}
+          >
             ✕
           </button>
         </span>

@@ -13,10 +13,17 @@ export function Workspace() {
     <section class="workspace" aria-label={texts.workspace.label}>
       <h3>{texts.workspace.label}</h3>
       <label>
-        <input type="checkbox" checked={isShown.value} onChange={(event) => showWorkspace(event.currentTarget.checked)} /> {texts.workspace.show}
+        <input type="checkbox" checked={isShown.value} onChange={(event) => showWorkspace(event.currentTarget.checked)} />{' '}
+        {texts.workspace.show}
       </label>
       <label>
-        <input type="checkbox" disabled={!isShown.value} checked={isCut.value} onChange={(event) => cutWorkspace(event.currentTarget.checked)} /> {texts.workspace.cut}
+        <input
+          type="checkbox"
+          disabled={!isShown.value}
+          checked={isCut.value}
+          onChange={(event) => cutWorkspace(event.currentTarget.checked)}
+        />{' '}
+        {texts.workspace.cut}
       </label>
       {isShown.value && !found && <p class="hint">{texts.workspace.asking}</p>}
       {found?.problem && (
@@ -42,7 +49,12 @@ function Figures({ answer }: { answer: WorkspaceAnswer }) {
               <th scope="row">{texts.workspace.figures[figure]}</th>
               <td>{lengthOf(answer[figure].value)}</td>
               <td>
-                <button type="button" class="link" aria-label={texts.workspace.goTo(texts.workspace.figures[figure])} onClick={() => pose(answer[figure].position)}>
+                <button
+                  type="button"
+                  class="link"
+                  aria-label={texts.workspace.goTo(texts.workspace.figures[figure])}
+                  onClick={() => pose(answer[figure].position)}
+                >
                   {texts.workspace.go}
                 </button>
               </td>

@@ -39,15 +39,30 @@ describe('the chain', () => {
 
   test('becomes sticks where the model has no shapes', () => {
     expect(shapesOf(arm)).toEqual(sticks(arm));
-    expect(sticks(arm).filter(({ form }) => form.kind === 'capsule').map(({ after }) => after)).toEqual([0, 1, 2]);
+    expect(
+      sticks(arm)
+        .filter(({ form }) => form.kind === 'capsule')
+        .map(({ after }) => after),
+    ).toEqual([0, 1, 2]);
   });
 });
 
 describe('limits', () => {
   test('are those that the answer states for the segment', () => {
     const none = { lower: [[null, null]], upper: [[null, null]] };
-    const velocity = { lower: [[-1, -2], [-0.5, null]], upper: [[1, 2], [3, null]] };
-    const answer = { limits: { position: none, velocity, acceleration: none, jerk: none, torque: none, tool: {} } } as unknown as PlanAnswer;
+    const velocity = {
+      lower: [
+        [-1, -2],
+        [-0.5, null],
+      ],
+      upper: [
+        [1, 2],
+        [3, null],
+      ],
+    };
+    const answer = {
+      limits: { position: none, velocity, acceleration: none, jerk: none, torque: none, tool: {} },
+    } as unknown as PlanAnswer;
     expect(bandOf(answer, 'velocity', 0, 1)).toEqual({ lower: -0.5, upper: 3 });
     expect(bandOf(answer, 'velocity', 1, 1)).toEqual({ lower: null, upper: null });
     expect(bandOf({} as PlanAnswer, 'velocity', 0, 0)).toEqual({ lower: null, upper: null });
@@ -72,7 +87,15 @@ describe('limits', () => {
 describe('samples', () => {
   const answer = { samples: { time: [0, 1, 3], position: [[0], [2], [0]] } } as unknown as PlanAnswer;
 
-  test.each([[-1, 0], [0, 0], [0.5, 1], [1, 2], [2, 1], [3, 0], [9, 0]])('at %d s', (time, value) => {
+  test.each([
+    [-1, 0],
+    [0, 0],
+    [0.5, 1],
+    [1, 2],
+    [2, 1],
+    [3, 0],
+    [9, 0],
+  ])('at %d s', (time, value) => {
     expect(positionAt(answer, time)).toEqual([value]);
   });
 
@@ -84,9 +107,25 @@ describe('samples', () => {
 describe('the use of limits', () => {
   test('is the largest of any joint, of what is promised', () => {
     const answer = {
-      certificate: { checks: [{ quantity: 'velocity', enforced: true }, { quantity: 'acceleration', enforced: false }] },
+      certificate: {
+        checks: [
+          { quantity: 'velocity', enforced: true },
+          { quantity: 'acceleration', enforced: false },
+        ],
+      },
       limits: { velocity: { lower: [[-1, -2]], upper: [[3, 2]] }, acceleration: { lower: [[-4, -4]], upper: [[4, 4]] } },
-      samples: { time: [0, 1], segment: [0, 0], velocity: [[-0.5, 0.2], [1.5, 1]], acceleration: [[40, 0], [0, 0]] },
+      samples: {
+        time: [0, 1],
+        segment: [0, 0],
+        velocity: [
+          [-0.5, 0.2],
+          [1.5, 1],
+        ],
+        acceleration: [
+          [40, 0],
+          [0, 0],
+        ],
+      },
     } as unknown as PlanAnswer;
     expect(limitUse(answer)).toEqual([0.5, 0.5]);
   });

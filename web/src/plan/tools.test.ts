@@ -17,7 +17,7 @@ const answer = {
 } as unknown as PlanAnswer;
 
 describe('the tool in force', () => {
-  test('at a waypoint is the last that was brought, else that of the request, else the robot\'s own', () => {
+  test("at a waypoint is the last that was brought, else that of the request, else the robot's own", () => {
     expect([0, 1, 2, 3, 4].map((index) => toolAt(request, index))).toEqual([first, first, camera, camera, gripper]);
     expect(toolAt({ ...request, tool: undefined }, 1)).toBeNull();
     expect(toolAt({ ...request, tool: undefined }, 3)).toBe(camera);
@@ -25,14 +25,26 @@ describe('the tool in force', () => {
 
   test('at a time is that of the motion then, which is that of the waypoint it leads to', () => {
     expect([-1, 0, 1.9, 2, 4.5, 5.9, 6, 7, 99].map((time) => toolAtTime(request, answer, time))).toEqual([
-      first, first, first, camera, camera, camera, gripper, gripper, gripper,
+      first,
+      first,
+      first,
+      camera,
+      camera,
+      camera,
+      gripper,
+      gripper,
+      gripper,
     ]);
   });
 });
 
 describe('the path of the tool', () => {
   test('ends where the tool changes, and begins anew', () => {
-    expect(stretchesOfTools(request, answer)).toEqual([[0, 2], [2, 6], [6, 8]]);
+    expect(stretchesOfTools(request, answer)).toEqual([
+      [0, 2],
+      [2, 6],
+      [6, 8],
+    ]);
   });
 
   test('is one line where no waypoint brings a tool, or all bring the same', () => {
@@ -45,6 +57,9 @@ describe('the path of the tool', () => {
   test('leaves out what is one sample', () => {
     const alone = { ...answer, samples: { ...answer.samples, segment: [0, 0, 1, 4, 5, 5, 5, 5] } };
     const brief = { ...request, waypoints: [{}, {}, { tool: camera }, { tool: first }, { tool: gripper }] } as unknown as PlanRequest;
-    expect(stretchesOfTools(brief, alone)).toEqual([[0, 2], [4, 8]]);
+    expect(stretchesOfTools(brief, alone)).toEqual([
+      [0, 2],
+      [4, 8],
+    ]);
   });
 });

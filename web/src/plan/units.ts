@@ -33,7 +33,10 @@ export function short(value: number, digits = 4): string {
   const size = Math.abs(value);
   if (value === 0 || (size >= SMALLEST_DECIMAL && size < LARGEST_DECIMAL)) return String(Number(value.toPrecision(digits)));
   const [factor, power] = value.toExponential(digits - 1).split('e');
-  const raised = power!.replace('+', '').replace('-', '⁻').replace(/\d/g, (digit) => SUPERSCRIPTS[Number(digit)]!);
+  const raised = power!
+    .replace('+', '')
+    .replace('-', '⁻')
+    .replace(/\d/g, (digit) => SUPERSCRIPTS[Number(digit)]!);
   return `${Number(factor)}×10${raised}`;
 }
 

@@ -64,7 +64,9 @@ function indexOf(value: string): number | null {
 
 function toggle(quantity: Plotted): void {
   const shown = chosen.value;
-  chosen.value = shown.includes(quantity) ? shown.filter((other) => other !== quantity) : ALL.filter((q) => q === quantity || shown.includes(q));
+  chosen.value = shown.includes(quantity)
+    ? shown.filter((other) => other !== quantity)
+    : ALL.filter((q) => q === quantity || shown.includes(q));
 }
 
 interface PlotProps {

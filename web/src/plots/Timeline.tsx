@@ -33,7 +33,12 @@ export function Timeline() {
         />
         <div class="marks">
           {slow.map(({ from, to }) => (
-            <span key={from} class="slow" title={texts.zones.legend} style={{ left: `${(100 * from) / duration}%`, width: `${(100 * (to - from)) / duration}%` }} />
+            <span
+              key={from}
+              class="slow"
+              title={texts.zones.legend}
+              style={{ left: `${(100 * from) / duration}%`, width: `${(100 * (to - from)) / duration}%` }}
+            />
           ))}
           {marked.length <= 40 &&
             marked.map(({ index, name, arrival_time }) => (
@@ -55,9 +60,7 @@ export function Timeline() {
             ))}
         </div>
       </div>
-      <output class="time">
-        {planned ? [shown, ' / ', seconds(duration)] : texts.timeline.nothing}
-      </output>
+      <output class="time">{planned ? [shown, ' / ', seconds(duration)] : texts.timeline.nothing}</output>
       <label>
         <span class="visually-hidden">{texts.timeline.speed}</span>
         <select value={speed.value} onChange={(event) => playAt(Number(event.currentTarget.value))}>
@@ -74,7 +77,14 @@ export function Timeline() {
 
 // With step "any" a browser leaves the steps of keys to us: a hundredth, a tenth with page up and down.
 function stepBy(event: KeyboardEvent, duration: number): void {
-  const steps: Record<string, number> = { ArrowLeft: -0.01, ArrowRight: 0.01, ArrowDown: -0.01, ArrowUp: 0.01, PageDown: -0.1, PageUp: 0.1 };
+  const steps: Record<string, number> = {
+    ArrowLeft: -0.01,
+    ArrowRight: 0.01,
+    ArrowDown: -0.01,
+    ArrowUp: 0.01,
+    PageDown: -0.1,
+    PageUp: 0.1,
+  };
   const step = steps[event.key];
   if (step === undefined) return;
   event.preventDefault();

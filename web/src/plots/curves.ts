@@ -32,7 +32,12 @@ export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focu
   const segments = answer.waypoints.slice(1).map((_, segment) => segment);
   if (quantity === 'tool_speed') {
     const bands = segments.map((segment) => ({ lower: null, upper: answer.limits?.tool['tcp_linear_velocity']?.[segment] ?? null }));
-    return { time: answer.samples.time, unit: 'm/s', curves: [{ label: 'tool', colour: jointColour(0), values: toolSpeeds(answer), bands }], slow: slowTimes(answer) };
+    return {
+      time: answer.samples.time,
+      unit: 'm/s',
+      curves: [{ label: 'tool', colour: jointColour(0), values: toolSpeeds(answer), bands }],
+      slow: slowTimes(answer),
+    };
   }
   const rows = answer.samples[quantity];
   if (!rows) return null;
@@ -51,7 +56,17 @@ export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focu
       bands: relative ? bands.map(() => ({ lower: -100, upper: 100 })) : bands.map((band) => scaled(band, factor)),
     };
   });
-  return { time: answer.samples.time, unit: relative ? '%' : unitsOf(joints.map((j) => robot.joints[j]!), quantity), curves, slow: [] };
+  return {
+    time: answer.samples.time,
+    unit: relative
+      ? '%'
+      : unitsOf(
+          joints.map((j) => robot.joints[j]!),
+          quantity,
+        ),
+    curves,
+    slow: [],
+  };
 }
 
 // The percentage of a band that is used: -100 at its lower end, 100 at its upper; null: it has no end.

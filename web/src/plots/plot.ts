@@ -36,7 +36,14 @@ export class Plot {
         series: [
           { label: 't', value: (_, value: number | null) => (value === null ? '' : `${value.toFixed(3)} s`) },
           ...shown.curves.map(({ label, colour }): uPlot.Series => {
-            return { label, stroke: colour, width: 1.6, pxAlign: 0, points: { show: false }, value: (_, value: number | null) => numeral(value, shown.unit) };
+            return {
+              label,
+              stroke: colour,
+              width: 1.6,
+              pxAlign: 0,
+              points: { show: false },
+              value: (_, value: number | null) => numeral(value, shown.unit),
+            };
           }),
         ],
         hooks: { drawClear: [(chart) => drawBackground(chart, shown, answer, slow)] },
@@ -128,7 +135,10 @@ function drawBands(chart: uPlot, { bands, colour }: Curve, answer: PlanAnswer, s
   bands.forEach(({ lower, upper }, segment) => {
     const from = chart.valToPos(answer.waypoints[segment]!.arrival_time, 'x', true);
     const to = chart.valToPos(answer.waypoints[segment + 1]!.arrival_time, 'x', true);
-    for (const [limit, end] of [[lower, bbox.top + bbox.height], [upper, bbox.top]] as const) {
+    for (const [limit, end] of [
+      [lower, bbox.top + bbox.height],
+      [upper, bbox.top],
+    ] as const) {
       if (limit === null) continue;
       const at = chart.valToPos(limit, 'y', true);
       if (at < bbox.top || at > bbox.top + bbox.height) continue;

@@ -25,7 +25,13 @@ export function BatchReport(report: ReportedBatch) {
     <main class="report batch-report">
       <header>
         <h1>{texts.batchReport.title(batch.id)}</h1>
-        <p>{texts.batchReport.times(texts.batch.status[batch.status], moment(batch.created), batch.ended === null ? null : moment(batch.ended))}</p>
+        <p>
+          {texts.batchReport.times(
+            texts.batch.status[batch.status],
+            moment(batch.created),
+            batch.ended === null ? null : moment(batch.ended),
+          )}
+        </p>
       </header>
       <Counts {...report} />
       <Histograms {...report} />

@@ -84,7 +84,9 @@ function Graph({ index, shown, arm }: { index: number; shown: ShownPlan; arm: Ar
       ))}
       <line x1="0" x2={WIDTH} y1={y(0)} y2={y(0)} />
       {curves.curves.map(({ label, colour, values }) => {
-        const points = values.flatMap((value, row) => (value === null ? [] : [`${((WIDTH * curves.time[row]!) / last).toFixed(1)},${y(value).toFixed(1)}`]));
+        const points = values.flatMap((value, row) =>
+          value === null ? [] : [`${((WIDTH * curves.time[row]!) / last).toFixed(1)},${y(value).toFixed(1)}`],
+        );
         return <polyline key={label} points={points.join(' ')} stroke={colour} />;
       })}
     </svg>

@@ -3,7 +3,13 @@ import type { PlanRequest, Solution } from '../service/types';
 import { configured, isPosture, unconfigured } from './configurations';
 
 const pose = { position: [1, 0, 0], orientation: null };
-const request = { robot: 'arm', waypoints: [{ kind: 'joint', position: [0] }, { kind: 'pose', name: 'P', pose, dwell: 2, frame: 'pallet' }] } as PlanRequest;
+const request = {
+  robot: 'arm',
+  waypoints: [
+    { kind: 'joint', position: [0] },
+    { kind: 'pose', name: 'P', pose, dwell: 2, frame: 'pallet' },
+  ],
+} as PlanRequest;
 const solution = (value: number, elbow: string | null, wrist: string | null = null): Solution =>
   ({ position: [value], configuration: { shoulder: null, elbow, wrist } }) as unknown as Solution;
 

@@ -13,7 +13,9 @@ export function sidesOf({ configuration }: Solution): [string, string][] {
 // position.
 export function configured(request: PlanRequest, index: number, solution: Solution, all: readonly Solution[]): PlanRequest {
   const sides = sidesOf(solution);
-  const fitting = all.filter(({ configuration }) => sides.every(([part, side]) => [side, null].includes(configuration[part as (typeof PARTS)[number]])));
+  const fitting = all.filter(({ configuration }) =>
+    sides.every(([part, side]) => [side, null].includes(configuration[part as (typeof PARTS)[number]])),
+  );
   if (sides.length > 0 && fitting.length === 1) return withWaypoint(request, index, { configuration: Object.fromEntries(sides) });
   const ofPoses = { pose: undefined, frame: undefined, free: undefined, configuration: undefined, external: undefined };
   return withWaypoint(request, index, { ...ofPoses, ...jointWaypoint(solution.position) });

@@ -61,11 +61,14 @@ describe('remedies', () => {
     expect(() => setAt(document, '', 1)).toThrow();
   });
 
-  test.each(['/robot/x', '/waypoints/first', '/waypoints/9', '/duration/x', '/__proto__/x'])('sets nothing where there is no place: %s', (pointer) => {
-    const document = { robot: 'arm', waypoints: [{}], duration: 1 };
-    expect(setAt(document, pointer, 1)).toBe(false);
-    expect(document).toEqual({ robot: 'arm', waypoints: [{}], duration: 1 });
-  });
+  test.each(['/robot/x', '/waypoints/first', '/waypoints/9', '/duration/x', '/__proto__/x'])(
+    'sets nothing where there is no place: %s',
+    (pointer) => {
+      const document = { robot: 'arm', waypoints: [{}], duration: 1 };
+      expect(setAt(document, pointer, 1)).toBe(false);
+      expect(document).toEqual({ robot: 'arm', waypoints: [{}], duration: 1 });
+    },
+  );
 
   test('sets what lies deep where nothing is yet', () => {
     const document = { waypoints: [{}] };

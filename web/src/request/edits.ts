@@ -2,9 +2,7 @@
 import type { JointWaypoint, PlanRequest, Pose, Remedy, Waypoint } from '../service/types';
 
 export function withWaypoint(request: PlanRequest, index: number, changes: object): PlanRequest {
-  const waypoints = request.waypoints.map((waypoint, i) =>
-    i === index ? withoutEmpty({ ...waypoint, ...changes }) : waypoint,
-  );
+  const waypoints = request.waypoints.map((waypoint, i) => (i === index ? withoutEmpty({ ...waypoint, ...changes }) : waypoint));
   return { ...request, waypoints };
 }
 

@@ -32,7 +32,10 @@ export function sizeOf(rows: readonly Varied[]): number | null {
 
 // The grid as the service takes it: in its template the fields are there already, with their first values. A pointer that
 // leads nowhere is returned instead.
-export function gridOf(request: PlanRequest, rows: readonly Varied[]): { grid: Grid; wrong?: undefined } | { grid?: undefined; wrong: string } {
+export function gridOf(
+  request: PlanRequest,
+  rows: readonly Varied[],
+): { grid: Grid; wrong?: undefined } | { grid?: undefined; wrong: string } {
   const vary = rows.map(({ pointer, values }) => ({ pointer, values: valuesOf(values) ?? [] }));
   const template = structuredClone(request);
   for (const { pointer, values } of vary) if (!setAt(template, pointer, values[0])) return { wrong: pointer };

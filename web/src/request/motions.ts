@@ -8,7 +8,9 @@ type Objective = NonNullable<FreeMotion['optimise']>;
 // until one of these is chosen.
 export function motionsOf({ waypoints, scene, self_collision }: PlanRequest, index: number): Motion['kind'][] {
   const mayMeet = Boolean(scene ?? self_collision);
-  return [...new Set<Motion['kind']>(['joint', 'linear', ...(mayMeet ? (['free'] as const) : []), waypoints[index]?.motion?.kind ?? 'joint'])];
+  return [
+    ...new Set<Motion['kind']>(['joint', 'linear', ...(mayMeet ? (['free'] as const) : []), waypoints[index]?.motion?.kind ?? 'joint']),
+  ];
 }
 
 // A joint motion is what the service takes where none is asked.

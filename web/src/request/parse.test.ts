@@ -13,7 +13,15 @@ import { surroundingsOf } from './surroundings';
 import { zonesOf } from './zones';
 
 const still = { position: [0, 0, 0], quaternion_xyzw: [0, 0, 0, 1] };
-const limits = { velocity: 1, acceleration: null, jerk: null, torque: null, velocity_range: null, acceleration_range: null, torque_range: null };
+const limits = {
+  velocity: 1,
+  acceleration: null,
+  jerk: null,
+  torque: null,
+  velocity_range: null,
+  acceleration_range: null,
+  torque_range: null,
+};
 const arm = {
   id: 'arm',
   joint_names: ['a', 'b'],
@@ -27,17 +35,60 @@ const arm = {
 
 // A request with every field that the page reads.
 const about = { position: [0, 0, 1], orientation: { kind: 'rpy', rpy: [0, 0, 1] } };
-const turned = { position: [0, 1, 0], orientation: { kind: 'matrix', matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] } };
+const turned = {
+  position: [0, 1, 0],
+  orientation: {
+    kind: 'matrix',
+    matrix: [
+      [1, 0, 0],
+      [0, 1, 0],
+      [0, 0, 1],
+    ],
+  },
+};
 const ways = {
-  name: 'over there', duration: 2, dwell: 0.5, transition: { kind: 'blend', radius: 0.1 }, tool: about,
-  limits: { velocity: [1, 1], torque_range: [[-1, 1], [-2, 2]], tcp_linear_velocity: 0.1, velocity_scale: 0.5 },
-  attach: [{ id: 'ball', link: 'tip' }], detach: ['crate'], motion: { kind: 'free', optimise: 'effort', time_budget: 1 },
+  name: 'over there',
+  duration: 2,
+  dwell: 0.5,
+  transition: { kind: 'blend', radius: 0.1 },
+  tool: about,
+  limits: {
+    velocity: [1, 1],
+    torque_range: [
+      [-1, 1],
+      [-2, 2],
+    ],
+    tcp_linear_velocity: 0.1,
+    velocity_scale: 0.5,
+  },
+  attach: [{ id: 'ball', link: 'tip' }],
+  detach: ['crate'],
+  motion: { kind: 'free', optimise: 'effort', time_budget: 1 },
 };
 const shapes = [
-  { kind: 'box', size: [1, 1, 1] }, { kind: 'sphere', radius: 1 }, { kind: 'cylinder', radius: 1, length: 1 },
-  { kind: 'capsule', radius: 1, length: 1 }, { kind: 'half_space', normal: [0, 0, 1], offset: 0 },
-  { kind: 'convex', vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]] },
-  { kind: 'mesh', vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles: [[0, 1, 2]] },
+  { kind: 'box', size: [1, 1, 1] },
+  { kind: 'sphere', radius: 1 },
+  { kind: 'cylinder', radius: 1, length: 1 },
+  { kind: 'capsule', radius: 1, length: 1 },
+  { kind: 'half_space', normal: [0, 0, 1], offset: 0 },
+  {
+    kind: 'convex',
+    vertices: [
+      [0, 0, 0],
+      [1, 0, 0],
+      [0, 1, 0],
+      [0, 0, 1],
+    ],
+  },
+  {
+    kind: 'mesh',
+    vertices: [
+      [0, 0, 0],
+      [1, 0, 0],
+      [0, 1, 0],
+    ],
+    triangles: [[0, 1, 2]],
+  },
   { kind: 'point_cloud', points: [[0, 0, 0]], radius: 0.1 },
 ];
 const FULL = {
@@ -48,26 +99,62 @@ const FULL = {
     { kind: 'relative', frame: 'tool', move: { kind: 'cartesian', translation: [0, 0, 1] } },
     { kind: 'named', name: 'home' },
   ],
-  limits: ways.limits, tool: about, frames: { table: about }, mounting: turned, duration: 9, self_collision: true,
+  limits: ways.limits,
+  tool: about,
+  frames: { table: about },
+  mounting: turned,
+  duration: 9,
+  self_collision: true,
   scene: {
     objects: shapes.map((shape, index) => ({ id: `thing ${index}`, shape, pose: about, frame: 'table', margin: 0.1 })),
     attached: [{ id: 'ball', shape: shapes[1], pose: about, link: 'tip', touch_links: ['tip'], margin: 0 }],
-    allowed_pairs: [['ball', 'thing 1']], margin: 0.01,
+    allowed_pairs: [['ball', 'thing 1']],
+    margin: 0.01,
   },
   speed_zones: [{ clearance: 0.1, speed: 0.2, objects: ['thing 1'] }],
-  sample_period: 0.01, include: ['jerk'], backend: { kind: 'cubic' },
+  sample_period: 0.01,
+  include: ['jerk'],
+  backend: { kind: 'cubic' },
 };
 
-const EXAMPLES = import.meta.glob<unknown>(['../../../examples/*.json', '../../../examples/jobs/*.json'], { import: 'default', eager: true });
+const EXAMPLES = import.meta.glob<unknown>(['../../../examples/*.json', '../../../examples/jobs/*.json'], {
+  import: 'default',
+  eager: true,
+});
 
-const MALFORMED: readonly unknown[] = [[[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]], null, true, -1, 1.5, '', 'word', [], [null], [[1]], [1, 2, 3], [1, 2, 3, 4], {}, { kind: 'word' }, { kind: null }, { 0: null }];
+const MALFORMED: readonly unknown[] = [
+  [
+    [0, 0, 0],
+    [0, 0, 0],
+    [0, 0, 0],
+    [0, 0, 0],
+  ],
+  null,
+  true,
+  -1,
+  1.5,
+  '',
+  'word',
+  [],
+  [null],
+  [[1]],
+  [1, 2, 3],
+  [1, 2, 3, 4],
+  {},
+  { kind: 'word' },
+  { kind: null },
+  { 0: null },
+];
 
 type Path = readonly (string | number)[];
 
 // The paths to all values in a document.
 function pathsIn(document: unknown, at: Path = []): Path[] {
   if (typeof document !== 'object' || document === null) return [at];
-  return [at, ...Object.entries(document).flatMap(([name, value]) => pathsIn(value, [...at, Array.isArray(document) ? Number(name) : name]))];
+  return [
+    at,
+    ...Object.entries(document).flatMap(([name, value]) => pathsIn(value, [...at, Array.isArray(document) ? Number(name) : name])),
+  ];
 }
 
 function replaced(document: unknown, path: Path, value: unknown): unknown {

@@ -98,19 +98,31 @@ describe('the code', () => {
 });
 
 // Runs the code as a browser would, but for its calls and what it prints.
-async function run(code: string, fetch: (url: string, init: RequestInit) => Promise<Response>, console: { log: (...values: unknown[]) => void }): Promise<void> {
+async function run(
+  code: string,
+  fetch: (url: string, init: RequestInit) => Promise<Response>,
+  console: { log: (...values: unknown[]) => void },
+): Promise<void> {
   const faults: ts.Diagnostic[] = [];
   const script = ts.transpile(code, { target: ts.ScriptTarget.ES2022, module: ts.ModuleKind.ES2022 }, 'code.ts', faults);
   expect(faults).toEqual([]);
   // eslint-disable-next-line @typescript-eslint/no-implied-eval -- it is the code that is tested
-  await (new Function('fetch', 'console', `return (async () => { ${script} })();`) as (...given: unknown[]) => Promise<void>)(fetch, console);
+  await (new Function('fetch', 'console', `return (async () => { ${script} })();`) as (...given: unknown[]) => Promise<void>)(
+    fetch,
+    console,
+  );
 }
 
 describe('rotations', () => {
   // R = Rz(yaw) Ry(pitch) Rx(roll) turns x into its first column.
   const turned = ([x, y, z, w]: Quaternion): number[] => [1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)];
 
-  test.each<Vector>([[0.3, -0.4, 2.0], [3.0, 1.2, -2.9], [0, Math.PI / 2, 0.7], [0, -Math.PI / 2, 0.7]])('from and to roll, pitch and yaw %#', (...rpy) => {
+  test.each<Vector>([
+    [0.3, -0.4, 2.0],
+    [3.0, 1.2, -2.9],
+    [0, Math.PI / 2, 0.7],
+    [0, -Math.PI / 2, 0.7],
+  ])('from and to roll, pitch and yaw %#', (...rpy) => {
     const [, pitch, yaw] = rpy;
     const quaternion = quaternionOfRpy(rpy);
     const column = [Math.cos(yaw) * Math.cos(pitch), Math.sin(yaw) * Math.cos(pitch), -Math.sin(pitch)];
@@ -120,9 +132,21 @@ describe('rotations', () => {
   });
 
   test.each([
-    [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
-    [[-1, 0, 0], [0, -1, 0], [0, 0, 1]],
-    [[0, 0, 1], [1, 0, 0], [0, 1, 0]],
+    [
+      [1, 0, 0],
+      [0, 0, -1],
+      [0, 1, 0],
+    ],
+    [
+      [-1, 0, 0],
+      [0, -1, 0],
+      [0, 0, 1],
+    ],
+    [
+      [0, 0, 1],
+      [1, 0, 0],
+      [0, 1, 0],
+    ],
   ])('from a matrix %#', (...matrix) => {
     const column = turned(quaternionOf({ kind: 'matrix', matrix })!);
     column.forEach((value, i) => expect(value).toBeCloseTo(matrix[i]![0]!, 12));

@@ -18,7 +18,8 @@ function isObject(value: unknown): value is Record<string, unknown> {
   return typeof value === 'object' && value !== null && !Array.isArray(value);
 }
 
-export const number: Check = (value, at) => (typeof value === 'number' && Number.isFinite(value) ? null : fault(at, 'a finite number', value));
+export const number: Check = (value, at) =>
+  typeof value === 'number' && Number.isFinite(value) ? null : fault(at, 'a finite number', value);
 
 export const flag: Check = (value, at) => (typeof value === 'boolean' ? null : fault(at, 'true or false', value));
 
@@ -38,7 +39,10 @@ export function nullable(check: Check): Check {
 }
 
 export function list(of: Check, { least = 0, most = Infinity }: { least?: number; most?: number } = {}): Check {
-  const condition = least === most ? `a list of length ${least}` : `a list${least > 0 ? ` of at least ${least}` : ''}${most < Infinity ? ` and at most ${most}` : ''}`;
+  const condition =
+    least === most
+      ? `a list of length ${least}`
+      : `a list${least > 0 ? ` of at least ${least}` : ''}${most < Infinity ? ` and at most ${most}` : ''}`;
   return (value, at) => {
     if (!Array.isArray(value) || value.length < least || value.length > most) return fault(at, condition, value);
     return firstOf(value.map((entry: unknown, index) => () => of(entry, `${at}/${index}`)));
@@ -50,15 +54,36 @@ export function object(required: Fields, optional: Fields = {}): Check {
   return (value, at) => {
     if (!isObject(value)) return fault(at, 'an object', value);
     return (
-      firstOf(Object.entries(required).map(([name, check]) => () => check(value[name], `${at}/${name}`))) ??
-      firstOf(Object.entries(optional).map(([name, check]) => () => (value[name] === undefined ? null : check(value[name], `${at}/${name}`))))
+      firstOf(
+        Object.entries(required).map(
+          ([name, check]) =>
+            () =>
+              check(value[name], `${at}/${name}`),
+        ),
+      ) ??
+      firstOf(
+        Object.entries(optional).map(
+          ([name, check]) =>
+            () =>
+              value[name] === undefined ? null : check(value[name], `${at}/${name}`),
+        ),
+      )
     );
   };
 }
 
 // An object whose fields are all alike.
 export function record(of: Check): Check {
-  return (value, at) => (isObject(value) ? firstOf(Object.entries(value).map(([name, entry]) => () => of(entry, `${at}/${escaped(name)}`))) : fault(at, 'an object', value));
+  return (value, at) =>
+    isObject(value)
+      ? firstOf(
+          Object.entries(value).map(
+            ([name, entry]) =>
+              () =>
+                of(entry, `${at}/${escaped(name)}`),
+          ),
+        )
+      : fault(at, 'an object', value);
 }
 
 // An object whose `kind` says which fields it has.

@@ -4,7 +4,13 @@ import type { FreeMotion, PlanAnswer, PlanRequest, SpeedZoneAnswer } from '../se
 import { budgeted, motionsOf, optimised } from './motions';
 import { aboutObject, withAnotherZone, withoutZone, withZone, zonesOf } from './zones';
 
-const bare: PlanRequest = { robot: 'arm', waypoints: [{ kind: 'joint', position: [0] }, { kind: 'joint', position: [1] }] };
+const bare: PlanRequest = {
+  robot: 'arm',
+  waypoints: [
+    { kind: 'joint', position: [0] },
+    { kind: 'joint', position: [1] },
+  ],
+};
 
 describe('speed zones', () => {
   test('make steps, each half as wide and half as fast, about the same objects', () => {
@@ -27,7 +33,13 @@ describe('speed zones', () => {
 
   test('allow the least speed where they overlap', () => {
     const speed_zones = [
-      { limit: 0.6, intervals: [[1, 5], [7, 8]] },
+      {
+        limit: 0.6,
+        intervals: [
+          [1, 5],
+          [7, 8],
+        ],
+      },
       { limit: 0.25, intervals: [[2, 3]] },
     ];
     expect(slowTimes({ certificate: { speed_zones } } as unknown as PlanAnswer)).toEqual([
@@ -40,7 +52,15 @@ describe('speed zones', () => {
   });
 
   test('tell which link is fastest and when it may be too fast', () => {
-    const zone = { objects: ['walkway'], intervals: [[1, 2.5], [4, 5]], link: 'link_3', exceeded: [[4.125, 4.5]] };
+    const zone = {
+      objects: ['walkway'],
+      intervals: [
+        [1, 2.5],
+        [4, 5],
+      ],
+      link: 'link_3',
+      exceeded: [[4.125, 4.5]],
+    };
     expect(zoneNotes(zone as unknown as SpeedZoneAnswer)).toEqual({
       about: 'to walkway, 1.00 to 2.50, 4.00 to 5.00 s',
       fastest: 'fastest: link_3',

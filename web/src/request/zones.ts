@@ -20,11 +20,17 @@ export function withAnotherZone(request: PlanRequest): PlanRequest {
 }
 
 export function withZone(request: PlanRequest, index: number, changes: Partial<SpeedZone>): PlanRequest {
-  return withZones(request, zonesOf(request).map((zone, i) => (i === index ? { ...zone, ...changes } : zone)));
+  return withZones(
+    request,
+    zonesOf(request).map((zone, i) => (i === index ? { ...zone, ...changes } : zone)),
+  );
 }
 
 export function withoutZone(request: PlanRequest, index: number): PlanRequest {
-  return withZones(request, zonesOf(request).filter((_, i) => i !== index));
+  return withZones(
+    request,
+    zonesOf(request).filter((_, i) => i !== index),
+  );
 }
 
 // A zone about one object more or less; about none, it is about all that stand still.

@@ -5,11 +5,7 @@ import type { Placement, Robot } from '../service/types';
 const ONE = new Vector3(1, 1, 1);
 
 export function matrixOf({ position, quaternion_xyzw }: Placement): Matrix4 {
-  return new Matrix4().compose(
-    new Vector3().fromArray(position),
-    new Quaternion().fromArray(quaternion_xyzw),
-    ONE,
-  );
+  return new Matrix4().compose(new Vector3().fromArray(position), new Quaternion().fromArray(quaternion_xyzw), ONE);
 }
 
 // The matrices of the base and of each joint's frame, in the base frame: a frame `after` n joints moves with entry n.

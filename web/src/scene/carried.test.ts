@@ -9,12 +9,18 @@ import type { Placed } from './objects';
 const still = { quaternion_xyzw: [0, 0, 0, 1] };
 // Two joints that turn about z, 1 m apart; the tip is another metre away.
 const arm = {
-  joints: [{ name: 'a', kind: 'revolute' }, { name: 'b', kind: 'revolute' }],
+  joints: [
+    { name: 'a', kind: 'revolute' },
+    { name: 'b', kind: 'revolute' },
+  ],
   chain: [
     { position: [0, 0, 0], ...still, axis: [0, 0, 1] },
     { position: [1, 0, 0], ...still, axis: [0, 0, 1] },
   ],
-  placements: [{ frame: 'tip', after: 2, position: [1, 0, 0], ...still }, { frame: 'upper', after: 1, position: [0.5, 0, 0], ...still }],
+  placements: [
+    { frame: 'tip', after: 2, position: [1, 0, 0], ...still },
+    { frame: 'upper', after: 1, position: [0.5, 0, 0], ...still },
+  ],
   tip_frame: 'tip',
 } as unknown as Robot;
 const thing = (id: string, after: number | null, x: number, y: number): Placed => ({
@@ -25,7 +31,12 @@ const thing = (id: string, after: number | null, x: number, y: number): Placed =
   after,
 });
 const quarter = Math.PI / 2;
-const positions = [[0, 0], [0, quarter], [quarter, quarter], [0, 0]];
+const positions = [
+  [0, 0],
+  [0, quarter],
+  [quarter, quarter],
+  [0, 0],
+];
 const answer = { waypoints: positions.map((position, index) => ({ index, position, arrival_time: index })) } as unknown as PlanAnswer;
 
 function request(...waypoints: object[]): PlanRequest {

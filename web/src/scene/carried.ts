@@ -13,7 +13,12 @@ export interface Stretch {
 
 // Where things are from the start on, and after each waypoint that takes or puts down; at one waypoint what is put down
 // comes first. Without a plan they are where they were at the start.
-export function stretchesOf(placed: readonly Placed[], request: PlanRequest | undefined, answer: PlanAnswer | undefined, robot: Robot): Stretch[] {
+export function stretchesOf(
+  placed: readonly Placed[],
+  request: PlanRequest | undefined,
+  answer: PlanAnswer | undefined,
+  robot: Robot,
+): Stretch[] {
   const stretches: Stretch[] = [{ from: -Infinity, placed }];
   if (!request || !answer) return stretches;
   let now = placed;

@@ -24,7 +24,11 @@ function localSupport(shape: Form | SceneShape): Support | null {
     case 'sphere':
       return (direction) => direction.clone().setLength(shape.radius);
     case 'capsule':
-      return (direction) => direction.clone().setLength(shape.radius).add(new Vector3(0, 0, (Math.sign(direction.z) * shape.length) / 2));
+      return (direction) =>
+        direction
+          .clone()
+          .setLength(shape.radius)
+          .add(new Vector3(0, 0, (Math.sign(direction.z) * shape.length) / 2));
     case 'cylinder':
       return ({ x, y, z }) => new Vector3(x, y, 0).setLength(x === 0 && y === 0 ? 0 : shape.radius).setZ((Math.sign(z) * shape.length) / 2);
     case 'convex': {

@@ -12,13 +12,19 @@ export interface Pair {
 }
 
 // The nearest points of a pair in the base frame; null: one of them is not convex, or nothing to be drawn.
-export function pointsOf({ names, position }: Pair, robot: Robot, links: readonly LinkShape[], placed: readonly Placed[]): [Vector3, Vector3] | null {
+export function pointsOf(
+  { names, position }: Pair,
+  robot: Robot,
+  links: readonly LinkShape[],
+  placed: readonly Placed[],
+): [Vector3, Vector3] | null {
   const joints = jointMatrices(robot, position);
   const [first, second] = names.map((name) => supportsOf(name, joints, links, placed));
   const ground = placed.find(({ id, shape }) => names.includes(id) && shape.kind === 'half_space');
   const found: [Vector3, Vector3][] = [];
   for (const one of first ?? []) {
-    if (ground?.shape.kind === 'half_space') found.push(nearestToHalfSpace(one, ground.shape.normal, ground.shape.offset ?? 0, ground.matrix));
+    if (ground?.shape.kind === 'half_space')
+      found.push(nearestToHalfSpace(one, ground.shape.normal, ground.shape.offset ?? 0, ground.matrix));
     for (const other of second ?? []) found.push(nearestOf(one, other));
   }
   return found.reduce<[Vector3, Vector3] | null>((best, next) => (best && length(best) <= length(next) ? best : next), null);
@@ -29,7 +35,9 @@ function length([from, to]: [Vector3, Vector3]): number {
 }
 
 function supportsOf(name: string, joints: readonly Matrix4[], links: readonly LinkShape[], placed: readonly Placed[]): Support[] {
-  const ofLink = links.filter(({ link }) => link === name).map((link) => supportOf(link.shape, joints[link.after]!.clone().multiply(matrixOf(link))));
+  const ofLink = links
+    .filter(({ link }) => link === name)
+    .map((link) => supportOf(link.shape, joints[link.after]!.clone().multiply(matrixOf(link))));
   const ofThings = placed
     .filter(({ id }) => id === name)
     .map(({ shape, matrix, after }) => supportOf(shape, after === null ? matrix : joints[after]!.clone().multiply(matrix)));

@@ -10,7 +10,10 @@ const still = { quaternion_xyzw: [0, 0, 0, 1] };
 const arm = {
   joints: [{ name: 'a', kind: 'revolute' }],
   chain: [{ position: [0, 0, 0], ...still, axis: [0, 0, 1] }],
-  placements: [{ frame: 'tip', after: 1, position: [1, 0, 0], ...still }, { frame: 'upper', after: 1, position: [0.2, 0, 0], ...still }],
+  placements: [
+    { frame: 'tip', after: 1, position: [1, 0, 0], ...still },
+    { frame: 'upper', after: 1, position: [0.2, 0, 0], ...still },
+  ],
   tip_frame: 'tip',
   tool: { position: [0, 0, 0.1], ...still },
   mounting: null,
@@ -34,7 +37,21 @@ describe('nearest points', () => {
     ['a ball above a cylinder', { kind: 'cylinder', radius: 0.3, length: 1 }, ball, at(0.1, 0.1, 0.8), 0.2],
     ['a ball beside a cylinder', { kind: 'cylinder', radius: 0.3, length: 1 }, ball, at(0.6, 0.8, 0.2), 0.6],
     ['a capsule and a box', { kind: 'capsule', radius: 0.2, length: 1 }, { kind: 'box', size: [1, 1, 1] }, at(0, 0, 1.5), 0.3],
-    ['a tetrahedron and a ball', { kind: 'convex', vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]] }, ball, at(1, 1, 1), 2 / Math.sqrt(3) - 0.1],
+    [
+      'a tetrahedron and a ball',
+      {
+        kind: 'convex',
+        vertices: [
+          [0, 0, 0],
+          [1, 0, 0],
+          [0, 1, 0],
+          [0, 0, 1],
+        ],
+      },
+      ball,
+      at(1, 1, 1),
+      2 / Math.sqrt(3) - 0.1,
+    ],
   ])('of %s', (_, first, second, matrix, expected) => {
     expect(gap(first, second, matrix)).toBeCloseTo(expected, 2);
     const back = matrix.clone().invert();
@@ -84,7 +101,13 @@ describe('a scene', () => {
     const placed = placedOf(setting, arm);
     expect(placed.map(({ after }) => after)).toEqual([null, null, null, 1, 1]);
     expect(placed.map(({ margin }) => margin)).toEqual([0.02, 0.1, 0.02, 0, 0]);
-    const expected = [[0, 0, 0.5], [0, 0, 0.5], [1, 1, 0], [1, 0, 0.3], [0.2, 0, 0]];
+    const expected = [
+      [0, 0, 0.5],
+      [0, 0, 0.5],
+      [1, 1, 0],
+      [1, 0, 0.3],
+      [0.2, 0, 0],
+    ];
     placed.forEach((one, index) => close(originOf(one), expected[index]!));
     expect(mountingOf(setting, arm).elements[14]).toBe(1);
   });

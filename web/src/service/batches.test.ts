@@ -7,7 +7,10 @@ const { listen, parsed } = await import('./events');
 describe('server-sent events', () => {
   test('are read as they come, comments left out', () => {
     const [events, rest] = parsed('id: 3\nevent: progress\ndata: {"a":1}\n\n: nothing new\n\nid: 4\nevent: end\ndata: {}\n\nid: 5\nda');
-    expect(events).toEqual([{ id: '3', name: 'progress', data: '{"a":1}' }, { id: '4', name: 'end', data: '{}' }]);
+    expect(events).toEqual([
+      { id: '3', name: 'progress', data: '{"a":1}' },
+      { id: '4', name: 'end', data: '{}' },
+    ]);
     expect(rest).toBe('id: 5\nda');
   });
 
@@ -72,7 +75,12 @@ describe('a grid', () => {
   ])('reads values: %s', (text, values) => expect(valuesOf(text)).toEqual(values));
 
   test('has all combinations', () => {
-    expect(sizeOf([{ pointer: '/a', values: '1, 2, 3' }, { pointer: '/b/0', values: 'x, y' }])).toBe(6);
+    expect(
+      sizeOf([
+        { pointer: '/a', values: '1, 2, 3' },
+        { pointer: '/b/0', values: 'x, y' },
+      ]),
+    ).toBe(6);
     expect(sizeOf([{ pointer: 'a', values: '1' }])).toBeNull();
   });
 

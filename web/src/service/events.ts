@@ -37,7 +37,8 @@ export async function listen(path: string, signal: AbortSignal, hear: (event: Se
     if (last !== '') headers['Last-Event-ID'] = last;
     try {
       const answer = await fetch(base + path, { headers, signal });
-      if (answer.status >= 500 || answer.status === 429) { // as a proxy says while the service is restarted; too many requests
+      if (answer.status >= 500 || answer.status === 429) {
+        // as a proxy says while the service is restarted; too many requests
         pause = Math.max(AGAIN, 1000 * Number(answer.headers.get('Retry-After') ?? 0) || 0);
         throw new Error('away');
       }

@@ -126,7 +126,11 @@ function hindranceOf(reach: Reach | null): Pair | null {
   return reach?.kind === 'reached' && reach.collision ? { names: reach.collision.pair, position: reach.position } : null;
 }
 
-function follow(stage: Stage, { movable, placedAtPair, standing }: typeof import('../state/placed'), dragging: Dragging | undefined): () => void {
+function follow(
+  stage: Stage,
+  { movable, placedAtPair, standing }: typeof import('../state/placed'),
+  dragging: Dragging | undefined,
+): () => void {
   stage.gizmo.onDrag = (pose) => dragging?.onDrag(pose);
   stage.gizmo.onDrop = (pose) => dragging?.onDrop(pose);
   stage.onPick = select;

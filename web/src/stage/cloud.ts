@@ -19,12 +19,26 @@ export class Cloud {
     const shares = points.map((point) => (Math.hypot(...point) - least) / Math.max(most - least, 1e-9));
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new Float32BufferAttribute(points.flat(), 3));
-    geometry.setAttribute('color', new Float32BufferAttribute(shares.flatMap((share) => shareColour(share, dark).toArray()), 3));
+    geometry.setAttribute(
+      'color',
+      new Float32BufferAttribute(
+        shares.flatMap((share) => shareColour(share, dark).toArray()),
+        3,
+      ),
+    );
     geometry.computeBoundingBox();
     this.middle = geometry.boundingBox!.getCenter(new Vector3());
-    const material = new PointsMaterial({ size: SIZE * Math.min(devicePixelRatio, 2), sizeAttenuation: false, vertexColors: true, transparent: true, opacity: OPACITY, depthWrite: false });
+    const material = new PointsMaterial({
+      size: SIZE * Math.min(devicePixelRatio, 2),
+      sizeAttenuation: false,
+      vertexColors: true,
+      transparent: true,
+      opacity: OPACITY,
+      depthWrite: false,
+    });
     material.clippingPlanes = isCut ? [this.plane] : null;
-    material.onBeforeCompile = (shader) => (shader.fragmentShader = shader.fragmentShader.replace('#include <clipping_planes_fragment>', ROUND));
+    material.onBeforeCompile = (shader) =>
+      (shader.fragmentShader = shader.fragmentShader.replace('#include <clipping_planes_fragment>', ROUND));
     this.object = new Points(geometry, material);
   }
 

@@ -95,7 +95,12 @@ function around(corner: readonly number[], margin: number): Vector3[] {
 function grown(geometry: BufferGeometry, margin: number): BufferGeometry {
   const [points, normals] = [geometry.getAttribute('position'), geometry.getAttribute('normal')];
   for (let i = 0; margin > 0 && i < points.count; i += 1) {
-    points.setXYZ(i, points.getX(i) + margin * normals.getX(i), points.getY(i) + margin * normals.getY(i), points.getZ(i) + margin * normals.getZ(i));
+    points.setXYZ(
+      i,
+      points.getX(i) + margin * normals.getX(i),
+      points.getY(i) + margin * normals.getY(i),
+      points.getZ(i) + margin * normals.getZ(i),
+    );
   }
   return geometry;
 }

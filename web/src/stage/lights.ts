@@ -2,7 +2,10 @@
 import { AmbientLight, DirectionalLight } from 'three';
 import type { Light } from 'three';
 
-const LAMPS = [[2, -3, 5, 2.2], [-4, 2, 3, 0.9]] as const; // x, y, z and strength
+const LAMPS = [
+  [2, -3, 5, 2.2],
+  [-4, 2, 3, 0.9],
+] as const; // x, y, z and strength
 
 export function lights(): Light[] {
   const lamps = LAMPS.map(([x, y, z, strength]) => {

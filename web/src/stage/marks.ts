@@ -63,7 +63,11 @@ export function ghostLine(answer: PlanAnswer, stretches: readonly Stretch[], col
 }
 
 // Tools, each by its tool centre point and where that is in the tip frame: a line leads there from a ring around the tip.
-export function toolMarks(tools: readonly { at: Matrix4; tool: Matrix4 }[], size: number, colour: ColorRepresentation): Object3D | undefined {
+export function toolMarks(
+  tools: readonly { at: Matrix4; tool: Matrix4 }[],
+  size: number,
+  colour: ColorRepresentation,
+): Object3D | undefined {
   const ends = tools.flatMap(({ at, tool }) => {
     const tip = at.clone().multiply(tool.clone().invert());
     if (new Vector3().setFromMatrixPosition(tool).length() < SHORTEST_TOOL) return [];
@@ -105,7 +109,14 @@ export function ball(radius: number, colour: ColorRepresentation): Mesh {
 }
 
 // A ball and axes at each waypoint, and the tool of those that have one; the number of a ball is that of its planned waypoint.
-export function waypointMarks(answer: PlanAnswer, tools: readonly (Matrix4 | null)[], size: number, chosen: number, colour: string, mark: string): Group {
+export function waypointMarks(
+  answer: PlanAnswer,
+  tools: readonly (Matrix4 | null)[],
+  size: number,
+  chosen: number,
+  colour: string,
+  mark: string,
+): Group {
   const material = new MeshBasicMaterial();
   const balls = new InstancedMesh(new SphereGeometry(size, 16, 10), material, answer.waypoints.length);
   const frames: { matrix: Matrix4; length: number }[] = [];

@@ -30,7 +30,11 @@ export function obstacles(placed: readonly Placed[], extent: number, { thing, ma
   const group = new Group();
   const solid = placed.filter(({ shape }) => shape.kind !== 'half_space' && shape.kind !== 'point_cloud');
   const body = merged(solid, extent, () => 0);
-  const shell = merged(solid.filter((one) => one.margin > 0), extent, (one) => one.margin);
+  const shell = merged(
+    solid.filter((one) => one.margin > 0),
+    extent,
+    (one) => one.margin,
+  );
   if (body) group.add(new Mesh(body, new MeshStandardMaterial({ color: thing, roughness: 0.8, ...veil(0.55) })));
   if (shell) group.add(new Mesh(shell, new MeshBasicMaterial({ color: margin, ...veil(0.16) })));
   for (const one of placed) {
@@ -56,7 +60,13 @@ function veil(opacity: number): { transparent: true; opacity: number; depthWrite
 }
 
 function planes(one: Placed, extent: number, thing: ColorRepresentation, margin: ColorRepresentation): Mesh[] {
-  const layers = one.margin > 0 ? ([[0, thing, 0.3], [one.margin, margin, 0.08]] as const) : ([[0, thing, 0.3]] as const);
+  const layers =
+    one.margin > 0
+      ? ([
+          [0, thing, 0.3],
+          [one.margin, margin, 0.08],
+        ] as const)
+      : ([[0, thing, 0.3]] as const);
   return layers.map(([by, color, opacity]) => {
     const geometry = grownGeometry(one.shape, by, extent)!.applyMatrix4(one.matrix);
     const mesh = new Mesh(geometry, new MeshBasicMaterial({ color, side: DoubleSide, ...veil(opacity) }));

@@ -1,15 +1,5 @@
 // The three-dimensional view. It draws when something has changed, and only then.
-import {
-  Box3,
-  GridHelper,
-  Group,
-  Matrix4,
-  PerspectiveCamera,
-  Scene,
-  Sphere,
-  Vector3,
-  WebGLRenderer,
-} from 'three';
+import { Box3, GridHelper, Group, Matrix4, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer } from 'three';
 import type { Object3D, Vector3Tuple } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { stretchesOfTools } from '../plan/tools';
@@ -156,7 +146,9 @@ export class Stage {
     const colour = styleColour(isRefused ? '--bad' : '--accent');
     const ends = isOfRobot && !isRefused ? pointsOf(pair, this.robot!, links, placed) : null;
     this.replace('gap', ends ? gapMark(ends, this.extent * 0.007, colour) : undefined);
-    const shapes = links.filter(({ link }) => pair?.names.includes(link)).map((link): Shape => ({ after: link.after, matrix: matrixOf(link), form: link.shape as Form }));
+    const shapes = links
+      .filter(({ link }) => pair?.names.includes(link))
+      .map((link): Shape => ({ after: link.after, matrix: matrixOf(link), form: link.shape as Form }));
     this.replace('pair', isOfRobot && shapes.length > 0 ? this.ghost(pair.position, colour, shapes) : undefined);
   }
 
@@ -167,7 +159,10 @@ export class Stage {
 
   setPlan(shown: Planned | null, shares: readonly number[]): void {
     const isDrawn = shown?.answer.samples.tcp_pose;
-    this.replace('path', isDrawn ? pathLine(shown.answer, shares, stretchesOfTools(shown.request, shown.answer), theme.value === 'dark') : undefined);
+    this.replace(
+      'path',
+      isDrawn ? pathLine(shown.answer, shares, stretchesOfTools(shown.request, shown.answer), theme.value === 'dark') : undefined,
+    );
     if (shown && !this.isFitted) {
       this.isFitted = true;
       this.arm?.pose(shown.answer.samples.position[0]!); // the view is to hold the arm where it begins
@@ -178,7 +173,9 @@ export class Stage {
   // The waypoints, each with the tool that it brings.
   setWaypoints(shown: Planned | null, chosen: number): void {
     this.waypoints = shown?.answer.waypoints.map(({ index }) => index) ?? [];
-    const tools = this.waypoints.map((index) => shown?.request.waypoints[index]?.tool).map((tool) => (tool ? toolOf(tool, this.robot!) : null));
+    const tools = this.waypoints
+      .map((index) => shown?.request.waypoints[index]?.tool)
+      .map((tool) => (tool ? toolOf(tool, this.robot!) : null));
     const colours = [styleColour('--text-soft'), styleColour('--accent')] as const;
     this.replace('waypoints', shown ? waypointMarks(shown.answer, tools, this.extent * 0.008, chosen, ...colours) : undefined);
   }

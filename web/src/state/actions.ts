@@ -102,7 +102,8 @@ export async function chooseExample(example: Example): Promise<void> {
   const added = await addExampleRobot(loaded.robot);
   if (chosenExample !== example.name) return;
   openRequest(structuredClone(loaded), texts.said.example(example.name.replaceAll('_', ' ')));
-  if (added) banner.value = { text: added === 'added' ? texts.said.robotAdded(loaded.robot) : texts.said.robotNotAdded(loaded.robot, added.detail) };
+  if (added)
+    banner.value = { text: added === 'added' ? texts.said.robotAdded(loaded.robot) : texts.said.robotNotAdded(loaded.robot, added.detail) };
 }
 
 // Shows a request that is no edit of the one before.
@@ -170,5 +171,5 @@ export async function insertPose(position: readonly number[]): Promise<void> {
   }
   const external = arm.external_axes.map((name): [string, number] => [name, position[arm.joint_names.indexOf(name)]!]);
   const pose = poseWaypoint(found.answer.poses[0] as Pose);
-  insert(external.length > 0 ? { ...pose, external: Object.fromEntries(external) } as Waypoint : pose);
+  insert(external.length > 0 ? ({ ...pose, external: Object.fromEntries(external) } as Waypoint) : pose);
 }

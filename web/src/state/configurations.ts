@@ -8,7 +8,9 @@ import { isStale, problem, request, robot, selected, shownPlan } from './store';
 const found = signal<{ request: PlanRequest; index: number; solutions: readonly Solution[] } | null>(null);
 
 // Those of the waypoint that is chosen, as it is now; null: they have not been asked for.
-export const solutions = computed(() => (found.value?.request === request.value && found.value.index === selected.value ? found.value.solutions : null));
+export const solutions = computed(() =>
+  found.value?.request === request.value && found.value.index === selected.value ? found.value.solutions : null,
+);
 
 // Where the arm stands at the chosen waypoint as it is planned; null: it is not.
 export const plannedPosture = computed(() => {

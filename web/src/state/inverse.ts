@@ -7,7 +7,13 @@ import type { InverseKinematicsResult, PlanRequest, Pose, Robot } from '../servi
 import { scene } from './surroundings';
 
 // Asks about a pose of the tool at a waypoint, in the base frame; ways are sorted by their distance to the reference, too.
-export async function waysTo(pose: Pose, request: PlanRequest, index: number, robot: Robot, reference: readonly number[] | undefined): Promise<Outcome<InverseKinematicsResult>> {
+export async function waysTo(
+  pose: Pose,
+  request: PlanRequest,
+  index: number,
+  robot: Robot,
+  reference: readonly number[] | undefined,
+): Promise<Outcome<InverseKinematicsResult>> {
   const body = {
     robot: robot.id,
     poses: [pose],

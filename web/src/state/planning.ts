@@ -80,7 +80,8 @@ export async function compare(): Promise<void> {
   batch(() => {
     comparing.value = false;
     if (request.value !== asked) return;
-    if (found.answer) compared.value = found.answer.results.map((entry, index) => ({ ...entry, took: took.get(`backend_${index}`) ?? null }));
+    if (found.answer)
+      compared.value = found.answer.results.map((entry, index) => ({ ...entry, took: took.get(`backend_${index}`) ?? null }));
     else problem.value = found.problem;
   });
 }

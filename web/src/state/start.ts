@@ -31,10 +31,7 @@ export async function start(): Promise<void> {
 }
 
 async function loadLists(): Promise<void> {
-  const [known, kinds] = await Promise.all([
-    loadRobots(),
-    outcome(client.GET('/v1/backends')),
-  ]);
+  const [known, kinds] = await Promise.all([loadRobots(), outcome(client.GET('/v1/backends'))]);
   if (known.problem) problem.value = known.problem;
   if (kinds.answer) backends.value = kinds.answer.backends;
 }

@@ -12,7 +12,8 @@ export interface RobotFiles {
   meshes?: File; // a zip archive
 }
 
-export type Upload = { kind: 'running' } | { kind: 'added'; id: string; findings: readonly Finding[] } | { kind: 'refused'; problem: Problem };
+export type Upload =
+  { kind: 'running' } | { kind: 'added'; id: string; findings: readonly Finding[] } | { kind: 'refused'; problem: Problem };
 
 export const upload = signal<Upload | null>(null);
 
@@ -46,5 +47,9 @@ export function base64(bytes: Uint8Array): string {
 
 // An id from the name of a file: what an id may not have becomes an underscore.
 export function idOf(name: string): string {
-  return name.replace(/\.[^.]*$/, '').replace(/[^A-Za-z0-9_-]+/g, '_').replace(/^[^A-Za-z0-9]+/, '').slice(0, 64);
+  return name
+    .replace(/\.[^.]*$/, '')
+    .replace(/[^A-Za-z0-9_-]+/g, '_')
+    .replace(/^[^A-Za-z0-9]+/, '')
+    .slice(0, 64);
 }

@@ -23,10 +23,14 @@ export function cutWorkspace(isWanted: boolean): void {
 const found = signal<{ robot: string; asked: string; outcome: Outcome<WorkspaceAnswer> } | null>(null);
 
 // Of the robot and the tool that are shown; a text, which is equal while they are.
-const asked = computed(() => (robot.value && request.value?.robot === robot.value.id ? JSON.stringify({ robot: robot.value.id, tool: shownTool.value }) : null));
+const asked = computed(() =>
+  robot.value && request.value?.robot === robot.value.id ? JSON.stringify({ robot: robot.value.id, tool: shownTool.value }) : null,
+);
 
 // What the service says of the robot that is shown; null: it has not been asked, or has not answered yet.
-export const workspace = computed(() => (isShown.value && found.value && found.value.robot === robot.value?.id ? found.value.outcome : null));
+export const workspace = computed(() =>
+  isShown.value && found.value && found.value.robot === robot.value?.id ? found.value.outcome : null,
+);
 
 // Asks for another robot or tool; while a motion is played, nothing is asked. A report, which has no service, does without.
 export function followWorkspace(): void {

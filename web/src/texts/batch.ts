@@ -8,7 +8,8 @@ export const ofBatch = {
     counts: (planned: number, refused: number, total: number) => `${planned} planned, ${refused} refused of ${total}`,
     rate: (rate: string, left: string | null) => `${rate} a second${left === null ? '' : `, about ${left} left`}`,
     durations: 'Durations of the trajectories',
-    histogram: (shortest: string, mean: string, longest: string) => `Histogram of the durations: from ${shortest} to ${longest}, ${mean} in the mean`,
+    histogram: (shortest: string, mean: string, longest: string) =>
+      `Histogram of the durations: from ${shortest} to ${longest}, ${mean} in the mean`,
     part: (count: number, from: string) => `${count} from ${from} on`,
     mean: (mean: string) => `mean ${mean}`,
     worst: (percent: string) => `At most ${percent} % of a limit is used.`,

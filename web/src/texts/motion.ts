@@ -8,7 +8,8 @@ export const ofMotion = {
     views: 'Views',
     view: { home: 'Home', front: 'Front', side: 'Side', top: 'Top' },
     mode: { translate: 'Move pose', rotate: 'Turn pose' },
-    reached: (solutions: number, free: number | null) => `reached in ${solutions} ${solutions === 1 ? 'way' : 'ways'}${free === null ? '' : `, ${free || 'none'} of them free`}`,
+    reached: (solutions: number, free: number | null) =>
+      `reached in ${solutions} ${solutions === 1 ? 'way' : 'ways'}${free === null ? '' : `, ${free || 'none'} of them free`}`,
     hindered: (pair: readonly string[], depth: string) => `${pair.join(' and ')}: ${depth} too near`,
     missed: (millimetres: string) => `out of reach: the nearest is ${millimetres} mm away`,
     screenshot: 'Picture',
@@ -26,7 +27,14 @@ export const ofMotion = {
     speed: 'Speed of the playback',
     mark: (index: number, name: string | null, at: string) => `Waypoint ${index}${name ? ` “${name}”` : ''} at ${at}`,
   },
-  quantities: { position: 'Position', velocity: 'Velocity', acceleration: 'Acceleration', jerk: 'Jerk', torque: 'Torque', tool_speed: 'Tool speed' },
+  quantities: {
+    position: 'Position',
+    velocity: 'Velocity',
+    acceleration: 'Acceleration',
+    jerk: 'Jerk',
+    torque: 'Torque',
+    tool_speed: 'Tool speed',
+  },
   plots: {
     label: 'Plots',
     quantities: 'Quantities',
@@ -36,8 +44,10 @@ export const ofMotion = {
     hint: 'Drag to zoom, double-click for all, click to go there.',
     image: (title: string) => `${title} over time; the values at the cursor stand below`,
     none: {
-      position: 'The plan has no positions.', velocity: 'The plan has no velocities.',
-      acceleration: 'The plan has no accelerations.', jerk: 'The plan has no jerk.',
+      position: 'The plan has no positions.',
+      velocity: 'The plan has no velocities.',
+      acceleration: 'The plan has no accelerations.',
+      jerk: 'The plan has no jerk.',
       torque: 'The masses of this robot are unknown: there is no torque.',
       tool_speed: 'The plan has no tool speed.',
     },

@@ -13,7 +13,8 @@ export const ofReports = {
   },
   batchReport: {
     title: (id: string) => `Batch ${id.slice(0, 8)}`,
-    times: (status: string, created: string, ended: string | null) => `${status}; arrived ${created}${ended === null ? '' : `, ended ${ended}`}`,
+    times: (status: string, created: string, ended: string | null) =>
+      `${status}; arrived ${created}${ended === null ? '' : `, ended ${ended}`}`,
     counts: 'What came of the requests',
     outcomes: { total: 'requests', planned: 'planned', refused: 'refused', waiting: 'not answered' },
     rate: 'answered a second',

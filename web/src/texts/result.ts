@@ -20,7 +20,8 @@ export const ofResult = {
     unbounded: 'unbounded',
   },
   clearance: {
-    note: (pair: readonly string[], distance: string, time: number) => `nearest: ${pair.join(' and ')}, ${distance} at ${time.toFixed(2)} s`,
+    note: (pair: readonly string[], distance: string, time: number) =>
+      `nearest: ${pair.join(' and ')}, ${distance} at ${time.toFixed(2)} s`,
     names: { scene: 'Clear of the scene', itself: 'Clear of itself', contacts: 'Where things are taken' },
     proved: (pair: readonly string[]) => `${pair.join(' and ')}, proved at all times`,
     estimate: (margin: string, isKept: boolean) =>
@@ -40,7 +41,8 @@ export const ofResult = {
     ways: { durations: 'Longer durations', limits: 'Wider limits', payload: 'A lighter payload', other: 'A change' },
     nearest: (millimetres: string) => `The nearest that the tool gets is ${millimetres} mm away; the robot is shown there in red.`,
     place: 'The robot is shown there in red.',
-    pair: (pair: readonly string[], depth: string, time: string | null) => `${pair.join(' and ')}: ${depth} too near${time === null ? '' : `, from ${time} on`}.`,
+    pair: (pair: readonly string[], depth: string, time: string | null) =>
+      `${pair.join(' and ')}: ${depth} too near${time === null ? '' : `, from ${time} on`}.`,
     show: 'Show the waypoint',
     at: (time: string) => `at ${time}`,
   },

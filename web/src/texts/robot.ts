@@ -29,12 +29,16 @@ export const ofRobot = {
     asking: 'Asking the service …',
     colours: 'From the base:',
     figures: {
-      minimum_reach: 'Nearest to the base', maximum_reach: 'Farthest from the base',
-      minimum_height: 'Lowest', maximum_height: 'Highest',
-      minimum_radius: 'Nearest to the z axis', maximum_radius: 'Farthest from the z axis',
+      minimum_reach: 'Nearest to the base',
+      maximum_reach: 'Farthest from the base',
+      minimum_height: 'Lowest',
+      maximum_height: 'Highest',
+      minimum_radius: 'Nearest to the z axis',
+      maximum_radius: 'Farthest from the z axis',
     },
     go: 'Show',
     goTo: (figure: string) => `Show the robot there: ${figure}`,
-    hint: (points: number) => `${points} points within the position limits, with the tool that is shown, in the base frame; collisions are not looked at.`,
+    hint: (points: number) =>
+      `${points} points within the position limits, with the tool that is shown, in the base frame; collisions are not looked at.`,
   },
 };

@@ -21,7 +21,8 @@ export const ofWaypoints = {
   configurations: {
     ask: 'Choose the configuration …',
     leave: 'Leave the configuration to the planner',
-    label: (count: number, free: number | null) => `${count} ${count === 1 ? 'way' : 'ways'} to reach the pose${free === null ? '' : `, ${free} of them free`}`,
+    label: (count: number, free: number | null) =>
+      `${count} ${count === 1 ? 'way' : 'ways'} to reach the pose${free === null ? '' : `, ${free} of them free`}`,
     hindered: (pair: readonly string[], depth: string) => `${pair.join(' and ')}: ${depth} too near`,
     hint: '↑ and ↓ show each on the stage, Enter takes it.',
     number: (index: number, of: number) => `${index + 1} of ${of}`,
@@ -48,7 +49,14 @@ export const ofWaypoints = {
     label: 'The chosen waypoint',
     name: 'Name',
     motion: 'Motion to here',
-    motions: { joint: 'joint motion', linear: 'line', circular: 'circle', polyline: 'polyline', spline: 'spline', free: 'around obstacles' },
+    motions: {
+      joint: 'joint motion',
+      linear: 'line',
+      circular: 'circle',
+      polyline: 'polyline',
+      spline: 'spline',
+      free: 'around obstacles',
+    },
     transition: 'Here',
     transitions: { stop: 'stop', through: 'pass through', blend: 'blend' },
     optimise: 'Made better by',
@@ -56,7 +64,8 @@ export const ofWaypoints = {
     objectiveUnits: { duration: 's', effort: 's', path_length: 'rad' },
     timeBudget: 'For at most (s)',
     usual: 'usual effort',
-    gain: (objective: string, first: string, last: string, candidates: number) => `Made better by ${objective}: ${first} → ${last}, ${candidates} other ways timed.`,
+    gain: (objective: string, first: string, last: string, candidates: number) =>
+      `Made better by ${objective}: ${first} → ${last}, ${candidates} other ways timed.`,
     radius: 'Radius (mm)',
     duration: 'Duration (s)',
     dwell: 'Dwell (s)',
