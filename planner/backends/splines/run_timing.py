@@ -13,7 +13,7 @@ from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.shortest_durations import Evaluation, shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
-from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
+from planner.errors import InfeasibleDuration, InvalidProblem, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.guarantees import JOINT_DERIVATIVES
 from planner.paths.errors import passing_error
 from planner.time_scaling.compose import ScaledCurve, ToolSpeeds, follow_curve, split_at_knots
@@ -92,9 +92,15 @@ class _Timing(ABC):
         """Time the run so that it keeps the limits."""
         durations, free = self.first_durations(), np.isnan(self.asked)
         longest = self.longest * durations.sum()
+        needed: dict[int, TimeScaling] = {}
         for _ in range(MOST_LENGTHENINGS):
             pieces = self.pieces(durations)
-            needed = time_scalings(self.path, pieces, self.enforced)
+            try:
+                needed = time_scalings(self.path, pieces, self.enforced)
+            except InvalidProblem:  # beside a duration that is too short a longer one makes the spline swing too far
+                if not needed:
+                    raise
+                break
             if self.may_stretch and free.all():
                 factor = max(scaling.factor for scaling in needed.values())
                 if factor <= 0.0:

@@ -190,10 +190,13 @@ def unfinished_body(service: RunningService) -> socket.socket:
 
 
 def refuses_connections(url: str) -> bool:
+    """Tell whether the service refuses a connection; one that it accepts and resets does not count yet."""
     try:
         httpx.get(f"{url}/livez", trust_env=False)
     except httpx.ConnectError:
         return True
+    except httpx.TransportError:
+        return False
     return False
 
 

@@ -233,3 +233,21 @@ def test_auto_takes_the_quintic_where_ruckig_refuses(monkeypatch: pytest.MonkeyP
     made = plan(passing_at(VELOCITY), Auto())
     assert made.trajectory.warnings[-1].message.startswith("quintic: it passes waypoints with the velocities asked")
     passes(made, 1, np.array(VELOCITY))
+
+
+def test_a_duration_too_short_beside_longer_segments_is_refused_for_itself() -> None:
+    """Longer neighbours made the spline swing ever further, until it was refused as too far to be checked."""
+    positions = (
+        (0.8606, -1.4465, -2.8841, -3.0377, 1.9683, 2.5934),
+        (0.8415, -1.1576, -2.5683, -2.4606, 1.97, 2.0216),
+        (0.9991, -1.5949, -2.4514, -2.9378, 1.9997, 2.3601),
+        (0.6487, -1.3504, -2.8921, -2.97, 1.8787, 2.4266),
+        (0.847, -1.3749, -2.2833, -2.4319, 1.8881, 2.4286),
+    )
+    start, first, *others, end = map(JointWaypoint, positions)
+    passed = [replace(first, duration=0.5), *others]
+    waypoints = (start, *(replace(waypoint, transition=ThroughTransition()) for waypoint in passed), end)
+    problem = PlanningProblem(load_robot("ngv_refuelling_arm"), waypoints, Limits(tcp_linear_velocity=0.3))
+    with pytest.raises(InfeasibleDuration) as refused:
+        plan(problem, Cubic())
+    assert refused.value.value == 0.5
