@@ -240,7 +240,8 @@ class Engine:
         with suppress(TimeoutError):  # the end of a batch need not wait for the next beat
             await asyncio.wait_for(self._all_done.wait(), BEAT)
         self._all_done.clear()
-        self._rate += GAIN * (done / max(BEAT, time.monotonic() - before) - self._rate)
+        latest = done / max(BEAT, time.monotonic() - before)
+        self._rate = min(latest, self._rate + GAIN * (latest - self._rate))  # slower items keep others waiting at once
 
     async def _write_what_is_done(self) -> int:
         """Write what has been done since the last time, and give the number of items."""

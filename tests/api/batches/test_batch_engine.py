@@ -92,7 +92,7 @@ async def is_gone(database: Database) -> bool:
 
 
 async def until(condition: Callable[[], Awaitable[bool]]) -> None:
-    async with asyncio.timeout(20.0):
+    async with asyncio.timeout(90.0):
         while not await condition():
             await asyncio.sleep(0.01)
 
@@ -240,13 +240,13 @@ def test_a_batch_has_its_turn_though_items_of_another_were_claimed_while_all_wer
         await engine.start()
         await until(lambda: _true(len(engine._claimed) > 300))
 
-        pool.seconds = 0.1
+        pool.seconds = 0.5
         begun = sum(pool.begun.values())
         await until(lambda: _true(sum(pool.begun.values()) > begun + 5))
         _, batch_id = await batch_of(database, b"modest", client="modest")
         before = sum(pool.asked.values())
         await until(lambda: is_completed(database, batch_id))
-        assert sum(pool.asked.values()) - before < 200
+        assert sum(pool.asked.values()) - before < 150
         await engine.stop()
         database.close()
 
