@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics.inverse import inverse_dynamics
-from planner.dynamics.path_dynamics import PathDynamics, path_dynamics
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -98,22 +97,6 @@ class SegmentDynamics:
             lambda robot, *states: (inverse_dynamics(robot, *states),), segments, positions, velocities, accelerations
         )
         return torques
-
-    def along_path(
-        self, segments: np.ndarray, positions: FloatArray, first: FloatArray, second: FloatArray
-    ) -> PathDynamics:
-        """Compute the path dynamics at points of a path, as `path_dynamics` does.
-
-        Args:
-            segments: (...), index of the segment of each point.
-            positions: q(s), (..., joints), rad or m.
-            first: q'(s), of the same shape.
-            second: q''(s), of the same shape.
-
-        Raises:
-            MissingDynamics: The robot has neither inertias nor a payload on any segment.
-        """
-        return PathDynamics(*self._of_each(path_dynamics, segments, positions, first, second))
 
     def _of_each(
         self, function: Callable[..., tuple[FloatArray, ...]], segments: np.ndarray, *states: FloatArray
