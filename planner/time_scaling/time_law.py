@@ -233,9 +233,8 @@ class LimitsOnCurve:
         """Return the indices (pieces of the law,) of the pieces of the curve that they are on."""
         return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
 
-    def points(self, law: PiecewisePolynomial, s: FloatArray) -> FloatArray:
-        """Return the points of the sampled limits at path positions (..., pieces of the law)."""
-        on = self.pieces(law)
+    def points(self, on: np.ndarray, s: FloatArray) -> FloatArray:
+        """Return the points of the sampled limits at path positions (..., N) on pieces (N,) of the curve."""
         at: FloatArray = on + np.clip((s - self.curve.breakpoints[on]) / self.curve.lengths[on], 0.0, 1.0) / 2.0
         return at
 
@@ -257,7 +256,8 @@ class LimitsOnCurve:
     def along(self, law: PiecewisePolynomial) -> LinearLimits:
         """Linearise all limits at the gridpoints of the law's pieces, each divided by the limit itself."""
         s, ds, dds, q, first, second, third = self.rates(law)
-        at, segments = self.points(law, s[..., 0]), self.curve.segments[self.pieces(law)]
+        on = self.pieces(law)
+        at, segments = self.points(on, s[..., 0]), self.curve.segments[on]
         own = self.limits.of(segments)
         speeds = self.limits.velocity.used(np.broadcast_to(segments, at.shape), first).max(axis=2)[..., None]
         middle, half = own.acceleration.centred

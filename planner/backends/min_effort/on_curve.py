@@ -212,7 +212,8 @@ class Search:
 
         if self.cost.objective != "jerk":
             unit, exponent = (first / power, 0.0) if by_work else (1.0 / torque, -0.5)
-            torques = limits.sampled.values_at(TORQUE, limits.points(law, s[..., 0]), ds, dds)
+            at = limits.points(limits.pieces(law), s[..., 0])
+            torques = limits.sampled.values_at(TORQUE, at, ds, dds)
             by_b, by_a, gravity = (row * unit for row in torques)
             add((by_b, by_a, np.zeros_like(by_b), gravity), exponent, by_work)
         if self.cost.objective == "jerk" or self.cost.adds_jerk:
