@@ -171,8 +171,7 @@ def tool_velocities(robot: Robot, positions: ArrayLike, velocities: ArrayLike) -
         in the base's axes.
     """
     q, v = (np.asarray(values, dtype=np.float64) for values in (positions, velocities))
-    linear, angular = screws_of(robot).twists(q, v, robot.tool_in_tip.translation)
-    return np.ascontiguousarray(linear), np.ascontiguousarray(angular)
+    return screws_of(robot).rates(robot.tool_in_tip.translation, q, v)
 
 
 def tool_accelerations(
@@ -191,8 +190,7 @@ def tool_accelerations(
         (N, 3), rad/s^2, of the tool, both in the base's axes. Gravity is not in them.
     """
     q, v, a = (np.asarray(values, dtype=np.float64) for values in (positions, velocities, accelerations))
-    linear, angular = screws_of(robot).accelerations(q, v, a, robot.tool_in_tip.translation)
-    return np.ascontiguousarray(linear), np.ascontiguousarray(angular)
+    return screws_of(robot).rates(robot.tool_in_tip.translation, q, v, a)
 
 
 def tool_jerks(
@@ -213,8 +211,7 @@ def tool_jerks(
     """
     states = (positions, velocities, accelerations, jerks)
     q, v, a, j = (np.asarray(values, dtype=np.float64) for values in states)
-    linear, angular = screws_of(robot).jerks(q, v, a, j, robot.tool_in_tip.translation)
-    return np.ascontiguousarray(linear), np.ascontiguousarray(angular)
+    return screws_of(robot).rates(robot.tool_in_tip.translation, q, v, a, j)
 
 
 def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -228,7 +225,7 @@ def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> 
     Returns:
         The linear (m/s) and the angular (rad/s) speed (N,) of the tool.
     """
-    linear, angular = screws_of(robot).twists(positions, velocities, robot.tool_in_tip.translation)
+    linear, angular = screws_of(robot).rates(robot.tool_in_tip.translation, positions, velocities)
     return np.sqrt((linear * linear).sum(axis=1)), np.sqrt((angular * angular).sum(axis=1))
 
 
@@ -251,16 +248,16 @@ class JointStates:
 
     @cached_property
     def _velocities(self) -> tuple[FloatArray, FloatArray]:
-        return self._screws.twists(self.q, self.v, self._point)
+        return self._screws.rates(self._point, self.q, self.v)
 
     @cached_property
     def _accelerations(self) -> tuple[FloatArray, FloatArray]:
-        return self._screws.accelerations(self.q, self.v, self.a, self._point)
+        return self._screws.rates(self._point, self.q, self.v, self.a)
 
     @cached_property
     def _jerks(self) -> tuple[FloatArray, FloatArray]:
         assert self.j is not None  # noqa: S101 - jerks of the tool are asked only where those of the joints are known
-        return self._screws.jerks(self.q, self.v, self.a, self.j, self._point)
+        return self._screws.rates(self._point, self.q, self.v, self.a, self.j)
 
     @cached_property
     def tool_on_path(self) -> tuple[AccelerationOnPath, AccelerationOnPath]:

@@ -1,4 +1,5 @@
 // The C interface of the kernels: arrays in, arrays out, and a code that says what failed. All arrays are in row order.
+#include "kinematics.hpp"
 #include "polynomials.hpp"
 #include "profile.hpp"
 #include "proof.hpp"
@@ -62,6 +63,23 @@ int path_dynamics(int64_t joints, const double* links, const double* gravity, in
         store_states(chain.state(3), joints, left, still + at);
     }
     return OK;
+}
+
+// Positions (states, 3) of a point, rotations (states, 3, 3) of the tip and Jacobians (states, 6, joints) unless null.
+int reached(int64_t joints, const double* frames, const double* point, int64_t states, const double* q, double* positions,
+            double* rotations, double* jacobians) {
+    const Arm arm{joints, reinterpret_cast<const ArmFrame*>(frames), point};
+    return reach_all(arm, states, q, positions, rotations, jacobians);
+}
+
+// Derivatives of an order, 1 to 3, by time of a point's position and of the tip's turn, (states, 3) each.
+int tip_rates(int64_t joints, const double* frames, const double* point, int64_t states, int64_t order, const double* q,
+              const double* v, const double* a, const double* j, double* linear, double* angular) {
+    const Arm arm{joints, reinterpret_cast<const ArmFrame*>(frames), point};
+    const double* motion[3] = {v, a, j};
+    if (order == 1) return rates_all<1>(arm, states, q, motion, linear, angular);
+    if (order == 2) return rates_all<2>(arm, states, q, motion, linear, angular);
+    return rates_all<3>(arm, states, q, motion, linear, angular);
 }
 
 int derivatives(int64_t pieces, int64_t joints, int64_t order, int64_t count, const double* lengths,

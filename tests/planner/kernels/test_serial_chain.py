@@ -2,40 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from planner.kernels.serial_chain import SerialChain, inverse_dynamics, path_dynamics
-from planner.robots import ExternalAxis, Robot, load_robot
-from planner.robots.payload import Payload
-from planner.spatial import Pose, rotation_x
+from planner.robots import Robot
+from tests.planner.kernels.arms import random_states, robots
 
 LARGEST_REDUCED = 1e5
 """Joint positions, rad, up to which the kernel has its own sine and cosine."""
-
-
-@cache
-def robots() -> dict[str, Robot]:
-    """Arms that turn and slide, on rails, loaded, on a wall, and with joints held still."""
-    kuka = load_robot("kuka_kr16_2")
-    payload = Payload(4.0, (0.05, -0.02, 0.1), (0.02, 0.03, 0.01))
-    rail = ExternalAxis("rail", "prismatic", np.array([0.0, 1.0, 0.0]), lower=-2.0, upper=2.0, velocity=1.0)
-    return {
-        "kuka": kuka,
-        "slides": load_robot("date_sorting_arm"),
-        "loaded": kuka.with_payload(payload),
-        "on a wall": kuka.derived(mounting=Pose(np.zeros(3), rotation_x(1.3))),
-        "on a rail": kuka.with_payload(payload).derived(external_axes=[rail]),
-        "locked": kuka.derived(locked={kuka.joint_names[2]: 0.4}),
-    }
-
-
-def random_states(robot: Robot, count: int, size: float = 3.0) -> np.ndarray:
-    """Positions, velocities and accelerations, (3, count, joints)."""
-    return np.random.default_rng(count).uniform(-size, size, (3, count, robot.dof))
 
 
 def by_pinocchio(robot: Robot, states: np.ndarray) -> np.ndarray:
