@@ -36,11 +36,11 @@ class Figures:
         rms_jerk: Root of the mean over time of the sum over joints of jerk^2; infinite where an acceleration jumps.
         effort: Integral over time of the sum over joints of (torque / limit)^2, s; None: torques are unknown, or no
             joint has a torque limit. A longer trajectory has more of it: compare it at equal durations.
-        mean_effort: The effort divided by the duration, which trajectories of other durations compare with.
+        mean_effort: The effort divided by the duration, for comparing trajectories of different durations.
         mechanical_energy: Integral over time of the sum over joints of |torque times velocity|, J; None: unknown.
-        waypoint_error: Largest distance of a joint from a waypoint that is to be met, rad or m.
-        path_deviation: Largest distance of the tool from where it goes when it stops at every waypoint, m: from its
-            lines and circles, and from the straight joint motions; to about 1e-4 of a segment's length.
+        waypoint_error: Largest deviation of a joint from a waypoint that the trajectory must reach, rad or m.
+        path_deviation: Largest distance of the tool from its path with a stop at every waypoint, m. That path consists
+            of its lines and circles, and of straight joint motions. Accurate to about 1e-4 of a segment's length.
     """
 
     duration: float
@@ -60,8 +60,8 @@ class Comparison:
     Attributes:
         backend: The back end, with its options.
         plan: The certified plan; None: the back end refuses.
-        figures: What the plan costs; None: the back end refuses.
-        refusal: Why there is no plan; None: there is one.
+        figures: The figures of the plan; None: the back end refuses.
+        refusal: The refusal; None: there is a plan.
     """
 
     backend: BackEnd
@@ -74,7 +74,7 @@ def compare(problem: PlanningProblem, backends: Iterable[BackEnd | str]) -> list
     """Plan a problem with several back ends, side by side.
 
     Args:
-        problem: What is asked: robot, waypoints, limits.
+        problem: The robot, the waypoints and the limits.
         backends: The back ends, or their kinds.
 
     Returns:

@@ -1,4 +1,4 @@
-"""What can be wrong with a planning problem: one class a kind, with fields; and what would help."""
+"""Refusals of a planning problem: one class for each kind, with its fields and remedies."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class Remedy:
 
     Attributes:
         field: Path of the changed field in the `PlanningProblem` or, with `"backend"` first, in the back end.
-        value: What to put there, as the library has it: a number, a `Pose`, a `BlendTransition`.
-        explanation: Why that helps, for a person.
-        duration: How long the trajectory takes with this change and those that belong to it, s; None: no plan was made
+        value: The new value, of a type of the library: a number, a `Pose`, a `BlendTransition`.
+        explanation: The effect of the change, for a person.
+        duration: Duration of the trajectory with this remedy and the others of the refusal, s; None: no plan was made
             with it.
     """
 
@@ -55,7 +55,7 @@ class Remedy:
 
 
 def distinct(value: float, other: float) -> tuple[str, str]:
-    """Two numbers with as many digits, six or more, as it takes to tell them apart."""
+    """Write two numbers with at least six digits, and as many as distinguish them."""
     for digits in range(6, 18):
         texts = f"{value:.{digits}g}", f"{other:.{digits}g}"
         if texts[0] != texts[1]:
@@ -64,11 +64,11 @@ def distinct(value: float, other: float) -> tuple[str, str]:
 
 
 class Fault(NamedTuple):
-    """What is wrong with one field.
+    """A fault of one field.
 
     Attributes:
         field: Path of the field in the `PlanningProblem` or in the arguments of the function that was called.
-        message: What is wrong, for a person.
+        message: The fault, for a person.
     """
 
     field: FieldPath
@@ -77,13 +77,13 @@ class Fault(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class NearestPose:
-    """The nearest that an arm comes to a pose that it cannot reach.
+    """The reachable pose nearest to a pose that the arm cannot reach.
 
     Attributes:
-        pose: The tool's pose, in the base frame; without a rotation if none was asked.
+        pose: The tool's pose, in the base frame; without a rotation if the request has none.
         position: (joints,), rad or m, where the tool has this pose.
-        position_error: Distance from the pose asked, m.
-        orientation_error: Angle from the pose asked, rad; None: no orientation was asked.
+        position_error: Distance from the requested pose, m.
+        orientation_error: Angle from the requested orientation, rad; None: the request has none.
     """
 
     pose: Pose
@@ -94,10 +94,10 @@ class NearestPose:
 
 @dataclass(frozen=True, eq=False)
 class PathPoint:
-    """The point up to which the joints can follow a motion of the tool.
+    """The last point of a tool motion that the joints can follow.
 
     Attributes:
-        fraction: Share of the way, from 0 to 1.
+        fraction: Fraction of the tool's path, from 0 to 1.
         pose: The tool's pose there, in the base frame.
         position: (joints,), rad or m: the joint position there.
     """
@@ -108,15 +108,15 @@ class PathPoint:
 
 
 class PlanningError(Exception):
-    """A problem that has no plan, and why.
+    """The refusal of a problem, with its reason.
 
-    In the text that it is made of, `{waypoint}` and `{segment}` stand for its own waypoint and segment, and
-    `{segment_end}` for the waypoint at the end of that segment.
+    In the text passed to the constructor, `{waypoint}` and `{segment}` stand for the waypoint and the segment of the
+    refusal. `{segment_end}` stands for the waypoint at the end of that segment.
 
     Attributes:
         code: Stable name of the kind, in snake case.
         title: The kind in a few words, for a person.
-        message: What is wrong, for a person.
+        message: The reason, for a person.
         waypoint: Index of the waypoint at fault.
         segment: Index of the segment at fault; segment i goes from waypoint i to waypoint i + 1.
         joint: Name of the joint at fault.
@@ -124,9 +124,9 @@ class PlanningError(Exception):
         limit: The limit that it breaks.
         time: Time on the trajectory, s.
         nearest: The nearest pose found to one that cannot be reached.
-        path_point: The point up to which a motion of the tool can be followed.
+        path_point: The last point of a tool motion that the joints can follow.
         remedies: Changes that would make the problem feasible.
-        hints: Changes that mend what is refused here, after which something else may be refused.
+        hints: Changes that remove the reason of this refusal; another refusal may follow.
     """
 
     code: ClassVar[str] = "planning_error"
@@ -198,10 +198,10 @@ class PlanningError(Exception):
 
 
 class InvalidProblem(PlanningError):
-    """The problem contradicts itself or its robot; every fault found is listed.
+    """The problem contradicts itself or its robot; the refusal lists every fault found.
 
     Attributes:
-        faults: What is wrong, by field.
+        faults: The faults, each with its field.
         remedies: Changes that would make the problem feasible.
     """
 
@@ -270,7 +270,7 @@ class SingularPath(PlanningError):
 
 
 class MissingDynamics(PlanningError):
-    """Torques were asked of a robot that has neither inertias nor a payload."""
+    """The request limits or plots the torques of a robot with neither inertias nor a payload."""
 
     code = "missing_dynamics"
     title = "The robot has no inertias"
@@ -284,7 +284,7 @@ class UnsupportedFormat(PlanningError):
 
 
 class InfeasibleDuration(PlanningError):
-    """The duration asked for a segment, or for the whole, is shorter than the limits allow."""
+    """The requested duration of a segment, or of the whole trajectory, is shorter than the limits allow."""
 
     code = "infeasible_duration"
     title = "A duration is too short for the limits"
@@ -298,10 +298,10 @@ class LimitsUnsatisfiable(PlanningError):
 
 
 class ClearanceUnproved(PlanningError):
-    """The trajectory may be free, but that takes too long to prove.
+    """The trajectory may be free of collisions, but the proof would take too long.
 
     Attributes:
-        pair: Names of the links or objects for which it was not proved.
+        pair: Names of the links or objects whose clearance was not proved.
     """
 
     code = "clearance_unproved"
@@ -313,13 +313,13 @@ class ClearanceUnproved(PlanningError):
 
 
 class Collision(PlanningError):
-    """Two things come nearer to each other than their margin allows.
+    """Two links or objects come closer to each other than their margin allows.
 
     Attributes:
         pair: Names of the links or objects.
-        depth: How much nearer they come, m: as deep as they overlap where the margin is 0.
-        point: (3,), m, in the base frame: a point of the first of the two there; None: unknown.
-        position: (joints,), rad or m: the joint position at which they are as near as that.
+        depth: Margin minus distance, m; with a margin of 0, the depth of the overlap.
+        point: (3,), m, in the base frame: a point of the first of the pair; None: unknown.
+        position: (joints,), rad or m: the joint position of this depth.
     """
 
     code = "collision"
@@ -340,11 +340,11 @@ class Collision(PlanningError):
 
 
 class NoPathFound(PlanningError):
-    """No way around what is in the way was found; `path_point` is as far as the search came.
+    """The search found no collision-free path; `path_point` is the farthest point that it reached.
 
     Attributes:
-        checks: The number of motions that were looked at.
-        enclosed_by: Names of objects between which it is proved that there is no way; empty: nothing is proved.
+        checks: The number of motions that the search checked.
+        enclosed_by: Names of objects that provably enclose the robot or the goal; empty: nothing is proved.
     """
 
     code = "no_path_found"

@@ -1,4 +1,4 @@
-"""The quantities that limits are put on, what a back end promises about each, and the motion asked at the ends."""
+"""Limited quantities, the guarantees of a back end for each, and the requested motion at the ends."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ TCP_ORDERS = {
 """The quantities of the tool that may be limited, with the order of derivative by time that each is."""
 
 QUANTITIES = (*JOINT_DERIVATIVES, "torque", *TCP_ORDERS)
-"""Everything that a limit can be put on, in the order of the certificate."""
+"""All quantities that can be limited, in the order of the certificate."""
 
 JERKS = frozenset({"jerk", *(name for name, order in TCP_ORDERS.items() if order > 2)})
 """The quantities that have no bound where an acceleration jumps."""
@@ -52,15 +52,16 @@ ALL_BUT_JERK: Mapping[str, Guarantee] = {**ALL_HARD, **dict.fromkeys(JERKS, Guar
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What a back end can do besides motions from rest to rest along the straight joint motion.
+    """The capabilities of a back end beyond straight joint motions from rest to rest.
 
     Attributes:
-        passes_with_velocities: It passes waypoints with requested velocities.
+        passes_with_velocities: The back end passes waypoints with requested velocities.
         moves_at_its_ends: Its trajectory may begin and end in motion, by the options of `MovesAtItsEnds`.
-        leaves_straight_motions: It may leave the straight joint motion between two stops, as far as the options of
-            `LeavesStraightMotions` allow.
-        is_shaped_by_duration: With more time it makes another motion, not the same one slower.
-        searches: It begins with a motion within all limits and searches for a better one: it has the methods of
+        leaves_straight_motions: The back end may leave the straight joint motion between two stops, within the options
+            of `LeavesStraightMotions`.
+        is_shaped_by_duration: With a longer duration the back end computes another path, not the same path at a lower
+            speed.
+        searches: The back end starts from a motion within all limits and searches for a better one, with the methods of
             `planner.backends.base.Searching`.
     """
 
@@ -76,7 +77,7 @@ class HasCapabilities(Protocol):
 
     @property
     def capabilities(self) -> Capabilities:
-        """What it can do."""
+        """The capabilities of the back end."""
         ...
 
 
@@ -108,7 +109,7 @@ class EndStates:
 
 
 class MovesAtItsEnds(HasCapabilities, Protocol):
-    """A back end whose trajectory may begin and end in motion, as asked by these options; None: at rest."""
+    """A back end whose trajectory may begin and end in motion, as these options request; None: at rest."""
 
     initial_velocity: tuple[float, ...] | None
     initial_acceleration: tuple[float, ...] | None

@@ -1,4 +1,4 @@
-"""The limits in force on each segment: the robot's, narrowed by the request's and the waypoint's."""
+"""The limits of each segment: the robot's, narrowed by the request's and the waypoint's."""
 
 from __future__ import annotations
 
@@ -27,8 +27,10 @@ TCP_QUANTITIES = tuple(TCP_ORDERS)
 
 
 SMALLEST = 1e-9
-"""The smallest limit, scale or mass of a payload, in its SI unit or without: less is a slip, and the squares and
-reciprocals of the smallest numbers that a computer has are none."""
+"""The smallest limit, scale or payload mass, in SI units.
+
+A smaller value is a mistake; its square or reciprocal can leave the range of floating-point numbers.
+"""
 
 TOO_SMALL = f"must be greater than 0, and no less than {SMALLEST:g}"
 """The message of a fault where a number is smaller."""
@@ -39,7 +41,7 @@ SCALES = ("velocity_scale", "acceleration_scale")
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits that are asked, none wider than the robot's; None: the robot's own, and none on the tool.
+    """Requested limits, none wider than the robot's; None: the robot's own limit, and no limit on the tool.
 
     Attributes:
         velocity: Velocity of each joint, rad/s or m/s.
@@ -50,8 +52,8 @@ class Limits:
         tcp_angular_velocity: Angular speed of the tool, rad/s.
         tcp_linear_acceleration: Magnitude of the acceleration of the tool centre point, m/s^2, without gravity.
         tcp_angular_acceleration: Magnitude of the angular acceleration of the tool, rad/s^2.
-        tcp_centripetal_acceleration: The part of the acceleration of the tool centre point across its path, m/s^2;
-            bends tighter than 0.1 mm count as if they were that wide.
+        tcp_centripetal_acceleration: The component of the acceleration of the tool centre point across its path, m/s^2.
+            A bend tighter than 0.1 mm counts as a bend of 0.1 mm.
         tcp_linear_jerk: Magnitude of the jerk of the tool centre point, m/s^3.
         tcp_angular_jerk: Magnitude of the angular jerk of the tool, rad/s^3: the second derivative of its angular
             velocity.
@@ -92,7 +94,7 @@ class SegmentLimits:
         acceleration: Acceleration limits (segments, joints), rad/s^2 or m/s^2.
         jerk: Jerk limits (segments, joints), rad/s^3 or m/s^3, the same in both directions.
         torque: Torque or force limits (segments, joints), N m or N.
-        of_tool: The limits (segments,) of those of `TCP_ORDERS` that are limited anywhere, SI units.
+        of_tool: The limits (segments,) of the quantities of `TCP_ORDERS` that any segment limits, SI units.
         further: The limits (segments,) of further quantities, by their constraints.
     """
 
@@ -113,7 +115,7 @@ class SegmentLimits:
         return [*of_joints, *((constraint, Bounds.of_magnitudes(limit[:, None])) for constraint, limit in one.items())]
 
     def without(self, quantities: Collection[str]) -> SegmentLimits:
-        """Return the limits without those of some quantities."""
+        """Return a copy with no limits on the given quantities."""
         none = Bounds.of_magnitudes(np.full_like(self.torque.upper, np.inf))
         of_tool = {quantity: limit for quantity, limit in self.of_tool.items() if quantity not in quantities}
         of_joints: Any = dict.fromkeys(set(JOINT_QUANTITIES) & set(quantities), none)
@@ -151,11 +153,11 @@ class SegmentLimits:
 
 
 def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
-    """Find the faults of limits asked by a caller: their length, or being wider than the robot's.
+    """Find the faults of requested limits: a wrong length, or wider than the robot's.
 
     Args:
-        robot: Its limits are the widest there are.
-        limits: What is asked.
+        robot: The robot, whose limits are the widest allowed.
+        limits: The requested limits.
         field: Path of the field that has the limits.
     """
     further = {constraint.name: number for constraint, number in limits.further.items()}

@@ -176,7 +176,7 @@ def _sample_faults(
     if time.ndim != 1 or len(time) < 2:
         return [(("samples", "time"), "at least two samples are needed")]
     if not np.isfinite(time).all():
-        faults.append((("samples", "time"), "not all of them are numbers"))
+        faults.append((("samples", "time"), "must be finite numbers"))
     backwards = np.flatnonzero(np.diff(time) < SHORTEST_STEP)
     if len(backwards):
         message = f"time must increase strictly, by {SHORTEST_STEP:g} s at least"
@@ -187,7 +187,7 @@ def _sample_faults(
             message = f"{shape} values for {len(time)} times and the {robot.dof} joints of {robot.id}"
             faults.append((("samples", name), message))
         elif values is not None and not np.isfinite(values).all():
-            faults.append((("samples", name), "not all of them are numbers"))
+            faults.append((("samples", name), "must be finite numbers"))
     if acceleration is not None and velocity is None:
         faults.append((("samples", "acceleration"), "accelerations need velocities beside them"))
     return faults

@@ -128,7 +128,7 @@ def _path(
         message = f"{shape} values: rows of the {robot.dof} joints of {robot.id} are needed"
         raise InvalidProblem([(("points",), message)])
     if not np.isfinite(points).all():
-        raise InvalidProblem([(("points",), "not all of them are numbers")])
+        raise InvalidProblem([(("points",), "must be finite numbers")])
     if not 0.0 < max_deviation < np.inf:
         raise InvalidProblem([(("max_deviation",), "must be greater than 0")])
     check_problem(replace(asked, waypoints=_waypoints(points[[0, -1]])), backend)

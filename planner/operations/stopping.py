@@ -116,7 +116,7 @@ def _check_state(robot: Robot, state: JointState, limits: Limits) -> None:
         if np.shape(values) != (robot.dof,):
             faults.append((("state", name), f"{np.size(values)} values for {robot.dof} joints"))
         elif not np.isfinite(values).all():
-            faults.append((("state", name), "not all of them are numbers"))
+            faults.append((("state", name), "must be finite numbers"))
     if faults:
         raise InvalidProblem(faults)
 

@@ -1,1 +1,1 @@
-"""The certified plan, and what is made of it."""
+"""The certified plan and the reports made from it."""

@@ -46,16 +46,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A certified trajectory and what it came from. Its existence means: every enforced limit is kept.
+    """A certified trajectory with its problem and back end. Every enforced limit is kept, or no plan exists.
 
     Attributes:
-        problem: What was asked.
-        backend: What put time on the path, with its options.
-        path: What the joints do, without time.
+        problem: The request: the robot, the waypoints and the limits.
+        backend: The back end that computed the time scaling, with its options.
+        path: The path of the joints, without time.
         trajectory: The path with time on it.
         certificate: The check of the trajectory against every limit; satisfied.
-        warnings: What the back end has to say, and limits that are asked but not enforced.
-        ways: What was found for the free motions asked; the problem has joint motions along them in their place.
+        warnings: Warnings of the back end and of the planner, such as requested limits that are not enforced.
+        ways: The collision-free paths found for the requested free motions. In `problem`, joint motions along these
+            paths replace the free motions.
     """
 
     problem: PlanningProblem
@@ -73,7 +74,7 @@ class Plan:
 
     @cached_property
     def actions(self) -> tuple[TimedAction, ...]:
-        """What happens on the way besides motion, with its times."""
+        """Actions besides motion, with their times."""
         return action_times(self.path.dynamics, self.trajectory, self.problem.actions)
 
     def plot(
@@ -84,19 +85,20 @@ class Plan:
         view: str = "isometric",
         title: str | None = None,
     ) -> Picture:
-        """Draw the plan: graphs over time, the path of the tool, or the robot at the waypoints, one below the other.
+        """Draw graphs over time, the path of the tool, or the robot at the waypoints, one below the other.
 
         Args:
-            show: What is drawn, see `planner.draw_plan`; omitted: positions, velocities and accelerations.
-            joints: Names of the joints whose graphs are drawn; None: all.
-            axes: Those of `x`, `y` and `z` whose graphs are drawn; None: all.
-            view: Where views look from: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.
+            show: Names of the graphs and views, see `planner.draw_plan`; omitted: positions, velocities and
+                accelerations.
+            joints: Names of the joints of the graphs; None: all.
+            axes: Axes of the graphs, of `x`, `y` and `z`; None: all.
+            view: Viewpoint: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.
             title: The title; None: the robot's id.
 
         Raises:
             InvalidProblem: The robot has no joint of such a name.
-            MissingDynamics: Torques are asked of a robot without inertias and payload.
-            ValueError: There is nothing of such a name to be drawn.
+            MissingDynamics: `show` has torques, and the robot has neither inertias nor a payload.
+            ValueError: `show` has an unknown name.
         """
         from planner.plots.picture import draw_plan
 
@@ -129,15 +131,15 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
 
 
 def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
-    """Put time on the path of a problem, which certifies nothing.
+    """Compute the trajectory on the path of a problem, without a certificate.
 
     Args:
-        problem: What is asked, free of faults.
-        backend: What puts time on the path.
+        problem: The problem, free of faults.
+        backend: The back end that computes the time scaling.
         path: The solved path of the problem.
 
     Raises:
-        InvalidProblem: Motion is asked at the ends of a list of waypoints between which nothing moves.
+        InvalidProblem: The request has motion at the ends, but all waypoints are at one joint position.
         InvalidProblem: A joint travels too far for limits of torque or of the tool to be checked.
         InfeasibleDuration: A duration, of a segment or of the whole, is shorter than the limits allow.
         PlanningError: Another refusal of the back end.
@@ -151,12 +153,12 @@ def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajec
 
 
 def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Plan:
-    """Certify a trajectory that `timed` has made of the same problem, back end and path.
+    """Certify a trajectory that `timed` computed for the same problem, back end and path.
 
     Raises:
-        InvalidProblem: An action is asked for after the end of the trajectory.
-        Collision: The robot would come too near to itself, or to something around it.
-        ClearanceUnproved: That it does not could not be proved.
+        InvalidProblem: The request has an action after the end of the trajectory.
+        Collision: The robot would come closer to itself or to an object than the margin allows.
+        ClearanceUnproved: The planner could not prove the clearance.
         LimitsUnsatisfiable: The trajectory breaks a limit that the back end enforces.
     """
     met = certify_waypoints(trajectory, problem, path.positions, [k for run in path.runs for k in run.blended])

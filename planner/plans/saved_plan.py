@@ -1,7 +1,7 @@
-"""A plan in a few kilobytes, and back: its polynomials, waypoints and certificate, from which any form can be written.
+"""Saved plans of a few kilobytes: polynomials, waypoints and certificate, enough to write every format.
 
-What was asked is not part of it: who saves a plan keeps the problem, too. Nothing is planned again when a plan is
-loaded, so that it is the same one whatever a later version of the planner would find.
+A saved plan does not contain the problem; save that beside it. Loading a plan plans nothing again, so it stays the same
+in later versions of the planner.
 """
 
 from __future__ import annotations
@@ -31,11 +31,13 @@ if TYPE_CHECKING:
     from planner.problems.problem import PlanningProblem
 
 VERSION = 1
-"""The version of the form, without unit; it changes when what was saved before could not be read any more."""
+"""The version of the saved form, without unit; a change that makes older plans unreadable raises it."""
 
 SMALL = 4096
-"""The length below which a content is not compressed, bytes: its numbers shrink by a quarter, no more, and that takes
-as long as all else of saving a plan."""
+"""The length below which the content is not compressed, bytes.
+
+Compression shrinks its numbers by a quarter at most, and takes as long as the rest of saving a plan.
+"""
 
 OF_THE_PATH = frozenset({"tcp_polynomials", "tcp_speed_report"})
 """The parts of an answer that need the curves and tool motions of a plan's path."""
@@ -50,7 +52,7 @@ WAYPOINT_FIELDS = ("name", "position_error", "orientation_error", "solutions", "
 """The fields of a solved waypoint that are saved as they are."""
 
 TRANSITIONS = {kind.__name__: kind for kind in (StopTransition, ThroughTransition, BlendTransition)}
-"""How the corners of a way that was found are passed, by the names that are saved."""
+"""The transitions at the corners of a detour, by their saved names."""
 
 
 def save_plan(plan: Plan) -> bytes:
@@ -88,14 +90,15 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
     """Read a plan.
 
     Args:
-        content: What `save_plan` wrote.
-        problem: What was asked; the plan's own has the ways and the radii of blends that were found.
-        backend: What put time on the path.
-        with_runs: Whether the curves and tool motions of its path are needed, too, as for the parts `OF_THE_PATH`. The
-            path is solved again for them; without, the plan's path has none.
+        content: The bytes from `save_plan`.
+        problem: The problem of the plan. The loaded plan's own problem also has the detours and blend radii that the
+            planner found.
+        backend: The back end of the plan.
+        with_runs: Whether the path also needs its curves and tool motions, as the parts `OF_THE_PATH` do. If so, the
+            path is solved again; otherwise the plan's path has none.
 
     Raises:
-        ValueError: It is no plan of this version of the form.
+        ValueError: The content is no plan of this version.
     """
     saved = ormsgpack.unpackb(zlib.decompress(content))
     if saved["version"] != VERSION:

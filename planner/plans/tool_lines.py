@@ -1,9 +1,9 @@
 """Straight lines of the tool as polynomials of time, x(t), y(t) and z(t), read from a plan.
 
-The tool is at p(t) = p0 + u(t) (p1 - p0), with the time law u(t) from 0 to 1 (document 002, Eq. 3.1 to 3.9 and Tables
-3.0 to 3.6; document 004, Section 7, where u is s). The joints follow the line on a curve whose parameter goes evenly
-with u, so that their position, velocity and acceleration at a breakpoint give u, u' and u'' there, and the quintics
-that meet these are the law itself: no back end has one of a higher degree.
+The tool is at p(t) = p0 + u(t) (p1 - p0), with the time-scaling function u(t) from 0 to 1. See document 002, Eq. 3.1 to
+3.9 and Tables 3.0 to 3.6, and document 004, Section 7, where u is s. The joints follow the line on a curve whose
+parameter is linear in u. So their position, velocity and acceleration at a breakpoint give u, u' and u'' there. The
+quintics through these values are the time-scaling function itself: no back end has one of a higher degree.
 """
 
 from __future__ import annotations
@@ -25,36 +25,43 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 NEWTON_STEPS = 8
-"""Number of Gauss-Newton steps from the share of the line behind the tool to that of the curve behind the joints, each
-of which squares the error: one that is off by a tenth is exact after five."""
+"""Number of Gauss-Newton steps from the line parameter of the tool to the curve parameter of the joints.
+
+Each step squares the error: an error of a tenth vanishes after five.
+"""
 
 SAME_LAW = 1e-9
-"""Share of the way by which two laws may differ and be one polynomial: less than anything that is measured, and a
-thousand times what rounding leaves of a line of a millimetre."""
+"""Largest difference of two time-scaling functions, as a fraction of the path, that still counts as one polynomial.
+
+It is below any measurable value and a thousand times the rounding error on a line of a millimetre.
+"""
 
 SAME_RATE = 0.01
-"""Weight of the difference of two laws' rates, by the time that they take, beside that of their values, than which it
-is larger."""
+"""Weight of the difference of two time-scaling functions' rates, times their duration, beside the smaller difference of
+their values.
+"""
 
 SAMPLES = 17
-"""Number of samples of each piece, both ends included, at which the tool is compared with its polynomial: a piece is a
-quintic, whose error has few extrema."""
+"""Number of samples of each piece, both ends included, at which the tool is compared with its polynomial.
+
+A piece is a quintic, whose error has few extrema.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class LinePolynomial:
-    """The tool's way along a straight line by time: one polynomial for each phase of the time law.
+    """The tool's motion along a straight line: one polynomial of time for each phase of the time scaling.
 
     Where the line begins or ends in a blend, it is the part outside of the blend.
 
     Attributes:
         segment: Index of the segment.
         breakpoints: (pieces + 1,), s from the start of the trajectory.
-        path_parameter: (pieces, order), coefficients of u(t), the share of the line that lies behind the tool, in
-            ascending powers of the time since the start of the piece, s.
-        position: (pieces, 3, order), those of x, y and z in the base frame, m.
-        deviation: How far the tool of the planned joint trajectory is from that at most, m: the joints follow the line
-            within its tolerance. It is found at 17 times of each piece of the trajectory.
+        path_parameter: (pieces, order), coefficients of u(t), the traversed fraction of the line, in ascending powers
+            of the time since the start of the piece, s.
+        position: (pieces, 3, order), coefficients of x, y and z in the base frame, m.
+        deviation: Largest distance of the planned tool from that line, m: the joints follow the line within its
+            tolerance. It is measured at 17 times of each piece of the trajectory.
     """
 
     segment: int
@@ -140,7 +147,7 @@ def _deviation(plan: Plan, robot: Robot, rows: np.ndarray, breakpoints: FloatArr
 
 
 def _share_behind(robot: Robot, line: Line, positions: FloatArray) -> FloatArray:
-    """Return share (N,) of a line that lies behind the tool at joint positions (N, joints), by its way and its turn."""
+    """Return the fraction (N,) of a line traversed at joint positions (N, joints), from translation and rotation."""
     reached, turned = tool_poses(robot, positions)
     way = line.end.position - line.start.position
     along, whole = (reached - line.start.position) @ way, float(way @ way)
@@ -153,11 +160,11 @@ def _share_behind(robot: Robot, line: Line, positions: FloatArray) -> FloatArray
 
 
 def _in_few_pieces(law: PiecewisePolynomial) -> tuple[list[int], FloatArray]:
-    """Join the pieces of a time law, quintics, wherever one polynomial goes on.
+    """Join adjacent quintics of a time-scaling function that are one polynomial.
 
     Returns:
-        The index of the piece that follows each joined piece, and the coefficients (joined pieces, order); those that
-        are rounding are zero.
+        The index of the piece that follows each joined piece, and the coefficients (joined pieces, order); coefficients
+        within rounding of zero are zero.
     """
     ends: list[int] = []
     coefficients: list[FloatArray] = []

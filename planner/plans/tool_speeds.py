@@ -1,4 +1,4 @@
-"""A report of the tool's speed: where it is what is asked, where it is not, and which limit keeps it from that."""
+"""Report of the tool's speed: where it keeps the requested speed, where it is slower, and which limit slows it."""
 
 from __future__ import annotations
 
@@ -19,23 +19,28 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 HELD = 0.99
-"""Share of the speed limit from which on it counts as held: a weld seam or a bead of glue does not tell 1 % less."""
+"""Fraction of the speed limit above which the speed counts as kept.
+
+A weld seam or a bead of glue shows no difference of 1 %.
+"""
 
 SAMPLES = 17
 """Number of samples of each piece of a trajectory, both ends included."""
 
 SLOWEST_PART = 0.1
-"""Share of the missing speed by which a sample may be faster than the slowest one of a part and tell what binds there:
-elsewhere in the part the limits of gaining and losing speed bind."""
+"""Fraction of the missing speed that defines the slowest samples of a part.
+
+The limit that binds at these samples explains the part; elsewhere the limits of acceleration and deceleration bind.
+"""
 
 BINDS = 0.9
-"""Share of a limit from which on it is taken to be what keeps the tool slow; back ends leave some room."""
+"""Fraction of a limit above which the limit counts as binding; back ends leave some reserve."""
 
 DURATION = "duration"
-"""What keeps the tool slow where a duration is asked of the segment and no limit binds."""
+"""The reason for a low speed if the segment has a requested duration and no limit binds."""
 
 TIME_LAW = "time_law"
-"""What keeps the tool slow where neither does: the form of the back end's law, such as that of one cubic."""
+"""The reason for a low speed otherwise: the form of the back end's time scaling, such as a single cubic."""
 
 
 @dataclass(frozen=True)
@@ -43,16 +48,16 @@ class SlowPart:
     """A part of a motion on which the tool goes slower than its speed limit.
 
     Attributes:
-        start_time: When it begins, s from the start of the trajectory.
-        end_time: When it ends, s.
-        start_distance: How far the tool has gone since the start of the motion when it begins, m.
-        end_distance: The same when it ends, m.
-        lowest_speed: The lowest speed on it, m/s.
+        start_time: Start of the part, s from the start of the trajectory.
+        end_time: End of the part, s.
+        start_distance: Distance travelled by the tool from the start of the motion to the start of the part, m.
+        end_distance: The same to the end of the part, m.
+        lowest_speed: The lowest speed of the part, m/s.
         quantity: The limit that binds where the tool is slowest: `velocity`, `acceleration`, `jerk`, `torque`,
-            `tcp_angular_velocity`, or an acceleration or a jerk of the tool; `duration` where none binds and one is
-            asked; else `time_law`, the back end's form.
-        joint: Name of the joint whose limit it is; None: it is none of a joint.
-        use: The largest share of that limit that is used there; of `duration` and `time_law` that of any limit.
+            `tcp_angular_velocity`, or an acceleration or a jerk of the tool. `duration`: no limit binds and the request
+            has a duration. `time_law`: neither; the form of the back end's time scaling.
+        joint: Name of the joint that the limit belongs to; None: the limit is not one of a joint.
+        use: The largest ratio to that limit; for `duration` and `time_law`, the largest ratio to any limit.
     """
 
     start_time: float
@@ -67,13 +72,13 @@ class SlowPart:
 
 @dataclass(frozen=True)
 class ToolSpeedReport:
-    """How well one motion of the tool holds its speed.
+    """The speed of one tool motion, compared with its limit.
 
     Attributes:
         segment: Index of the segment.
         limit: The limit of the tool's speed there, m/s.
-        held: The share of the way on which the tool goes at it, within 1 %.
-        slow: The parts on which it does not, in order.
+        held: The fraction of the path with a speed within 1 % of the limit.
+        slow: The parts with a lower speed, in order.
     """
 
     segment: int
@@ -83,10 +88,7 @@ class ToolSpeedReport:
 
 
 def tool_speed_reports(plan: Plan) -> list[ToolSpeedReport]:
-    """Report the speed of every motion of the tool that has a limit of it: where it is not held, and why.
-
-    The trajectory is sampled at 17 times of each of its pieces; only limits that the back end keeps can bind.
-    """
+    """Report the speed of every tool motion with a speed limit: its slow parts and their reasons."""
     limits = plan.path.limits.magnitudes("tcp_linear_velocity")[:, 0]
     segments = [k for k, path in enumerate(plan.path.tool_motions) if path is not None and np.isfinite(limits[k])]
     moving = set(plan.path.moving.tolist())

@@ -30,12 +30,16 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
-"""Distances from straight joint motions, of the tool, m, and of a joint, rad or m, from which on a warning says so:
-people and things near the arm have to reckon with it."""
+"""Distances from straight joint motions above which a warning says so: of the tool, m, and of a joint, rad or m.
+
+People and equipment near the arm must allow for such a deviation.
+"""
 
 FAR_FROM_TOOL = 1.0 / 3.0
-"""The distance of an attached object from the tool beyond which a warning says so, as a share of the arm's length: no
-gripper is that long."""
+"""The distance of an attached object from the tool above which a warning says so, as a fraction of the arm's length.
+
+No gripper is that long.
+"""
 
 MOST_NAMED = 10
 """The most waypoints that one warning names."""
@@ -44,13 +48,15 @@ MOST_NAMED = 10
 def plan_warnings(
     problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory, certificate: Certificate
 ) -> Iterator[PlanWarning]:
-    """Yield what the caller of a good plan should know."""
+    """Yield the warnings of a certified plan."""
     yield from _snapped(problem)
     repeated = path.still + 1
     if len(repeated):
         named = ", ".join(str(problem.numbers[i]) for i in repeated[:MOST_NAMED].tolist())
         more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""
-        message = "the joint position of the waypoint before; both are passed at once, or the robot rests as asked"
+        message = (
+            "same joint position as the waypoint before; the robot passes both at once, or rests for the requested time"
+        )
         yield PlanWarning("waypoint_repeated", f"waypoint {named}{more}: {message}")
     for number, waypoint in zip(problem.numbers, path.waypoints, strict=True):
         if waypoint.tool_motion is not None and waypoint.tool_motion.warning is not None:
@@ -65,7 +71,9 @@ def plan_warnings(
     for quantity in JOINT_QUANTITIES:
         asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
         if asked and backend.guarantees[quantity] is not Guarantee.HARD:
-            message = f"a {quantity} limit is asked, but {backend.kind} only reports {quantity}"
+            message = (
+                f"the request limits {quantity}, but {backend.kind} only reports it and does not enforce the limit"
+            )
             yield PlanWarning(f"{quantity}_not_enforced", message)
     yield from trajectory.warnings
     yield from _wandering(problem, trajectory, certificate)
@@ -74,19 +82,19 @@ def plan_warnings(
 
 
 def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
-    """Return what is said of joint positions that are outside of their limits by no more than the tolerance."""
+    """Yield warnings of joint positions outside their limits by at most the tolerance."""
     given, positions = given_positions(problem.robot, problem.waypoints)
     within = np.clip(positions, problem.robot.limit("lower"), problem.robot.limit("upper"))
     for row, joint in np.argwhere(positions != within).tolist():
         asked, limit = distinct(positions[row, joint], within[row, joint])
         name = problem.robot.joint_names[joint]
         number = problem.numbers[given[row]]
-        message = f"waypoint {number} puts {name} at {asked}, beyond its limit {limit}, at which it is taken to be"
+        message = f"waypoint {number} has {name} at {asked}, beyond its limit {limit}; the plan uses the limit"
         yield PlanWarning("position_snapped", message)
 
 
 def _wandering(problem: PlanningProblem, trajectory: Trajectory, certificate: Certificate) -> Iterator[PlanWarning]:
-    """Return what is said of a tool or a joint that goes far from straight joint motions."""
+    """Yield warnings of a tool or a joint that deviates far from straight joint motions."""
     for check in certificate.checks:
         if check.peak <= WANDERING.get(check.quantity, np.inf):
             continue
@@ -94,15 +102,15 @@ def _wandering(problem: PlanningProblem, trajectory: Trajectory, certificate: Ce
         end = problem.numbers[segment + 1]
         way = f"on the way from waypoint {end - 1} to {end}"
         if check.quantity == TOOL_DEVIATION:
-            message = f"{way} the tool goes {check.peak:.3g} m off the straight joint motion; max_deviation bounds that"
+            message = f"{way} the tool goes {check.peak:.3g} m off the straight joint motion; max_deviation limits that"
             yield PlanWarning("tool_deviates", message)
         else:
-            away = f"{check.peak:.3g} off the straight joint motion, rad or m; max_joint_deviation bounds that"
+            away = f"{check.peak:.3g} (rad or m) off the straight joint motion; max_joint_deviation limits that"
             yield PlanWarning("joint_deviates", f"{way} {check.joint} goes {away}")
 
 
 def unchecked_positions(robot: Robot) -> Iterator[PlanWarning]:
-    """Yield what is said of joints that take any position, though they do not turn for ever."""
+    """Yield a warning of joints without position limits that are not continuous."""
     joints = [joint for joint in robot.joints if joint.kind != "continuous"]
     names = [joint.name for joint in joints if not (np.isfinite(joint.lower) and np.isfinite(joint.upper))]
     if names:
@@ -116,7 +124,7 @@ def payload_above_rating(robot: Robot, mass: float, waypoint: int = 0) -> Iterat
     Args:
         robot: The robot; one without a known rating is not warned of.
         mass: Mass of everything that the robot carries, kg.
-        waypoint: The waypoint from which on the robot carries it.
+        waypoint: The waypoint where the robot takes the payload.
     """
     rated = robot.rated_payload
     if rated is not None and mass > rated * (1.0 + LIMIT_TOLERANCE):
@@ -127,7 +135,7 @@ def payload_above_rating(robot: Robot, mass: float, waypoint: int = 0) -> Iterat
 
 
 def _attached_far_away(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:
-    """Yield what is said of objects that the tool carries, though they are far away from it."""
+    """Yield warnings of attached objects that are far away from the tool."""
     if problem.scene is None:
         return
     placements = problem.robot.model.jointPlacements.tolist()
@@ -142,7 +150,7 @@ def _attached_far_away(problem: PlanningProblem, path: JointPath) -> Iterator[Pl
         distance = min(map(_least_distance, thing.shapes, repeat(thing.pose)), default=0.0)
         if distance > most:
             message = f"{name} moves with the tool, but is at least {distance:.3g} m away from it"
-            yield PlanWarning("attached_far_from_tool", f"{message}: its pose is that in the frame of the tool")
+            yield PlanWarning("attached_far_from_tool", f"{message}; its pose must be given in the tool frame")
 
 
 def _least_distance(shape: Shape, pose: Pose) -> float:
@@ -158,7 +166,7 @@ def _least_distance(shape: Shape, pose: Pose) -> float:
 
 
 def _torque_warnings(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:
-    """Yield what is said where torques are not checked, or only in part."""
+    """Yield warnings of torques that are not checked, or only in part."""
     robot, is_limited = problem.robot, bool(np.isfinite(path.limits.torque.upper).any())
     unchecked = f"{robot.id} has no torque limits: no torque is checked"
     if robot.has_dynamics:

@@ -1,1 +1,1 @@
-"""What is asked, and what is wrong with it."""
+"""The planning problem and the checks of its fields."""

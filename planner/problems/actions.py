@@ -48,7 +48,7 @@ class SetOutput:
 
     Attributes:
         at: When.
-        name: What the controller calls the output.
+        name: The controller's name of the output.
         value: The value, true and false for a digital one.
     """
 
@@ -63,7 +63,7 @@ class Wait:
 
     Attributes:
         at: The waypoint.
-        duration: How long, s.
+        duration: Duration of the wait, s.
     """
 
     at: Moment

@@ -1,4 +1,4 @@
-"""What is wrong with a problem as it is asked: lengths of arrays, widths of limits, what contradicts itself."""
+"""Checks of a requested problem: lengths of arrays, widths of limits, contradictions."""
 
 from __future__ import annotations
 
@@ -29,23 +29,22 @@ if TYPE_CHECKING:
     from planner.robots import Robot
 
 TOOL_MOTIONS = {LinearMotion: "line", CircularMotion: "circle", PolylineMotion: "polyline", SplineMotion: "spline"}
-"""What messages call the motions of the tool."""
+"""The names of the tool motions in messages."""
 
 
 def check_problem(problem: PlanningProblem, backend: HasCapabilities) -> None:
-    """Hold the problem against its robot: lengths of arrays, widths of limits, order of waypoints.
+    """Check a problem against its robot: lengths of arrays, widths of limits, order of waypoints.
 
-    What depends on the solved waypoints is refused where they are known (`planner.paths`): a corner that cannot be
-    passed.
+    Checks that need the solved waypoints are in `planner.paths`, such as a corner that the robot cannot pass.
 
     Args:
-        problem: What is asked.
-        backend: The back end with its options, which may ask for motion at the ends (`MovesAtItsEnds`).
+        problem: The requested problem.
+        backend: The back end with its options, which may request motion at the ends (`MovesAtItsEnds`).
 
     Raises:
         InvalidProblem: With every fault found.
-        MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
-        LimitsUnsatisfiable: The motion asked at the ends, or where a waypoint is passed, breaks a limit.
+        MissingDynamics: The request limits torques of a robot whose torques are unknown.
+        LimitsUnsatisfiable: The requested motion at the ends, or the velocity at a passed waypoint, breaks a limit.
     """
     faults = list(_faults(problem))
     faults += _passing_faults(problem, backend)
@@ -64,7 +63,7 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
     """Refuse a torque limit that cannot be checked, rather than ignore it.
 
     Raises:
-        MissingDynamics: One is asked, and the robot has neither inertias nor a payload.
+        MissingDynamics: The request has a torque limit, and the robot has neither inertias nor a payload.
     """
     if not robot.has_dynamics and any(limits.torque or limits.torque_range for limits in asked):
         raise MissingDynamics(
@@ -78,24 +77,24 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         yield from scene_faults(robot, problem.scene)
     yield from speed_zone_faults(problem.scene, problem.speed_zones)
     if not 0.0 <= problem.start_tolerance < np.inf:
-        yield ("start_tolerance",), "a tolerance cannot be negative, nor without end"
+        yield ("start_tolerance",), "must be finite and not negative"
     if problem.payload is not None and not problem.payload.mass >= SMALLEST:
         yield ("payload", "mass"), TOO_SMALL
     if not waypoints:
-        yield ("waypoints",), "a trajectory needs a waypoint"
+        yield ("waypoints",), "must have at least one waypoint"
     yield from waypoint_faults(robot, waypoints, problem.inverse_kinematics)
     for i, waypoint in enumerate(waypoints):
         if waypoint.limits is not None:
             yield from limit_faults(robot, waypoint.limits, ("waypoints", i, "limits"))
         if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
-            yield ("waypoints", i, "dwell"), "the robot rests only at a waypoint where it stops"
+            yield ("waypoints", i, "dwell"), "needs a stop: the robot rests only at a waypoint where it stops"
     yield from _payload_faults(problem)
     yield from objects_handled_faults(problem)
     yield from tool_faults(problem)
     yield from action_faults(problem)
     for i in (0, len(waypoints) - 1):
         if waypoints and not isinstance(waypoints[i].transition, StopTransition):
-            yield ("waypoints", i, "transition"), "the robot starts and ends at rest"
+            yield ("waypoints", i, "transition"), "must be a stop: the robot starts and ends at rest"
     if waypoints and type(waypoints[0].motion) is not JointMotion:
         yield ("waypoints", 0, "motion"), "the first waypoint ends no segment: there is no motion to it"
     if waypoints and waypoints[0].duration is not None:
@@ -108,7 +107,7 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
 
 
 def _free_motion_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
-    """Find what cannot be asked of ways around."""
+    """Find free motions with an invalid budget."""
     for i, waypoint in enumerate(problem.waypoints):
         motion = waypoint.motion
         if not isinstance(motion, FreeMotion):
@@ -116,9 +115,9 @@ def _free_motion_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, s
         for name in ("time_budget", "optimise_checks"):
             asked, field = getattr(motion, name), ("waypoints", i, "motion", name)
             if asked is not None and not 0.0 < asked < np.inf:
-                yield field, "a budget is a number above 0"
+                yield field, "must be finite and greater than 0"
             elif asked is not None and motion.optimise is None:
-                yield field, "it bounds how long a way is made better; `optimise` says by what"
+                yield field, "needs `optimise`, the objective of the optimisation that it limits"
 
 
 def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
@@ -130,11 +129,17 @@ def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]
     for i, waypoint in enumerate(waypoints):
         if isinstance(waypoint.motion, FreeMotion) and (waypoint.duration or waypoint.minimum_duration):
             timed = "duration" if waypoint.duration else "minimum_duration"
-            yield ("waypoints", i, timed), "a way that is yet to be found has no time of its own; the whole may have"
+            yield (
+                ("waypoints", i, timed),
+                "a free motion cannot have a duration of its own; set the `duration` of the whole trajectory",
+            )
         if not 0.0 <= waypoint.minimum_duration < np.inf:
-            yield ("waypoints", i, "minimum_duration"), "a duration cannot be negative, nor without end"
+            yield ("waypoints", i, "minimum_duration"), "must be finite and not negative"
         elif waypoint.duration is not None and waypoint.duration < waypoint.minimum_duration:
-            yield ("waypoints", i, "duration"), f"less than the least duration asked, {waypoint.minimum_duration:g} s"
+            yield (
+                ("waypoints", i, "duration"),
+                f"must be at least the minimum_duration, {waypoint.minimum_duration:g} s",
+            )
         least += waypoint.dwell + max(waypoint.minimum_duration, waypoint.duration or 0.0)
     all_timed = len(waypoints) > 1 and all(waypoint.duration is not None for waypoint in waypoints[1:])
     if whole is None:
@@ -155,14 +160,17 @@ def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]
         if waypoint.payload is not None and not waypoint.payload.mass >= SMALLEST:
             yield (*field, "mass"), TOO_SMALL
         if waypoint.payload is not None and waypoint.put_down:
-            yield field, "a payload is either taken or put down; one that is taken replaces what is carried"
+            yield field, "cannot be combined with put_down; a new payload replaces the one carried"
         if payload != before and not isinstance(waypoint.transition, StopTransition):
-            yield ("waypoints", i, "transition"), "a payload is taken or put down only where the robot stops"
+            yield (
+                ("waypoints", i, "transition"),
+                "must be a stop: the robot takes or puts down a payload only where it stops",
+            )
         before = payload
 
 
 def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[tuple[FieldPath, str]]:
-    """Find the faults of a problem that contradict the motion asked at the ends."""
+    """Find faults of a problem that contradict the requested motion at the ends."""
     robot, waypoints = problem.robot, problem.waypoints
     asked = {name: rates for name in END_OPTIONS if (rates := getattr(backend, name)) is not None}
     wrong = [name for name, rates in asked.items() if len(rates) != robot.dof]
@@ -179,17 +187,17 @@ def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[t
     for names, end, nearest_first, side in ends:
         moving = [name for name in names if any(asked.get(name, ()))]
         if moving and waypoints[end].dwell > 0.0:
-            yield ("waypoints", end, "dwell"), "the robot cannot rest where it is asked to be in motion"
+            yield ("waypoints", end, "dwell"), "must be 0: the request has motion at this waypoint"
         bound = next((k for k in nearest_first if not _is_free_in_joint_space(waypoints[k])), None)
         if bound is not None:
             kind = TOOL_MOTIONS.get(type(waypoints[bound].motion))
             what = f"the {kind} to waypoint {bound}" if kind else f"the blend at waypoint {bound}"
-            message = f"{what} begins and ends at rest; let a joint motion come {side} it, and a stop between"
+            message = f"{what} begins and ends at rest; add a joint motion {side} it, with a stop between them"
             yield from (((BACK_END, name), message) for name in moving)
 
 
 def _passing_faults(problem: PlanningProblem, backend: HasCapabilities) -> Iterator[tuple[FieldPath, str]]:
-    """Find velocities asked where waypoints are passed that the back end, or the motions there, cannot have."""
+    """Find requested passing velocities that the back end, or the motions there, cannot have."""
     waypoints, joints = problem.waypoints, problem.robot.dof
     stops = [k for k, waypoint in enumerate(waypoints) if isinstance(waypoint.transition, StopTransition)]
     for i, velocity in _passing_velocities(problem).items():
@@ -198,29 +206,29 @@ def _passing_faults(problem: PlanningProblem, backend: HasCapabilities) -> Itera
         if len(velocity) != joints:
             yield field, f"{len(velocity)} values for the {joints} joints of {problem.robot.id}"
         elif not np.isfinite(velocity).all():
-            yield field, "not all of them are numbers"
+            yield field, "must be finite numbers"
         elif not any(velocity):
-            yield field, "a waypoint passed with no velocity is a stop: ask for that"
+            yield field, "must not be zero: request a stop instead"
         elif not all(map(_is_free_in_joint_space, waypoints[since + 1 : until + 1])):
-            yield field, "a velocity can be asked only where nothing but joint motions is passed from stop to stop"
+            yield field, "is possible only if all motions from stop to stop are joint motions without blends"
         elif not backend.capabilities.passes_with_velocities:
             yield (
                 field,
-                "this back end passes waypoints with velocities of its own; ruckig, quintic and cubic keep those asked",
+                "this back end chooses its passing velocities; use ruckig, quintic or cubic to set them",
             )
 
 
 def _passing_velocities(problem: PlanningProblem) -> dict[int, Sequence[float]]:
-    """Return the velocities asked where waypoints are passed, by the waypoint's index."""
+    """Return the requested passing velocities, by the index of the waypoint."""
     transitions = ((i, waypoint.transition) for i, waypoint in enumerate(problem.waypoints))
     return {i: t.velocity for i, t in transitions if isinstance(t, ThroughTransition) and t.velocity is not None}
 
 
 def _refuse_impossible_passages(problem: PlanningProblem) -> None:
-    """Hold the velocities asked where waypoints are passed against the limits before and after.
+    """Check the requested passing velocities against the limits before and after the waypoint.
 
     Raises:
-        LimitsUnsatisfiable: One is beyond a limit.
+        LimitsUnsatisfiable: A velocity is beyond a limit.
     """
     asked = _passing_velocities(problem)
     lower, upper = problem.segment_limits().bounds("velocity") if asked else (np.empty(0), np.empty(0))
@@ -234,26 +242,26 @@ def _refuse_impossible_passages(problem: PlanningProblem) -> None:
         name, value, limit = problem.robot.joint_names[joint], float(values[joint]), float(kept[joint])
         field = "waypoints", i, "transition", "velocity"
         raise LimitsUnsatisfiable(
-            f"the velocity of {name} asked at waypoint {i} is {value:.6g}, beyond its limit {limit:.6g}",
+            f"the requested velocity of {name} at waypoint {i} is {value:.6g}, beyond its limit {limit:.6g}",
             waypoint=i,
             joint=name,
             value=value,
             limit=limit,
-            remedies=[Remedy(field, tuple(kept.tolist()), "what the limits allow")],
+            remedies=[Remedy(field, tuple(kept.tolist()), "the velocity that the limits allow")],
         )
 
 
 def _is_free_in_joint_space(waypoint: AnyWaypoint) -> bool:
-    """Whether a back end may shape the motion to a waypoint, and past it, in joint space."""
+    """Tell whether a back end may shape the motion to a waypoint, and past it, in joint space."""
     return isinstance(waypoint.motion, JointMotion) and not isinstance(waypoint.transition, BlendTransition)
 
 
 def _refuse_impossible_ends(problem: PlanningProblem, backend: MovesAtItsEnds) -> None:
-    """Hold the motion asked at the ends against the limits of the first and the last segment.
+    """Check the requested motion at the ends against the limits of the first and the last segment.
 
     Raises:
-        LimitsUnsatisfiable: It breaks one, or is bound to: an acceleration a leads to the velocity v + a |a| / (2 j)
-            while the jerk limit j brings it to nought.
+        LimitsUnsatisfiable: The motion breaks a limit at once or later. An initial acceleration a leads to the velocity
+            v + a |a| / (2 j) while the jerk limit j reduces it to zero.
     """
     limits, ends = problem.segment_limits(), end_states(backend, problem.robot.dof)
     velocity, acceleration = ends.initial_velocity, ends.initial_acceleration

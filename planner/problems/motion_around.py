@@ -1,4 +1,4 @@
-"""What is asked of motions around what is in the way."""
+"""Free motions: joint motions around obstacles."""
 
 from __future__ import annotations
 
@@ -11,35 +11,38 @@ if TYPE_CHECKING:
     from planner.problems.problem import AnyWaypoint
 
 MOST_CHECKS = 20_000
-"""The most motions that the search for a way around looks at, unless told otherwise: 5 to 20 s, and twenty times what
-cells with shelves and boxes take. A number of motions and no time, so that equal requests have equal answers."""
+"""The largest number of motions that the search for a collision-free path checks by default.
+
+20,000 checks take 5 to 20 s, twenty times as many as cells with shelves and boxes need. A number of motions instead of
+a time gives equal requests equal answers.
+"""
 
 Objective = Literal["duration", "effort", "path_length"]
-"""What a way around is made better by, all of the whole trajectory.
+"""The objectives by which a free motion improves the whole trajectory.
 
 `duration`: s. `effort`: the integral over time of the sum over joints of (torque / limit)^2, s; of (acceleration /
-limit)^2 where torques or their limits are unknown. `path_length`: the length of its path in the space of the joints,
-rad; a metre counts as a radian."""
+limit)^2 where torques or their limits are unknown. `path_length`: the length of its path in joint space, rad; a metre
+counts as a radian.
+"""
 
 OPTIMISE_CHECKS = 5_000
-"""The most motions that are looked at to make a way better, unless told otherwise: 1 to 5 s."""
+"""The largest number of motions that improving a path checks by default: 1 to 5 s."""
 
 
 @dataclass(frozen=True)
 class FreeMotion(JointMotion):
-    """A motion of the joints around what is in the way: straight if that is free, and else by a way that is found.
+    """A joint motion around obstacles: straight if that is collision-free, otherwise a detour.
 
-    To a pose any of its configurations will do that has room, unless a motion of the tool follows it.
+    A goal pose may be reached in any collision-free configuration, unless a tool motion follows.
 
     Attributes:
-        most_checks: The most motions that the search looks at.
-        optimise: What the way is made better by once one is found and certified; None: one change is
-            tried, and taken where the trajectory is quicker with it.
-        time_budget: How long that may take, s, the search for the first way included; the best until then is the
-            answer, so that equal requests may have unequal ones. None: as long as the motions last that are looked at.
-        optimise_checks: The most motions that are looked at for it, each trajectory that is made counting as
-            `planner.planning.better_ways.CHECKS_OF_A_PLAN`; None: `OPTIMISE_CHECKS`, and any number within a
-            `time_budget`.
+        most_checks: The largest number of motions that the search checks.
+        optimise: The objective for improving the first certified path; None: the planner tries one change, and keeps it
+            if the trajectory gets faster.
+        time_budget: Longest time of the optimisation, s, the search for the first path included. The best path so far
+            is the answer, so equal requests may have different answers. None: no limit of time.
+        optimise_checks: The largest number of motions that the optimisation checks. Each trajectory computed counts as
+            `planner.planning.better_ways.CHECKS_OF_A_PLAN`; None: `OPTIMISE_CHECKS`, with a `time_budget`: any number.
     """
 
     most_checks: int = MOST_CHECKS
@@ -50,7 +53,7 @@ class FreeMotion(JointMotion):
 
 @dataclass(frozen=True)
 class FixedWaypoint(JointWaypoint):
-    """A requested waypoint at the joint position that was found for it, where a way begins or ends.
+    """A requested waypoint at its solved joint position, where a detour begins or ends.
 
     Attributes:
         requested: The waypoint as the request has it.
@@ -60,5 +63,5 @@ class FixedWaypoint(JointWaypoint):
 
 
 def as_requested(waypoint: AnyWaypoint) -> AnyWaypoint:
-    """Return a waypoint as the request has it, whatever was fixed since."""
+    """Return a waypoint as requested, without later changes."""
     return waypoint.requested if isinstance(waypoint, FixedWaypoint) else waypoint

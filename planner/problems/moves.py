@@ -26,7 +26,7 @@ class CartesianMove:
     rotation: FloatArray | None = None
 
     def transform(self) -> tuple[FloatArray, FloatArray]:
-        """Rotation (3, 3) and translation (3,) of the move."""
+        """Return rotation (3, 3) and translation (3,) of the move."""
         rotation = np.eye(3) if self.rotation is None else self.rotation
         return rotation, np.array(self.translation)
 
@@ -46,7 +46,7 @@ class CylindricalMove:
     l: float  # noqa: E741 - the document's letter, and the contract's
 
     def transform(self) -> tuple[FloatArray, FloatArray]:
-        """Rotation (3, 3) and translation (3,) of the move."""
+        """Return rotation (3, 3) and translation (3,) of the move."""
         rotation = rotation_z(self.alpha)
         return rotation, np.array([0.0, 0.0, self.l]) + self.r * rotation[:, 0]
 
@@ -66,7 +66,7 @@ class SphericalMove:
     gamma: float
 
     def transform(self) -> tuple[FloatArray, FloatArray]:
-        """Rotation (3, 3) and translation (3,) of the move."""
+        """Return rotation (3, 3) and translation (3,) of the move."""
         rotation = rotation_z(self.gamma) @ rotation_y(self.beta)
         return rotation, self.r * rotation[:, 2]
 

@@ -1,4 +1,4 @@
-"""What is asked: robot, waypoints, limits and options, as immutable values. SI units everywhere."""
+"""The planning problem: robot, waypoints, limits and options, as immutable values in SI units."""
 
 from __future__ import annotations
 
@@ -35,33 +35,36 @@ if TYPE_CHECKING:
 Frame = Literal["tool", "base"]
 
 START_TOLERANCE = 1e-4
-"""How far outside of a position limit a joint waypoint may be, rad or m, to be taken for the limit: more than encoders
-and rounding of a robot at its limit leave, and less than anybody would see."""
+"""Largest excess of a joint waypoint beyond a position limit that is moved to the limit, rad or m.
+
+It covers encoder errors and rounding of a robot at its limit, and is too small to see.
+"""
 
 
 Turns = Literal["nearest", "as_given"]
-"""Which of the positions that differ by whole turns of a continuous joint a joint waypoint means."""
+"""How a joint waypoint selects among positions that differ by whole turns of a continuous joint."""
 
 
 @dataclass(frozen=True)
 class JointMotion:
-    """A motion straight in joint space; beside a waypoint that is passed `through`, a curve.
+    """A motion straight in joint space, or a curve next to a waypoint passed `through`.
 
     Attributes:
-        turns: `nearest`: a continuous joint takes the short way to a joint waypoint, from 3.1 to -3.1 by 0.08 rad, as
-            far as the positions here and at the waypoint before are angles between -pi and pi; one beyond counts whole
-            turns, and is taken as it is given. `as_given`: they are all taken so.
+        turns: `nearest`: a continuous joint takes the shorter path to a joint waypoint, such as 0.08 rad from 3.1 to
+            -3.1. This holds if both positions are angles between -pi and pi; a position beyond counts whole turns, and
+            is taken as given. `as_given`: all positions are taken as given.
     """
 
     turns: Turns = "nearest"
 
 
 Singularity = Literal["refuse", "slow", "deviate"]
-"""What a motion of the tool does near a singularity, where a joint would have to go far for a small step of the tool.
+"""Behaviour of a tool motion near a singularity, where a small step of the tool needs a large joint motion.
 
-`refuse`: it is refused where a joint would have to go further than 1000 rad (or m) for 1 m or 1 rad of the tool.
-`slow`: it keeps to its path, and time stretches. `deviate`: the tool's orientation leaves the path by up to
-`tolerance_orientation`, so that the arm goes right through the singularity of its wrist."""
+`refuse`: the motion is refused if a joint needs more than 1000 rad (or m) for 1 m or 1 rad of the tool. `slow`: the
+tool keeps its path and slows down. `deviate`: the tool's orientation leaves the path by up to `tolerance_orientation`,
+so that the arm passes through its wrist singularity.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,11 +72,11 @@ class CartesianMotion:
     """A motion of the tool along a given curve, which the joints follow.
 
     Attributes:
-        tolerance_position: How far the tool may be from the curve, m.
-        tolerance_orientation: How far it may be from the orientation that belongs there, rad.
-        singularity: What it does near a singularity.
-        free: What of the poses between the ends is left open, 0 among it; None: nothing. It is made use of where the
-            joints could not follow the motion otherwise; the ends are as they are asked.
+        tolerance_position: Largest distance of the tool from the curve, m.
+        tolerance_orientation: Largest angle of the tool from the orientation on the curve, rad.
+        singularity: Behaviour near a singularity.
+        free: Tolerance region of the poses between the ends, with 0 in each range; None: none. The planner uses it only
+            if the joints cannot follow the motion otherwise. The poses at the ends stay as requested.
     """
 
     tolerance_position: float = 1e-4
@@ -89,10 +92,11 @@ class LinearMotion(CartesianMotion):
 
 @dataclass(frozen=True)
 class CircularMotion(CartesianMotion):
-    """A motion of the tool on the circle through a third pose, from the waypoint before by way of `via`.
+    """A motion of the tool from the waypoint before along the circle through `via`.
 
     Attributes:
-        via: A pose on the way, in the base frame; without a rotation the shortest one from start to end is made.
+        via: A pose on the circle, in the base frame. Without a rotation, the tool turns by the shortest rotation
+            from start to end.
     """
 
     via: Pose
@@ -104,15 +108,15 @@ class CircularMotion(CartesianMotion):
 
 @dataclass(frozen=True)
 class PolylineMotion(CartesianMotion):
-    """A motion of the tool straight from pose to pose, its corners cut.
+    """A motion of the tool along straight lines from pose to pose, with blended corners.
 
-    The poses lie between the waypoint before and the one that it leads to. A corner is cut by a curve whose curvature
-    grows from nought and falls again, so that the tool can go at one speed from end to end.
+    The poses lie between the two waypoints of the segment. The curvature of a blend grows from zero and falls back to
+    zero, so that the tool can keep one speed from end to end.
 
     Attributes:
-        poses: Where the corners are, in the base frame; one without a rotation has that which belongs there on the
-            shortest turn between its neighbours that have one.
-        blend: How near to a corner the tool leaves the straight line, m: less where half of a line is shorter.
+        poses: The corners, in the base frame. The rotation of a pose without one is interpolated on the shortest turn
+            between the nearest poses with a rotation.
+        blend: Distance from a corner at which the tool leaves the straight line, m: at most half of the line.
     """
 
     poses: Sequence[Pose]
@@ -127,12 +131,12 @@ class PolylineMotion(CartesianMotion):
 class SplineMotion(CartesianMotion):
     """A motion of the tool on a smooth curve through poses.
 
-    The poses lie between the waypoint before and the one that it leads to. The position is the natural cubic spline
+    The poses lie between the two waypoints of the segment. The position is the natural cubic spline
     over the length of the chords, the rotation that of the quaternions, normalised; both are C2.
 
     Attributes:
-        poses: What the tool passes, in the base frame; one without a rotation has that which belongs there on the
-            shortest turn between its neighbours that have one.
+        poses: The poses that the tool passes, in the base frame. The rotation of a pose without one is interpolated on
+            the shortest turn between the nearest poses with a rotation.
     """
 
     poses: Sequence[Pose]
@@ -147,26 +151,26 @@ Motion = JointMotion | CartesianMotion
 
 @dataclass(frozen=True, kw_only=True)
 class Waypoint:
-    """The fields that every kind of waypoint has.
+    """The fields of every kind of waypoint.
 
     Attributes:
         name: A name for people.
-        motion: How to get here from the waypoint before.
-        transition: How to pass this waypoint.
+        motion: The motion from the waypoint before.
+        transition: Stop at this waypoint, pass it, or blend the corner.
         duration: Time for the segment that ends here, s; None: as fast as the limits allow.
-        minimum_duration: Least time for the segment that ends here, s: it takes longer where its limits ask for that.
+        minimum_duration: Shortest time for the segment that ends here, s; the limits may require a longer one.
         dwell: Time to rest here before going on, s.
-        limits: Limits on the segment that ends here, no wider than the robot's; None: those of the problem.
-        payload: What the robot carries from here on, in place of what it carried; None: that. It changes only where the
-            robot stops, and while it rests there both are held: a gripper may close at any time of the dwell.
-        put_down: Whether the robot puts down here what it carries, and goes on without a payload.
-        attach: Objects of the scene that the robot takes here: from here on they move with it. It has to stop here;
-            what they weigh is the `payload`.
-        detach: Names of objects that the robot puts down here, which it has taken or which were attached to it: from
-            here on they stay where they are. It has to stop here.
-        tool: The tool centre point in the tip frame from here on, in place of the one before; None: that. It is the
-            tool whose pose is meant here, and whose motion leads here: a line begins where this tool is at the waypoint
-            before. There the robot has to stop.
+        limits: Limits on the segment that ends here, no wider than the robot's; None: the limits of the problem.
+        payload: The payload after this waypoint; None: unchanged. It changes only where the robot stops. The torque
+            limits hold with both payloads during the dwell, since a gripper may close at any time of it.
+        put_down: Whether the robot puts down its payload here and continues without one.
+        attach: Objects of the scene that the robot takes here and that then move with it. The robot must stop here. Set
+            their mass in `payload`.
+        detach: Names of carried objects that the robot puts down here. They stay where they are afterwards. The robot
+            must stop here.
+        tool: The tool centre point in the tip frame from this waypoint on; None: unchanged. The pose of this waypoint
+            and the motion to it refer to this tool: a line begins at its position at the waypoint before. The robot
+            must stop at the waypoint before.
     """
 
     name: str | None = None
@@ -192,8 +196,8 @@ class JointWaypoint(Waypoint):
     """A waypoint given by a joint position.
 
     Attributes:
-        position: One value per joint, rad or m; an array will do, too.
-        position_name: Name of the robot's named position that this is, see `named`; None: it has none.
+        position: One value per joint, rad or m, as a sequence or an array.
+        position_name: Name of this position among the robot's named positions, see `named`; None: no name.
     """
 
     position: Sequence[float]
@@ -211,7 +215,7 @@ class JointWaypoint(Waypoint):
         Args:
             robot: The arm.
             position_name: One of its `named_positions`.
-            more: The fields that every kind of waypoint has.
+            more: The fields of every kind of waypoint.
 
         Raises:
             InvalidProblem: The robot has no position of this name.
@@ -225,7 +229,7 @@ class JointWaypoint(Waypoint):
 
 @dataclass(frozen=True)
 class ViaWaypoint(JointWaypoint):
-    """A joint position on the way that was found for a free motion."""
+    """A joint position on the detour of a free motion."""
 
 
 @dataclass(frozen=True)
@@ -233,14 +237,14 @@ class PoseWaypoint(Waypoint):
     """A waypoint given by a pose of the tool.
 
     Attributes:
-        pose: In the base frame, or in `frame`; without a rotation, any orientation will do.
-        configuration: The sides on which shoulder, elbow and wrist are to be; those that are None are free.
+        pose: The pose in the base frame, or in `frame`; without a rotation, any orientation is allowed.
+        configuration: The branches of shoulder, elbow and wrist; None: any branch.
         frame: Pose in the base frame of the work object that `pose` is given in; None: the base frame.
-        free: What of the pose is left open; None: nothing. Of all poses in that region the one is taken whose posture
-            is nearest to the posture before, in time at the joints' full speed; the way to that posture starts like the
-            whole way, and goes on from waypoint to waypoint.
-        external: Positions of external axes at which they are to be here, rad or m, by their names; None, and the axes
-            that are not named: wherever the choice of the posture takes them.
+        free: Tolerance region of the pose; None: none. The planner takes the joint position of that region that is
+            nearest to the one before, in time at the joints' full speed. It chooses one waypoint after the other, and
+            starts from `inverse_kinematics.reference` or the middle of the limits.
+        external: Positions of external axes here, rad or m, by their names; None, and axes without an entry: the
+            planner chooses.
     """
 
     pose: Pose
@@ -286,12 +290,7 @@ AnyWaypoint = JointWaypoint | PoseWaypoint | RelativeWaypoint
 
 
 def _as_waypoint(value: Any, robot: Robot, name: str) -> AnyWaypoint:
-    """Convert joint values (joints,), the name of a joint position or a pose to a waypoint; return a waypoint as it is.
-
-    Raises:
-        InvalidProblem: The robot has no position of this name.
-        TypeError: The value is none of these.
-    """
+    """Convert joint values (joints,), a named position or a pose to a waypoint; return a waypoint unchanged."""
     if isinstance(value, AnyWaypoint):
         return value
     if isinstance(value, str):
@@ -307,29 +306,27 @@ def _as_waypoint(value: Any, robot: Robot, name: str) -> AnyWaypoint:
 
 @dataclass(frozen=True)
 class PlanningProblem:
-    """Everything that one plan depends on but the back end, which puts time on the path.
+    """The full input of one plan, except the back end that computes its time scaling.
 
     Attributes:
         robot: The arm, with its tool already attached if there is one.
-        waypoints: One or more. Joint values, names of the robot's positions and poses become waypoints. The robot
-            starts at rest at the first and ends at rest at the last. One at the joint position of the one before (up to
-            1e-9 rad or m) is passed with it, as the strictest of their transitions asks; a `duration` or
-            a `minimum_duration` there is a rest of that time. Where nothing moves and no rest is asked, the robot rests
-            for 0.01 s.
-        limits: Limits on the whole trajectory; where a waypoint has limits of its own, the narrower hold.
-        inverse_kinematics: How the poses among the waypoints are solved.
-        payload: What the robot carries, until a waypoint changes it; None: nothing.
-        duration: Time for the whole trajectory, dwells included, s: what segments with a duration of their own and
-            dwells leave of it, the others share in the proportion of the shortest times that they can take. None: as
-            fast as the limits allow.
-        start_tolerance: How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it
-            is taken to be at the limit, and a warning says so.
-        actions: What happens on the way besides motion; the plan says when.
-        scene: What stands around the robot and what it carries, from which it keeps clear; None: nothing is known.
-        self_collision: Whether the arm keeps clear of itself; None: in a scene, unless its shapes
+        waypoints: One or more. The problem converts joint values, names of positions and poses to waypoints. The robot
+            starts at rest at the first and ends at rest at the last. A waypoint within 1e-9 rad or m of the one before
+            is passed together with it, by the stricter of the two transitions. A `duration` or `minimum_duration` there
+            is a rest of that time. A trajectory without motion or requested rest is a rest of 0.01 s.
+        limits: Limits on the whole trajectory; where a waypoint has its own limits, the narrower ones hold.
+        inverse_kinematics: Options of the inverse kinematics for pose waypoints.
+        payload: The payload until a waypoint changes it; None: none.
+        duration: Time for the whole trajectory, dwells included, s. Segments without a `duration` share the time left
+            by dwells and the other segments, in proportion to their shortest times. None: as fast as the limits allow.
+        start_tolerance: Largest excess of a joint waypoint, such as the start, beyond a position limit, rad or m. The
+            planner moves such a waypoint to the limit, with a warning.
+        actions: Actions besides motion; the plan has their times.
+        scene: The obstacles, and the objects that the robot carries; None: no obstacle is known.
+        self_collision: Whether the planner checks the arm against itself. None: only in a scene, and not if its shapes
             are capsules along its kinematics.
-        speed_zones: The speeds that no point of the robot exceeds near objects of the scene. The back end's motion is
-            slowed there on its own path.
+        speed_zones: Limits on the speed of every point of the robot near objects of the scene. The planner slows the
+            trajectory there, on the same path.
     """
 
     robot: Robot
@@ -380,7 +377,7 @@ class PlanningProblem:
 
     @property
     def payloads(self) -> tuple[Payload | None, ...]:
-        """What the robot carries from each waypoint on; None: nothing."""
+        """The payload after each waypoint; None: none."""
         carried: list[Payload | None] = []
         payload = self.payload
         for waypoint in self.waypoints:
@@ -390,11 +387,11 @@ class PlanningProblem:
 
     @property
     def handling(self) -> tuple[Handling, ...]:
-        """What the robot takes and puts down at each waypoint."""
+        """The objects that the robot takes and puts down at each waypoint."""
         return tuple(Handling(waypoint.attach, waypoint.detach) for waypoint in self.waypoints)
 
     @property
     def all_limits(self) -> tuple[Limits, ...]:
-        """All limits that are asked: those of the whole trajectory first, then those of single waypoints."""
+        """All requested limits: the limits of the whole trajectory first, then the limits of single waypoints."""
         own = (waypoint.limits for waypoint in self.waypoints)
         return (self.limits, *(limits for limits in own if limits is not None))

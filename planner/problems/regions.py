@@ -18,21 +18,21 @@ Range = tuple[float, float]
 """The lower and the upper end of a range, m or rad."""
 
 TURNS = {"rotation_x": rotation_x, "rotation_y": rotation_y, "rotation_z": rotation_z}
-"""The rotation by an angle that each freedom about an axis is."""
+"""The rotation by an angle about each axis of a tolerance region."""
 
 
 WIDEST = {"rotation_x": 1.5708, "rotation_y": 1.5708, "rotation_z": 3.1416}
-"""The largest angles of a region, rad: a quarter of a turn and half a turn, rounded up as people write them."""
+"""The largest angles of a region, rad: a quarter turn and half a turn, rounded up to allow rounded input."""
 
 
 @dataclass(frozen=True)
 class Region:
-    """A goal region: the poses that a pose becomes by D = Trans(x, y, z) Rx(rotation_x) Ry(rotation_y) Rz(rotation_z).
+    """A tolerance region: a pose T may become T D, D = Trans(x, y, z) Rx(rotation_x) Ry(rotation_y) Rz(rotation_z).
 
-    D is in the axes of the pose: the tool may be at T D for every D in the ranges; what has no range is 0.
+    D is in the axes of the pose. A coordinate without a range is 0.
 
     Attributes:
-        x: Range of the shift along the x axis of the pose, m; None: there is no freedom in it.
+        x: Range of the shift along the x axis of the pose, m; None: fixed.
         y: Likewise.
         z: Likewise.
         rotation_x: Range of the turn about the x axis, rad, within a quarter of a turn to either side.
@@ -49,12 +49,12 @@ class Region:
 
     @property
     def ranges(self) -> dict[str, Range]:
-        """The ranges that there are, by the names of their freedoms."""
+        """The ranges that are set, by the names of their coordinates."""
         known = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: ends for name, ends in known.items() if ends is not None}
 
     def pose(self, asked: Pose, offsets: FloatArray) -> Pose:
-        """Return the pose at offsets (freedoms,) within the region of the pose asked, which has a rotation."""
+        """Return the pose at offsets (ranges,) within the region of a requested pose with a rotation."""
         assert asked.rotation is not None  # noqa: S101 - the check of the problem refuses others
         shift, turn = np.zeros(3), np.eye(3)
         for name, offset in zip(self.ranges, offsets.tolist(), strict=True):
@@ -65,7 +65,7 @@ class Region:
         return Pose(asked.position + asked.rotation @ shift, asked.rotation @ turn)
 
     def offsets(self, asked: Pose, reached: Pose) -> dict[str, float]:
-        """Tell where in the region of the pose asked a pose is: the offsets of its freedoms, m or rad."""
+        """Compute the offsets of a pose within the region of the requested pose, m or rad, by coordinate."""
         assert asked.rotation is not None and reached.rotation is not None  # noqa: S101 - as above
         x, y, z = (asked.rotation.T @ (reached.position - asked.position)).tolist()
         turn = asked.rotation.T @ reached.rotation
@@ -81,14 +81,14 @@ class Region:
 
 
 Free = Literal["rotation_z"] | Region
-"""What of a pose is left open: all turns about the tool's own z axis, as of a drill or a round nozzle, or a region."""
+"""Type of a tolerance region: all turns about the tool's z axis, as of a drill or a round nozzle, or a region."""
 
 ANY_TURN = Region(rotation_z=(-np.pi, np.pi))
 """The region of all turns about the tool's own z axis."""
 
 
 def region_of(free: Free) -> Region:
-    """Return the region that is left open."""
+    """Return the tolerance region."""
     return ANY_TURN if free == "rotation_z" else free
 
 
@@ -96,17 +96,17 @@ def region_faults(region: Region, field: FieldPath, *, with_zero: bool = False) 
     """Find the faults of a region in a field.
 
     Args:
-        region: What is left open.
+        region: The tolerance region.
         field: Path of the field that has it.
-        with_zero: Whether 0 has to be in its ranges.
+        with_zero: Whether its ranges must contain 0.
     """
     if not region.ranges:
-        yield field, "a region needs a range"
+        yield field, "must have at least one range"
     for name, (lower, upper) in region.ranges.items():
         widest = WIDEST.get(name, np.inf)
         if not -np.inf < lower <= upper < np.inf:
-            yield (*field, name), "the ends of a range are a lower and an upper one"
+            yield (*field, name), "must be a finite lower end and an upper end not below it"
         elif not -widest <= lower <= upper <= widest:
-            yield (*field, name), f"the ends of this range are within {widest:g} rad to either side"
+            yield (*field, name), f"must be within {widest:g} rad to either side"
         elif with_zero and not lower <= 0.0 <= upper:
-            yield (*field, name), "a range along a motion has 0 in it: at its ends nothing is left open"
+            yield (*field, name), "must contain 0: the poses at the ends of a motion are fixed"

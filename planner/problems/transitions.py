@@ -1,4 +1,4 @@
-"""Transitions: the ways in which a waypoint is passed."""
+"""Transitions: stopping at a waypoint, passing it or cutting the corner."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class ThroughTransition:
     """A transition that passes the waypoint exactly, without stopping.
 
     Attributes:
-        velocity: Velocity of each joint at the waypoint, rad/s or m/s, between joint motions; None: one that suits.
+        velocity: Velocity of each joint at the waypoint, rad/s or m/s, between joint motions; None: free.
     """
 
     velocity: Sequence[float] | None = None
@@ -35,8 +35,8 @@ class BlendTransition:
     """A transition that cuts the corner without stopping.
 
     Attributes:
-        radius: How near to the waypoint the tool is where it leaves its paths to and from it, m; in a scene it is less
-            where the robot would collide otherwise, and a warning says so.
+        radius: Distance from the waypoint at which the tool leaves its paths to and from it, m. In a scene, the planner
+            reduces the radius to avoid a collision, with a warning.
     """
 
     radius: float

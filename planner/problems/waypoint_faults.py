@@ -1,4 +1,4 @@
-"""What is wrong with the places that a robot is to go to, each by itself."""
+"""Checks of single waypoints."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ CHOICES = (
     (Configuration, "wrist", Wrist),
     (InverseKinematicsOptions, "prefer", Preference),
 )
-"""Fields whose value is one of some names, or what it is unless it is given: their class, name, and the names."""
+"""Fields with a choice of names, besides their default: their class, name, and the choices."""
 
 
 def waypoint_faults(
     robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
 ) -> Iterator[tuple[FieldPath, str]]:
-    """Find the faults that keep the list from saying where the robot is to go."""
+    """Find the faults of waypoints and of the options of the inverse kinematics."""
     yield from _choice_faults(options, ("inverse_kinematics",))
     for i, waypoint in enumerate(waypoints):
         yield from _choice_faults(waypoint, ("waypoints", i))
@@ -57,9 +57,9 @@ def waypoint_faults(
             count = len(waypoint.position)
             yield ("waypoints", i, "position"), f"{count} values for the {robot.dof} joints of {robot.id}"
         if isinstance(waypoint, JointWaypoint) and not np.isfinite(waypoint.position).all():
-            yield ("waypoints", i, "position"), "not all of them are numbers"
+            yield ("waypoints", i, "position"), "must be finite numbers"
         if isinstance(waypoint, PoseWaypoint) and not _is_finite(waypoint.pose_in_base):
-            yield ("waypoints", i, "pose"), "not all of it is numbers"
+            yield ("waypoints", i, "pose"), "must be finite numbers"
         if isinstance(waypoint, PoseWaypoint) and waypoint.configuration.names:
             known = named_parts(robot)
             for part in waypoint.configuration.names:
@@ -67,7 +67,10 @@ def waypoint_faults(
                     has = f"the configurations of {robot.id} are named by {' and '.join(known) or 'nothing'}"
                     yield ("waypoints", i, "configuration", part), f"{has}, not by the {part}"
         if isinstance(waypoint, PoseWaypoint) and waypoint.free is not None and waypoint.pose.rotation is None:
-            yield ("waypoints", i, "free"), "a pose without an orientation has no axis to turn about: all is free"
+            yield (
+                ("waypoints", i, "free"),
+                "needs a pose with an orientation: without one, every orientation is allowed",
+            )
         if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.free, Region):
             yield from region_faults(waypoint.free, ("waypoints", i, "free"))
         if isinstance(waypoint, PoseWaypoint):
@@ -75,9 +78,9 @@ def waypoint_faults(
         if isinstance(waypoint.motion, CartesianMotion) and isinstance(waypoint.motion.free, Region):
             yield from region_faults(waypoint.motion.free, ("waypoints", i, "motion", "free"), with_zero=True)
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
-        yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
+        yield ("waypoints", 0, KIND), "must not be relative: no waypoint is before the first one"
     if options.prefer == "near_reference" and options.reference is None:
-        yield ("inverse_kinematics", "reference"), "nothing can be near to the reference without one"
+        yield ("inverse_kinematics", "reference"), "is required with prefer = near_reference"
     if options.reference is not None and len(options.reference) != robot.dof:
         yield (
             ("inverse_kinematics", "reference"),
@@ -86,16 +89,16 @@ def waypoint_faults(
 
 
 def _choice_faults(asked: object, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
-    """Find what is none of the names that there are: it would be taken for one of them."""
+    """Find values that are not among their choices; other code would treat them as one of them."""
     for kind, name, choices in CHOICES:
         if isinstance(asked, kind):
             value, known = getattr(asked, name), get_args(choices)
             if value not in (getattr(kind, name), *known):
-                yield (*field, name), f"{value!r} is none of {', '.join(known)}"
+                yield (*field, name), f"must be one of {', '.join(known)}; got {value!r}"
     if isinstance(asked, PoseWaypoint | CartesianMotion):
         free = asked.free
         if not (free is None or isinstance(free, Region) or free == "rotation_z"):
-            yield (*field, "free"), f"{free!r} is neither rotation_z nor a region"
+            yield (*field, "free"), f"must be rotation_z or a region; got {free!r}"
 
 
 def _is_finite(pose: Pose) -> bool:
@@ -103,7 +106,7 @@ def _is_finite(pose: Pose) -> bool:
 
 
 def _pin_faults(robot: Robot, waypoint: PoseWaypoint, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
-    """Find the faults of where external axes are pinned."""
+    """Find faults of the fixed positions of external axes."""
     for name, value in (waypoint.external or {}).items():
         if name not in robot.external_axes:
             known = ", ".join(robot.external_axes) or "none"

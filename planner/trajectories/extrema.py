@@ -1,8 +1,8 @@
-"""Extrema of polynomials, found and not sampled.
+"""Extrema of polynomials, exact instead of sampled.
 
 Bernstein coefficients bound a polynomial on an interval, and their first and last are values of it. Where that bound
-could beat the best value seen, the interval is halved; with each cut the gap between bound and value shrinks to a
-quarter (Lane and Riesenfeld, Bounds on a polynomial, BIT 21, 1981).
+could exceed the best value seen, the search halves the interval. With each cut the gap between bound and value shrinks
+to a quarter (Lane and Riesenfeld, Bounds on a polynomial, BIT 21, 1981).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class UnitPolynomials:
-    """Polynomials of time, scaled to unit time: their values are those of the originals.
+    """Polynomials of time, scaled to unit time, with the values of the originals.
 
     Attributes:
         coefficients: (..., pieces, joints, order), ascending powers on [0, 1].
@@ -34,7 +34,7 @@ class UnitPolynomials:
     bernstein: FloatArray
 
     def __getitem__(self, index: int | slice | list[int]) -> UnitPolynomials:
-        """One of the derivatives, or some of them, where they are stacked on the first axis."""
+        """Return one of the derivatives, or several, if they are stacked on the first axis."""
         return UnitPolynomials(self.coefficients[index], self.bernstein[index])
 
     def minus(self, constants: FloatArray) -> UnitPolynomials:
@@ -109,8 +109,8 @@ def largest_magnitudes(
         polynomials: The polynomials of every piece and joint, or derivatives of them, stacked.
         measure: (..., pieces, joints), positive; infinite entries never win against finite ones.
         groups: (..., pieces), from 0 on without gaps.
-        directions: (2, ..., pieces, joints), factors from 0 to 1 on the magnitudes of negative and of positive values,
-            of which one of each pair is 1; None: all are 1.
+        directions: (2, ..., pieces, joints), factors from 0 to 1 on the magnitudes of negative and of positive values.
+            One of each pair is 1; None: all are 1.
     """
     joints, order = polynomials.bernstein.shape[-2:]
     at_row, at_unit = kernels.extrema(

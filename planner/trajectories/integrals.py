@@ -1,4 +1,4 @@
-"""Integrals over time of what the joints do on a trajectory."""
+"""Integrals over time of joint quantities along a trajectory."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Nodes(NamedTuple):
 
     @classmethod
     def of(cls, trajectory: Trajectory) -> Nodes:
-        """Return those of a trajectory that takes any time."""
+        """Return the nodes of a trajectory with a positive duration."""
         counts = np.ceil(PARTS * trajectory.lengths / trajectory.duration).astype(int)
         pieces = np.repeat(np.arange(len(counts)), counts)
         part = np.arange(len(pieces)) - np.repeat(np.cumsum(counts) - counts, counts)

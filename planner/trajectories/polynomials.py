@@ -121,8 +121,8 @@ class PiecewisePolynomial:
 class SegmentedPolynomial(PiecewisePolynomial):
     """A piecewise polynomial each piece of which belongs to a segment of a path.
 
-    This is a curve through waypoints, a time law s(t) along such a curve (one joint), or the motion of some segments in
-    time. Pieces of one segment are in order; the segments of a motion need not be, until it is a trajectory.
+    It is a curve through waypoints, a time-scaling function s(t) along such a curve (one joint), or the motion of some
+    segments in time. The pieces of one segment are in order. The segments are in order only in a trajectory.
 
     Attributes:
         segments: (pieces,), index of the segment of each.
@@ -145,12 +145,12 @@ class SegmentedPolynomial(PiecewisePolynomial):
 
 
 def joined(curves: Sequence[P]) -> P:
-    """Curves of one kind, one after the other."""
+    """Join curves of one kind, one after the other."""
     return curves[0].followed_by(*curves[1:])
 
 
 def stretched(coefficients: FloatArray, factors: FloatArray | float) -> FloatArray:
-    """Coefficients (..., order) of p(x / factor); `factors` broadcasts against (...)."""
+    """Return coefficients (..., order) of p(x / factor); `factors` broadcasts against (...)."""
     return coefficients / powers(factors, coefficients.shape[-1])
 
 
@@ -161,7 +161,7 @@ def powers(x: FloatArray | float, count: int) -> FloatArray:
 
 
 def shifted(coefficients: FloatArray, by: FloatArray | float) -> FloatArray:
-    """Coefficients (..., order) of p(x + by), by Taylor's formula; `by` broadcasts against (...)."""
+    """Return coefficients (..., order) of p(x + by), by Taylor's formula; `by` broadcasts against (...)."""
     *shape, order = np.broadcast_shapes(coefficients.shape, (*np.shape(by), 1))
     rows = np.broadcast_to(coefficients, (*shape, order)).reshape(-1, order)
     return shift(rows, np.broadcast_to(by, shape).ravel()).reshape(*shape, order)
@@ -181,10 +181,10 @@ def cumulative_sums(lengths: FloatArray) -> FloatArray:
 
 
 def summing_to(lengths: FloatArray, groups: np.ndarray, totals: FloatArray) -> FloatArray:
-    """Lengths (pieces,) that sum to the totals of their groups but for the last rounding.
+    """Adjust lengths (pieces,) so that they sum to the totals of their groups, except for the last rounding.
 
-    The longest of each group takes what is missing. Were all rounded to the grid of the total, very short ones would
-    change by more than limits allow.
+    The longest piece of each group takes the remainder. Rounding all pieces to the floating-point grid of the total
+    would change very short ones by more than the limits allow.
 
     Args:
         lengths: (pieces,).
@@ -200,7 +200,7 @@ def summing_to(lengths: FloatArray, groups: np.ndarray, totals: FloatArray) -> F
 
 
 def differentiate(coefficients: FloatArray, order: int = 1) -> FloatArray:
-    """Coefficients of the derivative; ascending powers on the last axis, never empty."""
+    """Return coefficients of the derivative; ascending powers on the last axis, never empty."""
     for _ in range(order):
         if coefficients.shape[-1] == 1:
             return np.zeros_like(coefficients)
@@ -209,7 +209,7 @@ def differentiate(coefficients: FloatArray, order: int = 1) -> FloatArray:
 
 
 def horner(coefficients: FloatArray, x: FloatArray) -> FloatArray:
-    """Value of the polynomials (..., order) at `x`, which broadcasts against (...)."""
+    """Evaluate the polynomials (..., order) at `x`, which broadcasts against (...)."""
     value: FloatArray = coefficients[..., -1] + np.zeros_like(x)
     for k in range(coefficients.shape[-1] - 2, -1, -1):
         value *= x
@@ -218,7 +218,7 @@ def horner(coefficients: FloatArray, x: FloatArray) -> FloatArray:
 
 
 def quintic_hermite(lengths: FloatArray, starts: tuple[FloatArray, ...], ends: tuple[FloatArray, ...]) -> FloatArray:
-    """Coefficients (pieces, joints, 6) of the quintics with given values, first and second derivatives at both ends.
+    """Return coefficients (pieces, joints, 6) of quintics with given values, first and second derivatives at both ends.
 
     Args:
         lengths: (pieces,).

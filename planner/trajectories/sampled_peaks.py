@@ -1,11 +1,11 @@
-"""Peaks of what is no polynomial: sampled coarsely, and finer wherever what lies between samples could matter.
+"""Peaks of functions other than polynomials, sampled coarsely, then finely where a peak between samples could matter.
 
-A parabola through three samples at equal distances rises above the largest of them by at most an eighth of their second
-difference, which is doubled for what is no parabola. Samples are so dense to begin with that positions, velocities and
-accelerations are nearly parabolas between three of them; by how much they are off is added, as a share of the largest
-sample, where samples are further apart. So pieces that are far from the peak are left out after few samples.
+A parabola through three samples at equal distances exceeds the largest of them by at most an eighth of their second
+difference. The bound doubles this for other functions. The first samples are so dense that positions, velocities and
+accelerations are nearly parabolas between three of them. Where samples are further apart, the bound adds the deviation
+from a parabola, as a fraction of the largest sample. So pieces far from the peak need few samples.
 
-The back ends and the certificate share this arithmetic; its tests hold it against 20,000 samples of every motion.
+The back ends and the certificate share this arithmetic; its tests compare it with 20,000 samples of every motion.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from planner.trajectories.extrema import UnitPolynomials
 
 CAUTION = 2.0
-"""Factor on second differences and on what a motion is off parabolas, for functions that follow a motion loosely."""
+"""Factor on second differences and on a motion's deviation from parabolas, for functions that follow a motion loosely.
+"""
 
 DERIVATIVES = 6
 """Number of derivatives of a motion that `parts_of` looks at, the motion itself included."""
@@ -55,7 +56,7 @@ KNOWN_TO = 1e-4
 """Relative amount by which the true peak may exceed the largest sample."""
 
 BROKEN = 1.0 + LIMIT_TOLERANCE
-"""Use of a limit from which on it counts as broken; where it might be, finer samples decide."""
+"""Ratio to a limit above which the limit counts as broken; near it, finer samples decide."""
 
 FINER = 4
 """Parts that a step is cut into where samples have to be finer: fewer need more rounds, more need more samples."""
@@ -64,17 +65,19 @@ MOST_ROUNDS = 10
 """Times that steps are cut: from the coarsest, a millionth of them is left."""
 
 MOST_SAMPLES = 600_000
-"""Samples of a motion at once, beside those that each of its pieces may have: they take about 0.5 GiB and 5 s."""
+"""Largest number of samples of a motion at once, besides the allowance of each piece: about 0.5 GiB and 5 s."""
 
 MOST_SAMPLES_OF_PIECE = 24
-"""The same on each of many pieces: those of steps that are all cut twice."""
+"""Allowance of samples for each piece of a motion with many: its steps, all cut twice."""
 
 EASY_TRAVEL = MOST_PARTS / SAMPLES_PER_RADIAN
 """Travel of a joint, rad or m, that takes a piece to `MOST_PARTS` parts where it moves at twice its mean speed."""
 
 MOST_TRAVEL = MOST_SAMPLES * COARSER / (2 * SAMPLES_PER_RADIAN * (FINER - 1))
-"""Travel, rad or m, beyond `EASY_TRAVEL` of each segment, on which torque and the motion of the tool can be sampled, at
-twice the mean speed and where all steps are cut once: 2,500 turns."""
+"""Travel, rad or m, beyond `EASY_TRAVEL` of each segment, for which torque and tool motion can be sampled: 2,500 turns.
+
+It assumes twice the mean speed, and that all steps are cut once.
+"""
 
 ROWS_AT_ONCE = 2**15
 """Samples that are computed at once: more would take more memory, but no less time."""
@@ -89,10 +92,10 @@ TOO_FAR = (
     "on a motion on which a joint travels this far, limits of torque and of the tool cannot be checked: that would "
     "take too many samples; ask for shorter motions, or for none of these limits"
 )
-"""What is said of a motion that would take more samples than that."""
+"""Message for a motion that would need more samples."""
 
 BEND_COLUMNS = 3
-"""Number of columns after the functions that tell how much bends between samples may use."""
+"""Number of columns after the functions that bound the effect of bends between samples."""
 
 
 class Peaks(NamedTuple):
@@ -138,16 +141,18 @@ def sampled_peaks(
 
     Args:
         use: Functions of piece (N,) and unit time (N,), (N, columns), signed, as shares of their limits; smooth on each
-            piece. With `bend`, `BEND_COLUMNS` more: the speed of the tool, by that at which the tightest bend uses all
-            of the limit; its acceleration, by the limit; and its acceleration by that speed and the unit of time.
-        parts: (pieces,), that a piece has: as many as make the functions about parabolas on a part (`parts_of`).
+            piece. With `bend`, `BEND_COLUMNS` more: the speed of the tool, divided by the speed that uses the whole
+            limit in the tightest bend; its acceleration, divided by the limit; and its acceleration, divided by that
+            speed per unit of time.
+        parts: (pieces,), number of parts of each piece: enough to make the functions about parabolas on a part
+            (`parts_of`).
         quantities: (columns,), index of the quantity that each function belongs to, ascending from 0 without gaps.
         groups: (pieces,), index of the group of each piece, from 0 on without gaps.
         known_to: Relative amount by which a true peak may exceed the one that is found.
-        decided_at: Whether a peak exceeds this is found out however near it comes.
-        above: Peaks up to this, one number or (groups,), do not matter: what is found of them may be less.
-        bend: Column of the acceleration of the tool across its path, and the power of its use that stands there. Where
-            the tool is slow, its path bends within a moment that samples may miss; None: there is none.
+        decided_at: The function decides whether a peak exceeds this value, however close it is.
+        above: Level below which peaks do not matter, one number or (groups,); the result may be too low for them.
+        bend: Column of the tool's acceleration across its path, and the power to which it is raised there. Where the
+            tool is slow, its path may bend between two samples; None: no such column.
 
     Raises:
         InvalidProblem: A joint travels so far that the peaks would take too many samples.

@@ -10,8 +10,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 STEEPEST_SLOPE = 1.25
-"""Largest ratio of the slope at a point to the smaller mean slope beside it: up to it quintics without curvature at
-their ends are monotone."""
+"""Largest ratio of the slope at a point to the smaller mean slope beside it.
+
+Up to it, quintics without curvature at their ends are monotone.
+"""
 
 
 def natural_spline(lengths: FloatArray, values: FloatArray) -> FloatArray:

@@ -37,13 +37,13 @@ class Trajectory(SegmentedPolynomial):
     """Joint positions as piecewise polynomials of time; a path with time on it.
 
     Attributes:
-        lengths: (pieces,), how long each piece takes, s.
+        lengths: (pieces,), duration of each piece, s.
         coefficients: (pieces, joints, order), ascending powers of the time since the start of the piece, unrounded.
-        segments: (pieces,), index of the waypoint segment that each piece belongs to; the dwell at a
-            waypoint belongs to the segment that ends there (at the first waypoint: to segment 0).
-        arrivals: (waypoints,), s, when each waypoint is reached; one that is blended: the middle of its blend.
-        departures: (waypoints,), s, when it is left again, after its dwell.
-        warnings: What the back end has to say.
+        segments: (pieces,), index of the waypoint segment that each piece belongs to. The dwell at a waypoint belongs
+            to the segment that ends there; at the first waypoint, to segment 0.
+        arrivals: (waypoints,), arrival time at each waypoint, s; at a blended one, the middle of its blend.
+        departures: (waypoints,), departure time from each waypoint, s, after its dwell.
+        warnings: Warnings of the back end.
         solver: What computed the velocity profile of `Toppra`, `kernel` or `package`; None: there is none.
     """
 
@@ -70,7 +70,7 @@ class Trajectory(SegmentedPolynomial):
         return np.asarray(begun & ~ended, dtype=bool)
 
     def evaluate(self, at: ArrayLike, derivatives: Sequence[int] = (0, 1, 2)) -> list[FloatArray]:
-        """Evaluate positions, velocities and accelerations, or the derivatives asked, at one time or at many.
+        """Evaluate positions, velocities and accelerations, or the given derivatives, at one time or at several.
 
         At a breakpoint where a derivative jumps, the value is the one after the jump; at the end, the one before.
 

@@ -176,7 +176,7 @@ def test_points_and_options_that_are_refused() -> None:
     for points, message in (
         (np.zeros((3, 2)), "3 x 2 values"),
         (np.zeros(6), "6 values"),
-        (np.full((2, 6), np.nan), "not all of them are numbers"),
+        (np.full((2, 6), np.nan), "must be finite numbers"),
     ):
         with pytest.raises(InvalidProblem, match=message):
             retime_trajectory(kuka(), points)

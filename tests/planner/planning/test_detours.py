@@ -170,7 +170,7 @@ def test_refusals_say_where() -> None:
     assert lost.value.checks >= 2
     assert lost.value.path_point is not None
     timed = replace(PROBLEM.waypoints[1], duration=3.0)
-    with pytest.raises(planner.InvalidProblem, match="no time of its own"):
+    with pytest.raises(planner.InvalidProblem, match="cannot have a duration of its own"):
         planner.plan(replace(PROBLEM, waypoints=[PROBLEM.waypoints[0], timed]))
 
 

@@ -210,7 +210,7 @@ def test_a_payload_changes_only_where_the_robot_stops(transition: ThroughTransit
 
 def test_a_part_is_either_taken_or_put_down() -> None:
     waypoints = (JointWaypoint(HOME), JointWaypoint(ABOVE, payload=HEAVY, put_down=True))
-    with pytest.raises(InvalidProblem, match="either taken or put down"):
+    with pytest.raises(InvalidProblem, match="cannot be combined with put_down"):
         plan(PlanningProblem(ROBOT, waypoints))
 
 

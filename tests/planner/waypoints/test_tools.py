@@ -164,7 +164,7 @@ def test_a_tool_changes_only_where_the_robot_stops() -> None:
     problem, _ = inspected_part()
     waypoints = list(problem.waypoints)
     waypoints[2] = replace(waypoints[2], transition=BlendTransition(0.01))
-    with pytest.raises(InvalidProblem, match="stop where its tool changes") as refused:
+    with pytest.raises(InvalidProblem, match="the tool changes here") as refused:
         plan(replace(problem, waypoints=waypoints))
     assert [fault.field for fault in refused.value.faults] == [("waypoints", 2, "transition")]
 

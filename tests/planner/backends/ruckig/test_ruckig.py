@@ -207,7 +207,7 @@ def test_motions_of_the_tool_begin_and_end_at_rest_and_say_what_helps(motion: Mo
         with pytest.raises(InvalidProblem) as invalid:
             plan(PlanningProblem(ARM, waypoints), backend)
         ((_, message),) = invalid.value.faults
-        expected = f"{named} begins and ends at rest; let a joint motion come {side} it, and a stop between"
+        expected = f"{named} begins and ends at rest; add a joint motion {side} it, with a stop between them"
         assert message == expected
     assert_within_limits(plan(PlanningProblem(ARM, (away, there, back)), begins))
     assert_within_limits(plan(PlanningProblem(ARM, (there, back, away)), ends))
