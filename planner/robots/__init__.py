@@ -1,4 +1,4 @@
-"""Robots: what they are, how they are read from URDF and Denavit-Hartenberg tables, and those that ship."""
+"""Robot models, their readers for URDF and Denavit-Hartenberg tables, and the catalogue of robots."""
 
 from planner.robots.catalogue import catalogue_ids, load_robot
 from planner.robots.derived.external_axes import ExternalAxis

@@ -47,7 +47,7 @@ class MovingJoint:
 
     Attributes:
         joint: Name, kind and limits.
-        placement: Of the joint's frame in the frame of the joint before it; the joint turns about, or slides
+        placement: Pose of the joint's frame in the frame of the joint before it. The joint turns about, or slides
             along, the z axis of its frame.
         links: Carried by it.
     """
@@ -97,9 +97,9 @@ def _add_links(model: pin.Model, joint: int, links: Sequence[Link]) -> None:
 
 
 def model_with_locked(model: pin.Model, held: Mapping[str, float]) -> pin.Model:
-    """Return a model made by `build_model`, without the joints that are held still.
+    """Return a model made by `build_model`, without its locked joints.
 
-    What they carried moves with the joint before them.
+    Their links move with the joint before them.
 
     Args:
         model: The serial chain.

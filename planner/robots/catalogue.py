@@ -1,22 +1,22 @@
-"""The robots that ship, each a data file in `data/`; and those of the package example-robot-data, when installed.
+"""The robots of the catalogue: data files in `data/`, and robots of the package example-robot-data, if installed.
 
 A data file has these fields:
 
 - `source`: where the model comes from; `notes`: what its user should know, a list of sentences.
-- `angles`: `degree` or `radian`, the unit of every angle in the file but those in `geometry`.
+- `angles`: `degree` or `radian`, the unit of every angle in the file except in `geometry`.
 - the model, one of
   - `dh`: `convention`, `joints` (the fields of `DHJoint`), and where they apply `base` and `tip`, positions in m,
   - `urdf`: a file beside it, or in `example_robot_data/` a path inside that package; `tip_frame`.
 - `rated_payload`: where the maker publishes one, its `mass`, kg, and the `source` in words.
-- `limits`: of a quantity its `provenance`, the `source` in words (a document, or the rule of an estimate), and unless
-  the URDF has them the `values` (of `position`: `lower` and `upper`), one a joint; null for the position limits of a
-  continuous joint. What neither has is filled in by the default rule.
-- `link_radii`: where the model has no shapes that can collide, the radii of the capsules that are derived from its
-  kinematics, m: of the base, and of what each joint carries.
-- `collision`: in place of such capsules, convex outlines that contain the machine: each has its `frame`, a `position`
-  inside, and from there the `reach` in the directions of `outline_directions()`, m.
-- `geometry`: shapes to look at. `kind` `box` (`size`), `cylinder` (`radius`, `length`, along z) or `sphere`
-  (`radius`), its centre at `position` and turned by `rpy` (rad, as in URDF) in the frame `frame`.
+- `limits`: for each quantity its `provenance` and its `source` in words (a document, or the rule of an estimate).
+  Unless the URDF has them, also the `values` of each joint; of `position`, `lower` and `upper`. A continuous joint has
+  null for them. The default rule fills in limits that neither file has.
+- `link_radii`: if the model has no collision shapes, the radii of the capsules derived from its kinematics, m. One
+  radius is for the base, and one for the links of each joint.
+- `collision`: in place of such capsules, convex outlines that contain the machine. Each has its `frame`, a `position`
+  inside, and the `reach` from there in the directions of `outline_directions()`, m.
+- `geometry`: shapes for display. `kind` is `box` (`size`), `cylinder` (`radius`, `length`, along z) or `sphere`
+  (`radius`). Its centre is at `position`, turned by `rpy` (rad, as in URDF), in the frame `frame`.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ PACKAGE = "example-robot-data"
 """Name of the package whose robots are offered where it is installed."""
 
 PACKAGE_DATA = DATA / "example_robot_data"
-"""Folder of what the library adds to the robots of that package."""
+"""Folder of additions to the robots of the package example-robot-data."""
 
 PACKAGE_ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
 """Folder of the robots within that package."""
@@ -80,7 +80,7 @@ def load_robot(id: str) -> Robot:
         id: One of `catalogue_ids()`.
 
     Raises:
-        UnknownRobot: There is no robot with this id; the message lists those that there are.
+        UnknownRobot: No robot has this id; the message lists the known ids.
 
     Examples:
         >>> import planner
@@ -139,7 +139,7 @@ def _read_urdf(id: str, entry: dict[str, Any], folder: Path) -> Robot:
 
 
 def _collision(robot: Robot, joints: tuple[Joint, ...], entry: dict[str, Any]) -> CollisionGeometry | None:
-    """Return what is known of the shapes that can collide, with what the data file adds."""
+    """Return the collision shapes of a robot, with additions from the data file."""
     if robot.collision is None:
         return None
     elements = robot.collision.elements + tuple(map(_outlined, entry.get("collision", ())))
@@ -165,7 +165,7 @@ def _read_dh(id: str, entry: dict[str, Any]) -> Robot:
 
 
 def _with_limits(joints: tuple[Joint, ...], limits: dict[str, Any], unit: float) -> tuple[Joint, ...]:
-    """Return the joints with the limits of the data file, and the default rule applied again to what it leaves open."""
+    """Return joints with the limits of the data file, and default limits for the rest."""
     changed = []
     for i, joint in enumerate(joints):
         known: dict[str, Any] = {name: math.inf for name, origin in joint.provenance.items() if origin == "default"}

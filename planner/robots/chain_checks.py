@@ -1,4 +1,4 @@
-"""What can only be said of an arm as a whole: how far it reaches, and what its joints carry."""
+"""Checks of an arm as a whole: its reach, and the masses and inertias that its joints carry."""
 
 from __future__ import annotations
 
@@ -23,13 +23,7 @@ USUAL_RADII_OF_GYRATION = (1e-3, 1.0)
 
 
 def check_chain(chain: Sequence[MovingJoint], tip: str, findings: Findings) -> None:
-    """Remarks about the lengths, masses and inertias of an arm.
-
-    Args:
-        chain: The joints from the base to the tip.
-        tip: Name of the link at the end.
-        findings: The findings, which are added to.
-    """
+    """Check the lengths, masses and inertias of an arm."""
     reach = _reach(chain, tip)
     if reach > MAX_LENGTH:
         text = f"stretched out, the arm is {reach:g} m long: are its lengths in metres?"
@@ -41,7 +35,7 @@ def check_chain(chain: Sequence[MovingJoint], tip: str, findings: Findings) -> N
 
 
 def _reach(chain: Sequence[MovingJoint], tip: str) -> float:
-    """Bound how far the origin of the tip is from the first joint, m, but for what slides without limits."""
+    """Bound the distance of the tip's origin from the first joint, m, except for slides without limits."""
     lengths = [float(np.linalg.norm(moving.placement.translation)) for moving in chain[1:]]
     lengths += [float(np.linalg.norm(link.placement.translation)) for link in chain[-1].links if link.name == tip]
     for joint in (moving.joint for moving in chain):

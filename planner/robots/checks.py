@@ -1,4 +1,4 @@
-"""What is wrong with a robot description, whatever it was written in; and the limits that it leaves out."""
+"""Checks and default limits of a robot description in any format."""
 
 from __future__ import annotations
 
@@ -39,17 +39,17 @@ LEAST_MOMENT = 1e-12
 MAX_MASS = 1e5
 """kg."""
 USUAL_MASSES = (1e-4, 5e3)
-"""kg; what a link weighs, from that of a toy to that of the largest arms."""
+"""Usual masses of a link, kg: from a toy to the largest arms."""
 TINY_INERTIA = 1e-6
 """kg m^2; rounding makes smaller ones come out negative in many published robot descriptions."""
 MAX_LENGTH = 50.0
-"""m; what is longer was probably meant in millimetres."""
+"""Longest plausible arm, m; longer ones were probably meant in millimetres."""
 MAX_CONSTANT_ANGLE = 2.0 * math.pi * 1.001
 """rad; a larger angle between two frames was probably meant in degrees."""
 MAX_POSITION = 8.0 * math.pi
 """rad; a joint that turns further, and not for ever, was probably meant in degrees."""
 MAX_VELOCITY = 50.0
-"""rad/s or m/s; what is faster was probably meant in degrees/s or mm/s."""
+"""Highest plausible velocity, rad/s or m/s; higher ones were probably meant in degrees/s or mm/s."""
 ABSURD_ANGULAR_VELOCITY = 1000.0
 """rad/s; such a limit says that none is known."""
 ABSURD_LINEAR_VELOCITY = 100.0
@@ -68,7 +68,7 @@ DEFAULT_JERK_PER_ACCELERATION = 10.0
 
 
 def check_names(what: str, names: Iterable[str], findings: Findings) -> None:
-    """Every name is a printable, unique, not reserved string of reasonable length.
+    """Check that every name is printable, unique, not reserved, and of reasonable length.
 
     Args:
         what: `link` or `joint`.
@@ -103,11 +103,11 @@ def check_angles(subject: str, angles: Iterable[float], findings: Findings) -> N
 
 
 def check_body(subject: str, body: Body, findings: Findings) -> Body:
-    """Return body, if its mass and inertia can exist; moments that rounding may have made negative are lifted above it.
+    """Check the mass and inertia of a body; raise moments that rounding made negative.
 
     The inertia tensor about the center of mass has three positive eigenvalues, none larger than the sum of the
-    other two. A tensor that is not positive makes the equations of motion unsolvable; one that only breaks the
-    triangle inequality is impossible but harmless, and published robot descriptions have many of them.
+    other two. A tensor that is not positive makes the equations of motion unsolvable. A tensor that only breaks the
+    triangle inequality is impossible but harmless, and many published robot descriptions have one.
     """
     if body.mass < 0.0:
         findings.error("negative_mass", subject, f"the mass of {subject} is {body.mass:g} kg")
@@ -159,7 +159,7 @@ def check_position_limits(joint: Joint, findings: Findings) -> Joint:
 
 
 def check_limits(joint: Joint, findings: Findings) -> Joint:
-    """Return the joint with motion limits that make sense; those that the description leaves out are the default ones.
+    """Return a joint with plausible motion limits, and default limits for missing ones.
 
     Zero, anything beyond 1e9, and speeds that no machine has are usual ways to write that a limit is not known.
 

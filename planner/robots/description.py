@@ -1,4 +1,4 @@
-"""What a robot is made of, as its readers give it: joints, groups and the description as a whole."""
+"""The description of a robot: joints, groups and the whole, as the readers produce them."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class Joint:
         acceleration: Acceleration limit, rad/s^2 or m/s^2.
         jerk: Jerk limit, rad/s^3 or m/s^3.
         torque: Torque or force limit, N m or N.
-        ranges: Lower (negative) and upper limits of velocity, acceleration or torque that differ by direction, by the
-            name of the quantity; neither is wider than the limit of that name.
+        ranges: Lower (negative) and upper limits that differ by direction, by quantity: velocity, acceleration or
+            torque. Neither is wider than the limit of that quantity.
         provenance: Where each of `LIMITED_QUANTITIES` comes from; no entry where there is no limit.
     """
 
@@ -61,7 +61,7 @@ class Joint:
 
     @property
     def travel(self) -> float:
-        """How far a joint that slides goes out, m; 0 for one that turns, or slides without a limit."""
+        """Largest extension of a prismatic joint, m; 0 for a revolute joint, or a prismatic one without a limit."""
         return 0.0 if self.is_angle or not np.isfinite(self.upper) else max(self.upper, 0.0)
 
 
@@ -71,8 +71,7 @@ class JointGroup:
 
     Attributes:
         name: Name of the group.
-        joints: Names of its moving joints, from the root to the tips; those that are not among the robot's are
-            held still.
+        joints: Names of its moving joints, from the root to the tips; the other joints of the robot are locked.
         tip_frame: The link at the end of a group that is one chain; None: it is something else.
     """
 

@@ -79,7 +79,7 @@ class DHJoint:
 
 @dataclass(frozen=True, eq=False)
 class DHModel:
-    """A Denavit-Hartenberg table and what stands before and after it.
+    """A Denavit-Hartenberg table, with the transforms before and after it.
 
     Attributes:
         convention: `standard`: A(i) = Rz(theta) Tz(d) Tx(a) Rx(alpha). `modified`: A(i) = Rx(alpha(i-1)) Tx(a(i-1))
@@ -146,7 +146,7 @@ def read_dh(model: DHModel, *, id: str, source: str) -> RobotDescription:
 
 
 def _check_row(name: str, row: DHJoint, findings: Findings) -> None:
-    """Kind and numbers of a row."""
+    """Check the kind and the numbers of a row."""
     if row.kind not in get_args(JointKind):
         findings.error("unknown_joint_kind", name, f"{name} is neither revolute nor continuous nor prismatic")
     for item in fields(row):

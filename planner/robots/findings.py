@@ -32,14 +32,14 @@ class Findings:
         self.items.append(Finding(code, "warning", subject, message))
 
     def info(self, code: str, subject: str | None, message: str) -> None:
-        """Something was filled in or left out."""
+        """Add a finding about an omitted or completed value."""
         self.items.append(Finding(code, "info", subject, message))
 
     def raise_errors(self) -> None:
         """Refuse the model if there is an error among the findings.
 
         Raises:
-            InvalidRobotModel: With all findings, the errors first: an answer may leave out what comes late.
+            InvalidRobotModel: With all findings, the errors first: an answer may truncate the list.
         """
         errors = [item for item in self.items if item.severity == "error"]
         if errors:

@@ -1,4 +1,4 @@
-"""A robot with the freedoms of its goal as joints behind the tool: their positions say where in its region that is."""
+"""Robots with the tolerance region of their goal as joints behind the tool."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ if TYPE_CHECKING:
     from planner.robots.robot import Robot
 
 GOAL_FRAME = "goal"
-"""Name of the link behind the freedoms, which is to have the pose that is asked."""
+"""Name of the link behind the joints of the region, whose pose must be the requested pose."""
 
 
 def with_freedoms(robot: Robot, ranges: dict[str, tuple[float, float]]) -> Robot:
-    """Return a robot whose last joints are freedoms of a pose, each within its range.
+    """Return a robot whose last joints are the coordinates of a tolerance region, each within its range.
 
-    Where the tool is at T D, D the offset of `planner.problems.regions.Region`, this robot's tip frame is at
-    T = (T D) D^-1: a freedom is a joint along or about the negative axis, the last one of D the first behind the tool.
+    With the tool at T D, D the offset of `planner.problems.regions.Region`, this robot's tip frame is at T = (T D)
+    D^-1. So each coordinate is a joint along or about the negative axis. The last factor of D is the first joint behind
+    the tool.
 
     Args:
         robot: The robot, with its tool.
-        ranges: Lower and upper ends, m or rad, by the names of the freedoms in the order of `Region`.
+        ranges: Lower and upper ends, m or rad, by the names of the coordinates, in the order of `Region`.
     """
     model = robot.model.copy()
     tool = model.frames[robot.tool_frame_id]

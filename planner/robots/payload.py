@@ -1,4 +1,4 @@
-"""What a robot carries."""
+"""The payload of a robot."""
 
 from __future__ import annotations
 

@@ -61,20 +61,20 @@ class Robot(PickledByFields, RobotDescription):
         model: Pinocchio model with nq == nv == len(joints), in the order of `joints`. Not to be changed.
         joints: The degrees of freedom, in the order of every joint array.
         tip_frame: Name of the frame at the flange.
-        limit_sources: The document that limits come from, or the rule of an estimate, by the names of quantities (those
-            of `Joint.provenance`); a quantity that is not there comes from the same document as the model.
+        limit_sources: The document of the limits, or the rule of an estimate, by the names of `Joint.provenance`. Other
+            quantities come from the same document as the model.
         mounting: Pose of the base in the world, whose z axis points up; None: gravity is as the model has it. Poses are
             in the base frame nonetheless.
         named_positions: Joint positions by name, one value per joint, rad or m.
         geometry: Simple shapes to look at, a list of plain dictionaries in the format of the catalogue files.
         groups: Joints that belong together, as an SRDF has them.
         disabled_collisions: Pairs of links that an SRDF takes out of collision checks.
-        collision: What the description says about the shapes of the links, see `collision_shapes`.
+        collision: The shapes of the links in the description, see `collision_shapes`.
         external_axes: Names of the first joints that carry the base of the arm, such as a rail; none: it stands still.
         rated_payload: The largest payload for which the maker builds the robot, tool included, kg; None: unknown.
         rated_payload_source: The document that `rated_payload` comes from; None: it is unknown.
         payload_mass: The mass that `with_payload` has put on the robot, kg.
-        notes: What a user of the model should know, for a person; of robots of the catalogue.
+        notes: Notes on the model for a person; only robots of the catalogue have them.
         followers: Mimic joints of a URDF that follow one of the joints once that is locked.
         findings: Warnings and remarks about the model, by its reader.
     """
@@ -94,30 +94,29 @@ class Robot(PickledByFields, RobotDescription):
         id: str = "robot",
         source: str = "URDF",
     ) -> Robot:
-        """Read the arm from the root link to the tip of a URDF, with everything off that chain held still.
+        """Read the arm from the root link to the tip of a URDF; all other joints are locked.
 
-        The joints that move are those of a group of the SRDF, those that are named, or those from a base frame on (one
-        of the three); without any, all joints on the way to the tip. Poses are in the root link's frame in any case.
+        A group of the SRDF, a list of names or a base frame selects the moving joints. Without them, all joints on the
+        chain to the tip move. Poses are always in the root link's frame.
 
-        Acceleration and jerk limits are those of URDF 1.2 (the lower of `acceleration` and `deceleration`); without
-        them they come from a default rule: full speed in 0.25 s, full acceleration in 0.1 s. The soft limits of a
-        safety controller narrow the position limits. What the reader remarks about the model stands in
-        `Robot.findings`.
+        The reader takes acceleration and jerk limits from URDF 1.2 (the lower of `acceleration` and `deceleration`).
+        Without them, a default rule applies: full speed in 0.25 s, full acceleration in 0.1 s. The soft limits of a
+        safety controller narrow the position limits. `Robot.findings` has the remarks of the reader.
 
         Args:
             urdf: The document, or the path of its file. A string is always a document: it never opens a file.
             srdf: An SRDF document, or its path, with groups, their states (which become `named_positions`) and disabled
                 collision pairs.
-            tip_frame: Link at the end of the arm; None: the end of the group; without one the tip of the SRDF's chain,
-                if it has exactly one, or else the end of the longest chain without the fingers behind it, and a warning
-                in `findings` names the other ends there are.
-            base_frame: Link from which on joints move: with `tip_frame` it says which chain.
+            tip_frame: Link at the end of the arm; None: the end of the group. Without a group, the tip of the SRDF's
+                only chain. Otherwise the end of the longest chain, without fingers; a warning in `findings` names the
+                other ends.
+            base_frame: Link whose following joints move; together with `tip_frame` it selects the chain.
             group: Name of a group of the SRDF.
             joints: Names of the joints that move.
-            locked: Positions of other joints by their names, rad or m; those without one are held at 0, or at the limit
-                nearest to it; mimic joints follow.
-            meshes: Where the files of meshes are that can collide (STL, OBJ, DAE): the folder of the packages that
-                `package://` names, the bytes by paths, or a function; read when `collision_shapes` is asked for.
+            locked: Positions of other joints by their names, rad or m. The others are locked at 0, or at the limit
+                nearest to 0. Mimic joints follow.
+            meshes: Files of the collision meshes (STL, OBJ, DAE): the folder of the packages that `package://` names,
+                the bytes by path, or a function. They are read at the first use of `collision_shapes`.
             id: Name of the robot.
             source: Where the document comes from.
 
@@ -172,32 +171,32 @@ class Robot(PickledByFields, RobotDescription):
         external_axes: Sequence[ExternalAxis] = (),
         arm_origin: Pose | None = None,
     ) -> Robot:
-        """Make the robot that an owner has of this one: with limits, a tool and a mounting of its own.
+        """Derive a robot from this one, with its own limits, tool and mounting.
 
         Args:
             id: Name of the robot; None: this one's.
-            limits: Limits of single joints by their names, e.g. `{"joint_1": {"lower": -1.0, "velocity": 0.5}}`, of
-                `lower`, `upper` (rad or m), `velocity`, `acceleration`, `jerk` and `torque` (N m or N), and pairs of
-                lower and upper ones that differ: `velocity_range`, `acceleration_range`, `torque_range`. They may be
-                wider than this robot's only where those are a default or an estimate, which a warning in `findings`
-                says. A continuous joint with position limits becomes a revolute one.
+            limits: Limits of single joints by their names, e.g. `{"joint_1": {"lower": -1.0, "velocity": 0.5}}`. The
+                names are `lower`, `upper` (rad or m), `velocity`, `acceleration`, `jerk` and `torque` (N m or N).
+                `velocity_range`, `acceleration_range` and `torque_range` are pairs of a lower and an upper limit. A
+                limit may be wider than this robot's only if this robot's is a default or an estimate; a warning in
+                `findings` says so. A continuous joint with position limits becomes a revolute one.
             group: Name of one of `groups`, whose joints are left; the others are held still. None: all are left.
             locked: Positions by the names of joints that are held still, rad or m; they are no joints any more. Those
                 that the group leaves out are held at 0 otherwise, or at the limit nearest to it.
             tool: The tool centre point in the tip frame; None: this robot's.
             mounting: Pose of the base in the world, whose z axis points up; None: this robot's. Gravity follows it;
                 poses stay in the base frame.
-            named_positions: Joint positions by name, one value per joint that is left, beside those of this robot that
-                are within the limits; those have external axes at 0, or at the limit nearest to it.
+            named_positions: Joint positions by name, one value per remaining joint. They are added to this robot's
+                named positions within the limits, which have external axes at 0, or at the limit nearest to 0.
             external_axes: Axes that carry this robot, from the base on: its first joints then. The base frame is that
                 in which the first one stands, and its z axis points up unless there is a `mounting`.
             arm_origin: Pose of this robot's base in the link of the last external axis; None: the same.
 
         Returns:
-            The robot, with `findings` about what was changed.
+            The robot, with `findings` about the changes.
 
         Raises:
-            InvalidRobotModel: What is asked contradicts this robot; `findings` lists everything that was found.
+            InvalidRobotModel: A change contradicts this robot; `findings` lists all contradictions.
         """
         findings = Findings()
         held = {**held_by_group(self, group, findings), **(locked or {})}
@@ -262,11 +261,7 @@ class Robot(PickledByFields, RobotDescription):
         return np.array([joint.kind == "continuous" for joint in self.joints])
 
     def limit(self, quantity: str) -> FloatArray:
-        """One limit of all joints, (joints,), infinite where there is none.
-
-        Args:
-            quantity: `lower`, `upper`, `velocity`, `acceleration`, `jerk` or `torque`.
-        """
+        """Return one limit of all joints, (joints,), infinite without a limit."""
         return self._limits[quantity]
 
     @cached_property
@@ -326,11 +321,11 @@ class Robot(PickledByFields, RobotDescription):
 
     @cached_property
     def collision_shapes(self) -> tuple[LinkShape, ...]:
-        """The convex shapes of the links, read when they are first asked for.
+        """The convex shapes of the links, read at the first use.
 
-        They are those of the collision elements of the description, meshes cut into convex pieces, or, where it has
-        none, capsules along the kinematics (`LinkShape.source` is `estimate`), with radii that the catalogue states or
-        5 % of the reach of the arm.
+        They come from the collision elements of the description, with meshes cut into convex pieces. Without such
+        elements they are capsules along the kinematics (`LinkShape.source` is `estimate`). The catalogue gives the
+        radii of these capsules; otherwise they are 5 % of the arm's reach.
         """
         return self._collision.on(self.model)
 
@@ -346,7 +341,7 @@ class Robot(PickledByFields, RobotDescription):
 
     @cached_property
     def collision_pairs(self) -> tuple[CollisionPair, ...]:
-        """All pairs of links that have shapes, with the reason of those that are not checked against each other."""
+        """All pairs of links with shapes, and the reason for each pair that is not checked."""
         limits = self.limit("lower"), self.limit("upper")
         return collision_pairs(self.model, limits, self.collision_shapes, self.disabled_collisions)
 
@@ -379,13 +374,13 @@ class Robot(PickledByFields, RobotDescription):
         return replace(self, model=model)
 
     def with_payload(self, payload: Payload) -> Robot:
-        """Put a load on the robot.
+        """Return the robot with a payload.
 
         Args:
             payload: The body carried, in the tip frame.
 
         Returns:
-            The same robot carrying it, beside what it carries already.
+            The same robot with this payload in addition to its own.
         """
         tip = (model := self.model.copy()).frames[self.tip_frame_id]
         body = pin.Inertia(payload.mass, np.array(payload.center_of_mass), np.diag(payload.inertia))

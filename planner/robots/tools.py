@@ -37,5 +37,5 @@ def with_tools(robot: Robot, tools: Iterable[Pose | None]) -> tuple[Robot, ...]:
 
 
 def _rounded(position: FloatArray, rotation: FloatArray) -> bytes:
-    """Return what is equal for placements that differ by rounding."""
+    """Return bytes that are equal for placements that differ only by rounding."""
     return (np.round(np.column_stack([position, rotation]), TOOL_DIGITS) + 0.0).tobytes()

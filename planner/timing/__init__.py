@@ -1,1 +1,1 @@
-"""What is done with the time on a path, whichever back end put it there."""
+"""Operations on the time scaling of any back end: durations, action times, slowing on the same path."""

@@ -25,8 +25,11 @@ QUADRATURE = np.polynomial.legendre.leggauss(12)
 """The nodes and weights of Gauss and Legendre's rule on [-1, 1]: exact for polynomials up to degree 23."""
 
 LEAST_PARTS = 400
-"""The least number of parts that the way is measured in: its speed has a kink where the tool all but turns around, and
-a rule that is smooth there is wrong by less than 1e-6 of the way."""
+"""The least number of parts for measuring the tool's path.
+
+The tool's speed has a kink where the tool almost reverses. A quadrature rule for smooth functions is wrong there by
+less than 1e-6 of the length.
+"""
 
 HALVINGS = 50
 """The number of times that the interval of a moment is halved: to rounding error."""
@@ -39,8 +42,8 @@ class TimedAction:
     Attributes:
         index: Index of the action in the problem.
         action: The action.
-        time: When it happens, s from the start of the trajectory; of a wait: when it begins.
-        distance: How far the tool has gone by then, m.
+        time: Time of the action, s from the start of the trajectory; of a wait, its start.
+        distance: Distance that the tool has travelled until then, m.
     """
 
     index: int
@@ -52,18 +55,18 @@ class TimedAction:
 def action_times(
     dynamics: SegmentDynamics, trajectory: Trajectory, actions: Sequence[Action]
 ) -> tuple[TimedAction, ...]:
-    """Find when actions happen.
+    """Compute the times of actions.
 
     Args:
         dynamics: The robot with its tool on each segment.
         trajectory: The trajectory.
-        actions: What happens.
+        actions: The actions.
 
     Returns:
-        The actions in the order in which they happen.
+        The actions in order of time.
 
     Raises:
-        InvalidProblem: One is asked for after the end of the trajectory.
+        InvalidProblem: An action is after the end of the trajectory.
     """
     if not actions:
         return ()
@@ -94,7 +97,7 @@ def action_times(
 
 
 class _WayOfTheTool:
-    """The length of the way of the tool, by quadrature of its speed on parts of the pieces of the trajectory."""
+    """The distance travelled by the tool, by quadrature of its speed on parts of the trajectory's pieces."""
 
     def __init__(self, dynamics: SegmentDynamics, trajectory: Trajectory) -> None:
         self._dynamics = dynamics
@@ -111,7 +114,7 @@ class _WayOfTheTool:
         return float(self._reached[-1])
 
     def distance_at(self, time: float) -> float:
-        """Tell how far the tool has gone at a time, m."""
+        """Return the distance that the tool has travelled at a time, m."""
         piece = int(np.clip(np.searchsorted(self._breakpoints, time, side="right") - 1, 0, len(self._reached) - 2))
         start = self._breakpoints[piece : piece + 1]
         return float(self._reached[piece] + self._lengths(start, np.array([time]))[0])

@@ -1,8 +1,8 @@
-"""Durations asked beyond those of single segments: of the whole trajectory, and the least ones of segments.
+"""Requested durations of the whole trajectory, and minimum durations of segments.
 
-They are the same for all back ends: a motion that is too quick for them is planned again with longer durations of its
-segments, or with lower speeds, or stretched evenly. An even stretch of a motion keeps all limits that the motion keeps;
-torques with their gravity, too: at each position they come to lie between those of the motion and those of rest.
+They work alike for all back ends. A trajectory that is too fast is planned again with longer segments or lower speeds,
+or is stretched uniformly. A uniform stretch keeps all limits that the trajectory keeps. This includes torques with
+gravity: at each position the torque lies between its value in motion and its value at rest.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 
 def in_asked_durations(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
-    """Put time on a path, in no less than the minimum durations of segments and in the duration of the whole.
+    """Compute a trajectory with the minimum durations of segments and the duration of the whole.
 
     Args:
-        problem: What is asked.
-        backend: What puts time on the path.
+        problem: The requested problem.
+        backend: The back end that computes the time scaling.
         path: The solved path of the problem, on which something moves.
 
     Raises:
-        InfeasibleDuration: A duration that is asked, of a segment or of the whole, is shorter than the limits allow.
+        InfeasibleDuration: The duration of a segment or of the whole is shorter than the limits allow.
         PlanningError: Another refusal of the back end.
     """
     least = minimum_durations(problem)
@@ -62,12 +62,12 @@ def minimum_durations(problem: PlanningProblem) -> FloatArray:
 
 
 def in_longer_durations(path: JointPath, fastest: Trajectory, duration: float | None) -> Trajectory:
-    """Stretch a trajectory to the durations asked of its segments, and in what is left to that of the whole.
+    """Stretch a trajectory to the requested durations of its segments, and of the whole.
 
     Args:
-        path: The path, with the durations that are asked of segments.
-        fastest: A trajectory on it, no segment of which takes longer than that.
-        duration: The duration of the whole, s; None: none is asked.
+        path: The path, with the requested durations of segments.
+        fastest: A trajectory on it, whose segments take no longer than these durations.
+        duration: The duration of the whole, s; None: no requested duration.
 
     Raises:
         InfeasibleDuration: The duration of the whole is too short.
@@ -83,7 +83,7 @@ def in_longer_durations(path: JointPath, fastest: Trajectory, duration: float | 
 
 
 def _factors(trajectory: Trajectory, asked: FloatArray) -> FloatArray:
-    """Return the factors (segments,) on the time of each segment to what is asked of it, s; NaN: its own."""
+    """Return factors (segments,) from segments' durations to the requested ones, s; NaN: no requested duration."""
     own = _durations_of(trajectory)
     return np.divide(asked, own, out=np.ones_like(own), where=~np.isnan(asked) & (own > 0.0))
 
@@ -91,10 +91,10 @@ def _factors(trajectory: Trajectory, asked: FloatArray) -> FloatArray:
 def durations_sharing(
     path: JointPath, fastest: Trajectory, duration: float, least: FloatArray | float = 0.0
 ) -> FloatArray:
-    """Return the durations (segments,), s, with which a trajectory takes so long as a whole.
+    """Return segment durations (segments,), s, that give the whole trajectory its duration.
 
-    Segments without a duration of their own share what is left, each in the proportion of the time that it takes; those
-    whose share is shorter than their minimum duration get that.
+    Segments without a requested duration share the remaining time, in proportion to their shortest durations. A segment
+    whose share is below its minimum duration gets the minimum duration.
 
     Args:
         path: The path, with the durations of single segments.
@@ -115,9 +115,9 @@ def durations_sharing(
 
 
 def duration_error(asked: float, shortest: float) -> InfeasibleDuration:
-    """Return the error where the trajectory cannot take so long as is asked, s, but a duration, s, that is known."""
+    """Return the refusal of a duration, s, with a shortest duration, s, that is known to work."""
     return InfeasibleDuration(
-        f"the trajectory cannot be done in {asked:g} s: within its limits and the durations asked it takes "
+        f"the trajectory cannot be done in {asked:g} s: within its limits and the requested durations it takes "
         f"{shortest:.6g} s",
         value=asked,
         limit=shortest,
@@ -126,20 +126,20 @@ def duration_error(asked: float, shortest: float) -> InfeasibleDuration:
 
 
 def _durations_of(trajectory: Trajectory) -> FloatArray:
-    """Return how long each segment (segments,) takes, s, without the rests at its ends."""
+    """Return the duration of each segment (segments,), s, without the rests at its ends."""
     durations: FloatArray = trajectory.arrivals[1:] - trajectory.departures[:-1]
     return durations
 
 
 def _with_least_durations(backend: BackEnd, path: JointPath, least: FloatArray) -> tuple[Trajectory, FloatArray]:
-    """Return the motion in which no segment takes less than its least duration, and the durations asked for it.
+    """Compute the trajectory with minimum durations of segments, and the durations passed to the back end.
 
-    The back end is asked for the least durations; where it cannot give them to segments that are passed without
-    stopping, the motion is slowed there on its own path.
+    The back end gets the minimum durations as durations. If it cannot give them to a segment group, the function slows
+    the motion there on its own path.
 
     Args:
-        backend: What puts time on the path.
-        path: The path, with the durations that are asked of it.
+        backend: The back end that computes the time scaling.
+        path: The path, with its requested durations.
         least: (segments,), s.
     """
     fastest = trajectory = backend.parametrize(path)
@@ -172,9 +172,9 @@ def _slowed(backend: BackEnd, path: JointPath, fastest: Trajectory, least: Float
 
 
 def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, asked: FloatArray) -> Trajectory:
-    """Return the motion whose segments take as long as is asked (segments,), s.
+    """Compute the trajectory whose segments have the given durations (segments,), s.
 
-    That is the fastest one stretched, or what the back end makes of these durations if it can.
+    It is the stretched fastest trajectory, or the back end's own result for these durations if it has one.
     """
     rigid = any(_is_rigid(backend, path, run) for run in path.every_run)
     if rigid or backend.capabilities.is_shaped_by_duration:
@@ -188,7 +188,7 @@ def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, asked: F
 
 
 def _is_rigid(backend: BackEnd, path: JointPath, run: Run) -> bool:
-    """Tell whether a run has a duration in part, or a motion at its ends or at a waypoint: no stretch keeps that."""
+    """Tell whether no stretch fits a segment group: part of it has durations, or fixed velocities."""
     ends, moving, free = end_states(backend, path.robot.dof), path.moving, np.isnan(path.durations[run.segments])
     moves = (ends.starts_moving and run.first == moving[0]) or (ends.ends_moving and run.segments[-1] == moving[-1])
     moves = moves or not path.passed_at.keys().isdisjoint(run.segments.tolist())

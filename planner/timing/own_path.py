@@ -1,8 +1,8 @@
-"""Motions slowed on their own path: timed anew within limits that hold on parts of them only.
+"""Slowing of motions on their own path, with limits that hold only on parts of them.
 
-The motion q(x) of a run, which a back end made, is passed at q(x(t)) with a pace x' of 1 at most, so that it is nowhere
-faster than it was. The fastest x(t) within that, within all limits that the back end keeps, and within those of the
-parts is found.
+The slowed motion of a segment group is q(x(t)), with the back end's motion q(x) and a pace x' of at most 1. So it is
+nowhere faster than before. The module finds the fastest x(t) within this pace, all limits that the back end keeps, and
+the limits of the parts.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 PIECES = 200
-"""Number of pieces of the law, at least, before it is refined."""
+"""Number of pieces of the time-scaling function, at least, before its refinement."""
 
 GAP = 1e-3
-"""Relative gap to the fastest law that may be left."""
+"""Largest relative gap to the fastest time-scaling function."""
 
 CLOSEST = 0.05
 """Least distance of two ends of pieces, but for the breakpoints of the motion, as a share of an even piece."""
@@ -56,10 +56,10 @@ class Part(NamedTuple):
     """A part of a motion with a limit of its own.
 
     Attributes:
-        intervals: (N, 2), s, ascending: where the limit holds.
-        constraint: What is limited.
+        intervals: (N, 2), s, ascending: the times of the limit.
+        constraint: The limited quantity.
         limit: Its limit.
-        excess: The factor on all times that is still needed, by the slowed motion and what the intervals became (M, 2).
+        excess: Function of the slowed motion and its intervals (M, 2): the factor on all times that is still necessary.
     """
 
     intervals: FloatArray
@@ -81,14 +81,14 @@ def slow_down(
     parts_of: Callable[[Run, SegmentedPolynomial], Sequence[Part]] = lambda _run, _motion: (),
     asked: Mapping[int, float] = MappingProxyType({}),
 ) -> Trajectory:
-    """Slow parts of a trajectory on its own path; it is the same one if there are none.
+    """Slow parts of a trajectory on its own path; return it unchanged without such parts.
 
     Args:
         path: The path.
         trajectory: A trajectory on it.
         kept: The quantities whose limits are kept.
         parts_of: The parts of the motion of a run that are slowed; the motion rests at its ends if there are any.
-        asked: Longer durations of some segments, s; the motion of their runs rests at its ends.
+        asked: Longer durations of some segments, s; their segment groups start and end at rest.
 
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
@@ -120,7 +120,7 @@ def _slowed(
     asked: Mapping[int, float],
     kept: frozenset[str],
 ) -> list[SegmentedPolynomial]:
-    """Return what takes the place of each piece of the motion of a run."""
+    """Return the replacement of each piece of the motion of a segment group."""
     curve = _cut(motion, [part.intervals for part in parts])
     under = motion.locate(curve.breakpoints[:-1] + curve.lengths / 2.0)[0]
     limits, within = path.limits.of(motion.segments[under]), [part.meets(curve) for part in parts]
@@ -134,7 +134,7 @@ def _slowed(
     law = PiecewisePolynomial(curve.lengths, as_planned)
 
     def asked_of(law: PiecewisePolynomial) -> AskedDurations:
-        """Return the durations asked of the segments by the pieces of a law."""
+        """Return the requested durations of segments on the pieces of a time-scaling function."""
         segments = motion.segments[under[bounds.pieces(law)]]
         return AskedDurations.of_parts(
             law.lengths, segments == np.array([*asked])[:, None], np.array([*asked.values()])

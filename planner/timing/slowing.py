@@ -33,28 +33,28 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 WIDER = 4e-3
-"""Distance, m, by which zones are widened to slow a motion down: what the certificate counts as near lies within."""
+"""Distance, m, by which zones are widened for slowing, so that they contain the certificate's zones."""
 
 SHARE = 1.0 - 1.5 * KNOWN_TO
-"""Share of a zone's speed that a motion is slowed to: the certificate's bound of it is that much higher."""
+"""Fraction of a zone's speed to which motions are slowed; the certificate's bound exceeds the speed by that much."""
 
 RAMP_OPTIONS = ("acceleration_time", "deceleration_time")
 """Names of the options that give the times of acceleration and of braking."""
 
 
 def slowed(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Trajectory:
-    """Slow a trajectory on its own path where the robot is in its speed zones; it is the same one where that is not.
+    """Slow a trajectory on its own path in speed zones; return it unchanged if it is slow enough.
 
     Args:
-        problem: What is asked.
-        backend: What put time on the path.
+        problem: The requested problem.
+        backend: The back end that computed the time scaling.
         path: The solved path of the problem.
-        trajectory: The motion of the back end, in the durations that are asked.
+        trajectory: The back end's trajectory, with the requested durations.
 
     Raises:
-        InvalidProblem: What is to be slowed is asked to be passed or left with a velocity, with ramps of its own, or in
-            durations of single segments without a stop between them.
-        InfeasibleDuration: A duration that is asked is too short for the speeds in the zones.
+        InvalidProblem: A segment group that must be slowed has a requested passing, initial or final velocity,
+            requested ramps, or requested durations of single segments.
+        InfeasibleDuration: A requested duration is too short for the speeds in the zones.
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
     if not problem.speed_zones or not len(path.moving):
@@ -70,11 +70,11 @@ def slowed(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajecto
 
 
 def _refuse_short_durations(path: JointPath, fastest: Trajectory) -> None:
-    """Refuse durations of segments that are too short in the zones, or that no even stretch of a run gives.
+    """Refuse durations of segments that the zones make impossible, or that belong to longer segment groups.
 
     Raises:
-        InvalidProblem: A duration is asked of a segment that is not alone between two stops.
-        InfeasibleDuration: One is too short.
+        InvalidProblem: A segment with a requested duration has no stop before or after it.
+        InfeasibleDuration: A duration is too short.
     """
     asked = path.durations
     for run in path.every_run:
@@ -99,7 +99,7 @@ def _refuse_short_durations(path: JointPath, fastest: Trajectory) -> None:
 
 
 def _slowed(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Trajectory:
-    """Return a trajectory slowed in the zones, the same one if it is slow there; durations are not looked at."""
+    """Return a trajectory slowed in the zones, the same one if it is slow there; ignore requested durations."""
     checkers = segment_checkers(problem, path.positions)
 
     def parts_of(run: Run, motion: SegmentedPolynomial) -> list[Part]:
@@ -120,10 +120,10 @@ def _slowed(problem: PlanningProblem, backend: BackEnd, path: JointPath, traject
 
 
 def _refuse_what_cannot_be_slowed(backend: BackEnd, path: JointPath, run: Run) -> None:
-    """Refuse runs whose velocities or ramps are asked, which would be others.
+    """Refuse segment groups with requested velocities or ramps, which slowing would change.
 
     Raises:
-        InvalidProblem: Naming the options or the waypoints.
+        InvalidProblem: A velocity or a ramp is requested; it names the options or the waypoints.
     """
     faults: list[tuple[FieldPath, str]] = []
     ends, moving = end_states(backend, path.robot.dof), path.moving

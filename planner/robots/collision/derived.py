@@ -1,6 +1,6 @@
 """Capsules along the kinematics of an arm, for robots whose description has no shapes.
 
-What a joint carries runs from that joint to the next one the way arms are built and Denavit-Hartenberg tables describe
+The links of a joint run from that joint to the next one the way arms are built and Denavit-Hartenberg tables describe
 them: along its own axis, along the common normal of the two axes, along the next axis.
 """
 
@@ -40,12 +40,13 @@ def derived_capsules(
     Args:
         model: A serial chain in which every joint moves along its own z axis.
         tip_frame: Name of the link at its end.
-        travels: How far each joint slides out, m, which is how long the rod behind it is; 0 for one that turns.
+        travels: Largest extension of each prismatic joint, m, which is the length of the rod behind it; 0 for a
+            revolute joint.
         radii: Radius of the base and of what each joint carries, m; none: `RADIUS_PER_REACH` of the arm's length.
 
     Yields:
-        The link that a capsule belongs to, the placement of the capsule in that link, and the capsule (a ball where two
-        joints are at one point).
+        The link of a capsule, the placement of the capsule in that link, and the capsule. It is a ball if two joints
+        are at one point.
     """
     tip = model.frames[model.getFrameId(tip_frame, pin.FrameType.BODY)].placement
     nexts = [*model.jointPlacements.tolist()[1:], tip]  # of what each joint carries: where it ends
@@ -92,7 +93,7 @@ def _corners(after: pin.SE3) -> list[FloatArray]:
 
 
 def _raised(points: Sequence[FloatArray], radius: float) -> FloatArray:
-    """Return the first point moved along its leg by the radius, or to its end: the arm stands on what is below."""
+    """Return the first point moved along its leg by the radius at most: the arm stands on its support."""
     leg = points[1] - points[0]
     length = float(np.linalg.norm(leg))
     moved: FloatArray = points[0] + (min(1.0, radius / length) * leg if length else leg)

@@ -19,14 +19,16 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 DRAWN_CORNERS = 160
-"""The most corners that a hull is drawn with: with so many, what is round looks round, and the six pieces of the mesh
-of a link take 50 kB as text."""
+"""The largest number of corners of a drawn hull.
+
+With that many, round shapes look round, and the six pieces of a link's mesh take 50 kB as text.
+"""
 
 
 def describe_collision_geometry(robot: Robot) -> dict[str, Any]:
     """Return the shapes of a robot's links, and the pairs of links, as a dictionary of plain values; SI units.
 
-    How often the links of a pair are in contact is sampled here: a pair that never is, is checked all the same.
+    The function samples the contacts of each pair. A pair that is never in contact is checked nevertheless.
     """
     shapes, pairs = robot.collision_shapes, robot.collision_pairs
     of_link = shapes_of_links(shapes)
@@ -49,7 +51,7 @@ def _describe_pair(pair: CollisionPair, contact_share: float | None) -> dict[str
 def describe_drawn_links(robot: Robot) -> list[dict[str, Any]]:
     """Return the shapes of a robot's links for a picture, in plain values; SI units.
 
-    Hulls have at most `DRAWN_CORNERS` corners, those that are furthest out in so many directions, to within 10 µm.
+    Hulls have at most `DRAWN_CORNERS` corners: the outermost in as many directions, to within 10 µm.
     """
     return [_describe_link_shape(replace(each, shape=_drawn(each.shape))) for each in robot.collision_shapes]
 

@@ -32,10 +32,10 @@ BODY = pin.FrameType.BODY
 
 
 LONGEST_MESH = 20.0
-"""Length of a mesh, m, from which on it is remarked that it is long: it was probably meant in millimetres."""
+"""Length of a mesh, m, above which a remark calls it long: it was probably meant in millimetres."""
 
 COARSE = 1.5
-"""Volume of a mesh's pieces relative to its own from which on it is remarked that they are coarse."""
+"""Volume of a mesh's pieces relative to the mesh above which a remark calls them coarse."""
 
 
 class CollisionElement(NamedTuple):
@@ -46,7 +46,7 @@ class CollisionElement(NamedTuple):
         placement: Placement of the shape's frame in the link's.
         shape: The shape, or the mesh or outline that it is.
         source: `model`, the robot's description; or `estimate`, an outline of the machine.
-        uncertainty: How far the machine may stick out of the shape, m.
+        uncertainty: Largest distance of the machine's surface outside the shape, m.
     """
 
     link: str
@@ -76,7 +76,7 @@ class LinkShape:
         placement: Placement of the shape's frame in that joint's frame.
         shape: The shape.
         source: `model`, the robot's description; or `estimate`, an outline of the machine or capsules along its axes.
-        uncertainty: How far the machine may stick out of an estimate, m: the margin that is advised.
+        uncertainty: Largest distance of the machine's surface outside an estimated shape, m: the advised margin.
 
     Examples:
         >>> import planner
@@ -105,12 +105,12 @@ class CollisionGeometry(PickledByFields):
     Attributes:
         model: The arm as it was read, with all its joints.
         tip_frame: Name of the link at its end.
-        travels: How far each joint slides out, m; 0 for one that turns.
+        travels: Largest extension of each prismatic joint, m; 0 for a revolute joint.
         elements: The shapes of its description.
         unread: Names of links whose description has shapes that URDF does not know.
         meshes: What finds its meshes.
-        link_radii: Radii of the capsules that are derived where there are no shapes, m: of the base, and of what each
-            joint carries; empty: they follow from the reach of the arm.
+        link_radii: Radii of the derived capsules, m, used without collision shapes: of the base, and of the links of
+            each joint. Empty: they follow from the reach of the arm.
     """
 
     model: pin.Model
@@ -123,7 +123,7 @@ class CollisionGeometry(PickledByFields):
 
     @cached_property
     def shapes(self) -> tuple[PlacedShape, ...]:
-        """The shapes of all links: those of the description, and derived capsules of what it leaves open.
+        """The shapes of all links: from the description, and derived capsules for links without shapes.
 
         Left open are the links that move with one whose shapes are not known or, without a description of any shape,
         all of them.

@@ -1,7 +1,7 @@
-"""What of a robot can collide as glTF 2.0, the form that viewers of three-dimensional scenes read.
+"""The collision shapes of a robot as glTF 2.0, the format of viewers of three-dimensional scenes.
 
-Each joint is a node at its place at position 0, with what it carries below it: turning a joint's node about its z axis
-moves the arm as the joint does. The robot's z axis points up, the y axis of glTF does: the topmost node turns between.
+Each joint is a node at its place at position 0, with its links below it. Turning a joint's node about its z axis moves
+the arm as the joint does. The robot's z axis points up, the y axis of glTF does: the topmost node turns between.
 """
 
 from __future__ import annotations

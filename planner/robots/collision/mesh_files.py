@@ -98,8 +98,8 @@ def _file_in_folder(root: Path, reference: str) -> bytes | None:
 def meshes_among(files: Mapping[str, bytes]) -> FindFile:
     """Find meshes among files by their names.
 
-    What is not there by its path in the package, nor with the name of the package before it, is the one file whose name
-    ends with most of that path: packages may be packed from any folder on.
+    If no file has the mesh's path in the package, with or without the package name, the longest matching end of the
+    path decides. Archives may thus start at any folder.
 
     Args:
         files: The bytes by paths with `/`.
@@ -127,7 +127,7 @@ def tails(path: str) -> list[str]:
 def candidates(reference: str) -> list[str]:
     """Return the paths that a mesh of a URDF may have: with the name of its package, and without.
 
-    None for what is elsewhere: other machines, and paths that lead out of the package. A `file://` address or an
+    A mesh on another machine, or at a path that leads out of the package, has none. A `file://` address or an
     absolute path has the path below the root of the machine that wrote it, to be found by its tails.
 
     Args:

@@ -12,14 +12,15 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 OUTLINE_UNCERTAINTY = 0.01
-"""How far a machine may stick out of the outline of its maker's drawings, m: cables, covers, later changes."""
+"""Largest distance of a machine's surface outside the outline of its maker's drawings, m: cables, covers, later
+changes."""
 
 DIRECTIONS_IN_A_PLANE = 16
 """Number of directions in each of the planes xy, yz and zx: a cylinder along an axis becomes 2 % wider at most."""
 
 
 def outline_directions() -> FloatArray:
-    """Return the unit vectors (42, 3) of an outline: those in the plane xy, then yz, then zx, each direction once."""
+    """Return the unit vectors (42, 3) of an outline: in the planes xy, yz and zx, each direction once."""
     angles = 2.0 * np.pi * np.arange(DIRECTIONS_IN_A_PLANE) / DIRECTIONS_IN_A_PLANE
     c, s, zero = np.round(np.cos(angles), 12), np.round(np.sin(angles), 12), np.zeros(DIRECTIONS_IN_A_PLANE)
     directions = np.concatenate([np.column_stack(plane) for plane in ((c, s, zero), (zero, c, s), (s, zero, c))])

@@ -1,4 +1,4 @@
-"""Pairs of links and shapes that are checked against each other, and the reasons of those that are not."""
+"""Pairs of links and shapes for the self-collision check, and the reasons for leaving out others."""
 
 from __future__ import annotations
 
@@ -27,15 +27,19 @@ Shapes = tuple[int, int]
 """Numbers of two shapes of a robot."""
 
 ALWAYS_IN_CONTACT = 0.95
-"""Share of random positions from which on two shapes in contact say nothing about the arm, only about themselves: the
-share of MoveIt's setup assistant."""
+"""Fraction of random positions with contact above which a contact of two shapes is a property of the shapes.
+
+MoveIt's setup assistant uses the same fraction.
+"""
 
 FEW_POSITIONS = 20
 """Number of random positions that tell most pairs that are not always in contact from the others."""
 
 MANY_POSITIONS = 400
-"""Number of random positions that what is said about contacts rests on: a pair that is in contact in 2 % of all is
-missed in one robot of 3,000."""
+"""Number of random positions for the statistics of contacts.
+
+They miss a pair in contact in 2 % of all positions for one robot in 3,000.
+"""
 
 SEED = 1
 """Start of the random positions: the same robot has the same pairs everywhere."""
@@ -51,10 +55,10 @@ class CollisionPair:
     Attributes:
         link_1: Name of a link.
         link_2: Name of another.
-        reason: Why they are not checked against each other: `neighbours` (no joint is between them), `srdf`, or
-            `always` (all their shapes are in contact in 95 % of random positions or more); None: they are checked.
-        always_touching: The shapes of a checked pair that are left out, since they are in contact in 95 % of random
-            positions or more: numbers in `Robot.collision_shapes`, of `link_1` and of `link_2`.
+        reason: Reason for not checking the pair: `neighbours` (no joint is between them), `srdf`, or `always`.
+            `always`: all their shapes are in contact in at least 95 % of random positions. None: the pair is checked.
+        always_touching: The shapes of a checked pair that are left out: they are in contact in at least 95 % of random
+            positions. The numbers are indices in `Robot.collision_shapes`, of `link_1` and of `link_2`.
 
     Examples:
         >>> import planner
@@ -145,7 +149,7 @@ def contacts(
     groups: Collection[tuple[Shapes, ...]],
     count: int = MANY_POSITIONS,
 ) -> Mapping[tuple[Shapes, ...], float]:
-    """Sample how often shapes are in contact.
+    """Sample the contacts of shapes.
 
     Args:
         model: The arm.
@@ -183,4 +187,4 @@ def _posed(shape: LinkShape, data: pin.Data) -> tuple[coal.CollisionGeometry, co
 
 
 _KEPT: LastUsed[tuple[CollisionPair, ...]] = LastUsed(PAIRS_KEPT, len)
-"""The pairs of the robots last used, by what they follow from."""
+"""The pairs of the last robots used, by their inputs."""

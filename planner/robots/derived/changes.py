@@ -29,7 +29,7 @@ SAME_DIRECTION = 1e-6
 
 
 def held_by_group(robot: RobotDescription, group: str | None, findings: Findings) -> dict[str, float]:
-    """Return the joints that are not in a group, at 0 or the limit nearest to it; none if no group is asked for."""
+    """Return positions of the joints outside a group: 0 or the nearest limit; none without a group."""
     if group is None:
         return {}
     members = {kept.name: kept.joints for kept in robot.groups}.get(group)

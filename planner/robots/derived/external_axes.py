@@ -29,8 +29,10 @@ if TYPE_CHECKING:
     from planner.robots.findings import Findings
 
 BASE_SUFFIX = "_base"
-"""What follows the name of the first external axis in the name of the link that it stands on: the robot's base frame,
-which does not move."""
+"""Suffix of the link that the first external axis stands on, after the name of the axis.
+
+The link is the robot's base frame, which does not move.
+"""
 
 LINK_SUFFIX = "_link"
 """What follows the name of an external axis in the name of the link that it moves: its carriage or its table."""
@@ -44,13 +46,13 @@ LEAST_AXIS = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ExternalAxis:
-    """A linear or rotary axis that carries the base of an arm, or the next axis; limits that are None are not known.
+    """A linear or rotary axis that carries the base of an arm, or the next axis; None: an unknown limit.
 
     Attributes:
         name: The joint's name.
         kind: `prismatic` (a rail), `revolute` or `continuous` (a turntable).
-        axis: (3,), the direction that it slides along or turns about, in its own frame; its length
-            does not matter, above 1e-9 and up to 1e9.
+        axis: (3,), direction of the slide or rotation, in the frame of the axis. Its length is irrelevant within 1e-9
+            to 1e9.
         origin: Where the axis stands at position 0: its frame in the base frame, or in the link of the axis before it;
             None: the same.
         lower: Lower position limit, rad or m.
@@ -59,7 +61,7 @@ class ExternalAxis:
         acceleration: Acceleration limit, rad/s^2 or m/s^2.
         jerk: Jerk limit, rad/s^3 or m/s^3.
         torque: Torque or force limit, N m or N.
-        mass: Mass of what it moves, without the arm and the axes behind it, kg; None: it weighs nothing.
+        mass: Mass moved by the axis, without the arm and the axes behind it, kg; None: no mass.
         center_of_mass: (3,), of that, in the frame of the axis, m.
         inertia: Inertia of that about its center of mass, in the directions of that frame, kg m^2: ixx, ixy, ixz, iyy,
             iyz, izz.
@@ -159,7 +161,7 @@ def placement_of(name: str, pose: Pose | None, findings: Findings) -> pin.SE3:
 
 
 def _joint(axis: ExternalAxis, findings: Findings) -> Joint:
-    """Return the joint of an axis, with limits that make sense; those that are given are its owner's."""
+    """Return the joint of an external axis, with plausible limits; given limits have the provenance `owner`."""
     name = shown(axis.name)
     given: dict[str, Any] = {limit: float(value) for limit in LIMITS if (value := getattr(axis, limit)) is not None}
     if any(math.isnan(value) for value in given.values()):

@@ -1,4 +1,4 @@
-"""What the owner of a robot adds to it: limits of single joints and named positions, held against what is known."""
+"""Limits of single joints and named positions from the owner of a robot, checked against the robot's own."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RANGES = {f"{quantity}_range": quantity for quantity in RANGED_QUANTITIES}
 """Names of the pairs of lower and upper limits that an owner may give, and the quantities that they are of."""
 
 QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES, *RANGES)
-"""Names of the limits that an owner may give: those of the position, and those of what moves."""
+"""Names of the limits that an owner may give: of the position, and of its derivatives and torque."""
 
 OwnLimits = Mapping[str, float | Sequence[float]]
 """Limits of one joint by their names: numbers, and pairs of numbers where the names are of `RANGES`."""
@@ -72,7 +72,7 @@ def _with_own_limits(joint: Joint, own: OwnLimits, findings: Findings) -> Joint:
 
 
 def _with_range(joint: Joint, quantity: str, pair: float | Sequence[float], findings: Findings) -> Joint:
-    """Return the joint with limits of a quantity that differ by direction, within those that it has."""
+    """Return a joint with limits that differ by direction, within its own limits."""
     name, limits = shown(joint.name), np.ravel(pair).tolist()
     if len(limits) != 2 or not (LEAST_LIMIT <= -limits[0] <= MAX_NUMBER and LEAST_LIMIT <= limits[1] <= MAX_NUMBER):
         text = f"the {quantity} range of {name} needs a lower limit below 0 and an upper one above"
@@ -88,7 +88,7 @@ def _with_range(joint: Joint, quantity: str, pair: float | Sequence[float], find
 
 
 def _is_limit(value: float | Sequence[float], name: str, joint: Joint, findings: Findings) -> TypeGuard[float]:
-    """Whether a limit has a name and is a number that lets the joint move."""
+    """Tell whether a limit has a known name and is a number that lets the joint move."""
     least = -MAX_NUMBER if name in ("lower", "upper") else LEAST_LIMIT
     if name not in QUANTITIES:
         text = f"{shown(joint.name)} has no limit called {shown(name)}; there are {', '.join(QUANTITIES)}"
@@ -123,7 +123,7 @@ def _narrowed(joint: Joint, quantity: str, field: str, value: float, findings: F
 
 
 def is_within(joints: Sequence[Joint], position: Sequence[float]) -> bool:
-    """Whether a position, one value a joint, is within the position limits."""
+    """Tell whether a position, one value per joint, is within the position limits."""
     return all(joint.lower <= value <= joint.upper for joint, value in zip(joints, position, strict=True))
 
 

@@ -24,11 +24,11 @@ FINGER_WORDS = ("finger", "gripper", "jaw", "thumb", "knuckle")
 
 @dataclass(frozen=True)
 class PlanningGroup:
-    """The part of a robot that is asked for; of `group`, `joints` and `base_frame` one at most.
+    """The requested part of a robot, by at most one of `group`, `joints` and `base_frame`.
 
     Attributes:
         tip_frame: Link at its end; None: the end of the group, or of the arm.
-        base_frame: Link from which on joints move; None: the root.
+        base_frame: Link whose following joints move; None: the root.
         group: Name of the SRDF's group whose joints move.
         joints: Names of the joints that move.
         locked: Positions by the names of joints that are held there, rad or m.
@@ -54,10 +54,10 @@ class ArmFinder:
             self.children.setdefault(joint.parent, []).append(link)
 
     def find(self, asked: PlanningGroup) -> tuple[str, list[UrdfJoint]]:
-        """Return the link at the end of the arm, and its degrees of freedom from the root on.
+        """Return the link at the end of the arm, and its degrees of freedom, starting at the root.
 
         Raises:
-            InvalidRobotModel: What is asked is not there, or no chain.
+            InvalidRobotModel: The requested part does not exist, or is not a chain.
         """
         self._check_locked(asked.locked)
         members, tip = self._members(asked)
@@ -95,7 +95,7 @@ class ArmFinder:
                 self.findings.error("outside_position_limits", shown(name), text)
 
     def _members(self, asked: PlanningGroup) -> tuple[set[str] | None, str | None]:
-        """Names of the joints that are to move, if they are named, and the tip as far as it is."""
+        """Return the names of the requested joints, if given, and the tip, if known."""
         if sum(way is not None for way in (asked.group, asked.joints, asked.base_frame)) > 1:
             text = "a planning group is named by a group of the SRDF, by joints or by its base frame: by one of these"
             self.findings.error("several_planning_groups", None, text)
@@ -127,7 +127,7 @@ class ArmFinder:
         return tip
 
     def _behind_base(self, base: str, tip: str) -> set[str]:
-        """Names of the joints from a link to the tip."""
+        """Return the names of the joints from a link to the tip."""
         link, found = tip, set()
         while link != base and link in self.arrivals:
             if self.arrivals[link].is_free:
@@ -147,7 +147,7 @@ class ArmFinder:
         return self._last_fixed(last or self.root)
 
     def _last_fixed(self, link: str) -> str:
-        """Return last of the links that are fixed to a link, with it; of those that are called a tip, if there are."""
+        """Return the last link fixed to a link, or that link; prefer links with a tip's name."""
         fixed = [link]
         for each in fixed:
             fixed += [child for child in self.children.get(each, ()) if self.arrivals[child].moving is None]
@@ -188,11 +188,11 @@ class ArmFinder:
         return way[::-1]
 
     def _is_finger(self, link: str) -> bool:
-        """Whether the joint that moves a link is called a finger's or a gripper's."""
+        """Tell whether the name of the joint that moves a link is one of a finger or gripper."""
         return any(word in self.arrivals[link].name.lower() for word in FINGER_WORDS)
 
     def _moves_something(self, link: str) -> bool:
-        """Whether a joint moves a link or anything behind it, against what the link hangs on."""
+        """Tell whether a link, or anything behind it, moves relative to its parent."""
         waiting = [link]
         while waiting:
             link = waiting.pop()

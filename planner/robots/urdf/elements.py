@@ -85,7 +85,7 @@ class UrdfJoint:
 
 
 def number_of(word: str) -> float:
-    """Give the number that a word is, to other programs too: `float` alone knows `1_000` and the digits of all scripts.
+    """Convert a word to a number; refuse the forms that only Python reads, such as `1_000`.
 
     Raises:
         ValueError: It is none.
@@ -96,7 +96,7 @@ def number_of(word: str) -> float:
 
 
 class UrdfReader:
-    """Reads elements; what is wrong with one becomes a finding and a harmless value."""
+    """Reader of elements; a fault becomes a finding and a harmless value."""
 
     def __init__(self, findings: Findings) -> None:
         self.findings = findings
@@ -130,11 +130,11 @@ class UrdfReader:
         return fallback
 
     def number(self, element: Element | None, attribute: str, default: float, subject: str) -> float:
-        """One finite number of any size."""
+        """Read one finite number of any size."""
         return float(self.numbers(element, attribute, [default], subject, limit=math.inf)[0])
 
     def origin(self, element: Element | None, subject: str) -> tuple[FloatArray, FloatArray]:
-        """Position (3,) and roll, pitch, yaw (3,) of the origin element inside `element`."""
+        """Read position (3,) and roll, pitch, yaw (3,) of the origin element inside `element`."""
         origin = None if element is None else element.find("origin")
         position = self.numbers(origin, "xyz", [0.0] * 3, subject)
         check_length(subject, position, self.findings)
@@ -199,7 +199,7 @@ class UrdfReader:
         return axis if length == 1.0 else axis / length
 
     def moving_joint(self, element: Element, name: str) -> Joint | None:
-        """Kind and limits as written; None for a fixed joint, and for one that is refused."""
+        """Read the kind and limits of a joint; return None for a fixed joint or a refused one."""
         subject, written = shown(name), element.get("type", "")
         if written in ("floating", "planar"):
             text = f"{subject} is a {written} joint; an arm has revolute, continuous and prismatic ones"
@@ -286,7 +286,7 @@ class UrdfReader:
                 yield CollisionElement(link, pin.SE3(rotation_from_rpy(*rpy), position), shape)
 
     def mesh(self, element: Element, name: str) -> MeshReference:
-        """Return the name and scale of a mesh, which is read when the shapes are first asked for."""
+        """Return the name and scale of a mesh, whose file is read at the first use of the shapes."""
         x, y, z = self.numbers(element, "scale", [1.0] * 3, name).tolist()
         if x * y * z == 0.0:
             self.findings.error("invalid_shape", name, f"the scale of a mesh of {name} is 0")

@@ -60,7 +60,7 @@ class WholeConfiguration:
                 )
 
     def _resolved(self, mimic: Mimic) -> Mimic | None:
-        """Return the mimic with the leader at the end of its chain; None: the chain has no end that could move."""
+        """Return the mimic with the leader at the end of its chain; None: the chain never ends."""
         seen: set[str] = set()
         while mimic.leader not in seen:
             leader = self.joints.get(mimic.leader)

@@ -46,7 +46,7 @@ def read_urdf(
     meshes: FindPieces = no_meshes,
     source: str = "uploaded URDF",
 ) -> RobotDescription:
-    """Return the arm from the root link to the tip, with everything off that chain held still.
+    """Read the arm from the root link to the tip; all other joints are locked.
 
     Acceleration and jerk limits, which documents before URDF 1.2 do not have, come from the default rule of
     `planner.robots.checks`.
@@ -54,10 +54,10 @@ def read_urdf(
     Args:
         urdf: The document.
         id: Identifier of the robot.
-        asked: Which joints move and where the arm ends; what is not asked is the SRDF's only chain, or else the chain
-            with the most joints but for fingers at its end.
+        asked: The moving joints and the end of the arm. By default, the SRDF's only chain, or else the chain with the
+            most joints, without fingers at its end.
         srdf: A document with groups, their states and disabled collision pairs.
-        meshes: What finds the meshes that can collide, when these are first asked for.
+        meshes: Function that finds the collision meshes, at the first use of the shapes.
         source: Where the document comes from.
 
     Raises:
@@ -124,7 +124,7 @@ def read_urdf(
 
 
 def _check_tree(links: Collection[str], joints: Sequence[UrdfJoint], findings: Findings) -> None:
-    """Links and joints form one tree: every joint between known links, one root, one parent a link.
+    """Check that links and joints form one tree: known links, one root, one parent for each link.
 
     Raises:
         InvalidRobotModel: They do not, or something before was wrong already.
@@ -166,7 +166,7 @@ def _walk(links: Collection[str], joints: Sequence[UrdfJoint]) -> tuple[str, dic
 
 
 def _limits(joint: Joint, findings: Findings) -> Joint:
-    """Return the joint with checked limits, of which URDF requires those of the position."""
+    """Check the limits of a joint; URDF requires position limits."""
     if joint.kind != "continuous" and math.isinf(joint.lower):
         name = shown(joint.name)
         text = f"{name} has no position limits: give lower and upper, or make it a continuous joint"
@@ -184,7 +184,7 @@ def _build(
     held: Mapping[str, float],
     findings: Findings,
 ) -> pin.Model:
-    """Build the model with the joints in `limits` as degrees of freedom; those in `held` are held there, rad or m."""
+    """Build the model with the joints in `limits` as degrees of freedom; lock joints at `held`, rad or m."""
     base = [Link(root, pin.SE3.Identity(), bodies[root])]
     moving: dict[str, MovingJoint] = {}
     links = {root: base}  # of each link, the list of links that move with it

@@ -50,7 +50,7 @@ class GroupState(NamedTuple):
 
 
 class Semantics(NamedTuple):
-    """What is read from an SRDF.
+    """The content of an SRDF.
 
     Attributes:
         groups: The groups of joints.
@@ -68,12 +68,12 @@ def read_srdf(
 ) -> Semantics:
     """Return the groups, their states and the disabled pairs.
 
-    A link or joint that the URDF does not have is left out, with a warning; a chain that does not exist is an
-    error, for an arm is planned along it.
+    A link or joint that the URDF lacks is left out, with a warning. A chain that does not exist is an error, because
+    arms move along it.
 
     Args:
         srdf: The document.
-        robot_name: What the URDF calls the robot.
+        robot_name: The robot's name in the URDF.
         root: The root link of the URDF.
         arrivals: The joint that leads to each other link, parents first.
         findings: The findings, which are added to.
@@ -93,14 +93,7 @@ def read_srdf(
 def named_positions(
     states: Sequence[GroupState], joints: Sequence[Joint], group: str | None, findings: Findings
 ) -> dict[str, tuple[float, ...]]:
-    """Return the states that say where all joints of the arm are, by name; those of its own group go before others.
-
-    Args:
-        states: All states.
-        joints: The joints of the arm.
-        group: Name of the group that the arm is; None: of none.
-        findings: The findings, which are added to.
-    """
+    """Return the states with positions for all joints of the arm, by name, its own group's first."""
     found: dict[str, tuple[float, ...]] = {}
     for state in sorted(states, key=lambda state: state.group != group):
         subject = shown(state.name)
@@ -154,7 +147,7 @@ class _Groups:
         self.open: list[str] = []
 
     def read(self) -> tuple[JointGroup, ...]:
-        """All of them, in the order of the document."""
+        """Read all groups, in the order of the document."""
         if len(self.elements) > MAX_GROUPS or sum(map(len, self.elements)) > MAX_MEMBERS:
             text = f"the SRDF has more than {MAX_GROUPS} groups, or more than {MAX_MEMBERS} members in them"
             self.findings.error("too_many_groups", None, text)
@@ -173,7 +166,7 @@ class _Groups:
         return tuple(groups)
 
     def _members(self, name: str) -> set[str]:
-        """Names of the joints of a group, fixed ones included."""
+        """Return the names of the joints of a group, fixed ones included."""
         if name in self.open:
             self.findings.error("group_cycle", shown(name), f"the group {shown(name)} contains itself")
             return set()
@@ -203,7 +196,7 @@ class _Groups:
         return found
 
     def _chain(self, group: str, element: Element) -> set[str]:
-        """Names of the joints from the base link to the tip link of a chain."""
+        """Return the names of the joints from the base link to the tip link of a chain."""
         base, tip = element.get("base_link", ""), element.get("tip_link", "")
         found = set()
         link = tip

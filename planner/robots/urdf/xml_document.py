@@ -20,7 +20,7 @@ def parse_robot_document(text: str, format: Literal["URDF", "SRDF"], findings: F
 
     Args:
         text: The document.
-        format: What it is, for the findings.
+        format: The format of the document, for the findings.
         findings: The findings, which are added to.
 
     Raises:
@@ -51,6 +51,6 @@ def parse_robot_document(text: str, format: Literal["URDF", "SRDF"], findings: F
 
 
 def _is_unexpanded(element: Element) -> bool:
-    """Whether it stands for something else; the namespace of xacro has several spellings."""
+    """Tell whether an element is an unexpanded xacro element; the namespace of xacro has several spellings."""
     namespace = element.tag.partition("}")[0] if element.tag.startswith("{") else ""
     return namespace.endswith(("xacro", "XInclude"))
