@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from planner.free_motion.barriers import find_barrier
 from planner.free_motion.edges import FreeEdges
-from planner.free_motion.enclosures import find_enclosure
 from planner.free_motion.rrt_connect import Trees
 from planner.free_motion.shortcuts import shortened
 from planner.problems.motion_around import MOST_CHECKS
@@ -17,7 +17,7 @@ from planner.scene import is_free
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from planner.free_motion.enclosures import Enclosure
+    from planner.free_motion.barriers import Barrier
     from planner.robots import Robot
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
@@ -33,13 +33,6 @@ and stays free where its corners are cut."""
 SHARE_WITH_ROOM = 0.25
 """The share of the motions that are looked at for a way with that much room, before one with less will do."""
 
-CELLS_OF_A_CHECK = 2
-"""The number of cells that a proof that there is no way looks at for each motion that the search may look at."""
-
-CELLS_AT_FIRST = 512
-"""The largest number of cells of the first joint's range checked before the search: a few ms, where a search that finds
-no path takes seconds."""
-
 WayStatus = Literal["found", "start_not_free", "no_goal_free", "enclosed", "budget_spent"]
 """Whether there is a way, or why there is none."""
 
@@ -50,13 +43,13 @@ class Way:
 
     Attributes:
         status: `found`; `start_not_free` or `no_goal_free`: there is not enough room at an end of it;
-            `enclosed`: it is proved that there is no way; or `budget_spent`: as many motions as allowed were looked at.
+            `enclosed`: it is proved that no path exists; or `budget_spent`: as many motions as allowed were looked at.
         positions: (positions, joints), rad or m, from the start to a goal, proved to be free between neighbours; if
             none was found, as far as the tree from the start came towards those of the goals.
         goal: Number of the goal that it leads to, or that is nearest to where it ends.
         left: How far its end is from the nearest position that leads to a goal, rad or m; 0 where it was found.
         checks: The number of motions that were looked at.
-        enclosure: What is in the way; None: nothing is proved to be.
+        barrier: The proof that no path exists; None: there is none.
     """
 
     status: WayStatus
@@ -64,7 +57,7 @@ class Way:
     goal: int
     left: float
     checks: int
-    enclosure: Enclosure | None = None
+    barrier: Barrier | None = None
 
 
 def find_way(
@@ -84,8 +77,7 @@ def find_way(
         checker: The arm and what is around it.
         start: (joints,), rad or m, within the limits.
         goals: (goals, joints), within the limits: any of them will do.
-        most_checks: The most motions that are looked at; and then, to prove that there is no way, cells, see
-            `CELLS_OF_A_CHECK`.
+        most_checks: The largest number of checked motions.
         seed: Of the random positions; equal seeds give equal ways.
         in_narrow: Another search, tried where no way with room was found, before one without; None: there is none.
     """
@@ -100,10 +92,13 @@ def find_way(
     for k in free:
         if edges.is_free(start, goals[k]):
             return Way("found", np.stack([start, goals[k]]), k, 0.0, edges.checked)
-    enclosure = find_enclosure(robot, checker, start, goals[free], CELLS_AT_FIRST, most_joints=1)
-    if enclosure is not None:
+
+    def enclosed_by(barrier: Barrier) -> Way:
         left = float(np.linalg.norm(goals[free[0]] - start))
-        return Way("enclosed", start[None], free[0], left, edges.checked, enclosure)
+        return Way("enclosed", start[None], free[0], left, edges.checked, barrier)
+
+    if (barrier := find_barrier(robot, checker, start, goals[free], joints=1)) is not None:
+        return enclosed_by(barrier)
     within = sought_within(robot, np.vstack([start[None], goals[free]]))
     rng = np.random.default_rng(seed)
     for room, most in ((ROOM, int(SHARE_WITH_ROOM * most_checks)), (0.0, most_checks)):
@@ -113,13 +108,13 @@ def find_way(
         met = trees.find_way(rng) if has_room else None
         if met is not None:
             return Way("found", shortened(edges, met.positions, rng), free[met.goal], 0.0, edges.checked)
+        if room and (barrier := find_barrier(robot, checker, start, goals[free], joints=2)) is not None:
+            return enclosed_by(barrier)
         if room and in_narrow is not None and (way := in_narrow()) is not None:
             return replace(way, checks=way.checks + edges.checked)
     left, row = trees.gap()
     far = trees.from_start.positions[trees.from_start.branch(row)[::-1]]
-    enclosure = find_enclosure(robot, checker, start, goals[free], CELLS_OF_A_CHECK * most_checks)
-    status: WayStatus = "budget_spent" if enclosure is None else "enclosed"
-    return Way(status, far, free[0], left, edges.checked, enclosure)
+    return Way("budget_spent", far, free[0], left, edges.checked)
 
 
 def sought_within(robot: Robot, ends: FloatArray) -> tuple[FloatArray, FloatArray]:

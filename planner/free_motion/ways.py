@@ -321,18 +321,18 @@ def _refusal(
     whole = float(np.linalg.norm(goals[way.goal] - start))
     fraction = float(np.clip(1.0 - way.left / whole, 0.0, 1.0)) if whole > 0.0 else 0.0
     where = f"from waypoint {index - 1} to {index}"
-    if way.enclosure is None:
+    if way.barrier is None:
         message = (
             f"no way was found {where} among {way.checks} motions: the search came within {way.left:.3g} of what leads "
             "there, rad or m"
         )
     else:
-        moved = ", ".join(problem.robots[index].joint_names[: way.enclosure.joints])
-        message = f"there is no way {where}: {moved} cannot get there between {', '.join(way.enclosure.objects)}"
+        objects = " and ".join(way.barrier.objects)
+        message = f"no path exists {where}: {way.barrier.joint} cannot pass {objects}, whatever the other joints do"
     return NoPathFound(
         message,
         checks=way.checks,
-        enclosed_by=() if way.enclosure is None else way.enclosure.objects,
+        enclosed_by=() if way.barrier is None else way.barrier.objects,
         segment=index - 1,
         path_point=PathPoint(fraction, tool_pose(problem.robots[index], end), end),
     )

@@ -1,4 +1,4 @@
-"""What is proved to have no way has none: balls are inside of shapes, and all postures of blocked cells collide."""
+"""Barriers are found where the first joint is blocked, and never where a path exists."""
 
 from __future__ import annotations
 
@@ -9,19 +9,16 @@ import pinocchio as pin
 import pytest
 
 import planner
-from planner.free_motion.blocked_cells import BlockedCells, Looked
-from planner.free_motion.enclosures import find_enclosure
-from planner.free_motion.inner_balls import distance_bounds, inner_balls
+from planner.free_motion.barriers import find_barrier
 from planner.free_motion.way import find_way
-from planner.robots import Robot, load_robot
+from planner.robots import DHJoint, Robot, load_robot
 from planner.scene import CollisionChecker, Scene, SceneObject, is_free
-from planner.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
+from planner.shapes import Box, Cylinder, Shape, Sphere
 from planner.spatial import FloatArray, Pose
 from planner.trajectories.polynomials import PiecewisePolynomial
 from tests.planner.capsule_arm import arm_of_capsules
 from tests.planner.free_motion.cases import ARM, LEFT
 from tests.planner.scene.brute_force import distances_over_time
-from tests.planner.shapes.solids import KINDS, shape_of
 from tests.sizes import SIZE
 
 BEHIND = SceneObject("behind", [Box([1.6, 0.1, 6.0])], Pose([-1.0, 0.0, 0.0]))
@@ -30,30 +27,12 @@ BEHIND = SceneObject("behind", [Box([1.6, 0.1, 6.0])], Pose([-1.0, 0.0, 0.0]))
 HIGH = SceneObject("high", [Box([1.6, 0.1, 6.0])], Pose([1.0, 0.0, 0.0]))
 """A wall that nothing gets over or under."""
 
-
-def directions(rng: np.random.Generator, count: int = 300) -> FloatArray:
-    found = rng.normal(size=(count, 3))
-    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
-
-
-@pytest.mark.sized
-def test_balls_are_inside_and_points_as_near_as_they_are_said_to_be() -> None:
-    """A convex shape with a ball in it reaches further along every n; a point is n . x - support(n) away or more."""
-    rng = np.random.default_rng(3)
-    for _ in range(SIZE.examples):
-        shape = shape_of(KINDS[int(rng.integers(len(KINDS)))], rng)
-        n = directions(rng)
-        centers, radii = inner_balls(shape)
-        assert len(radii) > 0
-        assert (centers @ n.T + radii[:, None] <= shape.support(n) + 1e-9).all()
-        points = rng.normal(size=(50, 3)) * 0.3
-        assert (distance_bounds(shape, points)[:, None] >= points @ n.T - shape.support(n) - 1e-9).all()
-        plane = HalfSpace(n[0], 0.1)
-        assert distance_bounds(plane, points) == pytest.approx(points @ n[0] - 0.1)
+MARGIN = 0.02
+"""The margin of random scenes, m."""
 
 
 def random_thing(rng: np.random.Generator, robot: Robot, posture: FloatArray) -> SceneObject:
-    """Something near a link in a posture."""
+    """Return a shape near a link in a posture."""
     size = rng.uniform(0.1, 0.8, 3)
     kinds: list[Shape] = [Box(size), Cylinder(size[0] / 2.0, size[1]), Sphere(size[0] / 2.0)]
     where = planner.rotation_from_rpy(*rng.uniform(-3.0, 3.0, 3))
@@ -64,28 +43,46 @@ def random_thing(rng: np.random.Generator, robot: Robot, posture: FloatArray) ->
 
 
 @pytest.mark.sized
-@pytest.mark.parametrize("arm", ["kuka_kr16_2", "date_sorting_arm"])
-def test_all_postures_of_a_blocked_cell_collide(arm: str) -> None:
+@pytest.mark.parametrize("arm", ["kuka_kr16_2", "welding_arm"])
+def test_at_a_barrier_every_posture_collides(arm: str) -> None:
+    """Random walls stand around the arm; on each side of the start with a barrier, other joints cannot avoid them."""
     robot = arm_of_capsules(arm)
     rng = np.random.default_rng(4)
-    seen = 0
-    for _ in range(SIZE.examples // 3):
-        margin, count = float(rng.choice([0.0, 0.03])), int(rng.integers(1, 4))
-        lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)
-        postures = rng.uniform(lower, upper, (20, robot.dof))
-        thing = random_thing(rng, robot, postures[0])
-        checker = CollisionChecker(robot, Scene([thing], margin=margin))
-        widths = rng.uniform(0.01, 0.2, count)
-        middles = postures[0, :count] + widths * rng.normal(size=(40, count))
-        blocked = np.flatnonzero(BlockedCells(robot, checker, count).look(middles, widths).by >= 0)
-        seen += len(blocked)
-        for cell in blocked[:2].tolist():
-            corners = rng.choice([-0.5, 0.5], (20, count))
-            postures[:, :count] = middles[cell] + corners * widths
-            visits = PiecewisePolynomial(np.ones(19), np.stack([postures[:-1], np.diff(postures, axis=0)], axis=-1))
-            apart = distances_over_time(robot, Scene([thing]), np.arange(20.0), visits)  # type: ignore[arg-type]
-            assert (np.nanmin(apart, axis=(1, 2)) < margin).all()
-    assert seen > SIZE.examples // 3
+    lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)
+    turns = not np.isfinite(robot.limit("upper")[0])
+    seen, wanted = 0, 2 + SIZE.examples // 20
+    while seen < wanted:
+        walls = [random_wall(rng, name) for name in ("first", "second")]
+        start, goal = rng.uniform(lower, upper, (2, robot.dof))
+        checker = CollisionChecker(robot, Scene(walls, margin=MARGIN))
+        if not is_free(checker, np.stack([start, goal])).all():
+            continue
+        if find_barrier(robot, checker, start, goal[None], joints=2) is None:
+            continue
+        seen += 1
+        ahead = (goal[0] - start[0]) % (2.0 * np.pi)
+        for end in (ahead, ahead - 2.0 * np.pi) if turns else (goal[0] - start[0],):
+            others = rng.uniform(lower, upper, (20, robot.dof))
+            assert any(all_collide(robot, walls, first, others) for first in start[0] + np.linspace(0.0, end, 200))
+
+
+def random_wall(rng: np.random.Generator, name: str) -> SceneObject:
+    """Return a wall that stands in a plane through the axis of the first joint, or nearly so."""
+    angle, inner = rng.uniform(-np.pi, np.pi), rng.uniform(0.0, 0.5)
+    size = [1.6, 0.1, rng.uniform(1.0, 6.0)]
+    place = np.array([(inner + 0.8) * np.cos(angle), (inner + 0.8) * np.sin(angle), size[2] / 2.0 - 0.5])
+    return SceneObject(name, [Box(size)], Pose(place, planner.rotation_from_rpy(0.0, 0.0, angle + rng.normal() * 0.1)))
+
+
+def all_collide(robot: Robot, things: list[SceneObject], first: float, positions: FloatArray) -> bool:
+    """Tell whether at one position of the first joint all positions (N, joints) of the others collide."""
+    positions[:, 0] = first
+    for few in np.array_split(positions, 5):  # most end with the first few
+        visits = PiecewisePolynomial(np.ones(len(few) - 1), np.stack([few[:-1], np.diff(few, axis=0)], axis=-1))
+        apart = distances_over_time(robot, Scene(things), np.arange(float(len(few))), visits)  # type: ignore[arg-type]
+        if not (np.nanmin(apart, axis=(1, 2)) < MARGIN).all():
+            return False
+    return True
 
 
 @pytest.mark.parametrize(
@@ -104,9 +101,9 @@ def test_walls_leave_no_way_or_one(arm: str, walls: list[SceneObject], proved: t
     checker = CollisionChecker(robot, Scene(walls))
     left, right = np.zeros((2, robot.dof))
     left[0], right[0] = 1.5, -1.5
-    found = find_enclosure(robot, checker, left, right[None], 700)
+    found = find_barrier(robot, checker, left, right[None], joints=2)
     assert (found.objects if found else None) == proved
-    assert find_enclosure(robot, checker, left, np.stack([right, left + 0.05]), 700) is None
+    assert find_barrier(robot, checker, left, np.stack([right, left + 0.05]), joints=2) is None
 
 
 @pytest.mark.parametrize("gap", [0.0005, -0.0005])
@@ -118,14 +115,14 @@ def test_a_link_that_grazes_an_object_is_held_up(gap: float) -> None:
     furthest = ends[np.unravel_index(np.argmax(reach), reach.shape)]
     ball = SceneObject("ball", [Sphere(0.05)], Pose([reach.max() + 0.05 + gap, 0.0, furthest[2]]))
     left, right = np.array([[1.5, *LEFT[1:]], [-1.5, *LEFT[1:]]])
-    found = find_enclosure(ARM, CollisionChecker(ARM, Scene([ball])), left, right[None], 4000)
-    assert found == (None if gap > 0.0 else (1, ("ball",)))
+    found = find_barrier(ARM, CollisionChecker(ARM, Scene([ball])), left, right[None], joints=2)
+    assert found == (None if gap > 0.0 else (ARM.joint_names[0], ("ball",)))
 
 
 def test_a_turn_further_the_same_walls_are_in_the_way() -> None:
     """The second joint of a UR5 is beside the axis of the first, which turns twice: each time walls are in its way.
 
-    From the end of the range the last wall but one of these turns is in the way: the one on the side of x.
+    Seen from the start, the shoulder meets the wall on the side of -x first.
     """
     robot = load_robot("ur5")
     walls = [SceneObject(f"wall {k}", [Box([0.6, 0.02, 2.0])], Pose([0.42 * k, 0.0, 0.0])) for k in (-1, 1)]
@@ -133,15 +130,16 @@ def test_a_turn_further_the_same_walls_are_in_the_way() -> None:
     start, near, further = np.tile([0.0, -np.pi / 2.0, 0.0, 0.0, 0.0, 0.0], (3, 1))
     near[0], further[0] = 0.02, 2.0 * np.pi - 0.02
     assert is_free(checker, np.stack([start, near, further])).all()
-    assert find_enclosure(robot, checker, start, near[None], 20_000) is None
-    found = find_enclosure(robot, checker, start, further[None], 20_000)
+    assert find_barrier(robot, checker, start, near[None], joints=2) is None
+    found = find_barrier(robot, checker, start, further[None], joints=2)
     assert found is not None
-    assert found.objects == ("wall 1",)
+    assert found.objects == ("wall -1",)
+    assert find_barrier(robot, checker, start, further[None], joints=1) is None
 
 
 @pytest.mark.sized
 @pytest.mark.parametrize("arm", ["kuka_kr16_2", "welding_arm", "date_sorting_arm"])
-def test_no_enclosure_where_there_is_a_way(arm: str) -> None:
+def test_no_barrier_is_found_where_a_path_exists(arm: str) -> None:
     """Things are put beside a straight motion, some of them within a hair of it."""
     robot = arm_of_capsules(arm)
     rng = np.random.default_rng(6)
@@ -155,36 +153,17 @@ def test_no_enclosure_where_there_is_a_way(arm: str) -> None:
         apart = {k: distances_over_time(robot, Scene([one]), times, way) for k, one in enumerate(drawn)}  # type: ignore[arg-type]
         things = [drawn[k] for k, distances in apart.items() if np.nanmin(distances) > 0.0]
         beside += len(things)
-        assert find_enclosure(robot, CollisionChecker(robot, Scene(things)), start, goal[None], 4000) is None
+        assert find_barrier(robot, CollisionChecker(robot, Scene(things)), start, goal[None], joints=2) is None
     assert beside > 3 * motions
-
-
-@pytest.mark.parametrize("shape", [Box([0.1, 0.1, 0.1]), shape_of("hull", np.random.default_rng(5))])
-def test_among_many_objects_fewer_cells_are_looked_at(shape: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Else a search that fails among a thousand of them would take minutes instead of seconds."""
-    looked = []
-    look = BlockedCells.look
-
-    def counting(self: BlockedCells, middles: FloatArray, widths: FloatArray) -> Looked:
-        looked.append(len(middles))
-        return look(self, middles, widths)
-
-    monkeypatch.setattr(BlockedCells, "look", counting)
-    things = [SceneObject(f"far {k}", [shape], Pose([20.0, 0.0, k])) for k in range(200)]
-    left, right = np.zeros((2, ARM.dof))
-    left[0], right[0] = 1.5, -1.5
-    checker = CollisionChecker(ARM, Scene([BEHIND, *things]))
-    find_enclosure(ARM, checker, left, right[None], 3000)
-    assert 0 < sum(looked) < 300  # some 2,300 otherwise
 
 
 def test_a_refusal_says_that_there_is_no_way() -> None:
     few = planner.FreeMotion(most_checks=300)
     waypoints = [planner.JointWaypoint([1.5, *LEFT[1:]]), planner.JointWaypoint([-1.5, *LEFT[1:]], motion=few)]
     problem = planner.PlanningProblem(ARM, waypoints, scene=Scene([HIGH, BEHIND]))
-    with pytest.raises(planner.NoPathFound, match="there is no way") as refused:
+    with pytest.raises(planner.NoPathFound, match="no path exists") as refused:
         planner.plan(problem)
-    assert refused.value.enclosed_by == ("behind", "high")
+    assert refused.value.enclosed_by == ("high",)  # the limits of the first joint keep it from the other side
     assert refused.value.checks == 1  # the straight motion: the proof comes before the search
 
 
@@ -199,5 +178,14 @@ def test_a_blocked_rail_is_proved_before_any_search(arm: str) -> None:
     way = find_way(robot, CollisionChecker(robot, Scene([wall])), start, [goal])
     assert way.status == "enclosed"
     assert way.checks == 1
-    assert way.enclosure == (1, ("wall",))
+    assert way.barrier == ("rail", ("wall",))
     assert way.left == pytest.approx(np.linalg.norm(goal - start))
+
+
+def test_an_arm_of_one_joint_has_a_barrier() -> None:
+    """It has no second joint; a box stands on the circle of its tip."""
+    arm = Robot.from_dh([DHJoint("revolute", a=0.5, lower=-3.0, upper=3.0, velocity=1.0)])
+    robot = replace(arm, collision=replace(arm.collision, link_radii=(0.05, 0.05)))
+    box = SceneObject("box", [Box([0.2, 0.02, 0.2])], Pose([0.4, 0.0, 0.0]))
+    found = find_barrier(robot, CollisionChecker(robot, Scene([box])), np.array([1.0]), np.array([[-1.0]]), joints=2)
+    assert found == (robot.joint_names[0], ("box",))
