@@ -34,10 +34,10 @@ def render(plan: Plan, format: str = "json", options: ExportOptions = ExportOpti
 
     Args:
         plan: The plan.
-        format: `json` (the answer of the service), `csv`, `ros2` (a `JointTrajectory` message as JSON), `msgpack` (as
-            `json`), `npz` (numpy's arrays), `mcap` (a recording of ROS 2 messages), or a program: `urscript` and
-            `urscript_moves` (Universal Robots), `krl` (KUKA), `rapid` (ABB), `fanuc_ls` (Fanuc).
-        options: The period of the samples, and what is included.
+        format: `json` (the answer of the service), `csv`, `ros2` (a `JointTrajectory` message as JSON). Also `msgpack`
+            (as `json`), `npz` (numpy's arrays), `mcap` (a recording of ROS 2 messages). Robot programs are `urscript`
+            and `urscript_moves` (Universal Robots), `krl` (KUKA), `rapid` (ABB), `fanuc_ls` (Fanuc).
+        options: The period of the samples, and the included parts.
 
     Returns:
         The content of a file.

@@ -1,4 +1,4 @@
-"""What a format is, and how a plan is sampled for most of them."""
+"""The protocol of formats, and the sampling of plans for most of them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ INCLUDABLE = (
     "tcp_speed_report",
     "limits",
 )
-"""Names of the parts that an answer carries only when asked."""
+"""Names of the parts that an answer contains only on request."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def sample(plan: Plan, options: ExportOptions) -> Samples:
     """Evaluate a plan's trajectory at multiples of the sample period and at its end.
 
     Raises:
-        MissingDynamics: Torques are asked of a robot without inertias and payload.
+        MissingDynamics: The options include torques, and the robot has neither inertias nor a payload.
     """
     time = plan.trajectory.sample_times(options.sample_period)
     return sample_at(plan.path.dynamics, plan.trajectory, time, options.include)

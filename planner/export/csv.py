@@ -19,7 +19,7 @@ FORMULA = re.compile(r"(?<![^,;\s\"])(?=[=+@-])")
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
-    """Write a plan in columns `time`, `segment`, `position.<joint>`, `velocity.<joint>`, ... and what is included.
+    """Write a plan in columns `time`, `segment`, `position.<joint>`, `velocity.<joint>`, ... and the included parts.
 
     Lines end in CRLF, as in RFC 4180.
 
@@ -55,11 +55,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
 
 
 def quoted(cell: str) -> str:
-    """Quote a cell as RFC 4180 asks where it contains a comma, a quote or a line break; formulas become text.
-
-    Names of joints come from clients. Spreadsheets run a cell that starts like a formula, and in many countries they
-    separate cells by semicolons.
-    """
+    """Quote a cell with a comma, a quote or a line break by RFC 4180; turn formulas into text."""
     cell = FORMULA.sub("'", cell)
     if any(mark in cell for mark in ',"\r\n'):
         return '"' + cell.replace('"', '""') + '"'

@@ -28,19 +28,20 @@ REMARKS = (
     "no velocities, no torques",
     "first goes to the start, slowly",
 )
-"""What the program says of itself, in lines of 32 characters at most: a pendant shows no more."""
+"""Remarks of the program about itself, in lines of at most 32 characters, the width of a pendant."""
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a program of joint motions with times in milliseconds.
 
-    Positions are in degrees, those of external axes that slide in mm. Fanuc counts J3 from the horizontal, not from the
-    link before: it is the model's third joint less its second, as models of ROS-Industrial have them. Outputs are
+    Positions are in degrees, and in mm for prismatic external axes. Fanuc counts J3 from the horizontal, not from the
+    link before. So J3 is the model's third joint minus its second, as in the models of ROS-Industrial. Outputs are
     called DO_3, RO_1, AO_1 or GO_1.
 
     Raises:
-        UnsupportedFormat: An output is set in motion or has another name, it does not begin and end at rest, the arm
-            has not six joints that turn, or more external axes than there are, or there are too many points.
+        UnsupportedFormat: The plan sets an output in motion or one with another name, or does not begin and end at
+            rest. Or the arm does not have six revolute joints, has too many external axes, or the plan has too many
+            points.
     """
     motions = moves(plan, "LS", options.sample_period, MOST_EXTERNAL)
     units = ["deg"] * JOINTS + units_of(plan.path.robot)

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 def poses_as_dicts(poses: Sequence[Pose]) -> list[dict[str, Any]]:
-    """Poses in the form of the answer: quaternions, or null where any orientation will do."""
+    """Convert poses to the form of the answer: quaternions, or null for an arbitrary orientation."""
     return [
         {
             "position": pose.position.tolist(),
@@ -123,12 +123,12 @@ def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Coll
     """Return the answer of an operation on trajectories as plain values and numpy arrays.
 
     Args:
-        done: What the operation made.
+        done: The result of the operation.
         time: (N,), s, strictly increasing, the times of its samples.
         include: Parts to be written besides: columns of the samples, `polynomials`, `sample_checks`.
 
     Raises:
-        InvalidProblem: `sample_checks` are asked of samples that are not from its start to its end.
+        InvalidProblem: `include` has `sample_checks`, but the samples do not cover the whole trajectory.
     """
     robot, trajectory = done.robot, done.trajectory
     dynamics = SegmentDynamics.unchanged(robot)
@@ -167,7 +167,7 @@ def _in_its_region(asked: AnyWaypoint, reached: Pose) -> dict[str, Any]:
 
 
 def _gained(plan: Plan, waypoint: int, asked: int) -> dict[str, Any]:
-    """Return what was gained by making the way to a waypoint better; nothing of corners, and where it was not asked."""
+    """Return the gain of improving a detour; nothing for corners, or without an optimisation."""
     if isinstance(plan.problem.waypoints[waypoint], ViaWaypoint):
         return {}
     gain = next((way.gain for way in plan.ways if way.waypoint == asked), None)
@@ -198,7 +198,7 @@ def _rows(samples: Samples) -> dict[str, Any]:
 
 
 def _sample_warnings(plan: Plan, samples: Samples, period: float) -> Iterator[PlanWarning]:
-    """Return what a controller would exceed for the samples being too far apart."""
+    """Yield warnings of limits that a controller would exceed between samples too far apart."""
     smooth = any(check.quantity == "jerk" and check.bounded for check in plan.certificate.checks)
     continuous = ("velocity", "acceleration") if smooth else ("velocity",)
     trajectory, limits = plan.trajectory, plan.path.limits

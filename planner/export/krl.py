@@ -29,8 +29,8 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     signals that the controller declares.
 
     Raises:
-        UnsupportedFormat: An output is set in motion or has another name, it does not begin and end at rest, or the arm
-            has not six joints that turn, or more external axes than there are.
+        UnsupportedFormat: The plan sets an output in motion or one with another name, or does not begin and end at
+            rest. Or the arm does not have six revolute joints, or has too many external axes.
     """
     robot = plan.path.robot
     motions = moves(plan, "KRL", options.sample_period, MOST_EXTERNAL)

@@ -40,7 +40,7 @@ string frame_id
 {"=" * 80}
 MSG: builtin_interfaces/Time
 {TIME}"""
-"""The definition of the header of messages, after those that have one."""
+"""The definitions of the message header and of the time, which follow the definitions that use them."""
 
 JOINT_STATE = f"std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort{HEADER}"
 """The definition of `sensor_msgs/msg/JointState`."""

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as arrays: the samples as `Samples` names them, the joints' names, and the polynomials if included.
 
-    `joint_names` are text (joints,), `arrivals` and `departures` times (waypoints,), s, `breakpoints` (pieces + 1,), s,
-    and `coefficients` (pieces, joints, order), ascending powers of the time since the piece began. Outputs that are set
-    are `output_time` (outputs,), s, `output_name` and `output_value`, in their order.
+    `joint_names` is text (joints,). `arrivals` and `departures` are times (waypoints,), s. `breakpoints` is (pieces +
+    1,), s. `coefficients` is (pieces, joints, order), ascending powers of the time since the start of the piece.
+    The outputs are `output_time` (outputs,), s, `output_name` and `output_value`, in order of time.
     """
     trajectory, samples = plan.trajectory, vars(sample(plan, options))
     for name in ("velocity", "acceleration"):

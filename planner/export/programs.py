@@ -24,7 +24,7 @@ JOINTS = 6
 """The number of joints of the arms that these programs move."""
 
 AT_START = 0.01
-"""How far a joint may be from the start, rad or m; further away a program halts in place of going there."""
+"""Largest distance of a joint from the start, rad or m, from which a program moves there; otherwise it halts."""
 
 APPROACH = 1.0
 """Time, s, in which a robot so near to the start goes there, before the first point that has a time: none jumps."""
@@ -43,7 +43,7 @@ class Move:
     Attributes:
         time: (N,), s from the start of the motion, strictly increasing from 0; N is 1 where there is only a rest.
         position: (N, joints), in degrees and millimetres, as `axes_first` orders them.
-        rest: How long the robot rests at its end, s.
+        rest: Duration of the rest at its end, s.
         outputs: The outputs that are set in the rest, each with the time since it began, s, in their order.
     """
 
@@ -116,7 +116,7 @@ def units_of(robot: Robot) -> list[str]:
 
 
 def tolerances_of(robot: Robot) -> list[float]:
-    """Return how far each axis may be from the start, in degrees and millimetres, in the order of `axes_first`."""
+    """Return the largest distance of each axis from the start, degrees or mm, in the order of `axes_first`."""
     found: list[float] = axes_first(robot, np.full((1, robot.dof), AT_START))[0].tolist()
     return found
 
@@ -154,17 +154,17 @@ def _between(plan: Plan, stops: list[int], period: float, outputs: list[TimedAct
 
 
 def origin(plan: Plan) -> str:
-    """Tell on one line, for a comment, what a program is from."""
+    """Describe the origin of a program in one line, for a comment."""
     return f"{on_one_line(plan.path.robot.id)}, {plan.backend.kind}, {plan.trajectory.duration!r} s"
 
 
 def on_one_line(name: str) -> str:
-    """Return a name with a space for what is not printed: behind a line break a comment would go on as a statement."""
+    """Replace unprintable characters of a name by spaces: text after a line break would be a statement."""
     return "".join(letter if letter.isprintable() else " " for letter in name)
 
 
 def name_of(output: SetOutput, pattern: str, language: str, example: str) -> re.Match[str]:
-    """Match the name of an output with those that a language has.
+    """Match the name of an output with the names of a language.
 
     Raises:
         UnsupportedFormat: It has no such name.

@@ -28,14 +28,14 @@ OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,31}"
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
-    """Write a plan as a module of MoveAbsJ with the time of every point, the first of which is the start, slowly.
+    """Write a plan as a module of timed MoveAbsJ statements, after a slow move to the start.
 
     Axes are in degrees, rax_1 to rax_6 in the order of the joints, external ones, eax_a and so on, in degrees or mm.
     Outputs are signals that the controller has.
 
     Raises:
-        UnsupportedFormat: An output is set in motion or has another name, it does not begin and end at rest, or the arm
-            has not six joints that turn, or more external axes than there are.
+        UnsupportedFormat: The plan sets an output in motion or one with another name, or does not begin and end at
+            rest. Or the arm does not have six revolute joints, or has too many external axes.
     """
     robot = plan.path.robot
     motions = moves(plan, "RAPID", options.sample_period, MOST_EXTERNAL)

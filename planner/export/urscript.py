@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planner.plans.result import Plan
 
 LOOKAHEAD = 0.03
-"""The time by which the controller smooths what it is sent, s: the least that it takes."""
+"""The smoothing time of the controller, s: the shortest that it accepts."""
 
 GAIN = 300
 """The controller's default gain towards the positions that it is sent."""
@@ -26,8 +26,8 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a program of joint positions at the sample period, which the controller follows.
 
     Raises:
-        UnsupportedFormat: The arm has not six joints that turn, the trajectory begins or ends in motion, or an output
-            has a name that the controller has not.
+        UnsupportedFormat: The arm does not have six revolute joints, the trajectory begins or ends in motion, or an
+            output has an unknown name.
     """
     robot = plan.path.robot
     if robot.dof != JOINTS or not robot.is_angle.all():
@@ -63,7 +63,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
 
 
 def halt_away_from_start(position: FloatArray) -> list[str]:
-    """Write what halts the program where the robot is not at its start, and what goes there from nearby."""
+    """Write the lines that move the robot to its start from nearby, and otherwise halt the program."""
     return [
         f"  start = {joints(position)}",
         "  actual = get_actual_joint_positions()",

@@ -27,8 +27,8 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as one statement a segment, which the controller plans for itself in the time of the segment.
 
     Raises:
-        UnsupportedFormat: A waypoint is passed without a stop, a motion is neither straight in joint space nor a line
-            of the tool, or the arm has not six joints that turn.
+        UnsupportedFormat: The plan passes a waypoint without a stop, or a motion is neither straight in joint space nor
+            a line of the tool. Or the arm does not have six revolute joints.
     """
     motions = moves(plan, "URScript", options.sample_period)
     program = "\n".join(

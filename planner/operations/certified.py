@@ -61,14 +61,14 @@ class JointState:
 
 @dataclass(frozen=True, eq=False)
 class CertifiedTrajectory:
-    """The answer of an operation on trajectories. Its existence means: every enforced limit is kept.
+    """The result of an operation on trajectories. Every enforced limit is kept, or there is no result.
 
     Attributes:
         robot: The robot, with its tool and payload.
-        trajectory: What the operation made.
-        limits: The limits that were asked besides the robot's.
+        trajectory: The resulting trajectory.
+        limits: The requested limits besides the robot's.
         certificate: The check of it against every limit; satisfied. The motion before it and after it is its own.
-        warnings: What the caller should know, such as that it begins or ends in motion.
+        warnings: Warnings, such as that the trajectory begins or ends in motion.
     """
 
     robot: Robot
@@ -91,18 +91,18 @@ class CertifiedTrajectory:
 def kept_clear(
     done: T, scene: Scene | None, self_collision: bool | None = None, speed_zones: Sequence[SpeedZone] = ()
 ) -> T:
-    """Return the answer of an operation with its clearance proved, and its speeds near objects.
+    """Prove the clearance of an operation's result, and its speeds near objects.
 
     Args:
-        done: What the operation made.
-        scene: What is around its robot; None: nothing.
-        self_collision: Whether the arm is held against itself; see `PlanningProblem.self_collision`.
+        done: The result of the operation.
+        scene: The obstacles; None: none.
+        self_collision: Whether the arm is checked against itself; see `PlanningProblem.self_collision`.
         speed_zones: Speeds that are allowed near objects of the scene.
 
     Raises:
-        InvalidProblem: The scene names a link that there is not, or uses a name twice; a speed zone cannot be.
-        Collision: The robot would come too near to itself, or to something around it.
-        ClearanceUnproved: That it does not could not be proved.
+        InvalidProblem: The scene names an unknown link or uses a name twice, or a speed zone is invalid.
+        Collision: The robot would come closer to itself or to an object than the margin allows.
+        ClearanceUnproved: The planner could not prove the clearance.
         LimitsUnsatisfiable: A point of the robot would be too fast in a speed zone.
     """
     refuse_zone_faults(scene, speed_zones)
@@ -125,19 +125,19 @@ def certified(
     given: Sequence[Trajectory] = (),
     ends: EndStates | None = None,
 ) -> CertifiedTrajectory:
-    """Certify what an operation made.
+    """Certify the result of an operation.
 
     Args:
         robot: The robot, with its tool and payload.
-        trajectory: What the operation made.
-        limits: Limits that are asked besides the robot's.
+        trajectory: The resulting trajectory.
+        limits: Requested limits besides the robot's.
         enforced: The quantities whose limits are to be kept; None: as far as the trajectories bound them.
-        given: What the operation was made from.
+        given: The trajectories that the operation started from.
         ends: The motion before and after; None: its own.
 
     Raises:
         InvalidProblem: Another number of joints than the robot's, limits wider than the robot's, or a position jumps.
-        MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
+        MissingDynamics: The request limits torques of a robot whose torques are unknown.
         LimitsUnsatisfiable: An enforced limit is broken.
     """
     kept = bounded_quantities([*given, trajectory]) if enforced is None else enforced
@@ -166,7 +166,7 @@ def refuse_other_joints(robot: Robot, trajectories: Sequence[Trajectory]) -> Non
 
 
 def own_ends(trajectory: Trajectory) -> EndStates:
-    """Give the motion at the ends of a trajectory as that before it and after it; at rest there is no acceleration."""
+    """Return the motion at the ends of a trajectory as given end states, without acceleration at rest."""
     (v0, v1), (a0, a1) = trajectory.evaluate(np.array([0.0, trajectory.duration]), [1, 2])
     least = CONTINUITY_TOLERANCE * largest_speed(trajectory)
     (v0, a0), (v1, a1) = (
@@ -176,7 +176,7 @@ def own_ends(trajectory: Trajectory) -> EndStates:
 
 
 def largest_speed(trajectory: Trajectory) -> float:
-    """Return a bound on the speed of any joint, rad/s or m/s, that is near to it where the pieces are short."""
+    """Return an upper bound on the speed of any joint, rad/s or m/s; it is tight for short pieces."""
     rates = differentiate(trajectory.coefficients)
     return float(np.abs(rates * powers(trajectory.lengths[:, None], rates.shape[2])).sum(axis=2).max())
 
@@ -199,7 +199,7 @@ def own_continuity(trajectory: Trajectory) -> int:
 
 
 def _end_warnings(robot: Robot, ends: EndStates) -> Iterator[PlanWarning]:
-    """Return what is said of a trajectory that begins or ends in motion."""
+    """Yield warnings of a trajectory that begins or ends in motion."""
     for verb, velocity in (("starts", ends.initial_velocity), ("ends", ends.final_velocity)):
         if velocity.any():
             joint = int(np.abs(velocity).argmax())

@@ -1,4 +1,4 @@
-"""Trajectories reversed, cut, joined and sampled again: their polynomials stay what they are."""
+"""Reversing, cutting, joining and resampling of trajectories, with unchanged polynomials."""
 
 from __future__ import annotations
 
@@ -31,8 +31,10 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 MEETING_TOLERANCE = 1e-6
-"""Distance of a joint, rad or m, up to which trajectories are joined unless another is asked: a micrometre at the end
-of an arm of 1 m, far below what drives repeat."""
+"""Default largest distance between the ends of joined trajectories, rad or m.
+
+It is a micrometre at the end of an arm of 1 m, far below the repeatability of drives.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +43,9 @@ class Junction:
 
     Attributes:
         time: s from the start of the whole.
-        position_gap: How far the later one was shifted so that it begins where the one before ends (joints,), rad or m.
-        velocity_gap: What the velocities (joints,) differ by, rad/s or m/s: rounding.
-        acceleration_gap: How far the accelerations (joints,) jump, rad/s^2 or m/s^2.
+        position_gap: Shift (joints,) of the later trajectory to the end of the one before, rad or m.
+        velocity_gap: Difference (joints,) of the velocities, rad/s or m/s, which is rounding.
+        acceleration_gap: Jump (joints,) of the accelerations, rad/s^2 or m/s^2.
     """
 
     time: float
@@ -85,13 +87,13 @@ class ResampledTrajectory(CertifiedTrajectory):
 def reverse_trajectory(
     robot: Robot, trajectory: Trajectory, *, limits: Limits = Limits(), enforced: Collection[str] | None = None
 ) -> CertifiedTrajectory:
-    """Run a trajectory backwards, with the same timing: at time t it is where the given one is at its end less t.
+    """Reverse a trajectory, with the same timing: q(t) becomes q(duration - t).
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         trajectory: A trajectory of any origin.
-        limits: Limits that are asked besides, no wider than the robot's.
-        enforced: The quantities of `QUANTITIES` whose limits are to be kept; None: those that the trajectory bounds.
+        limits: Additional limits, no wider than the robot's.
+        enforced: The quantities of `QUANTITIES` with enforced limits; None: every quantity that the trajectory bounds.
 
     Raises:
         InvalidProblem: Another number of joints than the robot's, limits wider than the robot's, or a position jumps.
@@ -120,15 +122,15 @@ def slice_trajectory(
     limits: Limits = Limits(),
     enforced: Collection[str] | None = None,
 ) -> CertifiedTrajectory:
-    """Cut out what lies between two times; where it begins or ends in motion, a warning says so.
+    """Cut out the part between two times; warn if it begins or ends in motion.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         trajectory: A trajectory of any origin.
         start: When the slice begins, s.
         end: When it ends, s; None: at the end of the trajectory.
-        limits: Limits that are asked besides, no wider than the robot's.
-        enforced: The quantities of `QUANTITIES` whose limits are to be kept; None: those that the trajectory bounds.
+        limits: Additional limits, no wider than the robot's.
+        enforced: The quantities of `QUANTITIES` with enforced limits; None: every quantity that the trajectory bounds.
 
     Raises:
         InvalidProblem: The times are not within the trajectory, or the end is not after the start; or as for
@@ -186,22 +188,23 @@ def join_trajectories(
     limits: Limits = Limits(),
     enforced: Collection[str] | None = None,
 ) -> JoinedTrajectory:
-    """Run trajectories one after the other.
+    """Join trajectories one after the other.
 
-    Each is shifted so that it begins exactly where the one before ends, which may be as far as the tolerance; its
-    polynomials stay what they are but for that. Velocities must meet but for rounding. Accelerations may jump: then
-    the jerk is not bounded, and its limit is only reported.
+    Each trajectory is shifted, by at most the tolerance, to begin exactly at the end of the one before. Otherwise its
+    polynomials stay the same. Velocities must agree up to rounding. Accelerations may jump: then the jerk is not
+    bounded, and the certificate only reports it.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         trajectories: One or more of any origin.
-        tolerance: How far from the end of one a joint may be at the start of the next, rad or m.
-        limits: Limits that are asked besides, no wider than the robot's.
-        enforced: The quantities of `QUANTITIES` whose limits are to be kept; None: those that the trajectories and the
-            whole bound.
+        tolerance: Largest distance of a joint between the end of one trajectory and the start of the next, rad or m.
+        limits: Additional limits, no wider than the robot's.
+        enforced: The quantities of `QUANTITIES` with enforced limits; None: every quantity that the trajectories and
+            the result bound.
 
     Raises:
-        InvalidProblem: There are none; two of them do not meet, which says by how much; or as for `reverse_trajectory`.
+        InvalidProblem: The list is empty; two trajectories do not meet (the message has the difference); or as for
+            `reverse_trajectory`.
         LimitsUnsatisfiable: An enforced limit is broken.
     """
     if not trajectories:
@@ -270,8 +273,8 @@ def resample_trajectory(
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         trajectory: A trajectory of any origin; samples become one by `interpolated`.
         at: The time between samples, s, the last of which is at the end; or times (N,), s, strictly increasing.
-        limits: Limits that are asked besides, no wider than the robot's.
-        enforced: The quantities of `QUANTITIES` whose limits are to be kept; None: those that the trajectory bounds.
+        limits: Additional limits, no wider than the robot's.
+        enforced: The quantities of `QUANTITIES` with enforced limits; None: every quantity that the trajectory bounds.
 
     Raises:
         InvalidProblem: A time is not within the trajectory, or times do not increase; or as for `reverse_trajectory`.

@@ -39,14 +39,13 @@ if TYPE_CHECKING:
     from planner.trajectories.polynomials import PiecewisePolynomial
 
 MAX_DEVIATION = 1e-3
-"""Distance of a joint from the points, rad or m, that is allowed unless another is asked: a millimetre at the end of an
-arm of 1 m."""
+"""Default largest distance of a joint from the points, rad or m: a millimetre at the end of an arm of 1 m."""
 
 SHARE_OF_TIMING = 0.05
 """Share of this distance that timing may use up."""
 
 MOST_KNOTS = 16
-"""Number of intervals, at most, on each of which a back end chooses a speed; those without intervals do not count."""
+"""Number of intervals, at most, on each of which a back end chooses a speed, without intervals of no length."""
 
 STRAIGHT = 1e-9
 """Second derivative by the curve's length of 1, rad or m, below which a curve of one piece is a straight motion."""
@@ -76,25 +75,25 @@ def retime_trajectory(
     self_collision: bool | None = None,
     speed_zones: Sequence[SpeedZone] = (),
 ) -> RetimedTrajectory:
-    """Put time on a dense list of joint positions, from rest to rest.
+    """Time a dense list of joint positions, from rest to rest.
 
-    The points are smoothed first: the path is the stiffest curve found from which no joint is farther from the points,
-    and from the chords between them, than is allowed. Noise that is smaller vanishes, and corners are rounded. Where
-    the robot is too fast for a speed zone, it is slowed on this path.
+    First, the function smooths the points. The path is the stiffest curve found within the allowed distance from the
+    points and from the chords between them. Smaller noise vanishes, and corners are rounded. In a speed zone the robot
+    slows down on this path.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         points: (N, joints), rad or m, of any origin; repeated points count once.
         backend: What puts time on the path.
-        max_deviation: How far a joint may be from the points and the chords between them, rad or m.
-        limits: Limits that are asked besides, no wider than the robot's.
-        scene: What is around the robot, which the answer is proved to keep clear of; None: nothing.
-        self_collision: Whether the arm is held against itself; see `PlanningProblem.self_collision`.
+        max_deviation: Largest distance of a joint from the points and the chords between them, rad or m.
+        limits: Additional limits, no wider than the robot's.
+        scene: The obstacles; the clearance of the result from them is proved. None: none.
+        self_collision: Whether the arm is checked against itself; see `PlanningProblem.self_collision`.
         speed_zones: Speeds that no point of the robot exceeds near objects of the scene.
 
     Raises:
-        InvalidProblem: Points of another shape, numbers that are none, limits wider than the robot's, a back end that
-            does not keep to a curve; ramps of given times where a speed zone slows the motion; see also `kept_clear`.
+        InvalidProblem: Points of another shape or not finite, limits wider than the robot's, or a back end that leaves
+            the curve. Also ramps of given times where a speed zone slows the motion; see also `kept_clear`.
         JointPositionLimit: A point, or the curve between points, is beyond a joint's position limits.
         LimitsUnsatisfiable: No duration keeps the limits.
         Collision: The robot would come too near to itself, or to something around it.
@@ -121,7 +120,7 @@ def retime_trajectory(
 def _path(
     asked: PlanningProblem, points: np.ndarray, backend: BackEnd, max_deviation: float
 ) -> tuple[JointPath, float]:
-    """Return the path along a smooth curve near the points, and how far it is from them once it is timed."""
+    """Return the path along a smooth curve near the points, and its distance from them after timing."""
     robot = asked.robot
     if points.ndim != 2 or len(points) < 1 or points.shape[1] != robot.dof:
         shape = " x ".join(map(str, points.shape))
@@ -154,7 +153,7 @@ def _path(
 
 
 def _waypoints(positions: FloatArray) -> tuple[JointWaypoint, ...]:
-    """Waypoints at joint positions (N, joints), which are passed but for the ends."""
+    """Make waypoints at joint positions (N, joints), all passed except the ends."""
     last = len(positions) - 1
     return tuple(
         JointWaypoint(tuple(position), transition=ThroughTransition() if 0 < k < last else StopTransition())
@@ -163,11 +162,7 @@ def _waypoints(positions: FloatArray) -> tuple[JointWaypoint, ...]:
 
 
 def _refuse_other_ways(backend: BackEnd, joints: int) -> None:
-    """Refuse back ends that find a way of their own, or are asked for motion at the ends: it is from rest to rest.
-
-    Raises:
-        InvalidProblem: Naming the options.
-    """
+    """Refuse back ends that choose their own path, or that request motion at the ends."""
     kind = backend.kind
     if leaves_straight_motions(backend):
         message = f"{kind} finds a way of its own between waypoints: points need one that keeps to a curve"
@@ -179,7 +174,7 @@ def _refuse_other_ways(backend: BackEnd, joints: int) -> None:
 
 
 def _keeps_straight_lines(backend: BackEnd) -> bool:
-    """Whether a back end moves the joints straight from rest to rest by itself."""
+    """Tell whether a back end moves the joints straight from rest to rest by itself."""
     return getattr(backend, "synchronization", "phase") == "phase"
 
 
@@ -189,7 +184,7 @@ def _is_straight(curve: PiecewisePolynomial) -> bool:
 
 
 def _along(path: JointPath, curve: PiecewisePolynomial, waypoint_knots: np.ndarray, tolerance: float) -> JointPath:
-    """Return a path with a run along a curve, which lets a back end choose its speed on parts of it."""
+    """Return a path with one segment group along a curve; back ends choose their speed by parts."""
     pieces, segments = len(curve.lengths), np.arange(len(waypoint_knots) - 1)
     knots = np.unique(np.linspace(0, pieces, min(pieces, MOST_KNOTS) + 1).round().astype(int))
     run = Run(

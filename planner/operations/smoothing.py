@@ -1,9 +1,9 @@
-"""A smooth curve near a dense list of joint positions: as stiff as it may be without leaving them by too much.
+"""A smooth curve near a dense list of joint positions, as stiff as its tolerance allows.
 
-The curve is a cubic smoothing spline: of all curves it has the least integral of the squared second derivative, plus
-weights times the squared distances from the points (Reinsch, Smoothing by spline functions, 1967; Green and Silverman,
-Nonparametric Regression and Generalized Linear Models, 1994, ch. 2). Where it is farther from a point than is allowed,
-the weight of this point grows. What is left is drawn with as few pieces as show it.
+The curve is a cubic smoothing spline. It minimises the integral of the squared second derivative, plus weights times
+the squared distances from the points. See Reinsch, Smoothing by spline functions, 1967; Green and Silverman,
+Nonparametric Regression and Generalized Linear Models, 1994, ch. 2. Where the curve is too far from a point, the weight
+of this point grows. The final curve has as few pieces as represent it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ LARGEST_GROWTH = 4.0
 """Largest factor by which a distance is too large that a weight grows by the square of."""
 
 PROBES = np.arange(1, 8) / 8.0
-"""Shares of an interval at which curves are compared with what they stand for."""
+"""Fractions of an interval at which two curves are compared."""
 
 MOST_INSERTIONS = 12
 """Number of times that points are inserted on the chords where the curve leaves them between the points."""
@@ -63,7 +63,7 @@ def smooth_curve_near(points: FloatArray, scales: FloatArray, most: float) -> Sm
     Args:
         points: (N, joints), rad or m.
         scales: (joints,), what each joint is measured by along the curve: its velocity limit.
-        most: How far a joint may be from the points and the chords between them, rad or m.
+        most: Largest distance of a joint from the points and the chords between them, rad or m.
 
     Returns:
         The curve; None: all points are one.
@@ -82,7 +82,7 @@ def smooth_curve_near(points: FloatArray, scales: FloatArray, most: float) -> Sm
 
 
 def _distinct(points: FloatArray, apart: float) -> np.ndarray:
-    """Return the indices of points that are apart from the one before; the first and the last stay where they are."""
+    """Return the indices of points at a distance from the one before; keep the first and the last."""
     kept = [0]
     for k, point in enumerate(points):
         if np.abs(point - points[kept[-1]]).max() > apart:
@@ -108,15 +108,15 @@ class _Polyline:
     points: FloatArray
 
     def at(self, u: FloatArray) -> FloatArray:
-        """Positions (M, joints) on the chords at parameters (M,)."""
+        """Return positions (M, joints) on the chords at parameters (M,)."""
         return np.stack([np.interp(u, self.knots, column) for column in self.points.T], axis=1)
 
     def probes(self) -> FloatArray:
-        """Parameters (N - 1, probes) between the points."""
+        """Return parameters (N - 1, probes) between the points."""
         return self.knots[:-1, None] + np.diff(self.knots)[:, None] * PROBES
 
     def distances(self, curve: PiecewisePolynomial) -> FloatArray:
-        """Return largest distance (N - 1,) of a joint of a curve from each chord, at its start and between its ends."""
+        """Return the largest distance (N - 1,) of a curve's joints from each chord, on its interval."""
         u = np.column_stack([self.knots[:-1], self.probes()])
         away = np.abs(curve.evaluate(u.ravel(), [0])[0] - self.at(u.ravel())).max(axis=1)
         largest: FloatArray = away.reshape(u.shape).max(axis=1)
@@ -168,8 +168,8 @@ def polyline_distances(line: _Polyline, curve: PiecewisePolynomial) -> FloatArra
 def _spline(line: _Polyline, weights: FloatArray, stiffness: float) -> PiecewisePolynomial:
     """Return the natural cubic smoothing spline, through the first point and the last.
 
-    With R and Q of Green and Silverman the second derivatives at the inner points solve
-    (R + stiffness Q^T W^-1 Q) m = Q^T y; the curve is at y - stiffness W^-1 Q m.
+    R and Q are the matrices of Green and Silverman. The second derivatives m at the inner points solve (R + stiffness
+    Q^T W^-1 Q) m = Q^T y. The curve is at y - stiffness W^-1 Q m.
     """
     from scipy.linalg import solveh_banded  # loaded by the first curve: importing the library stays quick
 
@@ -198,7 +198,7 @@ def _spline(line: _Polyline, weights: FloatArray, stiffness: float) -> Piecewise
 
 
 def _with_few_pieces(spline: PiecewisePolynomial, polyline: _Polyline, most: float) -> PiecewisePolynomial:
-    """Draw a spline with pieces that are halved only where they do not show it, or leave the points by too much."""
+    """Draw a spline with few pieces, halved only where they differ from it or leave the tolerance."""
     knots = np.array([0.0, float(spline.breakpoints[-1])])
     near = (1.0 - OF_POINTS) * most / 2.0
     for _ in range(MOST_HALVINGS):

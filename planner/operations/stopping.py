@@ -50,7 +50,7 @@ class Phase(NamedTuple):
     jerk: float
 
     def at(self, time: float) -> tuple[float, float, float]:
-        """Position, velocity and acceleration after a time, s."""
+        """Return position, velocity and acceleration after a time, s."""
         q, v, a, j = self[1:]
         return q + time * (v + time * (a / 2.0 + time * j / 6.0)), v + time * (a + time * j / 2.0), a + time * j
 
@@ -70,16 +70,16 @@ class Braking(NamedTuple):
 def stop_joints(
     robot: Robot, state: JointState, *, limits: Limits = Limits(), enforced: Collection[str] | None = None
 ) -> CertifiedTrajectory:
-    """Stop each joint by itself, as fast as its limits let it.
+    """Stop each joint by itself, as fast as its limits allow.
 
-    A joint that would pass a position limit brakes longer and comes back: the fastest stop that stays within. Where
-    limits of torque or of the tool's speed are broken, all joints brake more gently, with the same share of their
-    limits of acceleration and jerk.
+    A joint that would exceed a position limit makes the fastest stop within the limit: it brakes longer and returns. If
+    that breaks limits of torque or of the tool's speed, all joints brake more gently. They then use the same fraction
+    of their limits of acceleration and jerk.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
-        state: What it does when the stop begins.
-        limits: Limits that are asked besides, no wider than the robot's.
+        state: The state of the joints at the start of the stop.
+        limits: Additional limits, no wider than the robot's.
         enforced: The quantities of `QUANTITIES` whose limits are to be kept; None: all, that of jerk where each joint
             has one. Without the jerk accelerations may jump, from that of the state on.
 
@@ -163,7 +163,7 @@ def _gentleness(is_satisfied: Callable[[float], bool]) -> float:
 
 
 def _stop(robot: Robot, state: JointState, limits: SegmentLimits, share: float) -> Trajectory:
-    """Return the stop of all joints, each as fast as this share of its limits of acceleration and jerk lets it."""
+    """Return the stop of all joints at a fraction of their limits of acceleration and jerk."""
     motions, (lower, upper) = [], limits.position
     acceleration, jerk = share * limits.acceleration.narrower[0], share * limits.jerk.narrower[0]
     for joint, (q, v, a) in enumerate(zip(state.position, state.velocity, state.acceleration, strict=True)):
@@ -233,7 +233,7 @@ def fastest_stop(state: tuple[float, float, float], most: Braking) -> list[Phase
 
 
 def _braking(state: tuple[float, float, float], most: Braking, time: float) -> list[Phase]:
-    """Full braking of a joint that moves upwards, for a time, s."""
+    """Return the phases of full braking of a joint that moves upwards, for a time, s."""
     _, _, a = state
     if np.isinf(most.jerk):
         return _phases(state, [(time, -most.acceleration, 0.0)], keep_all=True)
@@ -259,7 +259,7 @@ def _time_to_turn(state: tuple[float, float, float], most: Braking) -> float:
 def _phases(
     state: tuple[float, float, float], parts: Sequence[tuple[float, float | None, float]], *, keep_all: bool = False
 ) -> list[Phase]:
-    """Phases one after the other: duration, acceleration at the start (None: as it is) and jerk of each."""
+    """Return consecutive phases, each with duration, initial acceleration (None: unchanged) and jerk."""
     phases = []
     q, v, a = state
     for duration, acceleration, jerk in parts:

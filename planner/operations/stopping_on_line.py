@@ -18,18 +18,18 @@ OFF_LINE = 1e-9
 """Distance from the straight line, rad or m, or share of an acceleration across it, that counts as rounding."""
 
 SHARES = np.linspace(0.0, 1.0, 9)
-"""Shares of the time of a piece at which it is looked at how far a trajectory has come along the line."""
+"""Fractions of the duration of a piece at which the trajectory's progress along the line is measured."""
 
 
 def stop_on_line(
     state: JointState, trajectory: Trajectory, limits: SegmentLimits, *, limits_jerk: bool
 ) -> Trajectory | None:
-    """Return the fastest stop of the joints together on a straight line; None: the trajectory leaves the line before.
+    """Find the fastest synchronous stop on a straight line; None: the trajectory leaves the line before.
 
     Args:
         state: The state in which the stop begins.
         trajectory: What would follow from there on; it ends the line that the stop may use.
-        limits: Limits in force; those of the joints' accelerations and jerks are heeded.
+        limits: Limits in force, of which the joints' accelerations and jerks count.
         limits_jerk: Whether jerks are limited.
     """
     speed = float(np.linalg.norm(state.velocity))

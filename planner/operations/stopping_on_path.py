@@ -1,16 +1,16 @@
-"""The fastest stop of a trajectory on its own path: the tool keeps to where the trajectory would have taken it.
+"""The fastest stop of a trajectory on its own path.
 
-The stop is at q(s(t)), where q is the given trajectory and s its own time, which runs slower and slower: s' goes from 1
-to 0. With sigma = s' a joint has
+The stop is q(s(t)). q is the given trajectory; s is its own time, whose rate s' falls from 1 to 0. With sigma = s', a
+joint has these rates and torques:
 
-    velocity      q' sigma
-    acceleration  q'' sigma^2 + q' sigma'
-    jerk          q''' sigma^3 + 3 q'' sigma sigma' + q' sigma''
-    torque        M(q) q' sigma' + h(q, q', q'') sigma^2 + gravity(q)
+    - velocity      q' sigma
+    - acceleration  q'' sigma^2 + q' sigma'
+    - jerk          q''' sigma^3 + 3 q'' sigma sigma' + q' sigma''
+    - torque        M(q) q' sigma' + h(q, q', q'') sigma^2 + gravity(q)
 
-Of all laws that end at rest in a given distance, and begin with the trajectory's own acceleration times sigma^2, that
-with the highest sigma at the start is found as any law is (`planner.time_scaling.retiming`). The distance is the
-shortest in which that is 1 or more: then the stop may begin with the trajectory's own speed.
+A candidate time scaling ends at rest in a given distance, and begins with the trajectory's own acceleration times
+sigma^2. The solver of `planner.time_scaling.retiming` finds the one with the highest sigma at the start. The result
+uses the shortest distance for which this sigma is at least 1: then the stop can begin at the trajectory's own speed.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ FIRST = 0.1
 """Share of the rest of the path in which a stop is tried first."""
 
 PIECES = 48
-"""Number of pieces of the law of a stop, at least."""
+"""Number of pieces of the time scaling of a stop, at least."""
 
 MOST_TRIALS = 16
 """Number of distances in which a stop is tried, at most."""
@@ -71,9 +71,13 @@ FREE = 0.25
 """Share of the stop over which half of the margin grows from nothing where the trajectory uses all of a limit."""
 
 MARGINS = (1e-3, 1e-2, 5e-2)
-"""Shares of the limits that are left for what happens between the probes, tried in turn until the certificate agrees.
-What the trajectory itself uses at a place is allowed there, first all of it, later all but half of this share: it may
-use all of a limit when the stop begins, and of the tool's acceleration what a polygon counts beyond."""
+"""Fractions of the limits reserved for peaks between the probes, tried in turn until the certificate accepts the
+result.
+
+The part of a limit that the trajectory itself uses at a place is always allowed there: first all of it, later all
+except half of this fraction. The trajectory may use a whole limit when the stop begins. Its polygon of the tool's
+acceleration counts slightly more.
+"""
 
 TOLERANCE = 1e-3 * JOINT_TOLERANCE
 """Distance of a joint from its path, rad or m, that timing may leave: its third derivative is to be exact, too."""
@@ -87,18 +91,19 @@ def stop_on_path(
     limits: Limits = Limits(),
     enforced: Collection[str] | None = None,
 ) -> CertifiedTrajectory:
-    """Stop a trajectory on its own path, as fast as the limits let it; where that bends, but for some percent.
+    """Stop a trajectory on its own path, as fast as the limits allow; on curved paths, to some percent.
 
-    The answer begins in the trajectory's state at that time. Where no faster one is found, the stop is that at the end
-    of the trajectory, and the warning `stops_at_the_end` says so: where one joint after the other uses all of its jerk
-    limit, as in time-optimal motions with a law for each joint, there is hardly room to brake on the path.
+    The result begins in the trajectory's state at that time. If no faster stop is found, the result is the rest of the
+    trajectory, with the warning `stops_at_the_end`. This happens if one joint after the other uses its whole jerk
+    limit, as in time-optimal motions with one profile for each joint. Such a trajectory leaves hardly any reserve for
+    braking on the path.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         trajectory: A trajectory of any origin.
         time: When the stop begins, s.
-        limits: Limits that are asked besides, no wider than the robot's.
-        enforced: The quantities of `QUANTITIES` whose limits are to be kept; None: those that the trajectory bounds.
+        limits: Additional limits, no wider than the robot's.
+        enforced: The quantities of `QUANTITIES` with enforced limits; None: every quantity that the trajectory bounds.
 
     Raises:
         InvalidProblem: The time is not within the trajectory; or as for `reverse_trajectory`.
@@ -137,7 +142,7 @@ def stop_on_path(
 def _shortest(
     robot: Robot, rest: Trajectory, limits: SegmentLimits, kept: frozenset[str], margin: float
 ) -> Trajectory | None:
-    """Return the fastest stop found; None: none that is over before the trajectory is."""
+    """Return the fastest stop found; None: no stop is faster than the rest of the trajectory."""
     limits = limits.without(set(QUANTITIES) - kept)
     finite = [np.isfinite(limits.bounds(quantity).upper) for quantity in JOINT_DERIVATIVES[1:]]
     if not (np.any(finite) or limits.constraints):
@@ -168,7 +173,7 @@ def _shortest(
 
 
 def _slowing(curve: SegmentedPolynomial, distance: float, *, is_smooth: bool) -> PiecewisePolynomial:
-    """Return a law s(t) that slows down from speed 1 to rest in a distance, without a jump of s'' if it is smooth."""
+    """Return a time scaling s(t) from speed 1 to rest in a distance; smooth: without a jump of s''."""
     units = [0.0, 1.0, 0.0, -1.0, 0.5] if is_smooth else [0.0, 1.0, -0.5]
     whole = PiecewisePolynomial(np.ones(1), 2.0 * distance * np.array([[units]]))
     knots = curve.breakpoints[1:-1]
@@ -181,13 +186,13 @@ def _slowing(curve: SegmentedPolynomial, distance: float, *, is_smooth: bool) ->
 def _fastest(
     bounds: LimitsOnCurve, distance: float, margin: float, *, is_smooth: bool
 ) -> tuple[float, PiecewisePolynomial]:
-    """Return the highest speed from which a law s(t) comes to rest in a distance, and that law, from speed 1 at most.
+    """Find the highest speed from which s(t) can stop in a distance, and s(t) from speed 1 at most.
 
     Args:
         bounds: The limits on the curve.
         distance: The distance, s.
-        margin: Share of the limits that is left free, but for what the trajectory itself uses.
-        is_smooth: Whether the law begins with s'' = 0.
+        margin: Fraction of the limits in reserve, unless the trajectory itself uses it.
+        is_smooth: Whether s(t) begins with s'' = 0.
     """
     law = _slowing(bounds.curve, distance, is_smooth=is_smooth)
     within = bounds.along(law)

@@ -27,11 +27,15 @@ SHRINK = 0.8
 """Factor by which the way to the waypoint is cut while the blend swings out beyond its radius."""
 
 SHORT = 0.1
-"""Length of a segment, relative to what the blend at its one end takes of the segment beyond, up to which the blend
-takes all of it if its other end is none: it would have to turn within a part of so little. Of a radius, the same."""
+"""Length of a segment, relative to its blended length on the other side of the corner, below which the blend takes all
+of it.
+
+This applies only if the other end of the segment has no blend: the remainder would be too short for a turn. The same
+fraction applies to the radius.
+"""
 
 WITHIN = 0.999
-"""The share of the radius that a blend uses: the rest is for what lies between the points looked at."""
+"""The fraction of the radius that a blend uses; the remainder covers the path between the checked points."""
 
 
 class Corners(NamedTuple):
@@ -66,8 +70,8 @@ class _Blends(NamedTuple):
     """The reach of blends before and after their corners, in lengths of the curve.
 
     Attributes:
-        before: (corners,), how far before each corner its blend begins.
-        after: (corners,), how far after it the blend ends.
+        before: (corners,), distance of the start of each blend before its corner.
+        after: (corners,), distance of the end of each blend after its corner.
         from_waypoint: (corners,), whether it begins at the waypoint before the corner.
         to_waypoint: (corners,), whether it ends at the waypoint after the corner.
     """
@@ -86,11 +90,11 @@ class _Blends(NamedTuple):
 
 
 def cut_corners(robot: Robot, curve: SegmentedPolynomial, waypoint_knots: np.ndarray, corners: Corners) -> BlendedCurve:
-    """Cut corners by quintics in joint space, with the first and second derivatives of the curve at both of their ends.
+    """Cut corners by quintics in joint space that continue the curve's first and second derivatives.
 
-    Behind each corner the curve is stretched so that the tool comes and goes at the same pace: the blend begins as far
-    before the waypoint, in length of the curve, as it ends after it. Where the waypoint before is next to the corner
-    and is no corner itself, the blend begins there, and the curve keeps its pace; the same of the waypoint after.
+    The curve after each corner is stretched so that the tool arrives and leaves at the same pace. So the blend extends
+    equally far before and after the waypoint, in length of the curve. If the waypoint before is near the corner and is
+    no corner itself, the blend begins there, and the curve keeps its pace. The same holds for the waypoint after.
 
     Args:
         robot: The robot, with its tool.
@@ -128,7 +132,7 @@ def _is_whole(
     beyond: FloatArray,
     blended: np.ndarray,
 ) -> np.ndarray:
-    """Whether (corners,) the blend takes the whole segment before (`direction` -1) or after (1) its corner.
+    """Tell for each corner whether its blend takes the whole segment before (`direction` -1) or after (1) it.
 
     Args:
         robot: The robot, with its tool.
@@ -136,7 +140,7 @@ def _is_whole(
         corners: N corners.
         direction: Which side of the corners.
         lengths: (corners,), of the segments on that side.
-        beyond: (corners,), how far the blends may go on the other side.
+        beyond: (corners,), largest lengths of the blends on the other side.
         blended: (corners,), whether the segment ends at another corner.
     """
     whole: np.ndarray = (lengths <= SHORT * beyond) & ~blended
@@ -149,14 +153,14 @@ def _is_whole(
 def _ways_within(
     robot: Robot, curve: SegmentedPolynomial, corners: Corners, direction: float, most: FloatArray
 ) -> FloatArray:
-    """How far (corners,) before (`direction` -1) or after (1) each corner the curve stays within its radius.
+    """Measure the length (corners,) of curve within the radius before (`direction` -1) or after (1) each corner.
 
     Args:
         robot: The robot, with its tool.
         curve: Joint positions.
         corners: N corners.
         direction: Which side of the corners.
-        most: (corners,), how far is looked.
+        most: (corners,), largest length of the search.
     """
     origins = curve.breakpoints[corners.knots]
     inside, beyond, looks = np.zeros(len(most)), most.copy(), 0

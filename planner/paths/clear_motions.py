@@ -43,9 +43,9 @@ FULL = 6
 
 
 class ClearMotions(Surroundings):
-    """The scene and the robot itself, from which joint positions and motions of the tool keep clear.
+    """Collision checks of joint positions and tool motions against the scene and the robot itself.
 
-    Joint positions are not held against objects that the robot takes or puts down; motions are.
+    Joint positions are not checked against objects that the robot takes or puts down; motions are.
     """
 
     def __init__(self, problem: PlanningProblem, waypoints: Sequence[AnyWaypoint], checker: CollisionChecker) -> None:
@@ -62,13 +62,13 @@ class ClearMotions(Surroundings):
         return None if checker is None or checker.is_empty else cls(problem, waypoints, checker)
 
     def judges_motions(self, index: int) -> bool:
-        """Whether a motion of the tool leads to a waypoint or from it, or the robot handles objects up to there."""
+        """Tell whether a tool motion begins or ends at a waypoint, or the robot has handled objects by then."""
         is_joint_motion = index == 0 or isinstance(self._waypoints[index].motion, JointMotion)
         handles = any(not done.is_none for done in self._problem.handling[: index + 1])
         return bool(self._after(index)) or not is_joint_motion or handles
 
     def _after(self, index: int) -> list[AnyWaypoint]:
-        """Return the waypoints to which motions of the tool lead from one with a goal region, up to the next region."""
+        """Return the waypoints after one with a tolerance region that tool motions join, before the next region."""
 
         def is_followed(waypoint: AnyWaypoint) -> bool:
             has_region = isinstance(waypoint, PoseWaypoint) and waypoint.free is not None
@@ -77,7 +77,7 @@ class ClearMotions(Surroundings):
         return list(takewhile(is_followed, self._waypoints[index + 1 : index + 1 + MOST_MOTIONS]))
 
     def may_lead_on(self, index: int, at_poses: Sequence[AnyWaypoint]) -> np.ndarray:
-        """Tell of which poses (N,), bool, motions of the tool may end where the robot keeps clear, by closed forms."""
+        """Tell for which poses (N,), bool, tool motions may end collision-free, by closed-form inverse kinematics."""
         after, is_open = self._after(index)[:MOST_LOOKED_AHEAD], np.ones(len(at_poses), dtype=bool)
         robots = self._robots[index : index + len(after) + 1]
         wanted = [wanted_poses(robots, (waypoint, *after)) for waypoint in at_poses]
@@ -94,7 +94,7 @@ class ClearMotions(Surroundings):
         return is_open
 
     def leads_on(self, chosen: Sequence[AnyWaypoint], index: int, before: FloatArray, position: FloatArray) -> bool:
-        """Prove that the robot keeps clear at a waypoint and on the motions of the tool to it and after it."""
+        """Prove that a waypoint and the tool motions to it and after it are collision-free."""
         first, start = index, position
         if index > 0 and not isinstance(chosen[index].motion, JointMotion):
             first, start = index - 1, before

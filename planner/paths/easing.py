@@ -33,10 +33,10 @@ SAMPLES = 9
 def eased(
     robot: Robot, before: PiecewisePolynomial, after: PiecewisePolynomial, tolerances: FloatArray
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
-    """Ease two curves into each other so that they are C2 where the one goes over into the other.
+    """Join two curves so that they are C2 where they meet.
 
-    Both pass that point with the mean of their first and of their second derivatives there: the last part of the one
-    and the first of the other are quintics, as long as the tool keeps to the tolerances.
+    At that point both get the mean of their first and of their second derivatives. The last piece of the first curve
+    and the first piece of the second become quintics, within the tool's tolerances.
 
     Args:
         robot: The robot, with its tool.
@@ -71,7 +71,7 @@ def eased(
 
 
 def _is_close(robot: Robot, positions: FloatArray, asked: FloatArray, tolerances: FloatArray) -> bool:
-    """Whether the tool at joint positions (N, joints) is within the tolerances (2,) of where it is at others."""
+    """Tell whether the tool stays within the tolerances (2,) between two lists of joint positions (N, joints)."""
     (points, turned), (wanted, axes) = tool_poses(robot, positions), tool_poses(robot, asked)
     distances = np.linalg.norm(points - wanted, axis=1)
     angles = np.linalg.norm(rotation_vectors(axes.transpose(0, 2, 1) @ turned), axis=1)

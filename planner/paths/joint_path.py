@@ -31,14 +31,16 @@ if TYPE_CHECKING:
     from planner.tool_motions.pose_paths import PosePath
 
 SHORTEST_REST = 0.01
-"""Duration of a trajectory, s, that neither moves nor is asked to rest: a length of time there has to be, and this
-is one step of a controller at 100 Hz."""
+"""Duration of a trajectory, s, without motion and without a requested rest.
+
+A trajectory needs a positive duration; this is one step of a controller at 100 Hz.
+"""
 
 SHORT = 0.03
 """Duration at full speed, relative to the longest of the next motions, up to which a motion is too short to turn in."""
 
 SHARP = 0.3
-"""Difference of the joints' rates, relative to their velocity limits, from which on a waypoint between two motions at
+"""Difference of the joints' rates, relative to their velocity limits, above which a waypoint between two motions at
 full speed is a turn."""
 
 
@@ -72,11 +74,11 @@ class StraightMotions:
 
 @dataclass(frozen=True, eq=False)
 class JointPath:
-    """The motion of the joints without time. It exists only if all waypoints are solved and all motions followed.
+    """The joints' path without time. It exists only if all waypoints are solved and the joints can follow all motions.
 
-    Neighbouring waypoints at one joint position, up to rounding, have exactly the same. Between them is a segment of no
-    length, unless the tool goes around there and comes back. It belongs to no run and is no straight motion: the robot
-    rests there as long as is asked, or not at all.
+    Neighbouring waypoints that differ only by rounding have exactly the same joint position. The segment between them
+    has no length, unless the tool makes a closed motion there. Such a segment belongs to no segment group and is no
+    straight motion: the robot rests there for the requested time, if any.
 
     Attributes:
         robot: The arm, with the tool and the payload that it starts with.
@@ -85,12 +87,12 @@ class JointPath:
         limits: The limits in force on each segment.
         durations: (segments,), s; NaN: as fast as the limits allow.
         dwells: (waypoints,), s.
-        runs: What is passed without stopping, and motions of the tool; all other segments with a length are straight
-            joint motions from rest to rest.
+        runs: The segment groups and the tool motions. All other segments with a length are straight joint motions from
+            rest to rest.
         tool_motions: (segments,), the path of the tool; None: a joint motion.
-        passed_at: The velocities (joints,), rad/s or m/s, asked where waypoints are passed, by the segment that begins
+        passed_at: The velocities (joints,), rad/s or m/s, requested at passed waypoints, by the segment that begins
             there.
-        half_spaces: Where a back end that searches between joint waypoints is to keep what it finds; None: anywhere.
+        half_spaces: Half spaces for the path of a back end that searches between joint waypoints; None: no restriction.
     """
 
     robot: Robot
@@ -148,7 +150,7 @@ class JointPath:
         return self.straight_motions(np.array([k for k in self.moving.tolist() if k not in in_runs], dtype=int))
 
     def straight_motions(self, segments: np.ndarray) -> StraightMotions:
-        """Joint motions straight from waypoint to waypoint, and rest at both."""
+        """Return straight joint motions from waypoint to waypoint, with rest at both."""
         starts = self.positions[segments]
         travels = self.positions[segments + 1] - starts
         durations, limits = self.durations[segments], self.limits.of(segments).along(travels)
@@ -168,7 +170,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
 
     Raises:
         InvalidProblem: A corner cannot be passed; there is no path through the poses of a motion of the tool.
-        UnreachableWaypoint: A pose has no solution, or a motion of the tool leaves what the arm can reach.
+        UnreachableWaypoint: A pose has no solution, or a motion of the tool leaves the arm's workspace.
         JointPositionLimit: A waypoint or the way to it lies beyond a joint's position limits.
         ConfigurationChange: A motion of the tool ends in another configuration than its waypoint.
         SingularPath: A motion of the tool meets a singularity.
@@ -211,7 +213,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
 
 
 def solved_waypoints(problem: PlanningProblem) -> tuple[tuple[AnyWaypoint, ...], tuple[SolvedWaypoint, ...]]:
-    """Return the waypoints with what was left open of them chosen, and solved.
+    """Choose the open coordinates of waypoints and solve the waypoints.
 
     Raises:
         PlanningError: As `solve_waypoints` does.
@@ -230,7 +232,7 @@ def solved_waypoints(problem: PlanningProblem) -> tuple[tuple[AnyWaypoint, ...],
 
 
 def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:
-    """Return the robot with its payload and tool on each segment, or at its only waypoint, and after the last one."""
+    """Return the robot with payload and tool on each segment, or at its only waypoint, and at the end."""
     payloads, robots = problem.payloads, problem.robots
     carried = [*payloads[: max(1, len(payloads) - 1)], payloads[-1]]
     tools = [*(robots[1:] or robots), robots[-1]]
@@ -257,11 +259,11 @@ def _with_stops_where_sharp(
     moving: np.ndarray,
     transitions: Sequence[Transition],
 ) -> list[Transition]:
-    """Transitions (segments - 1,), with a stop in the place of those that all but stop the robot.
+    """Replace transitions (segments - 1,) that almost stop the robot by stops.
 
-    That is where a waypoint is passed exactly between two motions, one of them of the joints and one of them short
-    beside its neighbours, that go different ways: to turn within so little takes as long, and its curve is hard to
-    time. Waypoints that are all passed exactly by joint motions are left alone: the way between them is free.
+    These are exact passages between two motions in different directions, one of them a joint motion, and one short
+    beside its neighbours. Such a turn takes as long as a stop, and its curve is hard to time. Waypoints between joint
+    motions that are all passed exactly stay: the path between them is free.
     """
     result = list(transitions)
     travels = np.diff(np.array([waypoint.position for waypoint in solved]), axis=0)[moving]
@@ -285,10 +287,10 @@ def _with_stops_where_sharp(
 def _passed_at(
     waypoints: Sequence[AnyWaypoint], moving: np.ndarray, transitions: Sequence[Transition]
 ) -> dict[int, FloatArray]:
-    """Return the velocities (joints,) asked where waypoints are passed, by the segment that begins there.
+    """Return the requested velocities (joints,) at passed waypoints, by the segment that begins there.
 
     Raises:
-        InvalidProblem: Of several waypoints at one joint position, another asks for another velocity or for a stop.
+        InvalidProblem: Waypoints at one joint position request different velocities, or one requests a stop.
     """
     passed = {
         int(segment): transition.velocity
@@ -305,15 +307,15 @@ def _passed_at(
 
 
 def _rest_time(waypoint: AnyWaypoint) -> float | None:
-    """Return the time, s, that is asked for a segment of no length, which is a rest; None: none."""
+    """Return the requested rest of a segment of no length, s; None: no rest."""
     return waypoint.minimum_duration or None if waypoint.duration is None else waypoint.duration
 
 
 def _transition(waypoints: Sequence[AnyWaypoint]) -> Transition:
     """Join the transitions of waypoints at one joint position.
 
-    The strictest of their transitions holds, and the smallest radius. The robot stops, too, where a duration is asked
-    for the way from one to the next: that is a rest.
+    The strictest of their transitions holds, with the smallest radius. The robot also stops if the request has a
+    duration from one to the next, which is a rest.
     """
     transitions = [waypoint.transition for waypoint in waypoints]
     rests = any(_rest_time(waypoint) is not None for waypoint in waypoints[1:])

@@ -1,4 +1,4 @@
-"""What is passed without stopping, from rest to rest: motions joined to one smooth curve in joint space."""
+"""Segment groups: segments traversed without stopping, joined to one smooth joint-space curve."""
 
 from __future__ import annotations
 
@@ -48,8 +48,10 @@ JOINT_TOLERANCE = 1e-6
 """Distance of a joint from its curve, rad or m, that timing may leave; less where a motion of the tool allows less."""
 
 SHORTEST_TOOL_MOTION = 1e-5
-"""Travel of the joints, rad or m, up to which a motion of the tool counts as one of the joints: it bends by less than
-1e-10, and the direction in which it goes is rounding."""
+"""Travel of the joints, rad or m, below which a tool motion counts as a joint motion.
+
+It bends by less than 1e-10, and its direction is rounding.
+"""
 
 RADIUS = 0.01
 """The radius of the blend that is offered where a corner cannot be passed, m."""
@@ -60,16 +62,16 @@ SHARE_OF_TOLERANCE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Segments that are passed without stopping.
+    """A segment group: segments traversed without stopping.
 
     Attributes:
-        segments: Indices of its segments, ascending; those of no length between them are left out.
+        segments: Indices of its segments, ascending; without segments of no length.
         curve: Joint positions over a length in s: the time that the slowest joint needs at full speed, about. C2.
-        waypoint_knots: (segments + 1,), index of the breakpoint of the curve where each waypoint lies; one that is
-            blended: the middle of its blend.
+        waypoint_knots: (segments + 1,), index of the curve's breakpoint at each waypoint; at a blended one, the middle
+            of its blend.
         blend_knots: Indices of the breakpoints where blends begin and end, ascending.
-        is_spline: Only joint motions, and waypoints that are passed exactly: what lies between them is free.
-        tolerance: rad or m, how far time may take a joint from the curve.
+        is_spline: Whether it has only joint motions and exact passages: the path between the waypoints is then free.
+        tolerance: largest deviation of a joint of the trajectory from the curve, rad or m.
         tool_motions: Indices of the segments that are motions of the tool.
         blended: Indices of the waypoints that are blended.
         path_knots: Indices of the breakpoints where the tool's path goes from one piece to the next, ascending.
@@ -97,7 +99,7 @@ class Run:
 
 
 def is_joint_motion(end: SolvedWaypoint) -> bool:
-    """Whether the joints go straight to a waypoint, or the tool goes there by so little that it is the same."""
+    """Tell whether the joints move straight to a waypoint, up to a tool motion too short to differ."""
     if end.tool_motion is None:
         return True
     curve = end.tool_motion.curve
@@ -124,7 +126,7 @@ def _steps(curve: PiecewisePolynomial) -> FloatArray:
 
 
 def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: FloatArray) -> Run:
-    """One straight joint motion from rest to rest.
+    """Build one straight joint motion from rest to rest.
 
     Args:
         segment: Its index.
@@ -152,14 +154,14 @@ def build_run(
     segments: np.ndarray,
     transitions: Sequence[Transition],
 ) -> Run:
-    """Return the curve of segments that are passed without stopping, from rest to rest.
+    """Build the segment group of some segments, from rest to rest.
 
     Args:
         robot: The robot, with its tool.
         waypoints: All of the problem.
         solved: The solved waypoints, with their joint positions.
         limits: The limits in force on each segment of the problem.
-        segments: Indices of the segments; those of no length between them are left out.
+        segments: Indices of the segments; without segments of no length.
         transitions: (segments - 1,), how the robot passes from each to the next.
 
     Raises:
@@ -244,9 +246,9 @@ class _Builder:
     def curves(self) -> list[PiecewisePolynomial]:
         """Return the curve of each segment from the first to the last, in order.
 
-        Joint motions are straight; where a waypoint at their end is passed exactly, quintics. Between two of them each
-        joint passes with the harmonic mean of its slopes, zero where it turns back, so that none overshoots (Fritsch
-        and Butland 1984). Beside a motion of the tool they go on like that.
+        Joint motions are straight, or quintics beside a waypoint that is passed exactly. Between two of them each joint
+        passes with the harmonic mean of its slopes, or zero where it reverses. So no joint overshoots (Fritsch and
+        Butland 1984). Next to a tool motion they continue its derivatives.
         """
         lengths, positions = self.times, self.positions
         means = np.diff(positions, axis=0) / lengths[:, None]
@@ -265,7 +267,7 @@ class _Builder:
         ]
 
     def _tool_motion(self, k: int, curve: PiecewisePolynomial) -> PiecewisePolynomial:
-        """Give a motion of the tool its joints' time at full speed as length; one that goes on, the pace so far."""
+        """Scale a tool motion to its joints' time at full speed; one that continues another keeps its pace."""
         last = k - 1
         while last > 0 and self.passed[last] and last in self.short:
             last -= 1
