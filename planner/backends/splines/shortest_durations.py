@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from planner.time_scaling.interior_point import QuadraticProgram, solve_quadratic_program
+from planner.kernels.quadratic_programs import Gap, QuadraticProgram, solve_quadratic_program
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -260,13 +260,7 @@ def _best_change(
         upper=np.append(radius, 100.0 * (worst + 1.0)),
     )
 
-    def gain(x: FloatArray) -> float:
-        d = x[:-1]
-        after = max(0.0, float((excess + slopes @ d).max(initial=0.0)))
-        return PENALTY * (worst - after) - float(shares @ (d + 0.5 * d * d))
-
-    def is_solved(x: FloatArray, gap: float) -> bool:
-        return gap < max(GAP * gain(x), 0.1 * LEAST_GAIN)
-
-    x = solve_quadratic_program(program, np.append(np.zeros(variables), worst + 0.1), is_solved)
-    return x[:-1], gain(x)
+    gap = Gap(0.1 * LEAST_GAIN, GAP, PENALTY * worst)
+    d = solve_quadratic_program(program, np.append(np.zeros(variables), worst + 0.1), gap)[:-1]
+    after = max(0.0, float((excess + slopes @ d).max(initial=0.0)))
+    return d, PENALTY * (worst - after) - float(shares @ (d + 0.5 * d * d))

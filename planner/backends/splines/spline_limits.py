@@ -10,8 +10,8 @@ import numpy as np
 
 from planner.backends.splines.shortest_durations import LinearisedLimits
 from planner.guarantees import JOINT_DERIVATIVES
+from planner.kernels.splines import peaks
 from planner.tolerances import DURATION_TOLERANCE, LIMIT_TOLERANCE
-from planner.trajectories.polynomials import bernstein_matrix, differentiate, horner
 
 if TYPE_CHECKING:
     from planner.backends.splines.interpolation import InterpolatingSpline
@@ -187,150 +187,15 @@ def hold_against_limits(
     What matters is held against the rest of its own part: the waypoints with velocities that are given cut the spline.
     Such a velocity is no peak: no duration changes it.
     """
-    degree, h = spline.degree, spline.durations
-    rates = JOINT_DERIVATIVES[1 : HIGHEST_LIMITED_ORDER[degree] + 1]
-    by_order = [spline.unit]
-    for _ in range(degree - 1):
-        by_order.append(differentiate(by_order[-1]))
+    rates = [limits.bounds(quantity) for quantity in JOINT_DERIVATIVES[1 : HIGHEST_LIMITED_ORDER[spline.degree] + 1]]
     span = np.ptp(positions, axis=0)
-    span = np.where(span > 0.0, span, 1.0)
-
-    allowed = [limits.magnitudes(quantity) * h[:, None] ** order for order, quantity in enumerate(rates, start=1)]
-    at_waypoints = [
-        _ratios_at_ends(by_order[order], allowed[order - 1], limits.bounds(quantity).weights)
-        for order, quantity in enumerate(rates, start=1)
-    ]
-    largest = [ratios.max(axis=(1, 2)) ** (1.0 / order) for order, ratios in enumerate(at_waypoints, start=1)]
-    parts = np.append(0, np.cumsum(spline.given))  # which know nothing of each other
-    of_parts = np.maximum.reduceat(np.max(largest, axis=0), np.flatnonzero(np.diff(parts, prepend=-1)))
-    near = NEAR * of_parts[parts, None]
-    matters = np.zeros(span.shape, bool)
-    for order, measure in enumerate(allowed, start=1):
-        bounds = np.abs(by_order[order] @ bernstein_matrix(degree + 1 - order))
-        matters = matters | (bounds.max(axis=2) / measure > near**order)
-    control, room = spline.unit @ bernstein_matrix(degree + 1), NEAR_POSITION * span
-    may_leave = control.max(axis=2) > limits.position.upper - room
-    may_leave |= control.min(axis=2) < limits.position.lower + room
-
-    found = [_waypoint_peaks(order, ratios, spline.given) for order, ratios in enumerate(at_waypoints, start=1)]
-    segments, joints = np.nonzero(matters | may_leave)
-    leaving = may_leave[segments, joints]
-    pieces = [coefficients[segments, joints] for coefficients in by_order]
-    # The extrema of each derivative lie between those of the next.
-    brackets = np.tile([0.0, 1.0], (len(segments), 1))
-    for order in range(degree - 2, -1, -1):
-        if order == 0:
-            segments, joints, brackets = segments[leaving], joints[leaving], brackets[leaving]
-            pieces = [piece[leaving] for piece in pieces]
-        extrema = _roots(pieces[order + 1], brackets)
-        brackets = np.sort(np.column_stack([brackets[:, :1], extrema, brackets[:, -1:]]), axis=1)
-        if order <= len(rates):
-            rows, columns = np.nonzero(extrema)
-            if order == 1:
-                apart = ~_is_given(spline.given, segments[rows], extrema[rows, columns])
-                rows, columns = rows[apart], columns[apart]
-            found.append((segments[rows], joints[rows], np.full(len(rows), order), extrema[rows, columns]))
-    segment, joint, orders, u = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
-    value = _values(by_order, segment, joint, orders, u) / h[segment] ** orders
-    excess, weight = _excess(segment, joint, orders, value, limits, rates, span)
-    return SplineAgainstLimits(spline, limits, segment, joint, orders, u, value, excess, weight)
-
-
-def _ratios_at_ends(coefficients: FloatArray, allowed: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the magnitudes (segments, joints, 2) at unit times 0 and 1, as ratios to what is allowed.
-
-    Args:
-        coefficients: Of a derivative, (segments, joints, order).
-        allowed: What is allowed in the narrower direction, (segments, joints).
-        weights: Shares (2, segments, joints) that this is of the lower and of the upper limit.
-    """
-    values: FloatArray = np.stack([coefficients[..., 0], coefficients.sum(axis=2)], axis=2)
-    return np.abs(values) / allowed[..., None] * np.where(values < 0.0, *weights[..., None])
-
-
-def _waypoint_peaks(
-    order: int, ratios: FloatArray, given: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, FloatArray]:
-    """Segments, joints, order and unit times of the rates at waypoints, on the side where the limit is narrower.
-
-    Where the velocity is given, all other rates may jump: there they are looked at on both sides.
-    """
-    kept = np.ones(ratios.shape, bool)
-    kept[1:, :, 0] = ratios[1:, :, 0] > ratios[:-1, :, 1]
-    kept[:-1, :, 1] = ~kept[1:, :, 0]
-    kept[1:][given, :, 0] = kept[:-1][given, :, 1] = order > 1
-    segments, joints, ends = np.nonzero(kept)
-    return segments, joints, np.full(len(ends), order), ends.astype(np.float64)
-
-
-def _is_given(given: np.ndarray, segment: np.ndarray, u: FloatArray) -> np.ndarray:
-    """Whether (peaks,) extrema of the velocity, by segment and unit time, are one that is given, but for rounding."""
-    starts, ends = np.append(False, given)[segment], np.append(given, False)[segment]
-    is_one: np.ndarray = (starts & (u < AT_WAYPOINT)) | (ends & (u > 1.0 - AT_WAYPOINT))
-    return is_one
-
-
-def _values(
-    by_order: list[FloatArray], segment: np.ndarray, joint: np.ndarray, order: np.ndarray, u: FloatArray
-) -> FloatArray:
-    """Evaluate derivatives (peaks,) by unit time at the peaks."""
-    value = np.empty(len(u))
-    for k in np.unique(order).tolist():
-        here = order == k
-        value[here] = horner(by_order[k][segment[here], joint[here]], u[here])
-    return value
-
-
-def _excess(
-    segment: np.ndarray,
-    joint: np.ndarray,
-    order: np.ndarray,
-    value: FloatArray,
-    limits: SegmentLimits,
-    rates: tuple[str, ...],
-    span: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Compute `excess` and `weight` of `SplineAgainstLimits`."""
-    above, below = value - limits.position.upper[joint], limits.position.lower[joint] - value
-    upward = np.where(above > below, 1.0, -1.0)
-    excess, weight = np.maximum(above, below) / span[joint], upward / span[joint]
-    with np.errstate(divide="ignore", over="ignore"):  # of rates that are as good as none
-        for k, quantity in enumerate(rates, start=1):
-            here = order == k
-            lower, upper = (bound[segment[here], joint[here]] for bound in limits.bounds(quantity))
-            excess[here] = np.log(value[here] / np.where(value[here] < 0.0, lower, upper)) / k
-            weight[here] = 1.0 / (k * value[here])
-    return excess, weight
-
-
-def _roots(polynomials: FloatArray, brackets: FloatArray) -> FloatArray:
-    """Find the root between each two neighbouring brackets, by Newton's method kept inside; 0 where there is none.
-
-    Args:
-        polynomials: Coefficients (N, order), ascending powers.
-        brackets: Arguments (N, count), between which each polynomial is monotone.
-
-    Returns:
-        The roots (N, count - 1).
-    """
-    low, high = brackets[:, :-1], brackets[:, 1:]
-    at_low, at_high = horner(polynomials[:, None], low), horner(polynomials[:, None], high)
-    rows, columns = np.nonzero(at_low * at_high < 0.0)
-    roots = np.zeros(low.shape)
-    if len(rows) == 0:
-        return roots
-    f, low, high = polynomials[rows], low[rows, columns], high[rows, columns]
-    at_low, at_high = at_low[rows, columns], at_high[rows, columns]
-    slope, rising = differentiate(f), at_low < 0.0
-    x = low - at_low * (high - low) / (at_high - at_low)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for _ in range(MOST_ROOT_STEPS):
-            value = horner(f, x)
-            before = (value < 0.0) == rising
-            low, high = np.where(before, x, low), np.where(before, high, x)
-            newton = x - value / horner(slope, x)
-            x, last = np.where((newton >= low) & (newton <= high), newton, (low + high) / 2.0), x
-            if np.abs(x - last).max() < ROOT_TOLERANCE:
-                break
-    roots[rows, columns] = x
-    return roots
+    (segment, joint, order), (u, value, excess, weight) = peaks(
+        spline.durations,
+        spline.given,
+        spline.unit,
+        np.where(span > 0.0, span, 1.0),
+        (np.stack([bounds.lower for bounds in rates]), np.stack([bounds.upper for bounds in rates])),
+        limits.position,
+        (NEAR, NEAR_POSITION, AT_WAYPOINT, ROOT_TOLERANCE, MOST_ROOT_STEPS),
+    )
+    return SplineAgainstLimits(spline, limits, segment, joint, order, u, value, excess, weight)

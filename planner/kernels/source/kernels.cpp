@@ -3,8 +3,10 @@
 #include "polynomials.hpp"
 #include "profile.hpp"
 #include "proof.hpp"
+#include "quadratic_program.hpp"
 #include "sampled_peaks.hpp"
 #include "serial_chain.hpp"
+#include "splines.hpp"
 #if defined(__x86_64__)
 #include <cpuid.h>
 #endif
@@ -132,6 +134,38 @@ int states(int64_t pieces, int64_t joints, int64_t order, const double* lengths,
 int extrema(int64_t rows, int64_t order, const double* bernstein, const double* measure, const int64_t* groups,
             const double* directions, double rounding, int64_t* at_row, double* at_unit, double* best) {
     return largest_magnitudes(rows, order, bernstein, measure, groups, directions, rounding, at_row, at_unit, best);
+}
+
+int spline(int64_t degree, int64_t segments, int64_t joints, const double* positions, const double* durations,
+           const double* velocities, const int64_t* given, double* unit, double* ends) {
+    const auto of_degree = degree == 3 ? interpolate<1> : interpolate<2>;
+    return of_degree(segments, joints, positions, durations, velocities, given, unit, ends);
+}
+
+int spline_sensitivities(int64_t degree, int64_t segments, int64_t joints, const double* durations, const int64_t* given,
+                         const double* ends, int64_t points, const int64_t* segment, const int64_t* joint,
+                         const int64_t* order, const double* u, double* slopes) {
+    const auto of_degree = degree == 3 ? spline_slopes<1> : spline_slopes<2>;
+    return of_degree(segments, joints, durations, given, ends, points, segment, joint, order, u, slopes);
+}
+
+// Peaks of a spline: `indices` (3, room) are their segments, joints and orders, `numbers` (4, room) their unit times, values,
+// excesses and weights.
+int peaks_of_spline(int64_t degree, int64_t segments, int64_t joints, const double* durations, const int64_t* given,
+                    const double* unit, const double* span, int64_t rates, const double* lower, const double* upper,
+                    const double* position, const double* search, int64_t room, int64_t* indices, double* numbers,
+                    int64_t* count) {
+    const SplineLimits limits{rates, lower, upper, position, search[0], search[1], search[2], search[3], (int64_t)search[4]};
+    SplinePeaks peaks{0, indices, indices + room, indices + 2 * room, numbers, numbers + room, numbers + 2 * room, numbers + 3 * room};
+    const auto of_degree = degree == 3 ? spline_peaks<1> : spline_peaks<2>;
+    const int code = of_degree(segments, joints, durations, given, unit, span, limits, peaks);
+    *count = peaks.count;
+    return code;
+}
+
+int minimise(int64_t variables, int64_t count, const double* cost, const double* curvature, const double* matrix,
+             const double* bounds, const double* lower, const double* upper, const double* gap, double* x) {
+    return quadratic_program(variables, count, cost, curvature, matrix, bounds, lower, upper, gap, x);
 }
 
 int parts(int64_t pieces, int64_t joints, int64_t order, const double* bernstein, const double* lengths,
