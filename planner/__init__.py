@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from planner.certificate import certify as certify
     from planner.certificate import certify_samples as certify_samples
     from planner.certificate import interpolated as interpolated
+    from planner.certificate.sampling import SampleCertificate as SampleCertificate
     from planner.comparison import Comparison as Comparison
     from planner.comparison import Figures as Figures
     from planner.comparison import compare as compare
@@ -146,6 +147,7 @@ if TYPE_CHECKING:
     from planner.robots.collision.geometry import LinkShape as LinkShape
     from planner.robots.collision.pairs import CollisionPair as CollisionPair
     from planner.robots.payload import Payload as Payload
+    from planner.samples import Samples as Samples
     from planner.scene import Attach as Attach
     from planner.scene import AttachedObject as AttachedObject
     from planner.scene import CollisionChecker as CollisionChecker
@@ -203,6 +205,7 @@ _NAMES = {
         "certify_samples",
         "interpolated",
     ),
+    "planner.certificate.sampling": ("SampleCertificate",),
     "planner.comparison": ("Comparison", "Figures", "compare", "figures"),
     "planner.dynamics": ("inverse_dynamics",),
     "planner.errors": (
@@ -290,6 +293,7 @@ _NAMES = {
     "planner.robots.collision.geometry": ("LinkShape",),
     "planner.robots.collision.pairs": ("CollisionPair",),
     "planner.robots.payload": ("Payload",),
+    "planner.samples": ("Samples",),
     "planner.shapes": (
         "BoundingCapsule",
         "Box",

@@ -1,4 +1,4 @@
-"""The protocol of formats, and the sampling of plans for most of them."""
+"""Export formats and their options."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planner.errors import UnsupportedFormat
-from planner.samples import sample_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.plans.result import Plan
-    from planner.samples import Samples
 
 INCLUDABLE = (
     "jerk",
@@ -70,13 +68,3 @@ def refuse_actions(plan: Plan, form: str) -> None:
     """
     if plan.problem.actions:
         raise UnsupportedFormat(f"{form} carries no actions; json, msgpack, npz, mcap and programs of robots do")
-
-
-def sample(plan: Plan, options: ExportOptions) -> Samples:
-    """Evaluate a plan's trajectory at multiples of the sample period and at its end.
-
-    Raises:
-        MissingDynamics: The options include torques, and the robot has neither inertias nor a payload.
-    """
-    time = plan.trajectory.sample_times(options.sample_period)
-    return sample_at(plan.path.dynamics, plan.trajectory, time, options.include)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import orjson
 
-from planner.export.base import ExportOptions, Format, refuse_actions, sample
+from planner.export.base import ExportOptions, Format, refuse_actions
 
 if TYPE_CHECKING:
     from planner.kinematics import FloatArray
@@ -28,7 +28,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """
     refuse_actions(plan, "CSV")
     names = plan.path.robot.joint_names
-    samples = sample(plan, options)
+    samples = plan.samples(options.sample_period, options.include)
     header, blocks = ["time", "segment"], [samples.time[:, None], samples.segment[:, None].astype(float)]
 
     def add(quantity: str, columns: tuple[str, ...], values: FloatArray | None) -> None:

@@ -7,28 +7,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import orjson
 
-from planner.certificate.sampling import certify_sampling, worst_overshoot
+from planner.certificate.sampling import worst_overshoot
 from planner.dynamics import SegmentDynamics
-from planner.errors import InvalidProblem
-from planner.export.base import ExportOptions, Format, sample
-from planner.guarantees import end_states
+from planner.export.base import ExportOptions, Format
 from planner.kinematics import configurations, manipulability
-from planner.limits import segment_limits
 from planner.operations import JoinedTrajectory, RetimedTrajectory
-from planner.operations.certified import own_ends
 from planner.plans.tool_lines import line_polynomials
 from planner.plans.tool_speeds import tool_speed_reports
 from planner.problems.actions import SetOutput
 from planner.problems.motion_around import as_requested
 from planner.problems.problem import PoseWaypoint, ViaWaypoint
 from planner.problems.regions import region_of
-from planner.samples import sample_at
 from planner.spatial import quaternion
 from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
+    from planner.certificate.sampling import SampleCertificate
     from planner.operations import CertifiedTrajectory
     from planner.plans.result import Plan
     from planner.plans.tool_lines import LinePolynomial
@@ -55,7 +51,7 @@ def poses_as_dicts(poses: Sequence[Pose]) -> list[dict[str, Any]]:
 def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     """Return the answer as plain values and numpy arrays."""
     robot, trajectory = plan.path.robot, plan.trajectory
-    samples = sample(plan, options)
+    samples = plan.samples(options.sample_period, options.include)
     poses = poses_as_dicts([waypoint.pose for waypoint in plan.path.waypoints])
     with_tools, rows = SegmentDynamics.of_robots(plan.problem.robots), np.arange(len(plan.path.positions))
     asked = plan.problem.numbers
@@ -109,11 +105,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     if "limits" in options.include:
         answer["limits"] = plan.path.limits.as_dict()
     if "sample_checks" in options.include:
-        ends = end_states(plan.backend, robot.dof)
-        answer["sample_checks"] = [
-            {"interpolation": sampled.interpolation, **sampled.certificate.as_dict()}
-            for sampled in certify_sampling(plan.path.dynamics, trajectory, plan.path.limits, samples.time, ends)
-        ]
+        answer["sample_checks"] = _sample_checks(plan.certify_samples(samples.time))
     if options.request_hash is not None:
         answer["request_hash"] = options.request_hash
     return answer
@@ -131,14 +123,13 @@ def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Coll
         InvalidProblem: `include` has `sample_checks`, but the samples do not cover the whole trajectory.
     """
     robot, trajectory = done.robot, done.trajectory
-    dynamics = SegmentDynamics.unchanged(robot)
     answer: dict[str, Any] = {
         "robot": robot.id,
         "joint_names": robot.joint_names,
         "duration": trajectory.duration,
         "initial": vars(done.initial),
         "final": vars(done.final),
-        "samples": _rows(sample_at(dynamics, trajectory, time, include)),
+        "samples": _rows(done.samples(time, include)),
         "certificate": done.certificate.as_dict(),
         "warnings": [vars(warning) for warning in done.warnings],
     }
@@ -149,14 +140,12 @@ def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Coll
     if "polynomials" in include:
         answer["polynomials"] = _polynomials(robot.joint_names, trajectory)
     if "sample_checks" in include:
-        if time[0] != 0.0 or time[-1] != trajectory.duration:
-            raise InvalidProblem([(("times",), f"samples are checked from 0 to the end at {trajectory.duration!r} s")])
-        limits = segment_limits(robot, done.limits, (None,) * (int(trajectory.segments.max()) + 1))
-        answer["sample_checks"] = [
-            {"interpolation": sampled.interpolation, **sampled.certificate.as_dict()}
-            for sampled in certify_sampling(dynamics, trajectory, limits, time, own_ends(trajectory))
-        ]
+        answer["sample_checks"] = _sample_checks(done.certify_samples(time))
     return answer
+
+
+def _sample_checks(checked: list[SampleCertificate]) -> list[dict[str, Any]]:
+    return [{"interpolation": one.interpolation, **one.certificate.as_dict()} for one in checked]
 
 
 def _in_its_region(asked: AnyWaypoint, reached: Pose) -> dict[str, Any]:

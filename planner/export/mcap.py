@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mcap_ros2.writer import Writer
 
-from planner.export.base import ExportOptions, Format, sample
+from planner.export.base import ExportOptions, Format
 from planner.problems.actions import SetOutput
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     Raises:
         MissingDynamics: Torques are included, and the robot has neither inertias nor a payload.
     """
-    samples = sample(plan, options)
+    samples = plan.samples(options.sample_period, options.include)
     names = list(plan.path.robot.joint_names)
     efforts = [[]] * len(samples.time) if samples.torque is None else samples.torque.tolist()
     positions, velocities, accelerations = (

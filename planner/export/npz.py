@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.export.base import ExportOptions, Format, sample
+from planner.export.base import ExportOptions, Format
 from planner.problems.actions import SetOutput
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     1,), s. `coefficients` is (pieces, joints, order), ascending powers of the time since the start of the piece.
     The outputs are `output_time` (outputs,), s, `output_name` and `output_value`, in order of time.
     """
-    trajectory, samples = plan.trajectory, vars(sample(plan, options))
+    trajectory, samples = plan.trajectory, vars(plan.samples(options.sample_period, options.include))
     for name in ("velocity", "acceleration"):
         rates = samples.pop(f"tcp_{name}")
         if rates is not None:

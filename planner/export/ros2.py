@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import orjson
 
-from planner.export.base import ExportOptions, Format, refuse_actions, sample
+from planner.export.base import ExportOptions, Format, refuse_actions
 
 if TYPE_CHECKING:
     from planner.plans.result import Plan
@@ -24,7 +24,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         UnsupportedFormat: The plan has actions.
     """
     refuse_actions(plan, "JointTrajectory")
-    samples = sample(plan, options)
+    samples = plan.samples(options.sample_period, options.include)
     efforts = [[]] * len(samples.time) if samples.torque is None else samples.torque.tolist()
     # Rounded once, so that two points never share a time and the last is the duration to the nanosecond.
     nanoseconds = [round(t * NANOSECONDS) for t in samples.time.tolist()]

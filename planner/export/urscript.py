@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import UnsupportedFormat
-from planner.export.base import ExportOptions, Format, sample
+from planner.export.base import ExportOptions, Format
 from planner.export.programs import APPROACH, AT_START, JOINTS, name_of, origin, stops
 from planner.problems.actions import SetOutput
 
@@ -33,7 +33,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     if robot.dof != JOINTS or not robot.is_angle.all():
         raise UnsupportedFormat(f"URScript moves arms of {JOINTS} joints that turn, which {robot.id} is not")
     stops(plan, "URScript")
-    samples = sample(plan, options)
+    samples = plan.samples(options.sample_period, options.include)
     positions, periods = list(map(joints, samples.position)), (samples.time[1:] - samples.time[:-1]).tolist()
     outputs: dict[int, list[str]] = {}
     for timed in plan.actions:

@@ -10,11 +10,15 @@ import numpy as np
 from planner.certificate import certify
 from planner.certificate.clearance import certify_clearance
 from planner.certificate.limits import continuity
+from planner.certificate.sampling import SampleCertificate, certify_sampling
 from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
+from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates
+from planner.limits import segment_limits
 from planner.plans.result import refuse_unless_satisfied
 from planner.plans.warnings import payload_above_rating, unchecked_positions
+from planner.samples import Samples, sample_at
 from planner.scene import CollisionChecker
 from planner.speed_zones import refuse_zone_faults
 from planner.tolerances import CONTINUITY_TOLERANCE
@@ -86,6 +90,30 @@ class CertifiedTrajectory:
     def final(self) -> JointState:
         """The state that it ends in."""
         return JointState(*self.trajectory.evaluate(self.trajectory.duration))
+
+    def samples(self, times: FloatArray, include: Collection[str] = ()) -> Samples:
+        """Evaluate the trajectory at times (N,), s, strictly increasing; `include` is that of `Plan.samples`.
+
+        Raises:
+            MissingDynamics: Torques are included, and the robot has neither inertias nor a payload.
+        """
+        return sample_at(SegmentDynamics.unchanged(self.robot), self.trajectory, times, include)
+
+    def certify_samples(self, times: FloatArray) -> list[SampleCertificate]:
+        """Check each interpolation of samples that a controller may run against the limits.
+
+        Args:
+            times: Times of the samples (N,), s, strictly increasing from 0 to the duration.
+
+        Raises:
+            InvalidProblem: The times are not from 0 to the duration.
+        """
+        trajectory = self.trajectory
+        if times[0] != 0.0 or times[-1] != trajectory.duration:
+            raise InvalidProblem([(("times",), f"samples are checked from 0 to the end at {trajectory.duration!r} s")])
+        limits = segment_limits(self.robot, self.limits, (None,) * (int(trajectory.segments.max()) + 1))
+        dynamics = SegmentDynamics.unchanged(self.robot)
+        return certify_sampling(dynamics, trajectory, limits, times, own_ends(trajectory))
 
 
 def kept_clear(

@@ -13,6 +13,7 @@ from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance
 from planner.certificate.durations import certify_durations
 from planner.certificate.joint_motions import certify_joint_motions
 from planner.certificate.limits import certificate_of, unless_missed
+from planner.certificate.sampling import SampleCertificate, certify_sampling
 from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.certificate.tool_path import certify_tool_path
 from planner.certificate.waypoints import certify_passages, certify_waypoints
@@ -20,6 +21,7 @@ from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.plans.warnings import plan_warnings
+from planner.samples import Samples, sample_at
 from planner.time_scaling.sampled_limits import refuse_what_turns_too_often
 from planner.timing.action_times import action_times
 from planner.timing.durations import duration_error, in_asked_durations
@@ -76,6 +78,28 @@ class Plan:
     def actions(self) -> tuple[TimedAction, ...]:
         """Actions besides motion, with their times."""
         return action_times(self.path.dynamics, self.trajectory, self.problem.actions)
+
+    def samples(self, period: float = 0.01, include: Collection[str] = ()) -> Samples:
+        """Evaluate the trajectory at multiples of a period, s, and at its end.
+
+        Args:
+            period: Time between samples, s.
+            include: Further quantities, some of `planner.INCLUDABLE`.
+
+        Raises:
+            MissingDynamics: Torques are included, and the robot has neither inertias nor a payload.
+        """
+        times = self.trajectory.sample_times(period)
+        return sample_at(self.path.dynamics, self.trajectory, times, include)
+
+    def certify_samples(self, times: FloatArray) -> list[SampleCertificate]:
+        """Check each interpolation of samples that a controller may run against the limits of the plan.
+
+        Args:
+            times: Times of the samples (N,), s, strictly increasing from 0 to the duration.
+        """
+        ends = end_states(self.backend, self.path.robot.dof)
+        return certify_sampling(self.path.dynamics, self.trajectory, self.path.limits, times, ends)
 
     def plot(
         self,

@@ -27,7 +27,6 @@ from api.work.tasks.remedies import acceptable_remedies
 from api.work.tasks.trajectories import export_options, figures_of, refuse_too_many_rows
 from planner.errors import PlanningError
 from planner.export import FORMATS
-from planner.export.base import sample
 from planner.planning import plan
 from planner.plans.saved_plan import OF_THE_PATH, load_plan, save_plan
 
@@ -120,8 +119,7 @@ def item_steps(context: TaskContext) -> Generator[None, None, Reply]:
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, context)
     with context.stage("serialise"):
         if "torque" in request.include:  # refused without inertias
-            options = export_options(request, definition)
-            sample(solved, replace(options, sample_period=solved.trajectory.duration))
+            solved.samples(solved.trajectory.duration, request.include)
         saved = save_plan(solved)
     figures = figures_of(solved)
     result = (solved.trajectory.duration, max(figures.ratios.values(), default=None))

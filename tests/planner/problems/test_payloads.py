@@ -11,8 +11,6 @@ import pytest
 from planner.backends import BACKENDS, Quintic
 from planner.comparison import figures
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, PlanningError
-from planner.export import ExportOptions
-from planner.export.base import sample
 from planner.kinematics import FloatArray
 from planner.limits import Limits
 from planner.planning import plan
@@ -108,7 +106,7 @@ def test_torque_limits_are_kept_with_what_is_carried(kind: str) -> None:
 @pytest.mark.parametrize("kind", ["cubic", "ruckig", "toppra", "min_effort"])
 def test_the_torques_of_the_samples_are_those_of_what_is_carried(kind: str) -> None:
     planned = plan(PlanningProblem(ROBOT, pick_and_place(), payload=LIGHT), backend_of(kind))
-    rows = sample(planned, ExportOptions(0.01, frozenset({"torque"})))
+    rows = planned.samples(0.01, ["torque"])
     assert rows.torque is not None
     carried = (LIGHT, LIGHT, *CARRIED[2:])
     for segment, payload in enumerate(carried):
@@ -230,7 +228,7 @@ def test_an_arm_without_inertias_has_the_torques_of_what_it_carries(kind: str) -
     waypoints = (JointWaypoint(start), JointWaypoint(end, payload=Payload(1.0)), JointWaypoint(start))
     planned = plan(PlanningProblem(robot, waypoints), backend_of(kind))
     assert "payload_only" in [warning.code for warning in planned.warnings]
-    rows = sample(planned, ExportOptions(0.01, frozenset({"torque"})))
+    rows = planned.samples(0.01, ["torque"])
     assert rows.torque is not None
     assert not rows.torque[rows.segment == 0].any()
     assert rows.torque[rows.segment == 1][:, 1].mean() == pytest.approx(9.81, rel=0.2)

@@ -11,7 +11,6 @@ import pytest
 from planner.backends import BACKENDS
 from planner.errors import InvalidProblem
 from planner.export import FORMATS, ExportOptions
-from planner.export.base import sample
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.paths import solve_path
@@ -94,7 +93,7 @@ def test_poses_lines_and_speeds_are_those_of_the_tool_of_each_waypoint(kind: str
     assert after.translation == pytest.approx(before.act(np.array([0.0, 0.0, 0.08])), abs=3e-6)
     for segment in (0, 2, 3):
         goes_straight(made, segment, tools[segment + 1])
-    rows = sample(made, ExportOptions(0.004, frozenset({"tcp_pose", "tcp_velocity"})))
+    rows = made.samples(0.004, ["tcp_pose", "tcp_velocity"])
     assert rows.tcp_position is not None and rows.tcp_velocity is not None
     for k in range(0, len(rows.time), 7):
         tool = tools[rows.segment[k] + 1]
