@@ -264,7 +264,7 @@ def _written(client: httpx.Client, location: str, asked: Asked) -> list[float]:
 
 
 def _write_plan(folder: Path, result: dict[str, Any], form: str) -> None:
-    from planner.export import FORMATS
+    from api.work.answers.formats import FORMATS
 
     content = result["content"]
     file = folder / f"{result['index']:06d}{FORMATS[form].suffix}"

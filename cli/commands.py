@@ -162,11 +162,11 @@ def plan(
     tip: TipOption = None,
 ) -> None:
     """Plan a request here, without a service, and show what came out."""
+    from api.work.answers.formats import FORMATS
     from cli.local_plan import format_of, plan_request, read_request, render, report_of
     from cli.plots import SUFFIXES, draw
     from cli.terminal import plan_summary, terminal
     from planner.backends import BACKENDS
-    from planner.export import FORMATS
 
     form = FORMATS.get(format_ or "json") if output == "-" or format_ is not None else format_of(output or ".json")
     if form is None and format_ is not None:

@@ -10,9 +10,10 @@ from pydantic import ValidationError
 from api.base.errors import invalid, invalid_request
 from api.contract.requests import PlanRequest
 from api.store.contents.digests import request_hash
+from api.work.answers.formats import FORMATS, Format
+from api.work.answers.plans import AnswerOptions
 from api.work.answers.views import report
 from api.work.conversion.problems import to_backend, to_planning_problem
-from planner.export import FORMATS, ExportOptions, Format
 from planner.planning import plan
 from planner.robots import Robot, load_robot
 
@@ -74,7 +75,7 @@ def render(solved: Plan, request: PlanRequest, form: Format, definition: bytes |
         definition: The model of a robot that is not of the catalogue, as canonical JSON.
     """
     include = {*request.include, *(("polynomials",) if form is FORMATS["json"] else ())}
-    options = ExportOptions(request.sample_period, frozenset(include), request_hash(request, definition))
+    options = AnswerOptions(request.sample_period, frozenset(include), request_hash(request, definition))
     return form.render(solved, options)
 
 

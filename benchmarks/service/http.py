@@ -14,13 +14,14 @@ import orjson
 import psutil
 
 from api.contract.requests import PlanRequest
+from api.work.answers.formats import FORMATS
+from api.work.answers.plans import AnswerOptions
 from api.work.conversion.problems import to_backend, to_planning_problem
 from benchmarks.machine import machine
 from benchmarks.service.clients import Connection
 from benchmarks.service.processes import workers_of
 from benchmarks.service.workload import ROBOT, ROWS, bodies, http_request
 from cli.local_service import local_service
-from planner.export import FORMATS, ExportOptions
 from planner.planning import plan
 from planner.robots import load_robot
 
@@ -143,7 +144,7 @@ def _in_process(requested: list[bytes]) -> dict[str, Any]:
     robot = load_robot(ROBOT)
     requests = [PlanRequest.model_validate_json(body) for body in requested]
     problems = [(to_planning_problem(request, robot), to_backend(request.backend)) for request in requests]
-    form, options = FORMATS["json"], ExportOptions()
+    form, options = FORMATS["json"], AnswerOptions()
     planning, rendering = [], []
     for i in range(-WARM_UP, 500):
         start = time.perf_counter()

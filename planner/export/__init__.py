@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.export import csv, fanuc, json, krl, mcap, msgpack, npz, rapid, ros2, urscript, urscript_moves
+from planner.export import csv, fanuc, krl, mcap, npz, rapid, ros2, urscript, urscript_moves
 from planner.export.base import INCLUDABLE, ExportOptions, Format
 
 if TYPE_CHECKING:
@@ -13,10 +13,8 @@ if TYPE_CHECKING:
 FORMATS: dict[str, Format] = {
     form.name: form
     for form in (
-        json.FORMAT,
         csv.FORMAT,
         ros2.FORMAT,
-        msgpack.FORMAT,
         npz.FORMAT,
         mcap.FORMAT,
         urscript.FORMAT,
@@ -26,18 +24,18 @@ FORMATS: dict[str, Format] = {
         fanuc.FORMAT,
     )
 }
-"""Every format by its name; the first is the default."""
+"""Every format by its name."""
 
 
-def render(plan: Plan, format: str = "json", options: ExportOptions = ExportOptions()) -> bytes:
+def render(plan: Plan, format: str, options: ExportOptions = ExportOptions()) -> bytes:
     """Write a plan in one of `FORMATS`.
 
     Args:
         plan: The plan.
-        format: `json` (the answer of the service), `csv`, `ros2` (a `JointTrajectory` message as JSON). Also `msgpack`
-            (as `json`), `npz` (numpy's arrays), `mcap` (a recording of ROS 2 messages). Robot programs are `urscript`
-            and `urscript_moves` (Universal Robots), `krl` (KUKA), `rapid` (ABB), `fanuc_ls` (Fanuc).
-        options: The period of the samples, and the included parts.
+        format: `csv`, `ros2` (a `JointTrajectory` message as JSON), `npz` (numpy's arrays), `mcap` (a recording of
+            ROS 2 messages), or a program: `urscript` and `urscript_moves` (Universal Robots), `krl` (KUKA), `rapid`
+            (ABB), `fanuc_ls` (Fanuc).
+        options: The period of the samples, and the included quantities.
 
     Returns:
         The content of a file.

@@ -20,12 +20,8 @@ INCLUDABLE = (
     "tcp_velocity",
     "tcp_acceleration",
     "polynomials",
-    "tcp_polynomials",
-    "sample_checks",
-    "tcp_speed_report",
-    "limits",
 )
-"""Names of the parts that an answer contains only on request."""
+"""Names of the quantities that samples have on request; `polynomials` are those of the `npz` format."""
 
 
 @dataclass(frozen=True)
@@ -34,13 +30,11 @@ class ExportOptions:
 
     Attributes:
         sample_period: Time between samples, s; the last one is at the end.
-        include: Parts to be written besides, some of `INCLUDABLE`.
-        request_hash: The hash of the request that is quoted in the answer; None: none.
+        include: Further quantities, some of `INCLUDABLE`.
     """
 
     sample_period: float = 0.01
     include: frozenset[str] = frozenset()
-    request_hash: str | None = None
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from planner.robots.catalogue import catalogue_ids, load_robot
 from planner.robots.derived.external_axes import ExternalAxis
-from planner.robots.describe import describe
 from planner.robots.description import Joint
 from planner.robots.dh import DHJoint
 from planner.robots.robot import Robot
@@ -13,6 +12,5 @@ __all__ = [
     "Joint",
     "Robot",
     "catalogue_ids",
-    "describe",
     "load_robot",
 ]

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
+
+from api.contract.requests import Include
+
+PARTS: tuple[str, ...] = get_args(get_args(Include.__value__)[0])
+"""Names of the parts that an answer has on request."""
 
 IDENTITY = {"kind": "quaternion", "xyzw": [0.0, 0.0, 0.0, 1.0]}
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from api.work.answers.plans import AnswerOptions, as_dict
 from cli.local_plan import plan_request, read_request
 from planner.backends import Trapezoidal
 from planner.dynamics import inverse_dynamics
-from planner.export import ExportOptions, render
 from planner.kinematics import (
     FloatArray,
     Pose,
@@ -267,7 +266,7 @@ def test_figures_21_to_29_of_transition_1_as_columns_of_the_samples(robot: Robot
     waypoints = (JointWaypoint(position=tuple(joints_of(POINTS[0]).tolist())), goal)
     result = plan(PlanningProblem(robot, waypoints), Trapezoidal(acceleration_time=10.0))
     included = frozenset({"tcp_rpy", "tcp_velocity", "tcp_acceleration", "tcp_polynomials"})
-    answer = json.loads(render(result, "json", ExportOptions(sample_period=0.5, include=included)))
+    answer = as_dict(result, AnswerOptions(sample_period=0.5, include=included))
     samples = answer["samples"]
     t = np.array(samples["time"])
     ds = np.interp(t, [0.0, 10.0, 20.0, 30.0], [0.0, 0.05, 0.05, 0.0])

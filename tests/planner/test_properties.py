@@ -9,6 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from api.work.answers.formats import FORMATS
+from api.work.answers.plans import AnswerOptions
 from benchmarks.corpus.promises import (
     is_continuous,
     keeps_joint_limits,
@@ -17,7 +19,6 @@ from benchmarks.corpus.promises import (
     times_its_actions,
 )
 from planner.backends import BACKENDS, BackEnd
-from planner.export import FORMATS, ExportOptions
 from planner.planning import plan
 from planner.problems.problem import PlanningProblem
 from tests.planner.problems_of_tests import PARTS, REQUESTS, backend_of, problems, try_on_random
@@ -40,7 +41,7 @@ def test_every_plan_keeps_its_promises(kind: str, part: int) -> None:
 def test_the_same_request_gives_the_same_bytes(kind: str, data: st.DataObject) -> None:
     problem = data.draw(problems(kind))
     result = plan(problem, backend_of(kind))
-    options = ExportOptions(sample_period=result.trajectory.duration / 10.7)
+    options = AnswerOptions(sample_period=result.trajectory.duration / 10.7)
     assert FORMATS["json"].render(plan(problem, backend_of(kind)), options) == FORMATS["json"].render(result, options)
 
 

@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.export.json import poses_as_dicts
 from planner.kinematics.configurations import Configuration
 from planner.problems.motion_around import FreeMotion
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import JointMotion, PolylineMotion
 from planner.problems.transitions import BlendTransition, StopTransition
-from planner.spatial import Pose
+from planner.spatial import Pose, quaternion
 
 if TYPE_CHECKING:
     from planner.errors import NearestPose, PathPoint
@@ -20,8 +19,8 @@ if TYPE_CHECKING:
 
 def pose_answer(pose: Pose) -> dict[str, Any]:
     """Write a pose: a quaternion, or null where any orientation will do."""
-    (answer,) = poses_as_dicts([pose])
-    return answer
+    turned = None if pose.rotation is None else {"kind": "quaternion", "xyzw": quaternion(pose.rotation).tolist()}
+    return {"position": pose.position.tolist(), "orientation": turned}
 
 
 def nearest_answer(nearest: NearestPose) -> dict[str, Any]:

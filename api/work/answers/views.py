@@ -12,10 +12,9 @@ import orjson
 from api.base import content_policies as policies
 from api.base.errors import NotAcceptable
 from api.base.version import service_version
+from api.work.answers.plans import AnswerOptions, as_dict
+from api.work.answers.robots import describe, describe_drawn_links
 from planner.errors import MissingDynamics
-from planner.export import ExportOptions
-from planner.robots import describe
-from planner.robots.collision.describe import describe_drawn_links
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -143,13 +142,11 @@ def _picture(plan: Plan, request: dict[str, Any], title: str) -> Picture:
 
 def _answer(plan: Plan, request_hash: str | None, samples: int) -> dict[str, Any]:
     """Return the answer as plain values, its samples with the digits that a screen can show."""
-    from planner.export.json import as_dict
-
     period = max(plan.trajectory.duration / samples, SHORTEST_PERIOD)
     try:
-        answer = as_dict(plan, ExportOptions(period, PARTS | {"torque"}, request_hash))
+        answer = as_dict(plan, AnswerOptions(period, PARTS | {"torque"}, request_hash))
     except MissingDynamics:
-        answer = as_dict(plan, ExportOptions(period, PARTS, request_hash))
+        answer = as_dict(plan, AnswerOptions(period, PARTS, request_hash))
     answer["samples"] = _shortened(answer["samples"])
     answer["warnings"] = list(map(vars, plan.warnings))  # without those about the samples of this very view
     return answer

@@ -17,8 +17,10 @@ from api.contract.parts.common import DEFAULT_DEADLINE
 from api.contract.requests import PlanRequest
 from api.pool.messages import Reply
 from api.store.items import PLANNED, NewItem, Result, compressed, decompressed
+from api.work.answers.formats import FORMATS
 from api.work.answers.negotiation import negotiated
 from api.work.answers.problem_documents import problem_document
+from api.work.answers.saved_plans import OF_THE_PATH, load_plan, save_plan
 from api.work.conversion.problems import to_backend, to_planning_problem
 from api.work.conversion.time_budgets import attempts_until, within_deadline
 from api.work.tasks.batch_bodies import of_document, of_lines
@@ -26,16 +28,14 @@ from api.work.tasks.context import in_scene, robot_of, task, validated
 from api.work.tasks.remedies import acceptable_remedies
 from api.work.tasks.trajectories import export_options, figures_of, refuse_too_many_rows
 from planner.errors import PlanningError
-from planner.export import FORMATS
 from planner.planning import plan
-from planner.plans.saved_plan import OF_THE_PATH, load_plan, save_plan
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator
 
+    from api.work.answers.formats import Format
     from api.work.tasks.context import TaskContext
     from planner.backends.base import BackEnd
-    from planner.export import Format
     from planner.plans.result import Plan
     from planner.problems.problem import PlanningProblem
 

@@ -10,6 +10,7 @@ from api.contract import kinematics as schemas
 from api.pool.messages import Reply
 from api.work.answers.kinematics import all_answer, best_answer, reachability_answer
 from api.work.answers.negotiation import MediaType, negotiated
+from api.work.answers.values import pose_answer
 from api.work.conversion.poses import to_pose
 from api.work.conversion.problems import (
     frames_in_world,
@@ -23,7 +24,6 @@ from api.work.conversion.problems import (
 from api.work.conversion.scenes import to_scene
 from api.work.tasks.context import task
 from planner import kinematics
-from planner.export.json import poses_as_dicts
 from planner.kinematics import (
     free_first,
     inverse_kinematics_many,
@@ -60,7 +60,7 @@ def forward_kinematics(context: TaskContext) -> Reply:
         positions = to_matrix(request.positions, robot.dof, ("positions",))
     with context.stage("plan"):
         poses = kinematics.forward_kinematics(robot, positions)
-    return context.reply({"poses": poses_as_dicts(poses)})
+    return context.reply({"poses": list(map(pose_answer, poses))})
 
 
 @task("inverse_kinematics")

@@ -16,11 +16,11 @@ from api.base.errors import STATUS_OF_CODE
 from api.base.size import CAPPED_LISTS
 from api.contract.parts.problem_documents import ProblemDocument
 from api.contract.ros import RosJointTrajectory
+from api.work.answers.formats import FORMATS
 from api.work.answers.views import VIEWS
 from api.work.tasks.context import task
 from api.work.tasks.kinematics import FORMS_OF_WORKSPACE
 from api.work.tasks.robots import FORMS_OF_GEOMETRY
-from planner.export import FORMATS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

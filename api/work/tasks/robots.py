@@ -15,14 +15,14 @@ from api.pool.messages import Reply
 from api.store.contents.digests import canonical, sha256
 from api.store.contents.mesh_archive import MeshArchive
 from api.store.contents.robots import RobotContent
+from api.work.answers.gltf import collision_gltf
 from api.work.answers.negotiation import MediaType, negotiated
+from api.work.answers.robots import describe, describe_collision_geometry
 from api.work.conversion.kept_meshes import keep_meshes
 from api.work.conversion.problems import to_robot
 from api.work.tasks.context import JSON, model_of, robot_of, task, to_json
 from planner.errors import UnknownRobot
-from planner.robots import catalogue_ids, describe, load_robot
-from planner.robots.collision.describe import describe_collision_geometry
-from planner.robots.collision.gltf import collision_gltf
+from planner.robots import catalogue_ids, load_robot
 
 if TYPE_CHECKING:
     from api.work.tasks.context import TaskContext

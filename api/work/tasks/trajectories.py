@@ -16,7 +16,9 @@ from api.contract.parts.backends import backend_schemas
 from api.pool.messages import PlanFigures, Reply
 from api.store.contents.digests import request_hash
 from api.work.answers.clearances import clearance_answer, speed_zones_answer
+from api.work.answers.formats import FORMATS
 from api.work.answers.negotiation import negotiated
+from api.work.answers.plans import AnswerOptions, as_dict
 from api.work.answers.problem_documents import problem_document
 from api.work.answers.views import VIEWS, View
 from api.work.conversion.given_trajectories import to_trajectory
@@ -31,14 +33,13 @@ from planner.certificate.samples import certify_interpolation
 from planner.certificate.trajectories import certify_polynomials
 from planner.comparison import figures
 from planner.errors import PlanningError
-from planner.export import FORMATS, ExportOptions, Format
-from planner.export.json import as_dict
 from planner.planning import plan
 from planner.plots.quantities import joint_indices
 from planner.scene import CollisionChecker
 from planner.speed_zones import refuse_zone_faults
 
 if TYPE_CHECKING:
+    from api.work.answers.formats import Format
     from api.work.tasks.context import TaskContext
     from planner.certificate.checks import Certificate
     from planner.comparison import Figures
@@ -180,10 +181,10 @@ def list_backends(context: TaskContext) -> Reply:
     return context.reply({"backends": descriptions})
 
 
-def export_options(request: requests.PlanRequest, definition: bytes | None) -> ExportOptions:
+def export_options(request: requests.PlanRequest, definition: bytes | None) -> AnswerOptions:
     """Make the options by which a plan is written, for a request that may name an added robot with a definition."""
     quoted = request_hash(request, definition)
-    return ExportOptions(request.sample_period, frozenset(request.include), quoted)
+    return AnswerOptions(request.sample_period, frozenset(request.include), quoted)
 
 
 def refuse_too_many_rows(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from api.contract import trajectory_operations as schemas
+from api.work.answers.plans import operation_as_dict
 from api.work.conversion.given_trajectories import to_trajectory
 from api.work.conversion.problems import (
     frames_in_world,
@@ -24,7 +25,6 @@ from api.work.tasks.remedies import acceptable_remedies
 from api.work.tasks.trajectories import refuse_too_many_rows
 from planner import operations
 from planner.errors import InvalidProblem
-from planner.export.json import operation_as_dict
 from planner.operations import JointState, kept_clear, stop_joints, stop_on_path
 from planner.operations.certified import bounded_quantities
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from api.work.answers.formats import FORMATS
 from api.work.answers.views import VIEWS
-from planner.export import FORMATS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -10,8 +10,8 @@ import pinocchio as pin
 import pytest
 
 import planner
+from api.work.answers.saved_plans import load_plan, save_plan
 from planner.certificate.waypoints import certify_waypoints
-from planner.plans.saved_plan import load_plan, save_plan
 from planner.problems.motion_around import FreeMotion, as_requested
 from planner.problems.regions import Region
 

@@ -8,21 +8,16 @@ import json
 import re
 from dataclasses import replace
 
-import msgpack
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from planner.backends import Quintic
-from planner.errors import MissingDynamics, UnsupportedFormat
+from planner.errors import UnsupportedFormat
 from planner.export import FORMATS, INCLUDABLE, ExportOptions, render
 from planner.export.csv import quoted
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.problems.problem import LinearMotion, PlanningProblem, PoseWaypoint
-from planner.robots import load_robot
-from planner.robots.payload import Payload
-from planner.spatial import Pose
 from tests.planner.problems_of_tests import problem_of
 
 
@@ -32,30 +27,6 @@ def result() -> Plan:
 
 
 EVERYTHING = ExportOptions(sample_period=0.05, include=frozenset(INCLUDABLE))
-
-
-def test_json_numbers_read_back_exactly(result: Plan) -> None:
-    answer = json.loads(FORMATS["json"].render(result, EVERYTHING))
-    samples, trajectory = answer["samples"], result.trajectory
-    time = np.array(samples["time"])
-    assert (time[0], time[-1], answer["duration"]) == (0.0, trajectory.duration, trajectory.duration)
-    assert np.diff(time[:-1]) == pytest.approx(0.05)
-    expected = trajectory.evaluate(time, range(4))
-    for name, values in zip(("position", "velocity", "acceleration", "jerk"), expected, strict=True):
-        assert (np.array(samples[name]) == values).all()
-    assert np.array(samples["torque"]).shape == (len(time), 6)
-    assert np.linalg.norm(samples["tcp_pose"]["quaternion_xyzw"], axis=1) == pytest.approx(1.0)
-    assert (np.diff(samples["segment"]) >= 0).all()
-
-
-def test_polynomials_give_the_samples_again(result: Plan) -> None:
-    answer = json.loads(FORMATS["json"].render(result, EVERYTHING))
-    for j, joint in enumerate(answer["polynomials"]):
-        breakpoints = np.array(joint["breakpoints"])
-        for time, row in zip(answer["samples"]["time"], answer["samples"]["position"], strict=True):
-            piece = min(int(np.searchsorted(breakpoints, time, side="right")) - 1, len(joint["coefficients"]) - 1)
-            value = np.polynomial.Polynomial(joint["coefficients"][piece])(time - breakpoints[piece])
-            assert value == pytest.approx(row[j], abs=1e-12)
 
 
 def test_csv_is_a_table_that_the_csv_module_reads(result: Plan) -> None:
@@ -86,29 +57,20 @@ def test_a_cell_that_is_a_formula_is_made_text(cell: str) -> None:
     assert next(csv.reader(io.StringIO(quoted(cell), newline=""))) == [f"'{cell}"]
 
 
-def test_the_tools_columns_are_the_same_in_json_and_csv(result: Plan) -> None:
-    samples = json.loads(FORMATS["json"].render(result, EVERYTHING))["samples"]
-    table = list(csv.DictReader(io.StringIO(FORMATS["csv"].render(result, EVERYTHING).decode(), newline="")))
-    for quantity in ("velocity", "acceleration"):
-        for kind, rows in samples[f"tcp_{quantity}"].items():
-            columns = [[float(row[f"tcp_{kind}_{quantity}.{axis}"]) for axis in "xyz"] for row in table]
-            assert columns == rows
-    angles = [[float(row[f"tcp_rpy.{name}"]) for name in ("roll", "pitch", "yaw")] for row in table]
-    assert angles == samples["tcp_rpy"]
-
-
 def test_the_tools_rates_are_differences_of_its_poses(result: Plan) -> None:
-    """Central differences of what the answer itself says of the poses, 1 ms apart."""
+    """Central differences of the poses among the samples, 1 ms apart."""
     h = 0.001
-    options = ExportOptions(h, frozenset({"tcp_pose", "tcp_rpy", "tcp_velocity", "tcp_acceleration"}))
-    samples = json.loads(FORMATS["json"].render(result, options))["samples"]
-    place = np.array(samples["tcp_pose"]["position"])[:-1]  # the last is nearer
-    turned = Rotation.from_quat(samples["tcp_pose"]["quaternion_xyzw"][:-1])
-    assert (Rotation.from_euler("xyz", samples["tcp_rpy"][:-1]) * turned.inv()).magnitude().max() < 1e-9
+    samples = result.samples(h, ["tcp_pose", "tcp_rpy", "tcp_velocity", "tcp_acceleration"])
+    assert samples.tcp_position is not None
+    assert samples.tcp_quaternion is not None
+    assert samples.tcp_rpy is not None
+    place = samples.tcp_position[:-1]  # the last is nearer
+    turned = Rotation.from_quat(samples.tcp_quaternion[:-1])
+    assert (Rotation.from_euler("xyz", samples.tcp_rpy[:-1]) * turned.inv()).magnitude().max() < 1e-9
     spin = (turned[2:] * turned[:-2].inv()).as_rotvec() / (2.0 * h)
     velocity, acceleration = (
-        {kind: np.array(rows)[:-1] for kind, rows in samples[name].items()}
-        for name in ("tcp_velocity", "tcp_acceleration")
+        {kind: rows[:-1] for kind, rows in zip(("linear", "angular"), rates or (), strict=True)}
+        for rates in (samples.tcp_velocity, samples.tcp_acceleration)
     )
     for found, expected in (
         (velocity["linear"][1:-1], (place[2:] - place[:-2]) / (2.0 * h)),
@@ -128,23 +90,6 @@ def samples_of_one_piece(result: Plan, h: float, count: int) -> np.ndarray:
     return pieces[0] == pieces[1]
 
 
-def test_lines_are_polynomials_in_json_only() -> None:
-    """The document's line of Table 3.0: rows of coefficients by axis; a plan without lines has none."""
-    robot = load_robot("three_dof_arm")
-    start, end = (PoseWaypoint(Pose(place)) for place in ([0.175, 0.0, -0.1], [0.1, -0.09, -0.14]))
-    line = replace(end, motion=LinearMotion(), duration=5.0)
-    options = ExportOptions(include=frozenset({"tcp_polynomials"}))
-    drawn = plan(PlanningProblem(robot, [start, line]))
-    (found,) = json.loads(FORMATS["json"].render(drawn, options))["tcp_polynomials"]
-    assert (found["segment"], found["breakpoints"]) == (0, [0.0, 5.0])
-    assert found["path_parameter"][0] == pytest.approx([0.0, 0.0, 0.12, -0.016])
-    for axis, row in {"x": [0.175, 0.0, -0.009, 0.0012], "y": [0.0, 0.0, -0.0108, 0.00144]}.items():
-        assert found[axis][0] == pytest.approx(row, abs=1e-12)
-    assert FORMATS["csv"].render(drawn, options) == FORMATS["csv"].render(drawn, ExportOptions())
-    joint = plan(PlanningProblem(robot, [start, end]))
-    assert json.loads(FORMATS["json"].render(joint, options))["tcp_polynomials"] == []
-
-
 def test_ros2_message_has_the_fields_of_joint_trajectory(result: Plan) -> None:
     message = json.loads(FORMATS["ros2"].render(result, EVERYTHING))
     assert set(message) == {"header", "joint_names", "points"}
@@ -157,42 +102,24 @@ def test_ros2_message_has_the_fields_of_joint_trajectory(result: Plan) -> None:
     assert all(0 <= p["time_from_start"]["nanosec"] < 10**9 for p in message["points"])
 
 
-def test_torques_of_a_robot_without_inertias_are_refused_unless_it_carries_something() -> None:
-    problem = problem_of("ngv_refuelling_arm", 2, 3)
-    torque = ExportOptions(include=frozenset({"torque"}))
-    with pytest.raises(MissingDynamics):
-        FORMATS["json"].render(plan(problem), torque)
-    carrying = plan(replace(problem, payload=Payload(mass=1.0)))
-    assert [warning.code for warning in carrying.warnings] == ["position_unchecked", "payload_only"]
-    answer = json.loads(FORMATS["json"].render(carrying, torque))
-    assert np.abs(answer["samples"]["torque"]).max() > 0.0
-
-
 def test_a_form_is_named(result: Plan) -> None:
-    assert render(result) == FORMATS["json"].render(result, ExportOptions())
     assert render(result, "csv", EVERYTHING) == FORMATS["csv"].render(result, EVERYTHING)
-    with pytest.raises(ValueError, match="'xml'; the formats are json, csv, ros2"):
+    with pytest.raises(ValueError, match="'xml'; the formats are csv, ros2"):
         render(result, "xml")
-
-
-def test_messagepack_is_the_answer(result: Plan) -> None:
-    """Read by another library."""
-    assert msgpack.unpackb(render(result, "msgpack", EVERYTHING)) == json.loads(render(result, "json", EVERYTHING))
 
 
 def test_npz_holds_the_arrays(result: Plan) -> None:
     found = np.load(io.BytesIO(render(result, "npz", EVERYTHING)), allow_pickle=False)
-    answer = json.loads(render(result, "json", EVERYTHING))
-    samples = answer["samples"]
+    samples = result.samples(0.05, INCLUDABLE)
     for name in ("time", "position", "velocity", "acceleration", "segment", "jerk", "torque", "tcp_rpy"):
-        assert (found[name] == np.array(samples[name])).all(), name
-    assert (found["tcp_quaternion"] == np.array(samples["tcp_pose"]["quaternion_xyzw"])).all()
-    assert (found["tcp_angular_velocity"] == np.array(samples["tcp_velocity"]["angular"])).all()
-    assert found["joint_names"].tolist() == answer["joint_names"]
-    assert found["arrivals"].tolist() == [waypoint["arrival_time"] for waypoint in answer["waypoints"]]
-    for joint, polynomials in enumerate(answer["polynomials"]):
-        assert found["breakpoints"].tolist() == polynomials["breakpoints"]
-        assert found["coefficients"][:, joint].tolist() == polynomials["coefficients"]
+        assert (found[name] == getattr(samples, name)).all(), name
+    assert (found["tcp_quaternion"] == samples.tcp_quaternion).all()
+    assert samples.tcp_velocity is not None
+    assert (found["tcp_angular_velocity"] == samples.tcp_velocity[1]).all()
+    assert tuple(found["joint_names"]) == result.path.robot.joint_names
+    assert (found["arrivals"] == result.trajectory.arrivals).all()
+    assert (found["breakpoints"] == result.trajectory.breakpoints).all()
+    assert (found["coefficients"] == result.trajectory.coefficients).all()
     again = np.load(io.BytesIO(render(result, "npz")), allow_pickle=False)
     assert set(found.files) - set(again.files) >= {"jerk", "breakpoints", "tcp_linear_acceleration"}
 

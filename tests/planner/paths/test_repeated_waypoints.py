@@ -8,12 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from api.work.answers.plans import AnswerOptions, as_dict
 from planner.backends import BACKENDS
 from planner.backends.ruckig.ruckig import Ruckig
 from planner.backends.splines.cubic import Cubic
 from planner.errors import InvalidProblem
-from planner.export.base import ExportOptions
-from planner.export.json import as_dict
 from planner.kinematics import forward_kinematics
 from planner.planning import plan
 from planner.plans.result import Plan
@@ -138,7 +137,7 @@ def test_a_list_that_goes_nowhere_is_a_rest(kind: str, waypoints: Sequence[AnyWa
     assert np.abs(position - HOME).max() <= ONE
     assert not velocity.any()
     assert len(found.trajectory.arrivals) == len(waypoints)
-    answer = as_dict(found, ExportOptions())
+    answer = as_dict(found, AnswerOptions())
     assert answer["samples"]["time"][-1] == duration
 
 

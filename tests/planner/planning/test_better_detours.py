@@ -13,9 +13,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 import planner
+from api.work.answers.saved_plans import load_plan, save_plan
 from planner.comparison import figures
 from planner.planning import better_detours
-from planner.plans.saved_plan import load_plan, save_plan
 from planner.problems.motion_around import Objective
 from planner.robots import Robot
 from planner.spatial import FloatArray

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import planner
+from api.work.answers.saved_plans import load_plan, save_plan
 from planner.errors import Collision
 from planner.paths import solve_path
 from planner.planning.blends import FINENESS, LEAST_SHARE
 from planner.plans.result import certified_plan
-from planner.plans.saved_plan import load_plan, save_plan
 from planner.problems.blend_radii import blend_radii, with_blend_radii
 from planner.scene import CONTACT_TOLERANCE, Scene, SceneObject
 from planner.shapes import Sphere

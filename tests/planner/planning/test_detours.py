@@ -9,12 +9,11 @@ import pinocchio as pin
 import pytest
 
 import planner
+from api.work.answers.plans import AnswerOptions, as_dict
+from api.work.answers.saved_plans import load_plan, save_plan
 from planner.backends import BACKENDS
-from planner.export.base import ExportOptions
-from planner.export.json import as_dict
 from planner.paths import solve_path
 from planner.plans.result import certified_plan
-from planner.plans.saved_plan import load_plan, save_plan
 from planner.spatial import FloatArray
 from tests.planner.free_motion.cases import ARM, LEFT, RIGHT, WALL
 from tests.planner.scene.brute_force import least_distance
@@ -43,7 +42,7 @@ def test_what_was_found_is_said(around: planner.Plan) -> None:
     (way,) = around.ways
     assert way.waypoint == 1
     assert len(around.problem.waypoints) == len(way.positions) > 2
-    answered = as_dict(around, ExportOptions(0.1, frozenset(), None))["waypoints"]
+    answered = as_dict(around, AnswerOptions(0.1))["waypoints"]
     corners = len(way.positions) - 2
     assert [waypoint["index"] for waypoint in answered] == [0, *[1] * corners, 1]
     assert [waypoint["choice"] for waypoint in answered] == ["given", *["way_around"] * corners, "given"]
@@ -151,7 +150,7 @@ def test_saved_and_loaded(around: planner.Plan) -> None:
     loaded = load_plan(save_plan(around), PROBLEM, around.backend)
     assert loaded.certificate == around.certificate
     assert len(loaded.problem.waypoints) == len(around.problem.waypoints)
-    options = ExportOptions(0.1, frozenset(), None)
+    options = AnswerOptions(0.1)
     assert as_dict(loaded, options)["waypoints"][1]["index"] == as_dict(around, options)["waypoints"][1]["index"]
 
 

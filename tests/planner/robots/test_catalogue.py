@@ -6,14 +6,13 @@ import json
 import math
 import subprocess
 import sys
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from planner.errors import UnknownRobot
-from planner.robots import catalogue, catalogue_ids, describe, load_robot
+from planner.robots import catalogue, catalogue_ids, load_robot
 from planner.robots.payload import Payload
 from tests.locations import DATA, ROOT
 from tests.planner.robots.frames import frame_pose, numeric_jacobian, product, rot, trans
@@ -72,52 +71,6 @@ def test_every_limit_has_a_provenance_and_only_those(robot_id: str) -> None:
         assert set(joint.provenance.values()) <= origins
         assert {"velocity", "acceleration", "jerk"} <= finite
         assert joint.lower < joint.upper
-
-
-@pytest.mark.parametrize("robot_id", sorted(OWN))
-def test_geometry_stands_on_frames_of_the_robot(robot_id: str) -> None:
-    description = describe(load_robot(robot_id))
-    sizes = {"box": {"size"}, "cylinder": {"radius", "length"}, "sphere": {"radius"}}
-    assert len(description["geometry"]) >= 6
-    for shape in description["geometry"]:
-        assert shape["frame"] in description["frames"]
-        assert set(shape) == {"kind", "frame", "position", "rpy"} | sizes[shape["kind"]]
-        assert np.min([np.min(shape[size]) for size in sizes[shape["kind"]]]) > 0.0
-
-
-@pytest.mark.parametrize("robot_id", sorted(OWN))
-def test_the_description_is_plain_json(robot_id: str) -> None:
-    robot = load_robot(robot_id)
-    description = json.loads(json.dumps(describe(robot), allow_nan=False))
-    assert description["id"] == robot_id
-    assert description["dof"] == robot.dof == len(description["joints"])
-    assert description["tip_frame"] in description["frames"]
-    for joint, plain in zip(robot.joints, description["joints"], strict=True):
-        for name in ("lower", "upper", "velocity", "acceleration", "jerk", "torque"):
-            value = getattr(joint, name)
-            assert plain[name] == (value if math.isfinite(value) else None)
-
-
-@pytest.mark.parametrize("robot_id", sorted(OWN))
-def test_frames_can_be_placed_by_the_description(robot_id: str) -> None:
-    """What a viewer computes from `chain` and `placements` is where Pinocchio has the frames."""
-    robot = load_robot(robot_id)
-    description = describe(robot)
-    (q,) = np.random.default_rng(3).uniform(-2.0, 2.0, (1, robot.dof))
-
-    def placed(at: dict[str, Any]) -> pin.SE3:
-        return pin.SE3(pin.Quaternion(np.array(at["quaternion_xyzw"])), np.array(at["position"]))
-
-    joints = [pin.SE3.Identity()]
-    for joint, at, position in zip(description["joints"], description["chain"], q, strict=True):
-        step = np.array(at["axis"]) * position
-        turns = joint["kind"] != "prismatic"
-        moved = pin.SE3(pin.exp3(step), np.zeros(3)) if turns else pin.SE3(np.eye(3), step)
-        joints.append(joints[-1] * placed(at) * moved)
-    assert [at["frame"] for at in description["placements"]] == description["frames"]
-    for at in description["placements"]:
-        found = joints[at["after"]] * placed(at)
-        np.testing.assert_allclose(found.homogeneous, frame_pose(robot, q, at["frame"]), atol=1e-12)
 
 
 @pytest.mark.parametrize("robot_id", sorted(FIGURES))

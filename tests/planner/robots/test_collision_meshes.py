@@ -11,7 +11,6 @@ from scipy.spatial import ConvexHull as Qhull
 
 from planner import ConvexHull, Robot, load_robot
 from planner.robots.catalogue import _package_robots
-from planner.robots.collision.describe import DRAWN_CORNERS, describe_drawn_links
 from planner.robots.collision.mesh_files import meshes_among, meshes_in_folder
 from tests.planner.shapes.mesh_files import bodies, box, stl
 
@@ -37,26 +36,6 @@ def test_a_mesh_is_scaled_and_placed() -> None:
     corners = shape.shape.vertices + shape.placement.translation
     assert corners.min(axis=0) == pytest.approx([1.0, 0.0, -0.3], abs=1e-7)
     assert corners.max(axis=0) == pytest.approx([1.1, 0.2, 0.0], abs=1e-7)
-
-
-def test_what_is_drawn_of_a_mesh_is_small_and_round() -> None:
-    """A ball of 2000 corners is drawn with few of them, nowhere more than 3 % of its radius inside of it."""
-    directions = np.random.default_rng(3).normal(size=(2000, 3))
-    corners = 0.2 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    ball = ConvexHull(corners)
-    mesh = stl(ball.vertices[ball.faces])
-    (link,) = describe_drawn_links(Robot.from_urdf(urdf('<mesh filename="b.stl"/>'), meshes={"b.stl": mesh}))
-    drawn = Qhull(link["shape"]["vertices"])
-    assert len(drawn.points) <= DRAWN_CORNERS
-    assert len(link["shape"]["faces"]) == len(drawn.simplices)
-    assert -drawn.equations[:, 3].max() > 0.97 * 0.2
-    assert link["position"] == [1.0, 0.0, 0.0]
-
-
-def test_what_is_drawn_of_a_box_is_the_box() -> None:
-    (link,) = describe_drawn_links(Robot.from_urdf(urdf('<mesh filename="b.stl"/>'), meshes={"b.stl": CUBE}))
-    corners = {(x, y, z) for x in (0.0, 0.1) for y in (0.0, 0.1) for z in (0.0, 0.1)}
-    assert {tuple(corner) for corner in link["shape"]["vertices"]} == corners
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ from planner.errors import InvalidRobotModel
 from planner.kinematics import forward_kinematics
 from planner.robots import Robot, load_robot
 from planner.robots.derived.own_limits import OwnLimits
-from planner.robots.describe import describe
 from planner.robots.payload import Payload
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.robots.frames import frame_pose
@@ -87,7 +86,7 @@ def test_limits_that_differ_by_direction_are_narrower_than_those_of_both() -> No
     assert own.bounds("velocity")[:, index].tolist() == [-0.5, 0.25]
     assert own.bounds("torque")[:, index].tolist() == [-3.0, 1.0]
     assert own.joints[index].provenance["torque"] == "owner"
-    assert describe(own)["joints"][index]["velocity_range"] == [-0.5, 0.25]
+    assert own.joints[index].ranges["velocity"] == (-0.5, 0.25)
     np.testing.assert_array_equal(own.bounds("acceleration"), [-ARM.limit("acceleration"), ARM.limit("acceleration")])
     own.derived(limits={"bend": {"velocity_range": [-0.4, 0.25]}})
     for wider in ([-0.5, 0.3], [-0.6, 0.2]):

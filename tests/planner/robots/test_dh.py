@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.robots import DHJoint, Robot, describe
+from planner.robots import DHJoint, Robot
 from planner.spatial import Pose
 from tests.planner.robots.frames import frame_pose, product, rot, trans
 
@@ -145,10 +145,3 @@ def test_a_sound_table_gets_no_warning() -> None:
     rows = (replace(KR16_AXIS_6, a=0.68, d=0.675), replace(KR16_AXIS_6, kind="prismatic", d=0.2, velocity=1.5))
     findings = Robot.from_dh(rows).findings
     assert {finding.severity for finding in findings} == {"info"}
-
-
-def test_a_robot_with_one_joint_is_described() -> None:
-    """Its Jacobian is one column, which comes flat."""
-    table = [DHJoint(kind="revolute", theta=0.0, d=0.1, a=0.4, alpha=0.0)]
-    described = describe(Robot.from_dh(table, convention="standard", id="one_joint"))
-    assert [joint["axis"] for joint in described["chain"]] == [[0.0, 0.0, 1.0]]

@@ -14,7 +14,6 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidRobotModel
 from planner.kinematics import jacobian, tool_pose
 from planner.robots import ExternalAxis, Robot, load_robot
-from planner.robots.describe import describe
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.robots.frames import frame_pose
 from tests.planner.robots.urdfs import INERTIAL, joint, link, robot
@@ -97,7 +96,6 @@ def test_the_axes_are_joints_with_limits_of_their_owner() -> None:
     assert first.provenance == {"position": "owner", "velocity": "owner", "acceleration": "default", "jerk": "default"}
     assert on_rail.external_axes == ("rail",)
     assert on_rail.limit("velocity")[1] == 1.0
-    assert describe(on_rail)["external_axes"] == ["rail"]
     assert on_rail.mass == pytest.approx(KUKA.mass + 60.0)  # the rail moves the foot, too
     assert KUKA.external_axes == ()
     twice = on_rail.derived(external_axes=[ExternalAxis("lift", "prismatic", (0, 0, 1), lower=0.0, upper=1.0)])

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.robots import catalogue_ids, describe, load_robot
+from planner.robots import catalogue_ids, load_robot
 from planner.robots.payload import Payload
 from tests.planner.robots.frames import frame_pose, product, rot, trans
 
@@ -149,7 +149,6 @@ def test_rated_payloads(robot_id: str) -> None:
 def test_a_rated_payload_and_its_source_are_told_together() -> None:
     for robot in map(load_robot, catalogue_ids()):
         assert (robot.rated_payload is None) == (robot.rated_payload_source is None)
-        assert describe(robot)["rated_payload"] == robot.rated_payload
         assert (robot.rated_payload is None) == (robot.id not in RATED_PAYLOADS)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import planner
+from api.work.answers.saved_plans import load_plan, save_plan
 from planner.backends import BACKENDS
 from planner.certificate import clearance
 from planner.certificate.clearance import certify_clearance
@@ -17,7 +18,6 @@ from planner.paths import solve_path
 from planner.planning import clear_searches
 from planner.planning.attempts import Attempt, Refused, run
 from planner.planning.remedies.collisions import collision_remedies
-from planner.plans.saved_plan import load_plan, save_plan
 from planner.problems.problem import PolylineMotion
 from planner.problems.transitions import BlendTransition
 from planner.robots import load_robot

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import planner
+from api.work.answers.saved_plans import load_plan, save_plan
 from planner.backends import BACKENDS
 from planner.certificate import SpeedZoneCheck, interpolated
 from planner.certificate.speed_zones import certify_speed_zones
 from planner.errors import InfeasibleDuration, InvalidProblem
-from planner.plans.saved_plan import load_plan, save_plan
 from planner.problems.problem import LinearMotion
 from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import Robot

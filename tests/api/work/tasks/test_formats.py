@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from api.contract.ros import RosJointTrajectory
+from api.work.answers.formats import FORMATS
 from api.work.answers.views import VIEWS
-from planner.export import FORMATS, INCLUDABLE
-from tests.api.requests import plan_request
+from tests.api.requests import PARTS, plan_request
 
 if TYPE_CHECKING:
     from tests.api.conftest import RunningService
@@ -49,8 +49,8 @@ def test_the_query_goes_before_accept(service: RunningService, name: str, media_
     assert answer.headers["Content-Type"].partition(";")[0] == media_type
 
 
-@pytest.mark.parametrize("part", INCLUDABLE)
-def test_every_part_of_the_library_can_be_included(service: RunningService, part: str) -> None:
+@pytest.mark.parametrize("part", PARTS)
+def test_every_part_can_be_included(service: RunningService, part: str) -> None:
     request = plan_request(include=[part], payload={"mass": 0.1})
     plain = service.post(PATH, plan_request(payload={"mass": 0.1})).json()
     answer = service.post(PATH, request).json()

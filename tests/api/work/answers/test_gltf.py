@@ -9,8 +9,8 @@ import pinocchio as pin
 import pytest
 import trimesh
 
+from api.work.answers.gltf import collision_gltf
 from planner import Robot, Shape, load_robot
-from planner.robots.collision.gltf import collision_gltf
 from tests.planner.shapes.mesh_files import bodies, stl
 
 TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

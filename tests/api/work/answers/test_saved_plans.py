@@ -10,16 +10,18 @@ import pytest
 from pydantic import TypeAdapter
 
 from api.contract.requests import PlanRequest
+from api.work.answers.formats import FORMATS
+from api.work.answers.plans import AnswerOptions
+from api.work.answers.saved_plans import OF_THE_PATH, load_plan, save_plan
 from api.work.conversion.problems import to_backend, to_planning_problem
-from planner.export import FORMATS, INCLUDABLE, ExportOptions
 from planner.planning import plan
-from planner.plans.saved_plan import OF_THE_PATH, load_plan, save_plan
 from planner.robots import load_robot
+from tests.api.requests import PARTS
 from tests.locations import ROOT
 
 CASES = {
     "blend_beside_a_post.json": {"include": sorted(OF_THE_PATH)},
-    "blended_lines.json": {"include": list(INCLUDABLE), "limits": {"tcp_linear_velocity": 0.2}},
+    "blended_lines.json": {"include": list(PARTS), "limits": {"tcp_linear_velocity": 0.2}},
     "refuelling_case_1_poses.json": {},
     "named_configuration.json": {"backend": {"kind": "toppra", "jerk_limited": True}},
     "blended_lines.json by the package": {"backend": {"kind": "toppra", "solver": "package"}},
@@ -36,7 +38,7 @@ def test_every_form_of_a_loaded_plan_is_that_of_the_plan(name: str) -> None:
     saved = save_plan(made)
     assert len(saved) < 1000 + 8 * made.trajectory.coefficients.size + 300 * len(made.path.waypoints)
     loaded = load_plan(saved, problem, backend, with_runs=not OF_THE_PATH.isdisjoint(request.include))
-    options = ExportOptions(request.sample_period, frozenset(request.include))
+    options = AnswerOptions(request.sample_period, frozenset(request.include))
     for form in ("json", "csv", "ros2", "msgpack"):
         assert FORMATS[form].render(loaded, options) == FORMATS[form].render(made, options)
     np.testing.assert_array_equal(loaded.trajectory.breakpoints, made.trajectory.breakpoints)

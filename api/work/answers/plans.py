@@ -1,15 +1,16 @@
-"""JSON: the answer of the HTTP contract."""
+"""Answers for plans and for operations on trajectories."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import orjson
 
+from api.work.answers.values import pose_answer
 from planner.certificate.sampling import worst_overshoot
 from planner.dynamics import SegmentDynamics
-from planner.export.base import ExportOptions, Format
+from planner.export import ExportOptions
 from planner.kinematics import configurations, manipulability
 from planner.operations import JoinedTrajectory, RetimedTrajectory
 from planner.plans.tool_lines import line_polynomials
@@ -18,11 +19,10 @@ from planner.problems.actions import SetOutput
 from planner.problems.motion_around import as_requested
 from planner.problems.problem import PoseWaypoint, ViaWaypoint
 from planner.problems.regions import region_of
-from planner.spatial import quaternion
 from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Collection, Iterator
 
     from planner.certificate.sampling import SampleCertificate
     from planner.operations import CertifiedTrajectory
@@ -35,24 +35,21 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 
-def poses_as_dicts(poses: Sequence[Pose]) -> list[dict[str, Any]]:
-    """Convert poses to the form of the answer: quaternions, or null for an arbitrary orientation."""
-    return [
-        {
-            "position": pose.position.tolist(),
-            "orientation": None
-            if pose.rotation is None
-            else {"kind": "quaternion", "xyzw": quaternion(pose.rotation).tolist()},
-        }
-        for pose in poses
-    ]
+@dataclass(frozen=True)
+class AnswerOptions(ExportOptions):
+    """The options of the answer for a plan.
+
+    Attributes:
+        request_hash: Hash of the request that the answer quotes; None: none.
+    """
+
+    request_hash: str | None = None
 
 
-def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
+def as_dict(plan: Plan, options: AnswerOptions) -> dict[str, Any]:
     """Return the answer as plain values and numpy arrays."""
     robot, trajectory = plan.path.robot, plan.trajectory
     samples = plan.samples(options.sample_period, options.include)
-    poses = poses_as_dicts([waypoint.pose for waypoint in plan.path.waypoints])
     with_tools, rows = SegmentDynamics.of_robots(plan.problem.robots), np.arange(len(plan.path.positions))
     asked = plan.problem.numbers
     measured = with_tools.by_robot(lambda *states: (manipulability(*states),), rows, plan.path.positions)
@@ -71,7 +68,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
                 "arrival_time": float(trajectory.arrivals[i]),
                 "departure_time": float(trajectory.departures[i]),
                 "position": waypoint.position,
-                "pose": poses[i],
+                "pose": pose_answer(waypoint.pose),
                 "position_error": waypoint.position_error,
                 "orientation_error": waypoint.orientation_error,
                 "solutions": waypoint.solutions,
@@ -229,12 +226,3 @@ def _line_polynomial(line: LinePolynomial) -> dict[str, Any]:
         **{axis: line.position[:, k].tolist() for k, axis in enumerate("xyz")},
         "deviation": line.deviation,
     }
-
-
-def render(plan: Plan, options: ExportOptions) -> bytes:
-    """Return the answer as JSON; numbers in the shortest form that reads back exactly."""
-    return orjson.dumps(as_dict(plan, options), option=orjson.OPT_SERIALIZE_NUMPY)
-
-
-FORMAT = Format("json", "application/json", ".json", render)
-"""The form of the HTTP answer."""

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from api.work.answers.robots import placed
 from planner.shapes.surfaces import surface
-from planner.spatial import quaternion
+from planner.spatial import as_pose
 
 if TYPE_CHECKING:
-    import pinocchio as pin
-
-    from planner.robots.robot import Robot
+    from planner.robots import Robot
     from planner.shapes import Shape
+    from planner.spatial import Pose
 
 Z_UP = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 """The quaternion x, y, z, w of the turn that takes the z axis to the y axis of glTF."""
@@ -60,12 +60,14 @@ def collision_gltf(robot: Robot, *, binary: bool) -> bytes:
     placements = robot.model.jointPlacements.tolist()
     nodes: list[dict[str, Any]] = [{"name": robot.id, "rotation": list(Z_UP), "children": []}]
     for number in range(1, len(placements)):
-        nodes.append({"name": robot.model.names[number], **_placed(placements[number]), "children": []})
+        nodes.append({"name": robot.model.names[number], **_placed(as_pose(placements[number])), "children": []})
         nodes[robot.model.parents[number]]["children"].append(number)
     for each in robot.collision_shapes:
         nodes[each.joint]["children"].append(len(nodes))
         number = meshes.number_of(each.shape, each.source)
-        nodes.append({"name": each.link, **_placed(each.placement), "mesh": number, "extras": {"source": each.source}})
+        nodes.append(
+            {"name": each.link, **_placed(as_pose(each.placement)), "mesh": number, "extras": {"source": each.source}}
+        )
     document: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": "trajectory-planner"},
         "scene": 0,
@@ -117,8 +119,9 @@ class _Meshes:
         return len(self.accessors) - 1
 
 
-def _placed(placement: pin.SE3) -> dict[str, list[float]]:
-    return {"translation": placement.translation.tolist(), "rotation": quaternion(placement.rotation).tolist()}
+def _placed(pose: Pose) -> dict[str, list[float]]:
+    values = placed(pose)
+    return {"translation": values["position"], "rotation": values["quaternion_xyzw"]}
 
 
 def _glb(document: dict[str, Any], buffer: bytes) -> bytes:

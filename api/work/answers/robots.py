@@ -1,28 +1,79 @@
-"""What of a robot can collide in plain words and numbers."""
+"""Robots and their collision shapes in plain values; SI units."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planner.robots.collision.pairs import MANY_POSITIONS, contacts, shapes_of_links
+from planner.robots.description import RANGED_QUANTITIES
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
-from planner.spatial import quaternion
+from planner.spatial import as_pose, quaternion
 
 if TYPE_CHECKING:
+    from planner.robots import Joint, Robot
     from planner.robots.collision.geometry import LinkShape
     from planner.robots.collision.pairs import CollisionPair
-    from planner.robots.robot import Robot
     from planner.shapes import Shape
-    from planner.spatial import FloatArray
+    from planner.spatial import FloatArray, Pose
+
+JOINT_AXIS = [0.0, 0.0, 1.0]
+"""The axis (3,) of each joint in its own frame: the library's models have all joints about, or along, z."""
 
 DRAWN_CORNERS = 160
-"""The largest number of corners of a drawn hull.
+"""Largest number of corners of a drawn hull: round surfaces look round, and the six hulls of a link take 50 kB."""
 
-With that many, round shapes look round, and the six pieces of a link's mesh take 50 kB as text.
-"""
+
+def describe(robot: Robot) -> dict[str, Any]:
+    """Return the robot as a dictionary of plain values; None where there is no limit. SI units."""
+    mounting, model = robot.mounting, robot.model
+    frames = [frame for frame in model.frames if frame.type.name != "FIXED_JOINT"]
+    return {
+        "id": robot.id,
+        "source": robot.source,
+        "notes": list(robot.notes),
+        "dof": robot.dof,
+        "joint_names": list(robot.joint_names),
+        "joints": [_describe_joint(joint) for joint in robot.joints],
+        "limit_sources": dict(robot.limit_sources),
+        "tip_frame": robot.tip_frame,
+        "chain": [placed(as_pose(placement)) | {"axis": JOINT_AXIS} for placement in list(model.jointPlacements)[1:]],
+        "placements": [
+            placed(as_pose(frame.placement)) | {"frame": frame.name, "after": frame.parentJoint} for frame in frames
+        ],
+        "frames": [frame.name for frame in frames],
+        "tool": placed(as_pose(robot.tool_in_tip)),
+        "mounting": None if mounting is None else placed(mounting),
+        "external_axes": list(robot.external_axes),
+        "named_positions": {name: list(position) for name, position in robot.named_positions.items()},
+        "mass": robot.mass,
+        "rated_payload": robot.rated_payload,
+        "rated_payload_source": robot.rated_payload_source,
+        "geometry": [dict(shape) for shape in robot.geometry],
+        "groups": [dict(vars(group)) for group in robot.groups],
+        "disabled_collisions": [dict(vars(pair)) for pair in robot.disabled_collisions],
+    }
+
+
+def placed(pose: Pose) -> dict[str, list[float]]:
+    """Return a pose as plain values; one without a rotation has the axes of its frame."""
+    rotation = np.eye(3) if pose.rotation is None else pose.rotation
+    return {"position": pose.position.tolist(), "quaternion_xyzw": quaternion(rotation).tolist()}
+
+
+def _describe_joint(joint: Joint) -> dict[str, Any]:
+    limits = {
+        name: value if math.isfinite(value := float(getattr(joint, name))) else None
+        for name in ("lower", "upper", "velocity", "acceleration", "jerk", "torque")
+    }
+    ranges = {
+        f"{quantity}_range": list(joint.ranges[quantity]) if quantity in joint.ranges else None
+        for quantity in RANGED_QUANTITIES
+    }
+    return {"name": joint.name, "kind": joint.kind, **limits, **ranges, "provenance": dict(joint.provenance)}
 
 
 def describe_collision_geometry(robot: Robot) -> dict[str, Any]:
@@ -77,8 +128,7 @@ def _describe_link_shape(each: LinkShape) -> dict[str, Any]:
     return {
         "link": each.link,
         "after": each.joint,
-        "position": each.placement.translation.tolist(),
-        "quaternion_xyzw": quaternion(each.placement.rotation).tolist(),
+        **placed(as_pose(each.placement)),
         "source": each.source,
         "uncertainty": each.uncertainty,
         "shape": _describe_shape(each.shape),
