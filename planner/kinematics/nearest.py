@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kinematics.configurations import keeps_configuration
-from planner.kinematics.descent import Target, descend_many
 from planner.kinematics.forward import jacobian
 from planner.kinematics.search import BEYOND, QUICK, STEADY, search_all, targets
 from planner.kinematics.seeds import searched_box, seed_table
@@ -82,13 +81,13 @@ def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None
       nearest of what descents from a table find.
     """
     redundant = search.robot.dof > search.rows
-    target = targets([search])
+    target = search.target
     form = None if redundant else seed_table(search.robot).form(target)
     near = _near_by(search, reference, proved=form is not None)
     if near is not None:
         return near
     if form is not None:
-        return _of_closed_form(search, form(target.positions, target.rotations)[0], reference)
+        return _of_closed_form(search, form(target.tips, target.rotations)[0], reference)
     if redundant and (found := _with_an_end_joint_held(search, reference)) is not None:
         return found
     solutions = by_distance(search.robot, search_all([search], reference)[0], reference)
@@ -100,9 +99,9 @@ def _near_by(search: Search, reference: FloatArray, *, proved: bool) -> FloatArr
     start = np.minimum(np.maximum(reference, search.lower), search.upper)
     velocity = counted_velocity(search.robot.limit("velocity"))
     named = proved and search.rows == 6 and keeps_configuration(search.robot, reference, velocity, 0.0)
-    if search.descend.miss(start) > (NEAR if named else CLOSE if proved else FAR):
+    if search.miss(start) > (NEAR if named else CLOSE if proved else FAR):
         return None
-    solution = search.solve(start, **QUICK)
+    solution = search.solve(start, QUICK)
     if solution is None:
         return None
     if proved:
@@ -131,7 +130,7 @@ def _of_closed_form(search: Search, candidates: FloatArray, reference: FloatArra
     for start, expected in zip(starts, times, strict=True):
         if expected > least + slack:
             break
-        solution = search.solve(start, **STEADY)
+        solution = search.solve(start, STEADY)
         if solution is None:
             continue
         if np.abs(solution - start).max() > SAME_SOLUTION:
@@ -192,7 +191,7 @@ def _along_continuum(search: Search, starts: FloatArray, reference: FloatArray, 
         if any(np.abs(start - other).max() < APART for other in followed):
             continue
         followed.append(start)
-        solution = search.solve(start, **STEADY)
+        solution = search.solve(start, STEADY)
         if solution is None:
             continue
         solution = _slid(search, nearest_turn(search.robot, solution, reference), reference)
@@ -204,7 +203,7 @@ def _along_continuum(search: Search, starts: FloatArray, reference: FloatArray, 
 
 def _slid(search: Search, solution: FloatArray, reference: FloatArray) -> FloatArray:
     velocity = counted_velocity(search.robot.limit("velocity"))
-    return search.descend.slide(solution, reference, velocity, search.lower, search.upper)
+    return search.target.slide(solution, reference, velocity, search.box)
 
 
 def _is_only_one_near(search: Search, solution: FloatArray, reference: FloatArray) -> bool:
@@ -279,10 +278,10 @@ class _Together:
         form = None if self.robot.dof > searches[0].rows else self.table.form(self.target)
         if form is None:
             return
-        candidates = form(self.target.positions, self.target.rotations)
+        candidates = form(self.target.tips, self.target.rotations)
         there = np.asarray(np.isfinite(candidates).all(axis=2))
         poses = np.nonzero(there)[0]
-        missing, J = self.target.missing(self.table.screws, candidates[there], poses)
+        missing, J = self.target.of(poses).missing(candidates[there])
         wrong = np.asarray(np.abs(missing).max(axis=1) > CONFIRMED)
         singular = np.asarray(np.abs(np.linalg.det(J)) <= NEARLY_SINGULAR)
         irregular = poses[np.flatnonzero(wrong | singular)]
@@ -309,9 +308,7 @@ class _Together:
 
     def polished(self, rows: np.ndarray, candidates: FloatArray) -> Iterator[FloatArray | None]:
         """Return the solutions (joints,) that belong to candidates (N, joints) of the poses `rows`."""
-        rotations = None if self.target.rotations is None else self.target.rotations[rows]
-        target = Target(self.target.positions[rows], rotations, self.target.point)
-        errors, ends = descend_many(self.table.screws, target, candidates, self.lower, self.upper, **STEADY)
+        errors, ends = self.target.of(rows).descend(candidates, self.searches[0].box, STEADY)
         confirmed = np.maximum(errors, np.abs(ends - candidates).max(axis=1)) <= CONFIRMED
         for k, candidate, end, is_near in zip(rows.tolist(), candidates, ends, confirmed.tolist(), strict=True):
             yield end if is_near else nearest_solution(self.searches[k], candidate)

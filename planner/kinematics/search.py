@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from planner.kernels.descent import Box
 from planner.kinematics.configurations import Configuration, in_configuration
-from planner.kinematics.descent import Descent, Target, descend_many
+from planner.kinematics.descent import Patience, Target
 from planner.kinematics.forward import jacobian, tool_pose
+from planner.kinematics.screws import screws_of
 from planner.kinematics.seeds import random_configurations, seed_table
 from planner.kinematics.turns import TURN, distances, nearest_turn
 from planner.spatial import rotation_vector, rotation_vectors
@@ -26,14 +28,17 @@ if TYPE_CHECKING:
 QUICK_STARTS = 16
 """Number of starts from the table for a first solution, one after the other."""
 
-QUICK = {"patience": 2, "most": 30}
-"""Options of such descents: one that is slow is given up for the next."""
+QUICK = Patience(slow=2, most=30)
+"""The patience of such descents: one that is slow is given up for the next."""
 
-STEADY = {"patience": 3, "most": 30}
-"""Options of descents of which many are made."""
+STEADY = Patience(slow=3, most=30)
+"""The patience of descents of which many are made."""
 
-POLISH = {"patience": 300, "most": 300}
-"""Options of the descent to the nearest pose where none is reached, and convergence is slow."""
+POLISH = Patience(slow=300, most=300)
+"""The patience of the descent to the nearest pose where none is reached, and convergence is slow."""
+
+NO_STEP = Patience(slow=1, most=0)
+"""The patience of a descent that ends where it starts."""
 
 STARTS = 28
 """Number of starts from the table for all solutions."""
@@ -69,9 +74,14 @@ class Search:
         self.best: tuple[float, FloatArray] = (np.inf, robot.middle)
 
     @cached_property
-    def descend(self) -> Descent:
-        """Descents to the pose; of many searches at once most need none of their own."""
-        return Descent(self.robot, self.pose)
+    def target(self) -> Target:
+        """The pose as the target of descents; of many searches at once most need none of their own."""
+        return targets([self])
+
+    @property
+    def box(self) -> Box:
+        """The limits."""
+        return Box(self.lower, self.upper)
 
     @property
     def rows(self) -> int:
@@ -85,27 +95,38 @@ class Search:
 
     def first(self) -> FloatArray | None:
         """Return the first solution found."""
-        for start in self.table_starts(QUICK_STARTS):
-            if (solution := self.solve(start, **QUICK)) is not None:
-                return solution
-        solutions = search_all([self], self.robot.middle)[0]
-        return solutions[0] if solutions else None
+        tolerance = min(self.options.tolerance_position, self.options.tolerance_orientation)
+        found = self.solve_all(self.table_starts(QUICK_STARTS), QUICK, tolerance)
+        found = found or search_all([self], self.robot.middle)[0]
+        return found[0] if found else None
 
-    def solve(self, start: FloatArray, patience: int, most: int) -> FloatArray | None:
+    def solve(self, start: FloatArray, patience: Patience) -> FloatArray | None:
         """Return the solution that a descent from `start` ends at."""
-        error, q = self.descend(start, self.lower, self.upper, patience, most)
-        self.remember(error, q)
-        # The error is Pinocchio's, of position and angle together: within both tolerances there is no more to check.
-        within = error <= min(self.options.tolerance_position, self.options.tolerance_orientation)
-        return q if within or self.is_solution(q) else None
+        return next(iter(self.solve_all(start[None], patience)), None)
 
-    def remember(self, error: float, q: FloatArray) -> None:
-        """Keep what comes nearest to the pose."""
-        if error < self.best[0]:
-            self.best = error, q
+    def solve_all(self, starts: FloatArray, patience: Patience, enough: float = -np.inf) -> list[FloatArray]:
+        """Return the solutions that descents from `starts` (N, joints) end at; `enough`: none behind such an error."""
+        errors, ends = self.target.descend(starts, self.box, patience, enough)
+        self.remember(errors, ends)
+        return [q for error, q in zip(errors.tolist(), ends, strict=True) if self.is_solved(error, q)]
+
+    def miss(self, q: FloatArray) -> float:
+        """Return the norm of the error of the pose at `q`, m and rad alike."""
+        return float(self.target.descend(q[None], self.box, NO_STEP)[0][0])
+
+    def remember(self, errors: FloatArray, ends: FloatArray) -> None:
+        """Keep what of the ends (N, joints) of descents comes nearest to the pose."""
+        nearest = int(errors.argmin())
+        if errors[nearest] < self.best[0]:
+            self.best = float(errors[nearest]), ends[nearest]
+
+    def is_solved(self, error: float, q: FloatArray) -> bool:
+        """Return whether the tool is at the pose, within the tolerances, by an error of position and angle together."""
+        tolerances = self.options.tolerance_position, self.options.tolerance_orientation
+        return error <= min(tolerances) or (error <= sum(tolerances) and self.is_solution(q))
 
     def is_solution(self, q: FloatArray) -> bool:
-        """Whether the tool is at the pose, within the tolerances, by Pinocchio's forward kinematics."""
+        """Return whether the tool is at the pose, within the tolerances, by Pinocchio's forward kinematics."""
         distance, angle = pose_errors(self.pose, tool_pose(self.robot, q))
         within = distance <= self.options.tolerance_position
         return within and (angle is None or angle <= self.options.tolerance_orientation)
@@ -113,9 +134,9 @@ class Search:
     def nearest(self) -> FloatArray:
         """Return the joint position of the nearest pose found."""
         if not np.isfinite(self.best[0]):
-            for start in self.table_starts(NEAREST_STARTS):
-                self.solve(start, **QUICK)
-        return self.descend(self.best[1], self.lower, self.upper, **POLISH)[1]
+            self.solve_all(self.table_starts(NEAREST_STARTS), QUICK)
+        _, (nearest,) = self.target.descend(self.best[1][None], self.box, POLISH)
+        return np.asarray(nearest)
 
     def beyond_the_limits(self, wanted: Configuration = Configuration()) -> FloatArray | None:
         """Return the solution in a configuration that leaves the limits least, whole turns apart.
@@ -160,7 +181,8 @@ def search_all(searches: Sequence[Search], reference: FloatArray, *, thorough: b
     for free in (False, True):
         if group := [search for search in searches if (search.pose.rotation is None) == free]:
             found |= _by_closed_form(group, reference)
-            rest = [search for search in group if search not in found or _in_continuum(search, found[search])]
+            continua = _in_continua([search for search in group if search in found], found)
+            rest = [search for search in group if search not in found or search in continua]
             for search, spread in _by_descents(rest, reference, thorough).items() if rest else ():
                 known = found.get(search, [])
                 far = [q for q in spread if all(distances(search.robot, q, other) >= SPREAD for other in known)]
@@ -173,11 +195,11 @@ def wide_spread(search: Search) -> list[FloatArray]:
     starts = np.vstack([search.table_starts(MORE_STARTS), search.blind_starts(MORE_STARTS)])
     reached = _descend([search], [starts])[search]
     distinct = _distinct(search.robot, list(nearest_turn(search.robot, reached, search.robot.middle)), SPREAD)
-    return [q for end in distinct if (q := search.solve(end, **STEADY)) is not None]
+    return search.solve_all(np.array(distinct), STEADY) if distinct else []
 
 
 def is_isolated(robot: Robot, pose: Pose, position: FloatArray) -> bool:
-    """Whether no motion of the joints leaves the tool where it is asked to be."""
+    """Return whether no motion of the joints leaves the tool where it is asked to be."""
     J = jacobian(robot, position)[: 3 if pose.rotation is None else 6]
     return bool(np.linalg.matrix_rank(J, tol=SINGULAR) == robot.dof)
 
@@ -203,18 +225,26 @@ def errors_of_many(poses: Sequence[Pose], reached: Sequence[Pose]) -> list[tuple
 
 def _by_closed_form(group: list[Search], reference: FloatArray) -> dict[Search, list[FloatArray]]:
     """Find the solutions of each search by a closed form; no search has an entry if the arm has none."""
-    robot, target = group[0].robot, targets(group)
+    robot, box, target = group[0].robot, group[0].box, targets(group)
     form = seed_table(robot).form(target)
     if form is None:
         return {}
+    candidates = form(target.tips, target.rotations)
+    there = np.isfinite(candidates).all(axis=2)
+    rows, turned = np.nonzero(there)[0], nearest_turn(robot, candidates[there], reference)
+    inside = np.minimum(np.maximum(turned, box.lower), box.upper)
+    kept = np.asarray((np.abs(turned - inside) < BEYOND).all(axis=1))
+    errors, ends = target.of(rows[kept]).descend(inside[kept], box, STEADY)
+    of_search = np.searchsorted(rows[kept], np.arange(len(group) + 1)).tolist()
     found = {}
-    for search, candidates in zip(group, form(target.positions, target.rotations), strict=True):
-        turned = nearest_turn(robot, candidates[np.isfinite(candidates).all(axis=1)], reference)
-        inside = np.minimum(np.maximum(turned, search.lower), search.upper)
-        starts = inside[(np.abs(turned - inside) < BEYOND).all(axis=1)]
-        solutions = [q for start in starts if (q := search.solve(start, **STEADY)) is not None]
+    for k, search in enumerate(group):
+        own = slice(of_search[k], of_search[k + 1])
+        pairs = zip(errors[own].tolist(), ends[own], strict=True)
+        solutions = [q for error, q in pairs if search.is_solved(error, q)]
+        if len(ends[own]):
+            search.remember(errors[own], ends[own])
         # Without a solution that is the answer, unless a candidate is a singular one: others go with it.
-        if solutions or not (len(starts) or _in_continuum(search, turned)):
+        if solutions or not (len(ends[own]) or _are_singular(target, turned[rows == k]).any()):
             found[search] = _distinct(robot, solutions, SAME_SOLUTION)
     return found
 
@@ -231,7 +261,7 @@ def _by_descents(group: list[Search], reference: FloatArray, thorough: bool) -> 
         distinct = _distinct(robot, list(nearest_turn(robot, reached, reference)), SAME_SOLUTION)
         if _in_continuum(search, distinct):
             distinct = _distinct(robot, distinct, SPREAD)[:MOST_SPREAD]
-        found[search] = [q for end in distinct if (q := search.solve(end, **STEADY)) is not None]
+        found[search] = search.solve_all(np.array(distinct), STEADY) if distinct else []
     return found
 
 
@@ -244,37 +274,57 @@ def _misses_some(search: Search, reached: FloatArray) -> bool:
 
 
 def _in_continuum(search: Search, solutions: Sequence[FloatArray] | FloatArray) -> bool:
-    """Whether at some solution the joints can move and the tool stay."""
-    rows = search.rows
-    if len(solutions) == 0 or search.robot.dof > rows:
-        return len(solutions) > 0
-    J = np.array([jacobian(search.robot, q)[:rows] for q in solutions])
-    return bool(np.linalg.svd(J, compute_uv=False).min() < SINGULAR)
+    """Return whether at some solution the joints can move and the tool stay."""
+    return len(solutions) > 0 and bool(_are_singular(search.target, np.array(solutions)).any())
+
+
+def _in_continua(group: Sequence[Search], found: dict[Search, list[FloatArray]]) -> set[Search]:
+    """Return the searches at some of whose solutions the joints can move and the tool stay."""
+    solved = [search for search in group for _ in found[search]]
+    if not solved:
+        return set()
+    singular = _are_singular(solved[0].target, np.array([q for search in group for q in found[search]]))
+    return {solved[k] for k in np.flatnonzero(singular).tolist()}
+
+
+def _are_singular(target: Target, positions: FloatArray) -> np.ndarray:
+    """Return at which joint positions (N, joints) the joints can move and the tool, placed as the target's, stay."""
+    singular: np.ndarray = np.full(len(positions), positions.shape[1] > target.rows)
+    if singular.any() or not len(positions):
+        return singular
+    J = target.screws.reach(positions, target.point)[2][:, : target.rows]
+    if J.shape[1] == J.shape[2]:  # the least singular value is no less than the determinant by a power of the norm
+        norms = np.sqrt((J * J).sum(axis=(1, 2)))
+        singular = np.abs(np.linalg.det(J)) < SINGULAR * norms ** (len(J[0]) - 1)
+    else:
+        singular[:] = True
+    singular[singular] = np.linalg.svd(J[singular], compute_uv=False).min(axis=1) < SINGULAR
+    return singular
 
 
 def _descend(group: list[Search], starts: list[FloatArray]) -> dict[Search, FloatArray]:
     """Return joint positions at which descents from each search's starts reach its pose, in the order of the starts."""
-    (count, joints), lower, upper = starts[0].shape, group[0].lower, group[0].upper
-    target, screws = targets(group).repeated(count), seed_table(group[0].robot).screws
-    errors, ends = descend_many(screws, target, np.vstack(starts), lower, upper, **STEADY)
+    count, joints = starts[0].shape
+    errors, ends = targets(group).descend(np.vstack(starts), group[0].box, STEADY)
     reached = {}
     for search, error, end in zip(group, errors.reshape(-1, count), ends.reshape(-1, count, joints), strict=True):
-        search.remember(error.min(), end[error.argmin()])
+        search.remember(error, end)
         reached[search] = end[error <= max(search.options.tolerance_position, search.options.tolerance_orientation)]
     return reached
 
 
 def targets(group: Sequence[Search]) -> Target:
-    """Return where the searches are to bring the tip; without rotations, the tool's point."""
-    tool = group[0].robot.tool_in_tip
-    if group[0].pose.rotation is None:
-        return Target(np.array([search.pose.position for search in group]), None, tool.translation)
-    turned = np.array([search.pose.rotation for search in group]) @ tool.rotation.T
-    return Target(np.array([search.pose.position for search in group]) - turned @ tool.translation, turned, np.zeros(3))
+    """Return where the searches, of one robot, are to bring the point of the tool, and with rotations the tip."""
+    robot = group[0].robot
+    positions, tool = np.array([search.pose.position for search in group]), robot.tool_in_tip
+    turned = None
+    if group[0].pose.rotation is not None:
+        turned = np.array([search.pose.rotation for search in group]) @ tool.rotation.T
+    return Target(screws_of(robot), positions, turned, tool.translation)
 
 
 def _distinct(robot: Robot, positions: list[FloatArray], apart: float) -> list[FloatArray]:
-    """Without those that are closer in every joint to one before, whole turns aside."""
+    """Return joint positions without those that are closer in every joint to one before, whole turns aside."""
     if not positions:
         return []
     near = distances(robot, np.array(positions)[:, None], np.array(positions)) < apart

@@ -122,7 +122,7 @@ def by_freedoms(
         room = np.append(ROOM * min(1.0, u / RAMP, (1.0 - u) / RAMP) * span, at_ends)
         search.lower, search.upper = search.lower + room, search.upper - room
         guesses = np.concatenate([straight, offsets[node - 1][::-1]]), posture
-        solved = next((q for guess in guesses if (q := search.solve(guess, **STEADY)) is not None), None)
+        solved = next((q for guess in guesses if (q := search.solve(guess, STEADY)) is not None), None)
         if solved is None:
             return None
         posture = least_cost(search, solved, costs)

@@ -65,7 +65,7 @@ def least_cost(
         ahead = np.clip(q + lengths[:, None] * np.tile(ways, (len(HALVINGS), 1)), search.lower, search.upper)
         predicted = costs(ahead)
         best = int(predicted.argmin())
-        solved = search.solve(ahead[best], **QUICK) if predicted[best] < cost - NO_GAIN else None
+        solved = search.solve(ahead[best], QUICK) if predicted[best] < cost - NO_GAIN else None
         if solved is not None and allowed is not None and not allowed(solved[None])[0]:
             solved = None
         found = np.inf if solved is None else float(costs(solved[None])[0])

@@ -125,7 +125,7 @@ class Layer:
         def descend(start: FloatArray) -> tuple[FloatArray, float] | None:
             start = np.clip(start, lower, upper)
             q = with_still_axes(search, start, wanted) if options.prefer == "arm" and robot.external_axes else None
-            q = search.solve(start, **QUICK) if q is None else q
+            q = search.solve(start, QUICK) if q is None else q
             if q is None or not in_configuration(robot, [q], wanted):
                 return None
             return q, min(float(manipulability(robot, q[None])[0]) / best, 1.0)

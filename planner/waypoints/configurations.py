@@ -52,7 +52,7 @@ def solutions_in(
     for start in in_configuration(robot, search.table_starts(ROWS - 1), wanted)[:MOST_STARTS]:
         if len(found) >= MOST_OF_CONTINUUM:
             break
-        q = search.solve(start, **QUICK)
+        q = search.solve(start, QUICK)
         found += [] if q is None else in_configuration(robot, [q], wanted)
     return tuple(found)
 

@@ -297,7 +297,7 @@ def _in_spread(
     found = [np.concatenate([q, row[::-1]]) for row, layer in zip(offsets, layers, strict=True) for q in layer]
     if robot.dof > 6:  # what is known of a continuum is a spread: these are the solutions nearby
         start = np.clip(near, robot.limit("lower"), robot.limit("upper"))
-        nearby = (Search(robot, pose, options).solve(start, **QUICK) for pose in poses)
+        nearby = (Search(robot, pose, options).solve(start, QUICK) for pose in poses)
         solved = zip(offsets, nearby, strict=True)
         found += [np.concatenate([q, row[::-1]]) for row, q in solved if q is not None]
     return found

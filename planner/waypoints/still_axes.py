@@ -39,7 +39,7 @@ def with_still_axes(search: Search, start: FloatArray, wanted: Configuration) ->
     alone = all_solutions(pinned.robot, search.pose, pinned.options(search.options), pinned.own(start))
     if alone := in_configuration(pinned.robot, alone, wanted):
         return min(pinned.solutions(alone), key=lambda q: float(travel_times(robot, q, start)))
-    solution = search.solve(start, **QUICK)
+    solution = search.solve(start, QUICK)
     if solution is None:
         return None
     velocity = counted_velocity(robot.limit("velocity"))

@@ -1,5 +1,5 @@
 // The C interface of the kernels: arrays in, arrays out, and a code that says what failed. All arrays are in row order.
-#include "kinematics.hpp"
+#include "descent.hpp"
 #include "polynomials.hpp"
 #include "profile.hpp"
 #include "proof.hpp"
@@ -82,6 +82,15 @@ int tip_rates(int64_t joints, const double* frames, const double* point, int64_t
     if (order == 1) return rates_all<1>(arm, states, q, motion, linear, angular);
     if (order == 2) return rates_all<2>(arm, states, q, motion, linear, angular);
     return rates_all<3>(arm, states, q, motion, linear, angular);
+}
+
+// Levenberg-Marquardt from starts (count, joints), `each` of them to every target.
+int descend(int64_t joints, const double* frames, const double* point, int64_t count, int64_t each, const double* positions,
+            const double* rotations, const double* lower, const double* upper, int64_t patience, int64_t most, double enough,
+            const double* starts, double* errors, double* ends) {
+    const Arm arm{joints, reinterpret_cast<const ArmFrame*>(frames), point};
+    const Terms terms{lower, upper, patience, most, enough};
+    return descend_all(arm, terms, {positions, rotations}, count, each, starts, errors, ends);
 }
 
 int derivatives(int64_t pieces, int64_t joints, int64_t order, int64_t count, const double* lengths,

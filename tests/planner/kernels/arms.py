@@ -6,6 +6,8 @@ from functools import cache
 
 import numpy as np
 
+from planner.kernels.kinematics import Arm
+from planner.kinematics.screws import screws_of
 from planner.robots import ExternalAxis, Robot, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import Pose, rotation_x
@@ -30,3 +32,8 @@ def robots() -> dict[str, Robot]:
 def random_states(robot: Robot, count: int, size: float = 3.0) -> np.ndarray:
     """Positions, velocities and accelerations, (3, count, joints)."""
     return np.random.default_rng(count).uniform(-size, size, (3, count, robot.dof))
+
+
+def arm_of(robot: Robot) -> Arm:
+    """Return an arm and the origin of its tool, as the kernels take them."""
+    return Arm(screws_of(robot).frames, robot.tool_in_tip.translation)

@@ -7,17 +7,11 @@ import pinocchio as pin
 import pytest
 
 from planner.kernels.kinematics import Arm, tip_jacobians, tip_poses, tip_rates
-from planner.kinematics.screws import screws_of
-from planner.robots import Robot
 from planner.spatial import FloatArray
-from tests.planner.kernels.arms import random_states, robots
+from tests.planner.kernels.arms import arm_of, random_states, robots
 
 STEP = 1e-4
 """s: the step of the finite differences."""
-
-
-def arm_of(robot: Robot) -> Arm:
-    return Arm(screws_of(robot).frames, robot.tool_in_tip.translation)
 
 
 def by_matrices(arm: Arm, position: FloatArray) -> tuple[FloatArray, FloatArray]:
