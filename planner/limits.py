@@ -171,10 +171,12 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
     for quantity in RANGED_QUANTITIES:
         name = f"{quantity}_range"
         asked = getattr(limits, name)
-        if asked is not None and len(asked) != robot.dof:
+        if asked is None:
+            continue
+        if len(asked) != robot.dof:
             yield (*field, name), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
             continue
-        for i, ((lower, upper), own) in enumerate(zip(asked or (), robot.bounds(quantity).T.tolist(), strict=False)):
+        for i, ((lower, upper), own) in enumerate(zip(asked, robot.bounds(quantity).T.tolist(), strict=True)):
             if not (SMALLEST <= -lower < np.inf and SMALLEST <= upper < np.inf):
                 yield (
                     (*field, name, i),
@@ -220,21 +222,27 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         """Return the limits (segments, joints) of a quantity of the joints."""
         ranged = quantity in RANGED_QUANTITIES
         widest = np.abs(robot.bounds(quantity)) if ranged else np.tile(robot.limit(quantity), (2, 1))
-        rows = np.tile(widest, (len(own), 1, 1))
-        for row, narrower in zip(rows, own, strict=True):
-            each = [limits for limits in (narrower, common) if limits is not None]
+
+        def within(*each: Limits) -> FloatArray:
+            """Return the limits (2, joints) within all of these."""
+            row = widest.copy()
             for asked in (getattr(limits, quantity) for limits in each):
-                row[:] = row if asked is None else np.minimum(row, asked)
+                row = row if asked is None else np.minimum(row, asked)
             for asked in (getattr(limits, f"{quantity}_range") for limits in each if ranged):
-                row[:] = row if asked is None else np.minimum(row, np.abs(asked).T)
+                row = row if asked is None else np.minimum(row, np.abs(asked).T)
             for limits in each:
                 row *= getattr(limits, f"{quantity}_scale", 1.0)
+            return row
+
+        of_all = within(common)
+        each = [of_all if narrower is None else within(narrower, common) for narrower in own]
+        rows = np.array(each).reshape(-1, *widest.shape)
         return Bounds(-rows[:, 0], rows[:, 1])
 
     def tool_limits(quantity: str) -> FloatArray:
         """Return the limits (segments,) of a quantity of the tool."""
-        each = ((getattr(limits, quantity, None) or np.inf for limits in (common, narrower)) for narrower in own)
-        return np.array([min(asked) for asked in each])
+        of_all = getattr(common, quantity) or np.inf
+        return np.array([min(of_all, getattr(narrower, quantity, None) or np.inf) for narrower in own])
 
     of_tool = {quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES}
     asked = [[limits.further for limits in (common, narrower) if limits is not None] for narrower in own]

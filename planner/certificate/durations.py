@@ -40,10 +40,11 @@ def certify_durations(trajectory: Trajectory, waypoints: Sequence[AnyWaypoint], 
         return []
     took = np.diff(arrivals, prepend=0.0)
     took[1:] = arrivals[1:] - departures[:-1]
-    stood = _standing_times(trajectory, arrivals, departures)
     rows = [(took[k] - asked, asked, arrivals[k]) for k, asked in exact]
     rows += [(min(took[k] - asked, 0.0), asked, arrivals[k]) for k, asked in least]
-    rows += [(stood[k] - asked, asked, departures[k]) for k, asked in dwells]
+    if dwells:
+        stood = _standing_times(trajectory, arrivals, departures)
+        rows += [(stood[k] - asked, asked, departures[k]) for k, asked in dwells]
     if whole is not None:
         rows.append((trajectory.duration - whole, whole, trajectory.duration))
     errors, asked, times = np.abs(np.array(rows, dtype=np.float64)).T

@@ -16,15 +16,16 @@ from planner.certificate.goal_regions import nearest_in_region
 from planner.certificate.lines_and_circles import angles_of
 from planner.kinematics.forward import tool_pose
 from planner.problems.motion_around import as_requested
-from planner.problems.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint, ViaWaypoint
+from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, ViaWaypoint
 from planner.problems.regions import region_of
+from planner.problems.transitions import BlendTransition
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
-    from planner.problems.problem import PlanningProblem
+    from planner.problems.problem import AnyWaypoint, PlanningProblem
     from planner.problems.regions import Region
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -78,7 +79,7 @@ class MetWaypoints:
     """How the waypoints of a problem are met by a trajectory.
 
     Attributes:
-        targets: What the request says of the tool at each waypoint.
+        targets: What the request says of the tool at each waypoint; none where it says nothing of the tool.
         positions: (waypoints, joints), rad or m, that are to be met at the arrivals; NaN of those that are blended, and
             where the request asks for a pose, but for the external axes that it fixes.
         errors: The distance, m, and the angle, rad, from the target of each waypoint; None: no orientation is asked.
@@ -110,22 +111,28 @@ def certify_waypoints(
     is_met[list(blended)] = False
     met[~is_met] = corners[~is_met]
     to_meet = np.full_like(met, np.nan)
+    requested = [as_requested(waypoint) for waypoint in problem.waypoints]
+    wanted, is_same = _requested_positions(problem, requested, met)
+    names_tool = any(not isinstance(waypoint, JointWaypoint) for waypoint in requested) or any(
+        isinstance(w.transition, BlendTransition) or not isinstance(w.motion, JointMotion) for w in problem.waypoints
+    )
     targets: list[Target] = []
     errors: list[tuple[float, float | None]] = []
     checked: list[tuple[int, tuple[float, float | None], tuple[float, float]]] = []
     before: Target | None = None
-    for k, (robot, waypoint) in enumerate(zip(problem.robots, map(as_requested, problem.waypoints), strict=True)):
+    for k, (robot, waypoint) in enumerate(zip(problem.robots, requested, strict=True)):
+        if is_met[k] and isinstance(waypoint, JointWaypoint):
+            to_meet[k] = wanted[k]
+        if is_same[k] and not names_tool:
+            errors.append((0.0, 0.0))
+            continue
         if before is not None:
             before = before.seen_with(problem.robots[k - 1], robot)
         options = problem.inverse_kinematics
         tolerance = options.tolerance_position, options.tolerance_orientation
         if isinstance(waypoint, JointWaypoint):
-            wanted = _requested_position(problem, k, waypoint, met[k])
-            target = _of_position(robot, wanted)
-            is_same = bool((np.abs(met[k] - wanted) <= POSITION_TOLERANCE).all())
-            error = (0.0, 0.0) if is_same else _error(target.pose, tool_pose(robot, met[k]))
-            if is_met[k]:
-                to_meet[k] = wanted
+            target = _of_position(robot, wanted[k])
+            error = (0.0, 0.0) if is_same[k] else _error(target.pose, tool_pose(robot, met[k]))
         else:
             reached = tool_pose(robot, met[k])
             region = region_of(waypoint.free) if isinstance(waypoint, PoseWaypoint) and waypoint.free else None
@@ -142,6 +149,7 @@ def certify_waypoints(
         errors.append(error)
         # A corner of a way is nothing that the request has: a relative waypoint goes on from what it has before.
         before = before if isinstance(waypoint, ViaWaypoint) else target
+    targets = targets if names_tool else []
     return MetWaypoints(tuple(targets), to_meet, tuple(errors), tuple(_checks(checked, trajectory.arrivals)))
 
 
@@ -150,15 +158,19 @@ def _axes(pose: Pose) -> FloatArray:
     return pose.rotation
 
 
-def _requested_position(problem: PlanningProblem, k: int, waypoint: JointWaypoint, met: FloatArray) -> FloatArray:
-    """Return the joint position (joints,) of a waypoint: within the limits, and by as many turns as are met."""
-    robot = problem.robot
-    position = np.array(waypoint.position)
-    inside = np.clip(position, robot.limit("lower"), robot.limit("upper"))
+def _requested_positions(
+    problem: PlanningProblem, requested: Sequence[AnyWaypoint], met: FloatArray
+) -> tuple[FloatArray, np.ndarray]:
+    """Return the requested joint positions (waypoints, joints), and whether (waypoints,) they are met.
+
+    A requested position is within the limits, and as many turns away as the trajectory is. NaN: a waypoint is a pose.
+    """
+    robot, none = problem.robot, np.full(met.shape[1], np.nan)
+    position = np.array([w.position if isinstance(w, JointWaypoint) else none for w in requested], dtype=np.float64)
+    inside = position.clip(robot.limit("lower"), robot.limit("upper"))
     wanted = np.where(np.abs(position - inside) <= problem.start_tolerance, inside, position)
-    turns = np.where(robot.is_continuous & (k > 0), np.round((met - wanted) / TURN), 0.0)
-    turned: FloatArray = wanted + TURN * turns
-    return turned
+    wanted[1:] += TURN * np.where(robot.is_continuous, np.round((met[1:] - wanted[1:]) / TURN), 0.0)
+    return wanted, np.asarray((np.abs(met - wanted) <= POSITION_TOLERANCE).all(axis=1))
 
 
 def _of_position(robot: Robot, position: FloatArray) -> Target:

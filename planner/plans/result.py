@@ -194,8 +194,12 @@ def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, traje
         speed_zones=_speed_zones(problem, path, trajectory),
     )
     warnings = tuple(plan_warnings(problem, backend, path, trajectory, certificate))
-    measured = zip(path.waypoints, met.errors, strict=True)
-    waypoints = [replace(waypoint, position_error=a, orientation_error=b) for waypoint, (a, b) in measured]
+    waypoints = [
+        waypoint
+        if error == (waypoint.position_error, waypoint.orientation_error)
+        else replace(waypoint, position_error=error[0], orientation_error=error[1])
+        for waypoint, error in zip(path.waypoints, met.errors, strict=True)
+    ]
     made = Plan(problem, backend, replace(path, waypoints=tuple(waypoints)), trajectory, certificate, warnings)
     _ = made.actions  # refused here where one is after the end
     return made

@@ -297,9 +297,15 @@ class Robot(PickledByFields, RobotDescription):
 
     def bounds(self, quantity: str) -> FloatArray:
         """Return the lower and upper limits (2, joints) of `velocity`, `acceleration` or `torque`; SI units."""
-        widest = self.limit(quantity)
-        ranges = (joint.ranges.get(quantity, (-np.inf, np.inf)) for joint in self.joints)
-        bounds: FloatArray = np.clip(np.array(list(ranges)).T, -widest, widest)
+        return self._bounds[quantity]
+
+    @cached_property
+    def _bounds(self) -> dict[str, FloatArray]:
+        bounds = {}
+        for quantity in ("velocity", "acceleration", "torque"):
+            ranges = [joint.ranges.get(quantity, (-np.inf, np.inf)) for joint in self.joints]
+            widest = self.limit(quantity)
+            bounds[quantity] = np.clip(np.array(ranges).T, -widest, widest)
         return bounds
 
     @property
