@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from ipaddress import ip_address, ip_network
 from pathlib import Path  # noqa: TC003 - pydantic evaluates the annotations
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -177,8 +178,9 @@ class Settings(BaseSettings):
         return url
 
 
+@cache
 def is_loopback(host: str) -> bool:
-    """Tell whether only programs on the same machine reach what listens on an address."""
+    """Tell whether only programs on the same machine reach a server that listens on an address."""
     try:
         return ip_address(host).is_loopback
     except ValueError:

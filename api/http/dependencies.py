@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
-from fastapi import Depends, Header, Path, Query, Request, Security
+from fastapi import Depends, Path, Query, Request, Security
 from fastapi.security import HTTPBearer, SecurityScopes
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import override
@@ -47,7 +47,7 @@ class Admission(HTTPBearer):
     """
 
     @override
-    async def __call__(self, request: Request, needed: SecurityScopes) -> AsyncIterator[None]:  # type: ignore[override]
+    async def __call__(self, request: Request, needed: SecurityScopes) -> None:  # type: ignore[override]
         """Let the client in while its request is answered, or refuse it before the body is read.
 
         Raises:
@@ -59,19 +59,17 @@ class Admission(HTTPBearer):
         request.state.scope = needed.scopes[0]
         if not access.asks_for_keys:
             _refuse_if_full(request)
-            yield
             return
         key = await access.key_of(request.headers, request.state.scope)
         request.state.client = Client(f"key:{key.id}", key.scopes, has_key=True)
         request.state.share.client = client(request).name
         allowance, quota = access.allowance_of(key), access.quota_of(key)
         request.state.quota = quota
-        with allowance.request(time.monotonic()):
-            _refuse_if_full(request)
-            if quota is not None:
-                await quota.take(1)
-            request.state.grants = [allowance, *([] if quota is None else [quota])]
-            yield
+        request.state.until_answered.enter_context(allowance.request(time.monotonic()))
+        _refuse_if_full(request)
+        if quota is not None:
+            await quota.take(1)
+        request.state.grants = [allowance, *([] if quota is None else [quota])]
 
 
 ADMISSION = Admission(
@@ -145,16 +143,13 @@ PlannedBody = Annotated[Body, Depends(read_body)]
 """The body of a request that a worker validates."""
 
 
-async def form_of_answer(
-    form: Annotated[str | None, Query(alias="format", include_in_schema=False)] = None,
-    accept: Annotated[str, Header(include_in_schema=False)] = "*/*",
-) -> dict[str, Any]:
-    """Read which form the answer should have; the worker knows the forms."""
-    return {"format": form, "accept": accept}
+def form_of_answer(request: Request) -> dict[str, Any]:
+    """Read the requested form of the answer, `?format=` and `Accept`, as arguments of a task.
 
+    It is no dependency: the document does not have it, and solving one takes a tenth of a millisecond.
+    """
+    return {"format": request.query_params.get("format"), "accept": request.headers.get("accept", "*/*")}
 
-Form = Annotated[dict[str, Any], Depends(form_of_answer)]
-"""The form that the answer should have, by `?format=` or `Accept`, as arguments of a task."""
 
 FormOfPlans = Annotated[
     str | SkipJsonSchema[None], Query(alias="format", description="Form of the plans; omitted: `json`.")
@@ -188,17 +183,17 @@ async def _content(request: Request) -> bytes:
     """Read the bytes of the body, of no more than the allowed size, declared or not."""
     if not is_json(media_type_of(request)):
         raise UnsupportedMediaType("send the body with the header `Content-Type: application/json`")
-    settings = service_of(request).settings
-    too_large = PayloadTooLarge(f"the body may have {settings.max_body_bytes} bytes", headers={"Connection": "close"})
-    declared = request.headers.get("content-length", "0")
-    if declared.isdecimal() and int(declared) > settings.max_body_bytes:
-        raise too_large
-    body = bytearray()
-    async for chunk in request.stream():
-        request.state.share.hold(len(chunk))
-        body += chunk
-        if len(body) > settings.max_body_bytes:
-            raise too_large
+    most = service_of(request).settings.max_body_bytes
+    declared, body = request.headers.get("content-length", "0"), bytearray()
+    size = int(declared) if declared.isdecimal() else 0
+    if size <= most:
+        async for chunk in request.stream():
+            request.state.share.hold(len(chunk))
+            body += chunk
+            if len(body) > most:
+                break
+    if max(size, len(body)) > most:
+        raise PayloadTooLarge(f"the body may have {most} bytes", headers={"Connection": "close"})
     return bytes(body)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from contextlib import ExitStack
 from http import HTTPStatus
 from typing import TYPE_CHECKING
 
@@ -58,6 +59,8 @@ class RequestContext:
         share = self._traffic.share(client.name)
         state |= {"arrived": arrived, "timings": {}, "request_id": request_id(scope["headers"]), "share": share}
         state |= {"submitted": None, "code": None, "client": client, "quota": None, "grants": []}
+        until_answered = state["until_answered"] = ExitStack()
+        until_answered.callback(share.release)
         context = trace_context(Headers(scope=scope).get("traceparent"))
         span = None
         if self._traces is not None:
@@ -96,7 +99,7 @@ class RequestContext:
                 state["code"] = FAILED.code
                 await _send_problem(FAILED, scope["path"], send_and_note)
         finally:
-            share.release()
+            until_answered.close()
         seconds = time.monotonic() - arrived
         operation = _operation(scope, status)
         self._metrics.count_request("none" if operation is None else operation.name, status, seconds, state["code"])

@@ -4,7 +4,7 @@ from fastapi import Request, Response
 
 from api.contract import kinematics as schemas
 from api.http.cost_keys import by_plan
-from api.http.dependencies import Form, PlannedBody, needs
+from api.http.dependencies import PlannedBody, form_of_answer, needs
 from api.http.described import BODY_CODES, returns, takes
 from api.http.replies import get_reply, respond
 from api.http.router import Router
@@ -79,6 +79,6 @@ async def jacobian(request: Request, body: PlannedBody) -> Response:
     responses=returns(schemas.WorkspaceAnswer, codes=(*BODY_CODES, "unknown_robot", "not_acceptable"), shared=True),
     openapi_extra=takes(schemas.WorkspaceRequest),
 )
-async def workspace(request: Request, body: PlannedBody, form: Form) -> Response:
+async def workspace(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/kinematics/workspace."""
-    return respond(await get_reply(request, "workspace", body, shared=True, **form))
+    return respond(await get_reply(request, "workspace", body, shared=True, **form_of_answer(request)))

@@ -13,7 +13,7 @@ from api.base.pages import DEFAULT_ENTRIES, first_page
 from api.contract import robots as schemas
 from api.contract.robot_geometry import RobotGeometry
 from api.http.access.access import audit
-from api.http.dependencies import Cursor, Form, Limit, PlannedBody, RobotId, client, needs, service_of
+from api.http.dependencies import Cursor, Limit, PlannedBody, RobotId, client, form_of_answer, needs, service_of
 from api.http.described import BODY_CODES, DATABASE_CODES, NOT_MODIFIED, returns, takes
 from api.http.replies import get_reply, is_known, not_modified, respond
 from api.http.router import Router
@@ -74,12 +74,14 @@ async def get_robot(request: Request, robot_id: RobotId) -> Response:
     responses=returns(RobotGeometry, codes=("unknown_robot", "not_acceptable", *DATABASE_CODES), shared=True)
     | NOT_MODIFIED,
 )
-async def get_robot_geometry(request: Request, robot_id: RobotId, form: Form) -> Response:
+async def get_robot_geometry(request: Request, robot_id: RobotId) -> Response:
     """Answer GET /v1/robots/{id}/geometry."""
     content = await service_of(request).database.read(ROBOTS.find, client(request).namespace, robot_id)
     definition = None if content is None else content.definition
     return respond(
-        await get_reply(request, "get_robot_geometry", shared=True, id=robot_id, definition=definition, **form)
+        await get_reply(
+            request, "get_robot_geometry", shared=True, id=robot_id, definition=definition, **form_of_answer(request)
+        )
     )
 
 

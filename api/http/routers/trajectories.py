@@ -9,7 +9,7 @@ from api.contract import trajectory_operations as operations
 from api.contract.comparisons import ComparisonAnswer
 from api.http.comparison import compare
 from api.http.cost_keys import by_plan
-from api.http.dependencies import Form, PlannedBody, needs
+from api.http.dependencies import PlannedBody, form_of_answer, needs
 from api.http.described import BODY_CODES, NOT_MODIFIED, WORKER_CODES, returns, takes
 from api.http.replies import get_reply, respond
 from api.http.router import Router
@@ -59,9 +59,11 @@ OPERATION_CODES = (
     responses=returns(answers.PlanAnswer, codes=PLAN_CODES, shared=True),
     openapi_extra=takes(requests.PlanRequest),
 )
-async def plan_trajectory(request: Request, body: PlannedBody, form: Form) -> Response:
+async def plan_trajectory(request: Request, body: PlannedBody) -> Response:
     """Answer POST /v1/trajectories."""
-    return respond(await get_reply(request, "plan_trajectory", body, shared=True, cost_key=by_plan, **form))
+    return respond(
+        await get_reply(request, "plan_trajectory", body, shared=True, cost_key=by_plan, **form_of_answer(request))
+    )
 
 
 @router.post(
@@ -76,11 +78,12 @@ async def plan_trajectory(request: Request, body: PlannedBody, form: Form) -> Re
 async def export_trajectory(
     request: Request,
     body: PlannedBody,
-    form: Form,
     _format: Annotated[str, Query(alias="format", description="Form of the file.")],
 ) -> Response:
     """Answer POST /v1/trajectories/export."""
-    return respond(await get_reply(request, "export_trajectory", body, shared=True, cost_key=by_plan, **form))
+    return respond(
+        await get_reply(request, "export_trajectory", body, shared=True, cost_key=by_plan, **form_of_answer(request))
+    )
 
 
 @router.post(

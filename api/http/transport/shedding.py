@@ -144,8 +144,10 @@ class Shedding:
 
     def _client_address(self, head: bytes, peer: str) -> str:
         """Return the address of the client, which a trusted proxy names in the head, as uvicorn does for others."""
-        forwarded = b", ".join(FORWARDED.findall(head)).decode("latin-1") if peer in self._proxies else ""
-        address, _ = self._proxies.get_trusted_client_address(forwarded)
+        forwarded = FORWARDED.findall(head)
+        if not forwarded or peer not in self._proxies:
+            return peer
+        address, _ = self._proxies.get_trusted_client_address(b", ".join(forwarded).decode("latin-1"))
         return address or peer
 
     def has_room(self, client: str) -> bool:
