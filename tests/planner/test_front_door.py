@@ -41,10 +41,10 @@ def test_importing_it_loads_nothing_else() -> None:
 
 def test_type_checkers_see_the_names_that_there_are() -> None:
     """What is imported for type checkers is what is loaded when a name is used."""
-    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
-    block = next(node for node in tree.body if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test))
+    _, *imports, names = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8")).body
+    assert isinstance(names, ast.AnnAssign), "the last line declares `__all__`"
     seen = {}
-    for node in block.body:
+    for node in imports:
         assert isinstance(node, ast.ImportFrom)
         for alias in node.names:
             assert alias.name == alias.asname, "only what is imported `as` itself is public"
