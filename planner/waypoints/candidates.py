@@ -27,7 +27,7 @@ MOST_TURNED = 32
 """The most candidates of a waypoint that differ from its solutions by given whole turns; the nearest are kept."""
 
 TURNS = np.array([0.0, -TURN, TURN])
-"""Turns of one joint from its position nearest to where the robot comes from, rad."""
+"""Turns of one joint from its position nearest to the joint position before, rad."""
 
 TINY = 1e-12
 """A manipulability that is as good as none."""
@@ -39,16 +39,16 @@ class Layer:
 
     Attributes:
         positions: (candidates, joints), rad or m.
-        fewest: (candidates, joints): whole turns by which a candidate may be turned towards where the robot comes from,
-            so that every joint stays within its limits; infinite of a joint without limits; 0: not at all.
+        fewest: (candidates, joints): fewest whole turns of each joint towards the joint position before that keep it
+            within its limits. Infinite for a joint without limits; 0: no turn.
         most: (candidates, joints), likewise.
         conditioning: (candidates,), in [0, 1]: manipulability as a share of the largest of the waypoint's solutions.
-        wanted: The configuration that all candidates have.
-        descend: Of a continuum of solutions: from a joint position (joints,) to a solution nearby and its conditioning,
-            or to none.
+        wanted: The configuration of all candidates.
+        descend: For a continuum of solutions: function from a joint position (joints,) to a solution nearby and its
+            conditioning, or to None.
         is_given: Whether the waypoint is a joint position.
-        solutions: The first so many candidates are the solutions that were found, each once; 0: nobody counted them.
-        pins: (joints,), rad or m: where external axes are pinned; NaN of all other joints; None: none is.
+        solutions: The number of solutions found, which are the first candidates, each once; 0: not counted.
+        pins: (joints,), rad or m: fixed positions of external axes; NaN for all other joints; None: no axis is fixed.
     """
 
     positions: FloatArray
@@ -63,7 +63,7 @@ class Layer:
 
     @classmethod
     def given(cls, position: FloatArray, may_turn: np.ndarray) -> Layer:
-        """Return the layer of a joint waypoint, where there is nothing to choose but whole turns.
+        """Return the layer of a joint waypoint, whose only choice is whole turns.
 
         Args:
             position: (joints,).
@@ -82,13 +82,13 @@ class Layer:
     def isolated(cls, robot: Robot, solutions: Sequence[FloatArray], ahead: FloatArray) -> Layer:
         """Return the layer of a pose with isolated solutions.
 
-        Every solution is there free to be turned towards where the robot comes from; and as it lies nearest to `ahead`,
-        with whole turns of its joints within finite limits.
+        The layer has every solution twice: free to turn towards the joint position before, and fixed nearest to
+        `ahead`. The second form has whole turns of joints with finite limits.
 
         Args:
             robot: The arm.
-            solutions: All of them, (joints,) each, whole turns not counted.
-            ahead: (joints,): where the robot will have to be, if that is known.
+            solutions: All solutions, (joints,) each, without whole turns.
+            ahead: (joints,): the next joint position, if known.
         """
         branches = np.array(solutions)
         measure = manipulability(robot, branches)
@@ -133,7 +133,7 @@ class Layer:
         return replace(layer, descend=descend).with_descents([ahead])
 
     def on_pins(self, pinned: Pinned) -> Layer:
-        """Return candidates of the joints that are not pinned as those of all, which no whole turns take off pins."""
+        """Extend candidates by the fixed external axes, which make no whole turns."""
         if not pinned.is_pinned:
             return self
         turns = np.zeros((2, len(self.positions), len(pinned.values)))
@@ -154,7 +154,7 @@ class Layer:
         )
 
     def where_free(self, is_free: IsFree) -> Layer:
-        """Return the candidates at which the robot keeps clear of what is around it; all of them if it does at none."""
+        """Return the collision-free candidates, or all candidates if none is collision-free."""
         free = is_free(self.positions)
         if not free.any():
             return self
@@ -197,9 +197,9 @@ class Layer:
         )
 
     def with_solutions(self, robot: Robot, solutions: Sequence[FloatArray]) -> Layer:
-        """Return the layer with further solutions (joints,) of a continuum, each as it is and free to be turned.
+        """Return the layer with further solutions (joints,) of a continuum, each both fixed and free to turn.
 
-        Those in another configuration than the one asked are left out, and those that leave a pin.
+        Solutions in another configuration than the requested one are left out, and solutions that move a fixed axis.
         """
         solutions = [q for q in in_configuration(robot, solutions, self.wanted) if self._is_pinned(q)]
         if not solutions:
@@ -216,7 +216,7 @@ class Layer:
         )
 
     def _is_pinned(self, position: FloatArray) -> bool:
-        """Whether external axes are where they are pinned in a joint position (joints,)."""
+        """Tell whether a joint position (joints,) has all fixed external axes at their positions."""
         return self.pins is None or not bool((np.abs(position - self.pins) > POSITION_TOLERANCE).any())
 
     def reached_from(self, origins: FloatArray) -> FloatArray:
@@ -235,7 +235,7 @@ def _turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, Floa
 def _turned(
     robot: Robot, branches: FloatArray, towards: FloatArray, fewest: FloatArray, most: FloatArray
 ) -> tuple[FloatArray, np.ndarray]:
-    """Branches nearest to `towards`, and one turn from there in joints with finite limits; and which branch each is."""
+    """Return branches nearest to `towards`, variants a turn away within finite limits, and their branch indices."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     turned = branches + TURN * np.clip(np.round((towards - branches) / TURN), fewest, most)
     may_turn = robot.is_angle & np.isfinite(upper - lower) & (upper - lower >= TURN)

@@ -29,8 +29,7 @@ MOTION_PENALTY = 0.01
 """The weight of the times of all joints beside that of the slowest: no joint moves for nothing behind a slower one."""
 
 EXTERNAL_PENALTY = 10.0
-"""The weight of the times of external axes where the arm is to reach alone: a second of the arm's goes before a tenth
-of theirs."""
+"""Weight of the external axes' times with `prefer` = `arm`: a tenth of their second costs a second of the arm."""
 
 LIMIT_PENALTY = 0.01
 """Cost of a joint position at a limit, s."""
@@ -39,10 +38,10 @@ CONDITIONING_PENALTY = 0.01
 """Cost of a singular joint position beside another that is not, s."""
 
 PREFERENCE_WEIGHT = 1e3
-"""The weight, s, of what is preferred of postures: a thousandth of it goes before a second of the way."""
+"""Weight of the preference costs, s: a thousandth of them outweighs a second of the path."""
 
 FOLLOWED_BACKWARDS = 16
-"""The most candidates of a waypoint from which a motion is followed backwards to a singular posture."""
+"""The most candidates of a waypoint from which a motion is followed backwards to a singular joint position."""
 
 DESCENTS = 4
 """The number of the best joint positions at one waypoint from which a continuum at the next is approached."""
@@ -51,10 +50,10 @@ FEWEST_TOGETHER = 8
 """The fewest motions of the tool, one after the other, that are followed all at once: so many take 3 ms."""
 
 MOST_TOGETHER = 128
-"""The most that are: what comes after one that has to be followed by itself is done again."""
+"""The most motions followed at once; those after one that needs its own search are followed again."""
 
 MOST_REFUSED = 20
-"""The most joint positions from which a motion with freedom in its poses is followed in vain: each takes 0.3 s."""
+"""The most joint positions from which a motion with a tolerance region is followed in vain: each takes 0.3 s."""
 
 SAME_END = 1e-6
 """The largest distance of a joint, rad or m, at which a followed motion ends at a joint position."""
@@ -62,13 +61,13 @@ SAME_END = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Stop:
-    """One waypoint on the way.
+    """One waypoint of the list.
 
     Attributes:
         index: Index of the waypoint.
         layer: Its candidates.
         asked: The motion of the tool to this waypoint; None: a joint motion, from any position to any.
-        costs: The costs (N,) of joint positions (N, joints) by what is preferred; None: the way alone counts.
+        costs: The preference costs (N,) of joint positions (N, joints); None: only the path counts.
     """
 
     index: int
@@ -78,11 +77,11 @@ class Stop:
 
 
 class Passage(NamedTuple):
-    """The choice at one stop of the way.
+    """The choice at one waypoint.
 
     Attributes:
         position: (joints,), rad or m.
-        motion: The motion of the tool by which the robot comes here; None: a joint motion.
+        motion: The motion of the tool to here; None: a joint motion.
     """
 
     position: FloatArray
@@ -91,7 +90,7 @@ class Passage(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """The best ways to one stop: where they lead (n, joints), their costs (n,), and their rows one stop before (n,)."""
+    """The best paths to one stop: their ends (n, joints), costs (n,) and rows one stop before (n,)."""
 
     positions: FloatArray
     costs: FloatArray
@@ -106,30 +105,31 @@ def shortest_way(
     follow: Follow = follow_motion,
     prefer: Preference = "continuous",
 ) -> list[Passage] | RefusedMotion:
-    """Choose a joint position for every stop, and the tool's motion that leads there, so that their sum is least.
+    """Choose a joint position for every stop, and the tool motions to them, with the least total cost.
 
-    - For every motion the time of its slowest joint, max_j t_j, t_j = |dq_j| / v_j (v_j: velocity limit; 1 rad/s or
-      1 m/s without one), and `MOTION_PENALTY` sum_j t_j; of a Cartesian motion too; for the first, from `start`, times
-      `weight`. Where the arm is preferred, `EXTERNAL_PENALTY` sum_j t_j over the external axes, too.
-    - For every joint position `LIMIT_PENALTY` max_j |q_j - middle_j| / (half the range of joint j), over the joints
-      with limits, and `CONDITIONING_PENALTY` (1 - w / w_best), w its manipulability and w_best the largest of a
-      solution of the same waypoint. The penalties are so small that they decide between ways that take about as long.
-    - `PREFERENCE_WEIGHT` times the costs of a stop that has some: these go before all else.
+    - Of every motion, also a Cartesian one: the time of its slowest joint, max_j t_j, plus `MOTION_PENALTY` sum_j t_j.
+      Here t_j = |dq_j| / v_j with the velocity limit v_j, or 1 rad/s or 1 m/s. The first motion, from `start`, counts
+      `weight` times. With `prefer` = `arm`, `EXTERNAL_PENALTY` sum_j t_j over the external axes is added.
+    - Of every joint position: `LIMIT_PENALTY` max_j |q_j - middle_j| / (half the range of joint j), over the joints
+      with limits, and `CONDITIONING_PENALTY` (1 - w / w_best). Here w is its manipulability, and w_best the largest of
+      the solutions of the waypoint. These penalties only decide between paths of about the same time.
+    - `PREFERENCE_WEIGHT` times the preference costs of a stop, which outweigh everything else.
 
-    Dynamic programming (Bellman 1957) from layer to layer. A Cartesian motion leads from one joint position to one
-    other, and costs some milliseconds to follow: its end is taken to be the nearest candidate until the best way goes
-    along it, and only then is it followed. The way returned has been followed wherever it is Cartesian.
+    The search is dynamic programming (Bellman 1957) from layer to layer. A Cartesian motion leads from one joint
+    position to one other, and takes some milliseconds to follow. The search therefore assumes that it ends at the
+    nearest candidate, and follows it only if the best path contains it. All Cartesian motions of the returned path have
+    been followed.
 
     Args:
         robot: The robot, with its tool.
         stops: The waypoints with their candidates.
-        start: (joints,), rad or m, from where the way begins.
+        start: (joints,), rad or m, start of the path.
         weight: Weight of the time to the first stop.
         follow: Follows a motion of the tool from a joint position (joints,).
-        prefer: What is preferred of the ways: `arm`, that external axes move little, or anything else.
+        prefer: The preference: `arm`, which moves external axes little, or any other.
 
     Returns:
-        What is chosen at every stop; or, where no way is left, the first motion that could not be followed.
+        The choice at every stop; or, without any path, the first motion that the joints cannot follow.
 
     Raises:
         InvalidProblem: A motion of the tool contradicts itself.
@@ -138,10 +138,10 @@ def shortest_way(
 
 
 def with_starts_of_motions(robot: Robot, stops: Sequence[Stop]) -> list[Stop]:
-    """Return the stops; those at singular postures with the positions from which the next motion can be followed.
+    """Add to singular stops the joint positions from which the next motion can be followed.
 
-    A singular posture has a continuum of solutions, from few of which a motion of the tool leads on: these are found
-    backwards from the solutions of the next stop.
+    A singular pose has a continuum of solutions, and a tool motion can start from only few of them. The function finds
+    these backwards from the solutions of the next stop.
     """
     found = list(stops)
     for k in range(len(stops) - 2, -1, -1):
@@ -157,13 +157,13 @@ def with_starts_of_motions(robot: Robot, stops: Sequence[Stop]) -> list[Stop]:
 
 
 def motion_costs(robot: Robot, starts: FloatArray, ends: FloatArray, prefer: Preference) -> FloatArray:
-    """Return what joint motions (...) cost, s, as `shortest_way` says.
+    """Return the costs of joint motions (...), s, as in `shortest_way`.
 
     Args:
         robot: The robot.
         starts: (..., joints).
         ends: (..., joints).
-        prefer: What is preferred of the ways.
+        prefer: The preference.
     """
     times = joint_times(robot, starts, ends)
     costs: FloatArray = times.max(axis=-1) + MOTION_PENALTY * times.sum(axis=-1)
@@ -283,7 +283,7 @@ class _Search:
         return way
 
     def _follow_together(self, i: int, start: FloatArray) -> None:
-        """Follow the motions of the tool from stop i - 1 on all at once, as far as that goes, if they are many."""
+        """Follow many consecutive tool motions from stop i - 1 at once, as far as that works."""
         if (self.stops[i - 1].index, tuple(start.tolist())) in self.followed:
             return
         stops = list(takewhile(lambda stop: stop.asked is not None, self.stops[i - 1 : i - 1 + self.together]))
@@ -316,7 +316,7 @@ class _Search:
             motion = self._follow(stop.index, stop.asked, motion.end)
 
     def _follow(self, index: int, asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
-        """Return the motion from a joint position (joints,); what has been followed once is not followed again."""
+        """Return the followed motion from a joint position (joints,), from the cache if possible."""
         key = index, tuple(start.tolist())
         if key not in self.followed:
             self.followed[key] = result = self.follow(asked, start)

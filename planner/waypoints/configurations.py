@@ -1,4 +1,4 @@
-"""Poses asked in a named configuration: the solutions that have it, or why there is none."""
+"""Poses with a requested configuration: their solutions, or the reason for having none."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray, Pose
 
 MOST_OF_CONTINUUM = 8
-"""The most solutions of a continuum that are sought from starts in the configuration asked."""
+"""The most solutions of a continuum sought from starts in the requested configuration."""
 
 MOST_STARTS = 64
 """The most starts from which they are sought."""
@@ -33,7 +33,7 @@ def solutions_in(
     wanted: Configuration,
     options: InverseKinematicsOptions,
 ) -> tuple[FloatArray, ...]:
-    """Those solutions of a pose that have the configuration asked.
+    """Return the solutions of a pose in the requested configuration.
 
     A continuum has more than the spread that is known of it: further solutions are sought from starts in that
     configuration.
@@ -65,7 +65,7 @@ def configuration_error(
     wanted: Configuration,
     options: InverseKinematicsOptions,
 ) -> PlanningError:
-    """Why a pose that can be reached has no solution in the configuration asked, and in which ones it has.
+    """Build the refusal of a reachable pose without a solution in the requested configuration; it names the others.
 
     Args:
         robot: The robot, with its tool.

@@ -1,7 +1,7 @@
-"""Poses of which something is left open: of all in their region that of the nearest posture, or the preferred one.
+"""Poses with a tolerance region: the choice of the pose with the nearest or the preferred joint position.
 
-Where it is known what is around the robot, postures at which it keeps clear go before all others, and of these those
-from which it keeps clear on the motions of the tool that follow.
+In a scene, collision-free joint positions come before all others. Among these, those whose following tool motions are
+collision-free come first.
 """
 
 from __future__ import annotations
@@ -40,20 +40,20 @@ SWEEP = 2.0 * np.pi / 72
 """The distance of turns that are tried at first, rad: every five degrees, so that no branch of solutions is missed."""
 
 FEWEST = 9
-"""The fewest offsets of one freedom that are tried at first."""
+"""The fewest offsets tried first in a region with one coordinate."""
 
 TOGETHER = 128
-"""Number of offsets that are tried at first where there are several freedoms."""
+"""Number of offsets tried first in a region with several coordinates."""
 
 REFINED = 3
-"""Number of the best of them from which the posture is refined: the best branches, and neighbours on them."""
+"""Number of the best joint positions that are refined: the best branches, and neighbours on them."""
 
 MOST_TRIED = 100
-"""The most postures of a region from which the motions of the tool that follow are tried, each some 10 ms."""
+"""The most joint positions of a region whose following tool motions are tried, each some 10 ms."""
 
 
 class Surroundings:
-    """What is around the robot, which judges joint positions alone.
+    """Obstacles around the robot, which judge joint positions only.
 
     Attributes:
         is_free: Tells which joint positions (N, joints) keep clear.
@@ -64,7 +64,7 @@ class Surroundings:
         self.is_free = is_free
 
     def judges_motions(self, index: int) -> bool:
-        """Whether more than the joint position at a waypoint with a goal region is judged."""
+        """Tell whether it judges more than the joint position at a waypoint with a tolerance region."""
         return False
 
     def may_lead_on(self, index: int, at_poses: Sequence[AnyWaypoint]) -> np.ndarray:
@@ -77,7 +77,7 @@ class Surroundings:
         return np.ones(len(at_poses), dtype=bool)
 
     def leads_on(self, chosen: Sequence[AnyWaypoint], index: int, before: FloatArray, position: FloatArray) -> bool:
-        """Prove that the robot keeps clear at a waypoint and on the motions of the tool to it and after it.
+        """Prove that a waypoint and the tool motions to it and after it are collision-free.
 
         Args:
             chosen: The waypoints up to this one, each with its pose.
@@ -107,15 +107,15 @@ def with_chosen_poses(
 ) -> tuple[AnyWaypoint, ...]:
     """Choose the poses of waypoints in their regions, one after the other; the others stay as they are.
 
-    The posture at a pose that is asked in full is taken to be the one nearest to the posture before. Where no pose of a
-    region can be reached, the one nearest to what is written is what is asked.
+    For a pose without a region, the function assumes the solution nearest to the joint position before. If no pose of a
+    region is reachable, the pose nearest to the given one remains.
 
     Args:
         robot: The robot, with the tool that it has until a waypoint changes it.
-        waypoints: The waypoints as they are asked.
-        options: How poses are solved, and what is preferred in place of the nearest posture; the way starts at their
-            reference, or else in the middle of the limits.
-        surroundings: What is around the robot; None: nothing is known to be there.
+        waypoints: The requested waypoints.
+        options: Options of the inverse kinematics, with the preference. The path starts at their reference, or else in
+            the middle of the limits.
+        surroundings: The obstacles; None: none.
     """
     chosen = list(waypoints)
     free = [k for k, waypoint in enumerate(chosen) if isinstance(waypoint, PoseWaypoint) and waypoint.free]
@@ -175,14 +175,14 @@ def positions_in_region(
 
 @dataclass(frozen=True, eq=False)
 class _Selection:
-    """A waypoint with a goal region among its surroundings.
+    """A waypoint with a tolerance region, and its obstacles.
 
     Attributes:
         chosen: The waypoints up to it, those before it with their poses.
         pinned: The robot that reaches it.
-        region: What it leaves open.
-        before: (joints,), rad or m: where the robot comes from.
-        surroundings: What is around the robot; None: nothing is known to be there.
+        region: Its tolerance region.
+        before: (joints,), rad or m: the joint position before.
+        surroundings: The obstacles; None: none.
     """
 
     chosen: Sequence[AnyWaypoint]
@@ -193,26 +193,26 @@ class _Selection:
 
     @property
     def judges_motions(self) -> bool:
-        """Whether more than the posture is judged."""
+        """Whether the choice depends on more than the joint position."""
         return self.surroundings is not None and self.surroundings.judges_motions(len(self.chosen) - 1)
 
     def is_free(self, postures: FloatArray) -> np.ndarray:
-        """Tell which postures (N, joints and freedoms) keep clear."""
+        """Tell which joint positions (N, joints and offsets) are collision-free."""
         if self.surroundings is None:
             return np.ones(len(postures), dtype=bool)
         return self.surroundings.is_free(self.pinned.whole(postures[:, : self.pinned.robot.dof]))
 
     def with_pose(self, waypoint: PoseWaypoint, posture: FloatArray) -> PoseWaypoint:
-        """Return the waypoint with the pose of a posture (joints and freedoms,)."""
+        """Return the waypoint with the pose of a joint position with offsets (joints and offsets,)."""
         pose = self.region.pose(waypoint.pose, posture[self.pinned.robot.dof :][::-1])
         return replace(waypoint, pose=pose, free=None)
 
     def pose_by_pose(self, waypoint: PoseWaypoint, postures: FloatArray) -> FloatArray:
-        """Return postures from which motions of the tool may be free, of each pose the first before the second of any.
+        """Select joint positions with possibly collision-free tool motions, the first of each pose before any second.
 
         Args:
-            waypoint: As it is asked.
-            postures: (N, joints and freedoms).
+            waypoint: The requested waypoint.
+            postures: (N, joints and offsets).
         """
         joints = self.pinned.robot.dof
         _, first, pose_of = np.unique(postures[:, joints:].round(6), axis=0, return_index=True, return_inverse=True)
@@ -229,7 +229,7 @@ class _Selection:
         return found
 
     def leads_on(self, waypoint: PoseWaypoint, posture: FloatArray) -> SettledWaypoint | None:
-        """Return the waypoint settled at a posture (joints and freedoms,), if motions of the tool are free there."""
+        """Fix the waypoint at a joint position (joints and offsets,), if its tool motions are collision-free."""
         at_pose = self.with_pose(waypoint, posture)
         position = self.pinned.whole(posture[: self.pinned.robot.dof])
         chosen = (*self.chosen[:-1], at_pose)
@@ -241,7 +241,7 @@ class _Selection:
 def _postures(
     robot: Robot, waypoint: PoseWaypoint, near: FloatArray, options: InverseKinematicsOptions
 ) -> list[FloatArray]:
-    """Return postures (joints and freedoms,) at poses all over the region of a waypoint."""
+    """Return joint positions (joints and offsets,) at poses across the region of a waypoint."""
     assert waypoint.free is not None  # noqa: S101 - has a region
     region, asked = region_of(waypoint.free), waypoint.pose_in_base
     if robot.dof >= 6:
@@ -252,12 +252,12 @@ def _postures(
 
 
 def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinematicsOptions) -> PoseWaypoint:
-    """Return a waypoint with the pose in its region that has the posture nearest to the one before, or the best."""
+    """Return a waypoint with the pose in its region that has the nearest or preferred joint position."""
     robot, region, near = selection.pinned.robot, selection.region, selection.pinned.own(selection.before)
     asked, wanted, preferred = waypoint.pose_in_base, waypoint.configuration, costs_of(robot, options)
 
     def costs(positions: FloatArray) -> FloatArray:
-        """Return the costs (N,), s, of postures (N, joints and freedoms) in the configuration asked."""
+        """Return the costs (N,), s, of joint positions (N, joints and offsets) in the requested configuration."""
         own = positions[:, : robot.dof]
         found = motion_costs(robot, near, own, options.prefer) if preferred is None else preferred(own)
         if wanted.names:
@@ -290,7 +290,7 @@ def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinem
 def _in_spread(
     robot: Robot, asked: Pose, region: Region, near: FloatArray, options: InverseKinematicsOptions
 ) -> list[FloatArray]:
-    """Return postures (joints and freedoms,) at poses all over a region."""
+    """Return joint positions (joints and offsets,) at poses across a region."""
     offsets = _spread(region)
     poses = [region.pose(asked, row) for row in offsets]
     layers = solution_layers(robot, poses, options, near)
@@ -304,7 +304,7 @@ def _in_spread(
 
 
 def _spread(region: Region) -> FloatArray:
-    """Return offsets (N, freedoms) all over a region."""
+    """Return offsets (N, ranges) across a region."""
     ends: FloatArray = np.array(list(region.ranges.values()))
     lower, upper = ends[:, 0], ends[:, 1]
     if len(lower) > 1:

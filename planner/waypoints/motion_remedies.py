@@ -33,7 +33,7 @@ NEAR_SINGULARITY: dict[Singularity, str] = {
     "slow": "the tool keeps to its path, slowly near the singularity",
     "deviate": "the tool turns off by less than the tolerance, and the arm goes right through the singularity",
 }
-"""What a motion may be asked to do near a singularity, and why that helps."""
+"""Alternative behaviours of a motion near a singularity, and their effect."""
 
 
 def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Remedy]:
@@ -75,12 +75,12 @@ def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Rem
 
 
 def _is_named(waypoint: AnyWaypoint) -> bool:
-    """Whether the waypoint is a named position of the robot, which is where it is."""
+    """Tell whether the waypoint is a named position of the robot, which is fixed."""
     return isinstance(waypoint, JointWaypoint) and waypoint.position_name is not None
 
 
 def _near_singularity(refused: RefusedMotion) -> Iterator[Remedy]:
-    """Return what a motion may do near a singularity so that the joints can follow it."""
+    """Yield the behaviours near a singularity that let the joints follow a motion."""
     asked = refused.asked
     for choice, explanation in NEAR_SINGULARITY.items():
         waypoint = replace(asked.waypoint, motion=replace(asked.motion, singularity=choice))
@@ -89,7 +89,7 @@ def _near_singularity(refused: RefusedMotion) -> Iterator[Remedy]:
 
 
 def _other_start(refused: RefusedMotion) -> FloatArray | None:
-    """Another joint position at the pose before from which the motion can be done."""
+    """Find another joint position at the pose before from which the joints can follow the motion."""
     asked, start = refused.asked, refused.start
     pose = tool_pose(asked.robot, start)
     for other in all_solutions(asked.robot, pose, asked.options, start):

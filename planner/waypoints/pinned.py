@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Pinned:
-    """A robot with some external axes held where a waypoint pins them; perhaps none.
+    """A robot with the external axes that a waypoint fixes, if any.
 
     Attributes:
         robot: The robot without them, with its tool.
         left: (joints of all,), bool: the joints that it has.
-        values: (joints of all,), rad or m: where the others are; 0 of those that are left.
+        values: (joints of all,), rad or m: positions of the fixed axes; 0 for the remaining joints.
     """
 
     robot: Robot
@@ -43,7 +43,7 @@ class Pinned:
         return not self.left.all()
 
     def whole(self, positions: FloatArray) -> FloatArray:
-        """Return positions (..., joints of all) with those of the axes that are held."""
+        """Return positions (..., joints of all) that include the fixed axes."""
         if not self.is_pinned:
             return positions
         found = np.broadcast_to(self.values, (*positions.shape[:-1], len(self.values))).copy()
@@ -70,7 +70,7 @@ class Pinned:
 
 
 def pinned_robots(robots: Sequence[Robot], waypoints: Sequence[AnyWaypoint]) -> list[Pinned]:
-    """Return for each waypoint what is left of the robot that reaches it; equal pins share one robot.
+    """Return the remaining robot for each waypoint; equal fixed positions share one robot.
 
     Args:
         robots: The robot with the tool of each waypoint.

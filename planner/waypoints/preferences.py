@@ -34,11 +34,11 @@ STARTS = 6
 
 
 def costs_of(robot: Robot, options: InverseKinematicsOptions) -> Costs | None:
-    """Return the costs (N,) of joint positions (N, joints) by what is preferred; None: the way alone counts.
+    """Return the preference costs (N,) of joint positions (N, joints); None: only the path counts.
 
     Args:
-        robot: The robot, with its tool; joints behind its own ones, freedoms of a goal, do not count.
-        options: What is preferred, and the reference.
+        robot: The robot, with its tool; joints behind its own, the offsets of a region, do not count.
+        options: The preference and the reference.
     """
     match options.prefer:
         case "continuous" | "arm":
@@ -59,13 +59,13 @@ def best_of_continuum(
     costs: Costs,
     wanted: Configuration,
 ) -> list[FloatArray]:
-    """Return solutions (joints,) of least cost nearby those that are known, and a spread of others.
+    """Return solutions (joints,) of least cost near known ones, and others spread widely.
 
     Args:
         robot: The robot, with its tool.
         pose: Has a continuum of solutions.
         options: How it is solved.
-        known: Some solutions in the configuration asked.
+        known: Some solutions in the requested configuration.
         costs: Of joint positions.
         wanted: The configuration.
     """
@@ -78,7 +78,7 @@ def best_of_continuum(
 
 
 def _in_configuration(robot: Robot, wanted: Configuration, costs: Costs, positions: FloatArray) -> FloatArray:
-    """Return costs (N,) that are infinite in other configurations than the one asked."""
+    """Return costs (N,) that are infinite outside the requested configuration."""
     found = costs(positions)
     if wanted.names:
         found = np.where([wanted.allows(other) for other in configurations(robot, positions)], found, np.inf)
@@ -99,7 +99,7 @@ def _singular(robot: Robot, positions: FloatArray) -> FloatArray:
 
 
 def _near_limits(robot: Robot, positions: FloatArray) -> FloatArray:
-    """Return how far (N,) joints are from the middle of their limits, by half their ranges."""
+    """Return distances of (N,) joints from the middle of their limits, relative to half their ranges."""
     shares = np.abs(shares_of_range(robot, positions[:, : robot.dof]))
     costs: FloatArray = shares.max(axis=1) + SIDE * shares.sum(axis=1)
     return costs

@@ -43,7 +43,7 @@ class LimitMargin(NamedTuple):
 
     Attributes:
         joint: Name of the joint that is nearest to one of its limits, rad and m alike.
-        value: How far it is from that limit, rad or m.
+        value: Distance from that limit, rad or m.
     """
 
     joint: str
@@ -52,20 +52,22 @@ class LimitMargin(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Reachability:
-    """Whether one waypoint can be reached, and how well.
+    """The reachability of one waypoint.
 
     Attributes:
         error: Why it cannot be reached; None: it can.
-        solutions: How many isolated solutions the pose has in the configuration asked; None: a continuum, or a joint
-            waypoint.
-        best: (joints,), rad or m: the solution that is furthest from the limits, of those that keep clear as long as
-            there is one; None: there is none. A solution of another configuration where that asked has none.
+        solutions: Number of isolated solutions of the pose in the requested configuration; None: a continuum, or a
+            joint waypoint.
+        best: (joints,), rad or m: the collision-free solution furthest from the limits; any solution if none is
+            collision-free; None: no solution. If the requested configuration has no solution, one of another
+            configuration.
         limit_margin: How near `best` is to the limits; None: no joint has limits, or there is no solution.
         manipulability: The manipulability at `best`.
         nearest: The nearest that the robot gets to a pose that it cannot reach.
-        free: Whether there is a solution at which the robot keeps clear; None: nothing is held against anything.
+        free: Whether a collision-free solution exists; None: nothing is checked for collisions.
         free_solutions: How many of `solutions` these are; None as `solutions`, or where `free` is.
-        hindered_by: Where there is none, what is in the way at the solutions, each pair once, the least deep first.
+        hindered_by: Without a collision-free solution, the pairs in collision at the solutions, each once, the least
+            deep first.
     """
 
     error: PlanningError | None
@@ -87,23 +89,24 @@ def reachability(
     scene: Scene | None = None,
     self_collision: bool | None = None,
 ) -> list[Reachability]:
-    """Look at every waypoint by itself; motions, transitions and limits of speed do not count.
+    """Check the reachability of every waypoint by itself, without motions, transitions and speed limits.
 
-    A relative waypoint starts from the pose asked before it, whether that can be reached or not. In the axes of a tool
-    whose orientation was left open, it starts from the best solution there, or else from the nearest pose. A joint
-    position outside of the limits by no more than `START_TOLERANCE` is taken to be at the limits, as in plans. What the
-    robot takes or puts down at some waypoint, and may touch there, is not held against it.
+    A relative waypoint starts from the requested pose before it, reachable or not. If the orientation of that pose is
+    free, the axes of the tool come from the best solution there, or else from the nearest pose. A joint position
+    outside the limits by at most `START_TOLERANCE` is moved to the limits, as in plans. Objects that the robot takes or
+    puts down at some waypoint are not checked, because it may touch them there.
 
     Args:
         robot: The robot, with its tool.
         waypoints: One or more.
         options: Tolerances, seed, and the joint position that solutions are turned nearest to.
-        scene: What is around the robot: solutions at which it keeps clear go before others. None: nothing is known.
-        self_collision: Whether the arm is held against itself, see `CollisionChecker`; without a scene only `True` is.
+        scene: The obstacles: collision-free solutions come before others. None: no obstacles.
+        self_collision: Whether the arm is checked against itself, see `CollisionChecker`; without a scene only if
+            `True`.
 
     Raises:
-        InvalidProblem: A joint position or the reference has not one value a joint, the first waypoint is relative, or
-            the scene has not what is taken.
+        InvalidProblem: A joint position or the reference does not have one value per joint, the first waypoint is
+            relative, or the scene lacks an object to take.
     """
     handling = [Handling(waypoint.attach, waypoint.detach) for waypoint in waypoints]
     faults = list(waypoint_faults(robot, waypoints, options))
@@ -145,7 +148,7 @@ def reachability(
 
 
 def _pose_there(robot: Robot, answer: Reachability) -> Pose:
-    """Return the pose of the tool of `robot` where the solution of a waypoint is, or the posture nearest to it."""
+    """Return the tool pose of `robot` at a waypoint's solution, or at the nearest joint position."""
     position = answer.best if answer.nearest is None else answer.nearest.position
     assert position is not None  # noqa: S101 - a pose has a solution, or a nearest posture
     return tool_pose(robot, position)

@@ -47,28 +47,27 @@ MILLIMETRE = 1e-3
 """A millimetre, m."""
 
 MANY_METRES = 10.0
-"""How far out of reach a position is, m, that may be meant in millimetres: more than any arm's size."""
+"""Distance out of reach, m, above which a position may be meant in millimetres: more than any arm's size."""
 
 
 @dataclass(frozen=True, eq=False)
 class SolvedWaypoint:
-    """A waypoint with its joint position. Its existence means: forward kinematics have confirmed it.
+    """A waypoint with its joint position, confirmed by forward kinematics.
 
     Attributes:
-        name: As asked.
-        wanted: The pose asked; of a joint waypoint its own.
+        name: The requested name.
+        wanted: The requested pose; for a joint waypoint, the pose of its joint position.
         position: (joints,), rad or m.
         pose: Pose of the tool there.
-        position_error: m, from the pose asked; 0 for a joint waypoint.
-        orientation_error: rad; None: no orientation was asked.
-        solutions: How many isolated solutions the pose has in the configuration asked, of those that are free if there
-            is one; None: a joint waypoint, a goal region from which a motion of the tool leads on, or a continuum.
-        solution: Which of them was taken, in the order of their distance in time from the waypoint before: 0 is the
-            nearest; None: a joint waypoint, or a continuum.
-        choice: Why it was taken: `given` (a joint waypoint), `only` (there is no other), `shortest_way` (with it the
-            way through the whole list is shortest), `preferred` (it is the best by what the options prefer),
-            `continued` (a Cartesian motion ends there), `way_around` (it is a corner of the way that was found for a
-            free motion).
+        position_error: Distance from the requested pose, m; 0 for a joint waypoint.
+        orientation_error: Angle from the requested orientation, rad; None: the request has none.
+        solutions: Number of isolated solutions in the requested configuration; only the collision-free ones, if any.
+            None: a joint waypoint, a tolerance region with a tool motion after it, or a continuum.
+        solution: Index of the chosen solution, in the order of time from the waypoint before: 0 is the nearest. None: a
+            joint waypoint, or a continuum.
+        choice: Reason for the choice. `given`: a joint waypoint. `only`: the only solution. `shortest_way`: it makes
+            the path through the whole list shortest. `preferred`: the best by the preference of the options.
+            `continued`: a Cartesian motion ends there. `way_around`: a corner of the detour of a free motion.
         tool_motion: The motion of the tool that ends here, followed; None: a joint motion.
     """
 
@@ -91,19 +90,19 @@ def solve_waypoints(
     follow: Follow = follow_motion,
     is_free: IsFree | None = None,
 ) -> tuple[SolvedWaypoint, ...]:
-    """Joint positions of all waypoints, in order, on the shortest way through their solutions.
+    """Compute the joint positions of all waypoints, on the shortest path through their solutions.
 
-    What is shortest, `shortest_way` says. The way starts at `options.reference`; without one it may start anywhere, and
-    the middle of the limits decides between equals. A waypoint whose pose depends on the joint position chosen at the
-    waypoint before splits the list: the part before it is chosen first.
+    `shortest_way` defines the length. The path starts at `options.reference`. Without a reference it may start
+    anywhere, and the middle of the limits decides between equals. A waypoint whose pose depends on the joint position
+    chosen at the waypoint before splits the list: the part before it is chosen first.
 
     Args:
         robot: The robot, with the tool that it has until a waypoint changes it.
         waypoints: The first is not relative.
         options: Tolerances, reference and seed.
         follow: Follows a motion of the tool from a joint position (joints,).
-        is_free: Tells at which joint positions the robot keeps clear of what is around it: of a pose only these are
-            taken, as long as there is one; None: nothing is known to be there.
+        is_free: Function that tells which joint positions are collision-free; a pose uses only these, if it has any.
+            None: no obstacles.
 
     Raises:
         UnreachableWaypoint: A pose has no solution; the nearest pose found comes with it.
@@ -208,7 +207,7 @@ class _Sequence:
         return wider
 
     def _depends_on_posture(self, index: int) -> bool:
-        """Whether a waypoint, or where the motion of the tool to it begins, depends on the posture before."""
+        """Tell whether a waypoint, or the start of the tool motion to it, depends on the joint position before."""
         waypoint = self.waypoints[index]
         return index > 0 and (
             self.wanted[index] is None or (self.before[index] is None and not isinstance(waypoint.motion, JointMotion))
@@ -283,7 +282,7 @@ class _Sequence:
 
 
 def _rank(robot: Robot, layer: Layer, before: FloatArray, position: FloatArray) -> tuple[int | None, int | None]:
-    """Count the solutions, and those of them that are nearer to `before` than the one taken."""
+    """Count the solutions, and the solutions nearer to `before` than the chosen one."""
     if layer.descend is not None or not layer.solutions:
         return None, None
     times = joint_times(robot, before, layer.reached_from(before[None])[0, : layer.solutions]).max(axis=1)
@@ -353,15 +352,15 @@ def unreachable_error(
     before: Pose | None,
     axes: FloatArray | None,
 ) -> PlanningError:
-    """Why the pose of a waypoint has no solution.
+    """Build the refusal of a waypoint whose pose has no solution.
 
     Args:
         robot: The robot, with its tool.
         index: Index of the waypoint.
-        waypoint: As asked.
+        waypoint: The requested waypoint.
         wanted: Its pose.
         result: The result of the search for a solution.
-        before: The pose asked at the waypoint before, if there is one.
+        before: The requested pose at the waypoint before, if any.
         axes: (3, 3), of the tool there, if they are known.
     """
     near = Pose(result.pose.position, None if wanted.rotation is None else result.pose.rotation)

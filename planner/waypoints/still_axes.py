@@ -31,8 +31,8 @@ def with_still_axes(search: Search, start: FloatArray, wanted: Configuration) ->
         wanted: The configuration of the arm.
 
     Returns:
-        The nearest solution of the arm alone; where it has none, one of which no small motion of the joints spares the
-        external axes more; None: there is none nearby.
+        The nearest solution of the arm alone. Otherwise a solution with a local minimum of the external axes' motion;
+        None: no solution nearby.
     """
     robot, carried = search.robot, len(search.robot.external_axes)
     pinned = pinned_at(robot, dict(zip(robot.external_axes, start.tolist(), strict=False)))
@@ -45,7 +45,7 @@ def with_still_axes(search: Search, start: FloatArray, wanted: Configuration) ->
     velocity = counted_velocity(robot.limit("velocity"))
 
     def costs(positions: FloatArray) -> FloatArray:
-        """Return the times (N,), s, that external axes take from the start, and a share of what the arm takes."""
+        """Return the times (N,), s, of the external axes from the start, plus a fraction of the arm's time."""
         times = np.abs(positions - start) / velocity
         found: FloatArray = times[:, :carried].sum(axis=1) + ARM_SHARE * times[:, carried:].sum(axis=1)
         return found

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 
 def wanted_poses(robots: Sequence[Robot], waypoints: Sequence[AnyWaypoint]) -> list[Pose | None]:
-    """Return the pose asked at every waypoint, as far as the list alone says it.
+    """Return the requested pose of every waypoint, as far as the list alone defines it.
 
-    A move starts from the pose asked before it, not from the one reached: errors do not add up. Relative to a joint
-    position of an arm that cannot choose its orientation it asks for none. A waypoint that was fixed since asks for the
-    pose of the request; what that leaves open is as its joint position has it.
+    A move starts from the requested pose before it, not from the reached one, so errors do not add up. After a joint
+    position of an arm that cannot choose its orientation, the requested pose has no orientation. A waypoint fixed later
+    keeps the pose of the request; its joint position determines the open coordinates.
 
     Args:
         robots: The robot with the tool of each waypoint.
@@ -99,10 +99,10 @@ def of_other_tool(pose: Pose | None, robot: Robot, other: Robot) -> Pose | None:
 
 
 def moved_pose(before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint) -> Pose:
-    """Return the pose before, moved. Where that leaves its orientation open, so does this one unless the tool turns.
+    """Move the pose before; without an orientation, the result has none unless the tool turns.
 
     Args:
-        before: The pose asked at the waypoint before.
+        before: The requested pose at the waypoint before.
         axes: (3, 3), of the tool there; not needed by a move in the base's axes that does not turn it.
         waypoint: The move.
     """
@@ -115,11 +115,11 @@ def moved_pose(before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint
 
 
 def move_to(goal: Pose, before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint) -> CartesianMove | None:
-    """Return the move that leads a relative waypoint to another pose; None: in axes that are not known.
+    """Return the move of a relative waypoint to another pose; None: its axes are unknown.
 
     Args:
         goal: The pose to which the move is to lead.
-        before: The pose asked at the waypoint before.
+        before: The requested pose at the waypoint before.
         axes: (3, 3), of the tool there; not needed by a move in the base's axes.
         waypoint: Whose frame the move is in.
     """
@@ -140,13 +140,13 @@ def move_to(goal: Pose, before: Pose, axes: FloatArray | None, waypoint: Relativ
 def pose_remedy(
     index: int, waypoint: AnyWaypoint, goal: Pose, before: Pose | None, axes: FloatArray | None, explanation: str
 ) -> list[Remedy]:
-    """Return the remedy that takes a waypoint to another pose; none where the list cannot say it.
+    """Return the remedy that moves a waypoint to another pose; none if the list cannot express it.
 
     Args:
         index: Index of the waypoint.
         waypoint: A pose, or relative to one.
         goal: The pose at which it is to be, in the base frame.
-        before: The pose asked at the waypoint before, if there is one.
+        before: The requested pose at the waypoint before, if any.
         axes: (3, 3), of the tool there, if they are known.
         explanation: For a person.
     """
