@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def inverse_dynamics(robot: Robot, positions: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike) -> FloatArray:
-    """Compute the joint torques of a motion, those against gravity and of the payload included.
+    """Compute the joint torques of a motion, including gravity and payload.
 
     Args:
         robot: The robot, with its payload, if any.
@@ -30,7 +30,7 @@ def inverse_dynamics(robot: Robot, positions: ArrayLike, velocities: ArrayLike, 
 
     Raises:
         MissingDynamics: The robot has neither inertias nor a payload.
-        ValueError: The shapes differ, or are not those of the robot's states.
+        ValueError: The shapes differ, or do not fit the robot.
     """
     check_dynamics(robot)
     q, v, a = (np.asarray(values, dtype=np.float64) for values in (positions, velocities, accelerations))

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 class PathDynamics(NamedTuple):
     """The torques m(s) s'' + h(s) s'^2 + g(s) of a motion along a path q(s).
 
-    With M, C and g of the robot's equation of motion, m = M q' and h = M q'' + C(q, q') q' (Verscheure et al.,
-    Time-optimal path tracking for robots: a convex optimization approach, IEEE Transactions on Automatic Control 54,
-    2009, eq. 5).
+    M, C and g are the terms of the robot's equation of motion: m = M q' and h = M q'' + C(q, q') q'. See (Verscheure et
+    al., Time-optimal path tracking for robots: a convex optimization approach, IEEE Transactions on Automatic Control
+    54, 2009, eq. 5).
 
     Attributes:
         inertia: m, (..., joints), N m (N) by the unit of path acceleration.

@@ -18,10 +18,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SegmentDynamics:
-    """The robot on each segment of a path, with the payload that it carries there and the tool that goes along it.
+    """The robot on each segment of a path, with its payload and tool there.
 
-    Both change at waypoints where the robot stops, so that what is passed without stopping has one payload and one
-    tool.
+    Both change only where the robot stops, so a segment group has one payload and one tool.
 
     Attributes:
         robots: The robot with each payload that it carries and each tool, the one at the start first.
@@ -60,7 +59,7 @@ class SegmentDynamics:
     def by_robot(
         self, function: Callable[..., tuple[FloatArray, ...]], segments: np.ndarray, *states: FloatArray
     ) -> tuple[FloatArray, ...]:
-        """Put together what a function makes of each robot and the states (N, joints) on its segments (N,)."""
+        """Combine the results of a function for each robot and the states (N, joints) on its segments (N,)."""
         if len(self.robots) == 1:
             return function(self.robots[0], *states)
         indices = np.broadcast_to(self.indices[segments], states[0].shape[:1])
@@ -101,7 +100,7 @@ class SegmentDynamics:
     def _of_each(
         self, function: Callable[..., tuple[FloatArray, ...]], segments: np.ndarray, *states: FloatArray
     ) -> tuple[FloatArray, ...]:
-        """Put together what a function makes of each robot and the states (..., joints) on its segments."""
+        """Combine the results of a function for each robot and the states (..., joints) on its segments."""
         if len(self.robots) == 1:
             return function(self.robots[0], *states)
         of_state = np.broadcast_to(self.indices[segments], states[0].shape[:-1])

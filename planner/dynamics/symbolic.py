@@ -1,8 +1,8 @@
 """Joint torques as a CasADi expression: the recursive Newton-Euler algorithm over a Pinocchio model.
 
 Luh, Walker and Paul, On-line computational scheme for mechanical manipulators (1980), with three-vectors in the frame
-of each joint. The wheel of Pinocchio has no CasADi interface; what it has are placements and inertias, and a model of
-ours knows two kinds of joint only: turning about, and sliding along, the z axis of its frame.
+of each joint. The wheel of Pinocchio has no CasADi interface, but has placements and inertias. The models of this
+library have only two kinds of joint: revolute about, and prismatic along, the z axis of its frame.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class _Moving(NamedTuple):
 
 
 def symbolic_motion(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> SymbolicMotion:
-    """Torques, gravity and payload included, and the velocity of the tool.
+    """Build the torques, including gravity and payload, and the velocity of the tool.
 
     Args:
         robot: A serial chain, with its tool and payload.
@@ -90,7 +90,7 @@ def symbolic_tool_position(robot: Robot, q: ca.SX) -> ca.SX:
 
 
 def _placed(placement: Any, turns: bool, q: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Return the rotation (3, 3) and the offset (3,) of a joint's frame in the frame of the joint before it."""
+    """Return the rotation (3, 3) and offset (3,) of a joint's frame relative to the joint before."""
     import casadi as ca
 
     rotation, offset = _constant(placement.rotation), _constant(placement.translation)
@@ -136,7 +136,7 @@ def _constant(values: FloatArray) -> ca.SX:
 
 
 def dynamics_content(robot: Robot) -> bytes:
-    """Equal for robots with equal expressions: what a cache is keyed by."""
+    """Return bytes that are equal for robots with equal expressions, as the key of a cache."""
     model, tool = robot.model, robot.model.frames[robot.tool_frame_id]
     arrays = [model.gravity.linear, robot.is_angle, tool.placement.homogeneous]
     for placement, inertia in zip(model.jointPlacements.tolist(), model.inertias.tolist(), strict=True):

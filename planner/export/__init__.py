@@ -33,8 +33,8 @@ def render(plan: Plan, format: str, options: ExportOptions = ExportOptions()) ->
     Args:
         plan: The plan.
         format: `csv`, `ros2` (a `JointTrajectory` message as JSON), `npz` (numpy's arrays), `mcap` (a recording of
-            ROS 2 messages), or a program: `urscript` and `urscript_moves` (Universal Robots), `krl` (KUKA), `rapid`
-            (ABB), `fanuc_ls` (Fanuc).
+            ROS 2 messages). Robot programs are `urscript` and `urscript_moves` (Universal Robots), `krl` (KUKA),
+            `rapid` (ABB), `fanuc_ls` (Fanuc).
         options: The period of the samples, and the included quantities.
 
     Returns:

@@ -78,7 +78,7 @@ def build(processor: str | None = None) -> Path:
 
 
 def library_names(processor: str) -> dict[str, str]:
-    """Return the names of the files by the levels of a processor, the fastest first and the last for every machine."""
+    """Return the names of the library files by processor level, the fastest first, the generic one last."""
     return {level: f"kernels-{processor}-{level}.so" for level in LEVELS.get(processor, ("baseline",))}
 
 

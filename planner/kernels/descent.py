@@ -38,8 +38,8 @@ def descend(
     """Descend from starts to poses, and return the errors (N,), m and rad, and the joint positions (N, joints).
 
     A descent minimises |p* - p|^2 + |log(R* R^T)|^2, m and rad alike. The damping follows the squared error (Sugihara
-    2011), so that steps are Newton's near a solution and bounded at a singularity, and grows when a step does not pay.
-    A joint that presses against its limit is taken out of the step.
+    2011), and grows when a step does not reduce the error. So steps are Newton steps near a solution, and bounded at a
+    singularity. A joint that presses against its limit takes no part in the step.
 
     Args:
         arm: The arm, and the point that is to be brought there.

@@ -20,7 +20,8 @@ class Arm(NamedTuple):
 
     Attributes:
         frames: (joints + 1, `ARM_FRAME_NUMBERS`): rotation (9, row by row) and origin (3), m, of the joint's frame in
-            the one before, at position 0; 1 for a joint that turns, 0 for one that slides. The last is the tip's frame.
+            the one before, at position 0. Then 1 for a revolute joint, 0 for a prismatic one. The last row is the tip's
+            frame.
         point: (3,), m, in the tip's frame.
     """
 
@@ -34,7 +35,7 @@ class Arm(NamedTuple):
 
 
 def tip_poses(arm: Arm, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Compute the positions (N, 3) of the point and the rotations (N, 3, 3) of the tip at positions (N, joints).
+    """Compute tip positions (N, 3) and rotations (N, 3, 3) at joint positions (N, joints).
 
     Raises:
         ValueError: The positions have another shape.

@@ -33,7 +33,7 @@ ARGUMENTS: dict[type, type[ctypes._SimpleCData[Any]]] = {
     np.ndarray: ctypes.c_void_p,
     type(None): ctypes.c_void_p,
 }
-"""The types of C by those of arguments."""
+"""The types of C for types of arguments."""
 
 NO_MEMORY = 1
 """The code that a kernel returns when there is no memory left for it."""
@@ -59,7 +59,7 @@ def library() -> ctypes.CDLL:
 
 
 def _folder() -> Path:
-    """Return the folder of the libraries; in a checkout they are those of its sources, or are compiled now."""
+    """Return the folder of the libraries; in a checkout, compile them first if the sources have changed."""
     if not SOURCES.is_dir():
         return next((path for path in LIBRARIES.glob("*") if path.is_dir()), LIBRARIES)
     try:

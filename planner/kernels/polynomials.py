@@ -90,7 +90,7 @@ def states_on_pieces(lengths: FloatArray, coefficients: FloatArray, shares: Floa
 
 
 def shift(coefficients: FloatArray, by: FloatArray) -> FloatArray:
-    """Compute the coefficients (rows, order) of p(x + by), by (rows,), from those of p(x)."""
+    """Compute the coefficients (rows, order) of p(x + by), by (rows,), from the coefficients of p(x)."""
     rows, order = coefficients.shape
     shifted = np.empty((rows, order))
     call("shift", rows, order, doubles(coefficients, rows, order), doubles(by, rows), shifted)

@@ -66,7 +66,7 @@ class UseOfLimits(NamedTuple):
         bend: Half of what u grows by: it keeps the limits at both ends, or breaks them the least; 0: u is constant.
         used: The largest share of a limit that is used then.
         unused: The share of the tightest limit that a constant u leaves unused, on average; elsewhere 0.
-        dips: By how much x may exceed its bound between probes, relative to the bound; 0 where x is far below it.
+        dips: Largest excess of x over its bound between probes, relative to the bound; 0 where x is far below it.
     """
 
     bend: FloatArray

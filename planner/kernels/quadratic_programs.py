@@ -37,7 +37,7 @@ class Gap(NamedTuple):
 
     Attributes:
         least: The first.
-        share: The second, as a share of what the objective is below `reference`.
+        share: The second, as a fraction of the decrease of the objective below `reference`.
         reference: A value of the objective.
     """
 

@@ -1,4 +1,4 @@
-"""The search for peaks of sampled functions: which samples are wanted, round by round, and what they show."""
+"""The search for peaks of sampled functions: the samples of each round, and the resulting bounds."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def search_peaks(
         groups: (pieces,), index of the group of each piece, from 0 on without gaps.
         above: (groups,), peaks up to this do not matter.
         accuracy: (`SEARCH_NUMBERS`,).
-        more_columns: Number of columns that tell how much bends between samples may use.
+        more_columns: Number of columns that bound the effect of bends between samples.
 
     Returns:
         Magnitude, piece, unit time and column of the peaks, each (groups, quantities).

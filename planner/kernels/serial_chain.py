@@ -21,9 +21,9 @@ class SerialChain(NamedTuple):
     """Joints that turn about, or slide along, the z axes of their frames, each carried by the one before.
 
     Attributes:
-        links: (joints, `LINK_NUMBERS`): rotation (9, row by row) and origin (3) of the joint's frame in the one before,
-            at position 0; mass of its link, centre of mass (3) in that frame, inertia (9) about the centre of mass; 1
-            for a joint that turns, 0 for one that slides. SI units.
+        links: (joints, `LINK_NUMBERS`). First the rotation (9, row by row) and origin (3) of the joint's frame in the
+            one before, at position 0. Then the mass of its link, centre of mass (3) in that frame, inertia (9) about
+            the centre of mass. Last, 1 for a revolute joint, 0 for a prismatic one. SI units.
         gravity: Acceleration (3,) of free fall in the base frame, m/s^2.
     """
 
@@ -47,7 +47,7 @@ def inverse_dynamics(
     """Compute the torques (states, joints) at states of a chain, by the recursive Newton-Euler algorithm.
 
     Raises:
-        ValueError: The shapes differ, or are not those of the chain's states.
+        ValueError: The shapes differ, or do not fit the chain.
     """
     states, joints = len(positions), len(chain.links)
     motion = [doubles(values, states, joints) for values in (positions, velocities, accelerations)]
@@ -62,7 +62,7 @@ def path_dynamics(chain: SerialChain, positions: FloatArray, first: FloatArray, 
     They are M q', M q'' + C(q, q') q' and g at positions q of the path with derivatives q' and q''.
 
     Raises:
-        ValueError: The shapes differ, or are not those of the chain's states.
+        ValueError: The shapes differ, or do not fit the chain.
     """
     points, joints = len(positions), len(chain.links)
     path = [doubles(values, points, joints) for values in (positions, first, second)]

@@ -24,12 +24,12 @@ def interpolate(
         degree: 3 or 5.
         positions: The positions.
         durations: (segments,), positive.
-        velocities: (segments - 1, joints), at the inner waypoints where they are given.
-        given: (segments - 1,), where they are.
+        velocities: (segments - 1, joints), at the inner waypoints with given velocities.
+        given: (segments - 1,), mask of the waypoints with given velocities.
 
     Returns:
-        Coefficients (segments, joints, degree + 1) on unit time, and the ends (segments, joints, degree): the travel,
-        then the derivatives by unit time at the start and at the end of each segment.
+        Coefficients (segments, joints, degree + 1) on unit time, and the ends (segments, joints, degree). The ends are
+        the travel, then the derivatives by unit time at the start and at the end of each segment.
     """
     segments, joints = len(durations), positions.shape[1]
     unit, ends = np.empty((segments, joints, degree + 1)), np.empty((segments, joints, degree))

@@ -1,4 +1,4 @@
-"""What stands around a robot, and proved distances of its pieces: at postures and along whole motions."""
+"""Obstacles around a robot, and proved distances of its pieces: at joint positions and along motions."""
 
 from planner.scene.carried import segment_scenes
 from planner.scene.checker import CONTACT_TOLERANCE, CollisionChecker

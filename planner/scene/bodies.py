@@ -1,4 +1,4 @@
-"""The convex pieces of a robot and of what it carries: where they are, and how far joints move them."""
+"""The convex pieces of a robot and its carried objects: their placements and displacements."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 SPHERES = 5
-"""Number of spheres that cover a bounding capsule: with fewer they are much wider than it, with more the bounds of
-distances take longer than what they save."""
+"""Number of spheres that cover a bounding capsule.
+
+Fewer spheres are much wider than the capsule; more take longer than they save.
+"""
 
 
 class Body(NamedTuple):
@@ -39,15 +41,15 @@ class Body(NamedTuple):
 
 
 class Postures(NamedTuple):
-    """The placements of bodies at N postures, in the base frame.
+    """The placements of bodies at N joint positions, in the base frame.
 
     Attributes:
         rotations: (N, joints + 1, 3, 3): of the joints' frames; 0 is the base.
         origins: (N, joints + 1, 3), m.
         spheres: (N, bodies, SPHERES, 3), m: centers of spheres along the axis of each body's bounding capsule, the
             first and the last at its ends.
-        levers: (N, bodies, joints): largest distance of the body from the axis of a joint that turns it, m; 1 where
-            the joint slides it; 0 where it does not move it.
+        levers: (N, bodies, joints): largest distance of the body from the axis of a revolute joint that moves it, m. 1
+            for a prismatic joint that moves it; 0 for other joints.
     """
 
     rotations: FloatArray
@@ -96,7 +98,7 @@ class Bodies:
         return np.column_stack([turns, shifts, self.is_angle, self._parents])
 
     def at(self, positions: FloatArray) -> Postures:
-        """Compute where the bodies are at postures (N, joints), rad or m."""
+        """Compute the placements of the bodies at joint positions (N, joints), rad or m."""
         rotations, origins = self.frames(positions)
         spheres = np.matmul(self._spheres, rotations[:, self.joints].transpose(0, 1, 3, 2))
         spheres += origins[:, self.joints, None]
@@ -131,14 +133,14 @@ class Bodies:
         return np.where(self.is_moved, levers, 0.0)
 
     def displacements(self, postures: Postures, excursions: FloatArray) -> FloatArray:
-        """Bound how far the joints move the bodies from where they are, one joint after the other, the first one first.
+        """Bound the displacements of the bodies by excursions of the joints, one joint after the other.
 
-        A joint that turns a body by an angle moves none of its points further than the chord of that angle at the
-        largest distance from the joint's axis. What the joints before it do changes no such distance (Schwarzer, Saha
-        and Latombe, Adaptive dynamic collision checking, IEEE Transactions on Robotics 21, 2005).
+        A revolute joint moves no point of a body further than the chord of its angle at the largest distance from its
+        axis. The joints before it do not change this distance. See Schwarzer, Saha and Latombe, Adaptive dynamic
+        collision checking, IEEE Transactions on Robotics 21, 2005.
 
         Args:
-            postures: N postures.
+            postures: The placements at N joint positions.
             excursions: Largest change of each joint (N, joints), rad or m.
 
         Returns:

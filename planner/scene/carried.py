@@ -1,4 +1,4 @@
-"""What stands around a robot on each segment, where it takes objects and puts them down on its way."""
+"""The scene on each segment, with objects that the robot takes and puts down."""
 
 from __future__ import annotations
 
@@ -22,19 +22,23 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 DEEPEST_SUPPORT = 1e-3
-"""Depth, m, by which an object may overlap with what it stands on where it is taken or put down: how well cells are
-measured. What is deeper is a collision."""
+"""Depth, m, of the allowed overlap of an object with its support where the robot takes it or puts it down.
+
+It is the measuring accuracy of cells; a deeper overlap is a collision.
+"""
 
 ROOM_ON_THE_WAY = 1e-4
 """Distance, m, by which what touches where an object is taken or put down may come nearer on the way there or from
 there: lines of the tool are kept as well as that."""
 
 MOST_LISTS_KEPT = 2
-"""Number of lists of waypoints of which a process keeps the checkers of all segments: the motions of one are timed,
-slowed and certified, and tried again, one after the other."""
+"""Number of lists of waypoints whose checkers for all segments a process keeps.
+
+The planner times, slows and certifies the motions of one list after the other, several times.
+"""
 
 MOST_SCENES_KEPT = 4
-"""Number of scenes without what is handled that a process keeps."""
+"""Number of scenes without handled objects that a process keeps."""
 
 
 def segment_scenes(
@@ -42,14 +46,14 @@ def segment_scenes(
 ) -> tuple[Scene, ...]:
     """Return the scene of each segment, the same object where nothing changes.
 
-    An object moves with the robot from the waypoint on where it is taken, and stays from the next on where it is put
-    down. On the segments there and from there what holds it may be as near to it as it is at that waypoint, and it may
-    be as near to what it stands on as it is there; everything else keeps its margin.
+    An object moves with the robot from the waypoint where it is taken to the waypoint where it is put down. On the
+    segments to and from such a waypoint, the gripper may be as close to the object as at the waypoint. The object may
+    also be as close to its support as there. Everything else keeps its margin.
 
     Args:
         robot: The arm, with its tool and mounting.
-        scene: What is around it at the start.
-        handling: What it does at each waypoint.
+        scene: The obstacles at the start.
+        handling: The objects that it takes and puts down at each waypoint.
         positions: (waypoints, joints), where it does that, rad or m.
     """
     if all(done.is_none for done in handling):
@@ -69,13 +73,13 @@ def segment_scenes(
 def checkers_of_segments(
     robot: Robot, scene: Scene, self_collision: bool | None, handling: Sequence[Handling], positions: FloatArray
 ) -> tuple[CollisionChecker, ...]:
-    """Return the checker of each segment, the same object where nothing changes, prepared when it is first asked for.
+    """Return the checker of each segment, the same object where nothing changes, from a cache.
 
     Args:
         robot: The arm, with its tool and mounting.
-        scene: What is around it at the start.
+        scene: The obstacles at the start.
         self_collision: See `CollisionChecker`.
-        handling: What the robot does at each waypoint.
+        handling: The objects that the robot takes and puts down at each waypoint.
         positions: (waypoints, joints), where it does that, rad or m.
     """
     where = [None if done.is_none else tuple(at) for done, at in zip(handling, positions.tolist(), strict=True)]
@@ -97,7 +101,7 @@ def _checkers_of_segments(
 
 
 def without_handled(scene: Scene, handling: Sequence[Handling]) -> Scene:
-    """Return a scene without the objects that the robot takes or puts down on its way, which may touch it there."""
+    """Return a scene without the objects that the robot takes or puts down."""
     handled = frozenset(name for done in handling for name in (*(take.id for take in done.taken), *done.put_down))
     return _without(scene, handled) if handled else scene
 
@@ -122,15 +126,15 @@ def _without(scene: Scene, handled: frozenset[str]) -> Scene:
 def checker_at_waypoints(
     robot: Robot, scene: Scene | None, self_collision: bool | None, handling: Sequence[Handling]
 ) -> CollisionChecker | None:
-    """Return what the postures of waypoints are held against; None: neither a scene nor self-collision is asked for.
+    """Return the collision checker for joint positions of waypoints; None: no scene and no self-collision check.
 
-    What is taken or put down on the way is left out.
+    The checker leaves out objects that the robot takes or puts down.
 
     Args:
         robot: The arm, with its tool and mounting.
-        scene: What is around it at the start; None: nothing is known.
+        scene: The obstacles at the start; None: none.
         self_collision: See `CollisionChecker`; without a scene only `True` counts.
-        handling: What the robot does at each waypoint.
+        handling: The objects that the robot takes and puts down at each waypoint.
     """
     if scene is None and not self_collision:
         return None
@@ -158,7 +162,7 @@ def _changed(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -
 def _near_after(
     robot: Robot, before: Scene, scene: Scene, done: Handling, position: FloatArray
 ) -> Iterator[tuple[str, str, float]]:
-    """Yield the distances that may be kept on the way from a waypoint: of what was taken, and of what was put down."""
+    """Yield the allowed distances after a waypoint, of objects taken and of objects put down there."""
     taken = {take.id for take in done.taken}
     yield from _near(robot, scene, position, taken, None, DEEPEST_SUPPORT)
     for held in (held for held in before.attached if held.id in done.put_down and held.id not in taken):
@@ -167,7 +171,7 @@ def _near_after(
 
 
 def _near_before(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -> Iterator[tuple[str, str, float]]:
-    """Yield the distances that may be kept on the way to a waypoint: of what will be taken, and put down."""
+    """Yield the allowed distances before a waypoint, of objects to take and to put down there."""
     yield from _near(robot, scene, position, set(done.put_down), None, DEEPEST_SUPPORT)
     for take in done.taken:
         holders = _holders(robot, scene, take.link, take.touch_links)
@@ -175,7 +179,7 @@ def _near_before(robot: Robot, scene: Scene, done: Handling, position: FloatArra
 
 
 def _holders(robot: Robot, scene: Scene, link: str | None, touch_links: Sequence[str]) -> set[str]:
-    """Return the names of what moves with a link, and of what else may touch an object that it holds."""
+    """Return the names that move with a link, and all others that may touch its object."""
     joint = robot.model.frames[_frame_id(robot, link)].parentJoint
     links = {shape.link for shape in robot.collision_shapes if shape.joint == joint}
     held = {thing.id for thing in scene.attached if _parent(robot, thing) == joint}
@@ -185,15 +189,15 @@ def _holders(robot: Robot, scene: Scene, link: str | None, touch_links: Sequence
 def _near(
     robot: Robot, scene: Scene, position: FloatArray, moving: Collection[str], standing: str | None, deepest: float
 ) -> Iterator[tuple[str, str, float]]:
-    """Yield pairs that are nearer at a posture than their margin, and the distance that they may keep instead.
+    """Yield pairs closer than their margin at a joint position, and the distance allowed instead.
 
     Args:
         robot: The arm.
-        scene: What is around it.
+        scene: The obstacles.
         position: (joints,), rad or m.
-        moving: Names of what moves.
-        standing: Name of what stands still; None: everything that does.
-        deepest: Depth up to which they may overlap, m; what is deeper is left as it is.
+        moving: Names of the moving links and objects.
+        standing: Name of the static object; None: all.
+        deepest: Largest allowed overlap, m; a deeper one keeps its margin.
     """
     if not moving:
         return
@@ -211,7 +215,7 @@ def _near(
 
 
 def _frame(robot: Robot, link: str | None, position: FloatArray) -> Pose:
-    """Return the pose in the base frame of a link, or (None) of the tool, at a posture (joints,)."""
+    """Return the pose in the base frame of a link, or (None) of the tool, at a joint position (joints,)."""
     frame = robot.model.frames[_frame_id(robot, link)]
     rotations, origins = checker_of(robot, None, False).bodies.frames(position[None])
     joint = Pose(origins[0, frame.parentJoint], rotations[0, frame.parentJoint])
@@ -227,5 +231,5 @@ def _parent(robot: Robot, thing: AttachedObject) -> int:
 
 
 def _with_axes(pose: Pose) -> Pose:
-    """Return a pose with a rotation: without one its axes are those of the frame that it is in."""
+    """Return a pose with a rotation; without one, it gets the axes of its frame."""
     return pose if pose.rotation is not None else replace(pose, rotation=np.eye(3))

@@ -1,4 +1,4 @@
-"""A robot among objects: which pieces are held against which, and cheap lower bounds of all their distances."""
+"""A robot among objects: the pairs of pieces to check, and cheap lower bounds of all their distances."""
 
 from __future__ import annotations
 
@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 CONTACT_TOLERANCE = 1e-5
-"""Distance, m, by which a pair may be nearer than its margin and still keep it: touching is free up to rounding, and
-GJK's plane proves distances of curved shapes to some micrometres."""
+"""Distance, m, by which a pair may be below its margin and still keep it.
+
+Touching counts as free up to rounding, and GJK's plane proves distances of curved shapes to some micrometres.
+"""
 
 ITSELF = 0
 """Number of the pairs between pieces that move."""
@@ -48,7 +50,7 @@ class NearItems(NamedTuple):
         rows: (n,): number of the joint positions.
         pairs: (n,): number of the pair.
         bounds: (n,), m: the pair is no nearer there.
-        motions: (n,), m: nor by more than this nearer in the neighbourhood that was asked about.
+        motions: (n,), m: largest decrease of the distance within the given neighbourhood.
     """
 
     rows: np.ndarray
@@ -58,9 +60,9 @@ class NearItems(NamedTuple):
 
 
 class CollisionChecker:
-    """A robot, what it carries, and what stands around it.
+    """A robot with its carried objects, among obstacles.
 
-    Pairs have numbers: those of pieces that move first, then those of every such piece with every obstacle.
+    Pairs have numbers: first the pairs of moving pieces, then every moving piece with every obstacle.
 
     Examples:
         >>> import planner
@@ -74,8 +76,8 @@ class CollisionChecker:
         obstacles: The pieces that stand still.
         first: (own pairs,): number of the body that moves less, of each pair of bodies.
         second: (own pairs,): number of the other one.
-        margins: (bodies, obstacles), m: least distance asked; negative without end where none is.
-        asked: Of each kind of pairs with obstacles that there is, its number, and which (bodies, obstacles), bool, are.
+        margins: (bodies, obstacles), m: the margin; negative infinity without one.
+        asked: For each kind of pairs with obstacles, its number, and a mask (bodies, obstacles) of its pairs.
     """
 
     def __init__(self, robot: Robot, scene: Scene | None = None, *, self_collision: bool | None = None) -> None:
@@ -83,9 +85,9 @@ class CollisionChecker:
 
         Args:
             robot: The arm, with its tool and mounting.
-            scene: What is around it; None: nothing.
-            self_collision: Whether the arm is held against itself, and against what it carries; None: by all
-                shapes but the coarse ones, capsules along its kinematics.
+            scene: The obstacles; None: none.
+            self_collision: Whether the arm is checked against itself and its carried objects. None: with all shapes
+                except coarse ones, capsules along its kinematics.
 
         Raises:
             InvalidProblem: The scene names a link that there is not, or uses a name twice.
@@ -119,7 +121,7 @@ class CollisionChecker:
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is nothing to be held against anything."""
+        """Whether there is no pair to check."""
         return not self.own_pairs and not self.asked
 
     def kinds(self, pairs: np.ndarray) -> np.ndarray:
@@ -130,14 +132,14 @@ class CollisionChecker:
         return kinds
 
     def uncertainty(self, kind: int) -> float:
-        """Return by how much the machine may be nearer than the shapes of a kind of pairs, m; 0: none is estimated."""
+        """Return the largest distance of the machine outside a kind of pairs' shapes, m; 0: none is estimated."""
         if kind == ITSELF:
             return float((self._uncertainties[self.first] + self._uncertainties[self.second]).max(initial=0.0))
         pairs = self.asked.get(kind)
         return 0.0 if pairs is None else float(self._uncertainties[pairs.any(axis=1)].max(initial=0.0))
 
     def names(self, pair: int) -> tuple[str, str]:
-        """Return the names of what a pair consists of."""
+        """Return the names of a pair."""
         if pair < self.own_pairs:
             numbers = int(self.first[pair]), int(self.second[pair])
             return self.bodies.pieces[numbers[0]].name, self.bodies.pieces[numbers[1]].name
@@ -145,7 +147,7 @@ class CollisionChecker:
         return self.bodies.pieces[body].name, self.obstacles.all[obstacle].name
 
     def margins_of(self, pairs: np.ndarray) -> FloatArray:
-        """Return the least distance asked of pairs (n,), m."""
+        """Return the margins of pairs (n,), m."""
         margins = np.zeros(len(pairs))
         among = pairs >= self.own_pairs
         margins[among] = self.margins.ravel()[pairs[among] - self.own_pairs]
@@ -163,8 +165,8 @@ class CollisionChecker:
 
         Args:
             positions: (N, joints), rad or m.
-            excursions: (N, joints), how far the joints may go from there, rad or m.
-            margins: (bodies, obstacles), m; negative without end: a pair does not count.
+            excursions: (N, joints), largest excursions of the joints from there, rad or m.
+            margins: (bodies, obstacles), m; negative infinity: a pair does not count.
             own: The same of all pairs of bodies.
         """
         of_groups = self.obstacles.group_margins(margins)
@@ -180,7 +182,7 @@ class CollisionChecker:
         return numbers
 
     def separate(self, postures: Postures, row: int, pair: int) -> Separation:
-        """Compute how far a pair is apart at one posture, with proof."""
+        """Compute the proved distance of a pair at one joint position."""
         return self._separation(postures.rotations[row], postures.origins[row], pair)
 
     def _separation(self, rotations: FloatArray, origins: FloatArray, pair: int) -> Separation:
@@ -203,14 +205,14 @@ class CollisionChecker:
         return Placed(piece.shape, rotation @ piece.rotation, rotation @ piece.translation + origin)
 
     def _own_pairs(self, robot: Robot, links: int, fine: set[int]) -> Iterator[tuple[int, int]]:
-        """Yield the pairs of bodies that are held against each other: the robot's own, then those with what it carries.
+        """Yield the pairs of bodies to check: the robot's own, then pairs with its carried objects.
 
         What an object is attached to may touch it, and so may another object that is attached there.
 
         Args:
             robot: The arm.
             links: The number of its own pieces, which come first.
-            fine: The numbers of those that count.
+            fine: The numbers of the shapes that count.
         """
         pieces = self.bodies.pieces
         of_link: dict[str, list[int]] = {}
@@ -236,9 +238,9 @@ class CollisionChecker:
         return frozenset((first, second)) in self._allowed
 
     def _margins(self) -> tuple[FloatArray, np.ndarray]:
-        """Return the least distances (bodies, obstacles), m, and which (bodies, obstacles), bool, single pairs have.
+        """Return the margins (bodies, obstacles), m, and a mask (bodies, obstacles) of pairs with their own margin.
 
-        What does not move is not held against what stands still.
+        A body that does not move is not checked against static objects.
         """
         margins = np.full((len(self.bodies.pieces), len(self.obstacles.all)), -np.inf)
         of_pairs = np.zeros(margins.shape, dtype=bool)
@@ -265,7 +267,7 @@ class CollisionChecker:
 
 @lru_cache(maxsize=MOST_KEPT)
 def checker_of(robot: Robot, scene: Scene | None, self_collision: bool | None) -> CollisionChecker:
-    """Return the checker of a robot in a scene, the very same objects, prepared when it is first asked for."""
+    """Return the checker of a robot in a scene, from a cache for the same objects."""
     return CollisionChecker(robot, scene, self_collision=self_collision)
 
 

@@ -1,12 +1,12 @@
-"""Clearance of a motion at all times: between postures that are looked at, joints are bounded and not sampled.
+"""Clearance of a motion at all times, with bounds on the joints between the checked joint positions.
 
-An interval of time is looked at in its middle. If the distance of a pair there, less what both can move within the
-interval, is as large as wanted, the pair is done with on the whole interval; otherwise the interval is split, for that
-pair only. Cheap bounds come first, proved distances only where those do not decide. A kernel does all of this
-(`planner/kernels/source/proof.hpp`).
+The proof checks the middle of an interval of time. The distance of a pair there is reduced by the largest displacement
+of both within the interval. If the result is at least the margin, the pair is free on the whole interval. Otherwise the
+interval is split, for that pair only. Cheap bounds come first, proved distances only where those do not decide. A
+kernel does all of this (`planner/kernels/source/proof.hpp`).
 
-A plane that was found between two pieces separates them at postures nearby, too, when it moves with one of them. How
-far the pieces leave each other along its normal is proved by their supports alone.
+A separating plane of two pieces also separates them at nearby joint positions, if it moves with one of them. Their
+supports alone prove their distance along its normal.
 
 Motions are bounded by their length, in any direction. An object that slides over a table at a distance of zero would
 need an interval every 10 micrometres. Along the normal d of the plane, a point x of the moving piece goes by
@@ -39,10 +39,10 @@ LEAST_SHARE = 1e-12
 
 
 class Budget(NamedTuple):
-    """How much is looked at before a motion is left unproved; a count, so that equal requests get equal answers.
+    """Limits on the work of a proof; counts, so that equal requests get equal answers.
 
     Attributes:
-        postures: The most intervals.
+        postures: The largest number of intervals.
         distances: The most proved distances.
     """
 
@@ -51,18 +51,18 @@ class Budget(NamedTuple):
 
 
 DEFAULT_BUDGET = Budget()
-"""What is looked at unless something else is asked."""
+"""The default budget of a proof."""
 
 
 class Nearest(NamedTuple):
-    """A pair that is near, or too near, and when.
+    """The nearest pair, or a pair below its margin, with its time.
 
     Attributes:
         distance: m; negative: how deep the two overlap.
         time: s.
         pair: Number of the pair.
         point: (3,), m, in the base frame: a point of the first of the pair.
-        margin: Least distance asked of the pair, m.
+        margin: The margin of the pair, m.
     """
 
     distance: float
@@ -73,20 +73,20 @@ class Nearest(NamedTuple):
 
     @property
     def missing(self) -> float:
-        """How much the pair is nearer than its margin, m."""
+        """Difference of the margin and the distance of the pair, m."""
         return self.margin - self.distance
 
 
 @dataclass
 class Clearances:
-    """What is known of a motion's clearance, of each of the `KINDS` of pairs.
+    """The clearance of a motion, for each of the `KINDS` of pairs.
 
     Attributes:
         lower: (3,), m: no pair of the kind is ever nearer than this; infinite where there is none.
         nearest: The nearest seen of each kind, an upper bound; None: nothing was looked at.
         hit: The pair seen that is nearest beyond its margin; None: there is none.
         undecided: A pair that could not be proved within the budget; None: all are.
-        postures: Number of postures looked at.
+        postures: Number of checked joint positions.
         distances: Number of proved distances.
     """
 
@@ -118,10 +118,10 @@ def clearances(
     """Prove that every pair keeps its margin all along a motion, or find one that does not.
 
     Args:
-        checker: The robot and what is around it.
-        motion: What the joints do, rad or m.
+        checker: The robot and its obstacles.
+        motion: The motion of the joints, rad or m.
         tolerance: How well the least distances are measured besides, m; None: they are not, which is faster.
-        budget: How much is looked at.
+        budget: The limits on the work.
     """
     if checker.is_empty:
         return Clearances()

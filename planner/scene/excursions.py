@@ -1,4 +1,4 @@
-"""How far the joints of a piecewise polynomial go from a position within intervals, bounded exactly."""
+"""Exact bounds on the excursions of a piecewise polynomial from a position within intervals."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def excursions(
     With velocities v it is |q_j(t) - positions_j - v_j (t - middle of the interval)|.
 
     Args:
-        curve: What the joints do.
+        curve: The motion of the joints.
         starts: (N,), where the intervals begin.
         ends: (N,), where they end.
         positions: (N, joints).

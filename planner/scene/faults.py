@@ -33,7 +33,7 @@ def refuse_faults(robot: Robot, scene: Scene) -> None:
 
 
 def scene_faults(robot: Robot, scene: Scene) -> Iterator[tuple[FieldPath, str]]:
-    """Find what is wrong with a scene around a robot."""
+    """Find the faults of a scene around a robot."""
     links = {frame.name for frame in robot.model.frames} | {shape.link for shape in robot.collision_shapes}
     seen = set(links)
     names = [("objects", i, thing.id) for i, thing in enumerate(scene.objects)]

@@ -1,4 +1,4 @@
-"""The convex pieces of what stands still, and cheap lower bounds of the distances to them."""
+"""The convex pieces of static objects, and cheap lower bounds of the distances to them."""
 
 from __future__ import annotations
 
@@ -19,19 +19,21 @@ if TYPE_CHECKING:
 
 
 MOST_IN_GROUP = 16
-"""Number of pieces in a sphere that is looked at before they are: with fewer there are more of these spheres, with more
-each of them is looser and has more pieces to look at."""
+"""Number of pieces in a sphere of the hierarchy.
+
+With fewer there are more spheres; with more each sphere is looser and has more pieces to check.
+"""
 
 
 class Obstacle(NamedTuple):
-    """A piece that stands still, in the base frame.
+    """A static piece, in the base frame.
 
     Attributes:
         name: Name of the object that it is a piece of.
         rotation: (3, 3).
         translation: (3,), m.
         shape: The piece in its own frame: a convex shape, or balls of a point cloud.
-        margin: Least distance asked from it, m; None: none of its own.
+        margin: Its margin, m; None: none of its own.
     """
 
     name: str
@@ -42,11 +44,11 @@ class Obstacle(NamedTuple):
 
 
 class Obstacles:
-    """The pieces of a scene that have an end, each in a box with rounded edges, and its half spaces.
+    """The bounded pieces of a scene, each in a box with rounded edges, and its half spaces.
 
     Attributes:
-        pieces: Those with an end.
-        half_spaces: Those without one.
+        pieces: The bounded pieces.
+        half_spaces: The half spaces.
         all: The pieces, and then the half spaces.
         centers: (pieces, 3), m: of the boxes.
         rotations: (pieces, 3, 3): of the boxes.
@@ -136,7 +138,7 @@ def _balls(piece: Obstacle) -> Cluster:
 
 
 def _rounded_box(shape: Shape | Cluster) -> tuple[FloatArray, FloatArray, float]:
-    """Return the middle (3,), half sides (3,) and radius of a box with rounded edges around a shape, in its frame."""
+    """Return middle (3,), half sides (3,) and radius of a rounded box around a shape, in its frame."""
     if isinstance(shape, Cluster):
         low, high = shape.centers.min(axis=0), shape.centers.max(axis=0)
         return (low + high) / 2.0, (high - low) / 2.0 * (1.0 + ROUNDING), float(shape.radii.max())

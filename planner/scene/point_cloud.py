@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MOST_IN_CLUSTER = 64
-"""Number of balls that a leaf of the k-d tree holds: with fewer there are more boxes to bound distances to, with more
-each of them is looser and has more balls to look at."""
+"""Number of balls in a leaf of the k-d tree.
+
+With fewer there are more boxes; with more each box is looser and has more balls to check.
+"""
 
 BALL_ROUNDING = 1e-12
 """Relative amount by which balls are made larger than computed, for the rounding of their own computation."""
@@ -37,13 +39,13 @@ class Cluster(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
-    """Points that a sensor saw, each of which stands for a ball around it.
+    """Points of a sensor, each the centre of a ball.
 
     Points in one voxel of a grid become one ball, which contains theirs.
 
     Attributes:
         points: (N, 3), m.
-        radius: How far around each point there may be something, m: half the spacing of the points, or more.
+        radius: Radius of the balls, m: half the spacing of the points, or more.
         voxel: Side of a voxel, m; None: the radius.
 
     Examples:
@@ -95,7 +97,7 @@ class PointCloud:
 def k_d_leaves(points: FloatArray, most: int) -> list[np.ndarray]:
     """Return the leaves of a k-d tree, which splits its nodes at the median of their longest side.
 
-    All nodes of a level have the same number of points, so that a level is split at once: some points are in two leaves
+    All nodes of a level have the same number of points, and are split together. For this, some points are in two leaves
     until the end.
 
     Args:

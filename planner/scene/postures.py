@@ -1,4 +1,4 @@
-"""Single postures, and straight ways between two of them: what planners ask many times."""
+"""Collision checks of single joint positions and of straight motions between two of them, for planners."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PostureCollision:
-    """What is in the way at a posture: the pair that is furthest beyond its margin.
+    """The collision at a joint position: the pair furthest below its margin.
 
     Attributes:
         pair: Names of the links or objects.
-        depth: How much nearer it is than its margin, m: as deep as the two overlap where the margin is 0.
+        depth: Margin minus distance, m; with a margin of 0, the depth of the overlap.
 
     Examples:
         >>> import planner
@@ -39,10 +39,10 @@ class PostureCollision:
 
 
 def is_free(checker: CollisionChecker, positions: ArrayLike) -> np.ndarray:
-    """Tell which postures are proved to keep every margin.
+    """Tell which joint positions provably keep every margin.
 
     Args:
-        checker: The robot and what is around it.
+        checker: The robot and its obstacles.
         positions: (N, joints), rad or m.
 
     Returns:
@@ -64,14 +64,14 @@ def is_free(checker: CollisionChecker, positions: ArrayLike) -> np.ndarray:
 
 
 def collisions_at(checker: CollisionChecker, positions: ArrayLike) -> tuple[PostureCollision | None, ...]:
-    """Find what is in the way at postures: of each the pair that is furthest beyond its margin.
+    """Find the collisions at joint positions: for each the pair furthest below its margin.
 
     Args:
-        checker: The robot and what is around it.
+        checker: The robot and its obstacles.
         positions: (N, joints), rad or m.
 
     Returns:
-        One of each posture; None: it is free, as `is_free` tells.
+        One for each joint position; None: it is free, as by `is_free`.
 
     Raises:
         InvalidProblem: As `is_free`.
@@ -98,7 +98,7 @@ def collisions_at(checker: CollisionChecker, positions: ArrayLike) -> tuple[Post
 
 
 def _checked(checker: CollisionChecker, positions: ArrayLike) -> FloatArray:
-    """Return joint positions (N, joints) that are those of the robot: nothing would be near it where it is nowhere."""
+    """Check joint positions (N, joints): a wrong size or a value that is not finite would pass every check."""
     rows = np.asarray(positions, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != checker.dof or not np.isfinite(rows).all():
         raise InvalidProblem([(("positions",), f"rows of {checker.dof} numbers are needed, one a joint")])
@@ -111,12 +111,12 @@ def near_pairs(
     """Find the pairs that cheap bounds do not prove to keep their margins, the nearest first.
 
     Args:
-        checker: The robot and what is around it.
+        checker: The robot and its obstacles.
         positions: (N, joints), rad or m.
-        ahead: What is added to the margins, m.
+        ahead: Addition to the margins, m.
 
     Returns:
-        Row, number and bound, m, of each pair, and the distance, m, from which on it keeps its margin.
+        Row, number and bound, m, of each pair, and the distance, m, above which it keeps its margin.
     """
     beyond = ahead - CONTACT_TOLERANCE
     near = checker.near_items(positions, np.zeros_like(positions), checker.margins + beyond, beyond)

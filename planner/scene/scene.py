@@ -1,4 +1,4 @@
-"""What stands around a robot and what it carries, as immutable values."""
+"""The scene: static objects and attached objects, as immutable values."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ if TYPE_CHECKING:
     from planner.shapes.meshes.mesh import Mesh
 
 HERE = Pose(np.zeros(3), np.eye(3))
-"""The pose of what stands in the frame that it is given in."""
+"""The identity pose."""
 
 
 @dataclass(frozen=True, eq=False)
 class SceneObject:
-    """A thing that stands still.
+    """A static object.
 
     Attributes:
         id: Name of the object, which no other object, attached object or link has.
         shapes: The shapes that it is made of, in its own frame.
-        pose: Pose of the object in the world; without a rotation its axes are those of the world.
+        pose: Pose of the object in the world; without a rotation, it has the axes of the world.
         margin: Least distance that the robot keeps from it, m; None: that of the scene.
-        mesh: The mesh in its frame that `shapes` are convex pieces of, so that a refusal can tell where they are
-            coarser; None: the shapes are the object.
+        mesh: The mesh in its frame, of which `shapes` are convex pieces. A refusal tells where the pieces are coarser.
+            None: the shapes are the object.
 
     Examples:
         >>> import planner
@@ -53,7 +53,7 @@ class SceneObject:
 
 @dataclass(frozen=True, eq=False)
 class AttachedObject:
-    """A thing that moves with a link of the robot: a gripper, or what it holds.
+    """An object that moves with a link of the robot: a gripper, or a workpiece that it holds.
 
     Attributes:
         id: Name of the object, which no other object, attached object or link has.
@@ -86,13 +86,13 @@ class AttachedObject:
 
 @dataclass(frozen=True)
 class Attach:
-    """The taking of an object at a waypoint: from there on it moves with a link of the robot.
+    """The taking of an object at a waypoint: afterwards it moves with a link of the robot.
 
     Attributes:
         id: Name of the object of the scene.
         link: Name of the link that it moves with; None: it is held at the tool.
-        touch_links: Names of links and attached objects that may touch it, besides what moves with the same joint as
-            that link.
+        touch_links: Names of links and attached objects that may touch it, besides everything that moves with the same
+            joint as that link.
 
     Examples:
         >>> import planner
@@ -111,11 +111,11 @@ class Attach:
 
 @dataclass(frozen=True)
 class Handling:
-    """What a robot does with the objects of a scene at a waypoint.
+    """The objects of a scene that a robot takes and puts down at a waypoint.
 
     Attributes:
-        taken: What it takes.
-        put_down: Names of what it puts down.
+        taken: The objects taken.
+        put_down: Names of the objects put down.
     """
 
     taken: Sequence[Attach] = ()
@@ -137,11 +137,12 @@ class Scene:
     """The surroundings of a robot.
 
     Attributes:
-        objects: What stands still.
-        attached: What moves with the robot.
+        objects: The static objects.
+        attached: The objects that move with the robot.
         allowed_pairs: Pairs of names, of links, objects or attached objects, that may touch.
-        margin: Least distance that the robot and what it carries keep from objects, m.
-        pair_margins: Least distances of single pairs in place of that: names of what moves and of what stands still, m.
+        margin: Least distance of the robot and its carried objects from static objects, m.
+        pair_margins: Least distances of single pairs instead, m: name of the moving link or object, name of the static
+            object.
 
     Examples:
         >>> import planner

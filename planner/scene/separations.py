@@ -1,8 +1,8 @@
 """Distances of convex shapes that are proved by a plane between them.
 
-An algorithm for distances (GJK, and EPA where shapes overlap, as coal has them) suggests a direction n. How far the
-supports of both shapes leave each other along n is a lower bound of their signed distance, whatever the algorithm did:
-separation(n) = min over b of n . b - max over a of n . a. Its own distance, and its yes or no, prove nothing.
+A distance algorithm of coal (GJK, or EPA where shapes overlap) suggests a direction n. The separation
+of the supports of both shapes along n is a lower bound of their signed distance, for any n. It is separation(n) = min
+over b of n . b - max over a of n . a. The algorithm's own distance and verdict prove nothing.
 """
 
 from __future__ import annotations
@@ -25,31 +25,36 @@ GJK_TOLERANCE = 1e-9
 """Tolerance of GJK's distance, m: with its default of a micrometre curved shapes come out up to 40 micrometres off."""
 
 SUSPICIOUS = 1e-4
-"""Difference between a distance and what its plane proves, m, from which on the algorithm is asked again in another
-way: it is some nanometres as a rule, and several millimetres for one in a million pairs of hulls."""
+"""Difference between a distance and the distance proved by its plane, m, above which another algorithm is tried.
+
+It is usually some nanometres, and several millimetres for one in a million pairs of hulls.
+"""
 
 TOUCHING = 1e-8
-"""Difference between a distance and what its plane proves, m, above which a plane is sought with the second shape a
-little further away: where flat shapes just touch, GJK's normal is off by 1e-4 and proves up to 0.1 mm less."""
+"""Difference between a distance and the distance proved by its plane, m, above which the algorithm runs again.
+
+The second run has the second shape a little further away. For touching flat shapes, GJK's normal is off by 1e-4 and
+proves up to 0.1 mm less.
+"""
 
 SPECK = Sphere(1e-6)
-"""What stands for a ball of a point cloud, so that coal needs one geometry for all of them."""
+"""The ball that replaces balls of point clouds, so that coal needs one geometry for all of them."""
 
 WITHOUT_TURN = np.eye(3)
 """The rotation of balls."""
 
 NO_NORMAL = np.zeros(3)
-"""The normal that stands where no one plane proves a distance, or no other posture has a use for it."""
+"""The normal if no single plane proves a distance, or no other joint position has a use for it."""
 
 
 class Separation(NamedTuple):
-    """How far two shapes are apart; negative: how deep they overlap.
+    """The signed distance of two shapes; negative: the depth of their overlap.
 
     Attributes:
         proved: A lower bound of the signed distance, m, rounding included.
         distance: An upper bound of it, as computed, m.
         point: (3,), m: a point of the first shape that is nearest to, or deepest in, the second.
-        normal: (3,): of the plane that proves it, from the first shape to the second; zero: no other posture has
+        normal: (3,): of the plane that proves it, from the first shape to the second; zero: no other joint position has
             a use for it.
     """
 
@@ -73,13 +78,13 @@ class Placed(NamedTuple):
     translation: FloatArray
 
     def support(self, direction: FloatArray) -> float:
-        """Compute how far the shape reaches along a unit vector (3,), m."""
+        """Compute the support of the shape along a unit vector (3,), m."""
         reach = self.shape.support((direction @ self.rotation)[None])[0]
         return float(reach + direction @ self.translation)
 
 
 def separation(first: Placed, second: Placed) -> Separation:
-    """Compute how far two convex shapes are apart; the second may be a half space."""
+    """Compute the distance of two convex shapes; the second may be a half space."""
     if isinstance(second.shape, HalfSpace):
         return _above_plane(first, second)
     found = _by_gjk(first, second, _request)
@@ -100,7 +105,7 @@ def separation(first: Placed, second: Placed) -> Separation:
 
 
 def cluster_separation(first: Placed, balls: Cluster) -> Separation:
-    """Compute how far a shape is from the balls of a cluster, which are where they stand, the nearest balls first."""
+    """Compute the distance of a shape from the balls of a static cluster, the nearest balls first."""
     capsule = first.shape.bounding_capsule
     if capsule is None:
         raise ValueError("what moves with a robot has an end")
@@ -146,13 +151,13 @@ def _by_gjk(first: Placed, second: Placed, request: coal.DistanceRequest) -> Sep
 
 
 def _across(first: Placed, second: Placed, normal: FloatArray) -> float:
-    """Compute how far two shapes leave each other along a unit vector (3,), m, less rounding."""
+    """Compute the distance of two shapes along a unit vector (3,), m, minus rounding."""
     scale = 1.0 + float(np.abs(first.translation).max() + np.abs(second.translation).max())
     return float(-second.support(-normal) - first.support(normal) - ROUNDING * scale)
 
 
 def _above_plane(first: Placed, second: Placed) -> Separation:
-    """Compute how far a shape is above a half space, by its support alone."""
+    """Compute the distance of a shape above a half space, by its support alone."""
     plane = second.shape
     if not isinstance(plane, HalfSpace):
         raise TypeError("the second shape is no half space")

@@ -25,18 +25,23 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 LEAST_POINTS = 4
-"""Number of points that a hull needs: those of a tetrahedron."""
+"""The least number of points of a hull: the corners of a tetrahedron."""
 
 LEAST_THICKNESS = 1e-4
-"""Thickness that a flat hull gets, m: Qhull finds no faces of points in one plane (and coal's own hull kills the
-process), and a tenth of a millimetre is below what any cell is measured to."""
+"""Thickness given to a flat hull, m, below the measuring accuracy of any cell.
+
+Qhull finds no faces of points in one plane, and coal's own hull ends the process.
+"""
 
 MOST_FACES_AT_A_VERTEX = 200
-"""Number of faces at one vertex that coal can store, with some room (254): the middle of a finely tessellated disc has
-more, unless Qhull is told to shake the points a little, and the tip of a finely tessellated cone."""
+"""Largest number of faces at one vertex, with a reserve below coal's maximum of 254.
+
+The middle of a finely tessellated disc has more, unless Qhull shakes the points a little; so does the tip of a finely
+tessellated cone.
+"""
 
 BLUNTNESS = 1e-5
-"""How far a tip with too many faces is widened, m, or as a share of a hull that is longer than a metre."""
+"""Width given to a tip with too many faces, m, or relative to the size of a hull longer than a metre."""
 
 FACES_AT_A_BLUNT_TIP = 64
 """Number of the faces of such a tip that each of the corners gets that take its place, as a rule."""
@@ -65,7 +70,7 @@ class ConvexHull(Shape):
         def __init__(self, vertices: ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
-        """Check the points, thicken what is flat and keep the corners."""
+        """Check the points, thicken a flat hull and keep the corners."""
         points = checked_numbers("vertices", self.vertices, (-1, 3))
         if len(points) < LEAST_POINTS:
             raise InvalidShape("vertices", f"are {len(points)}: a hull needs at least {LEAST_POINTS}")
@@ -187,7 +192,7 @@ def hull_volume(points: FloatArray) -> float:
 
 
 def hull_corners(points: FloatArray) -> FloatArray:
-    """Return those of points (N, 3) that are corners of their hull; all, if they are flat or not enough."""
+    """Return the points of (N, 3) that are corners of their hull; all, if they are flat or too few."""
     from scipy.spatial import ConvexHull as Qhull
     from scipy.spatial import QhullError
 
@@ -198,7 +203,7 @@ def hull_corners(points: FloatArray) -> FloatArray:
 
 
 def _around_line(points: FloatArray, middle: FloatArray, axis: FloatArray) -> BoundingCapsule:
-    """Return the capsule with its axis on a line, as thin and then as short as it can be around points (N, 3)."""
+    """Return the thinnest, then shortest, capsule around points (N, 3) with its axis on a line."""
     along = (points - middle) @ axis
     off = np.linalg.norm(points - middle - along[:, None] * axis, axis=1)
     radius = float(off.max())

@@ -1,4 +1,4 @@
-"""Shapes that a few numbers describe, each centred at the origin of its frame; what has an axis has it along z."""
+"""Shapes defined by a few numbers, each centred at the origin of its frame, with its axis, if any, along z."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ class Capsule(Shape):
 class HalfSpace(Shape):
     """All points x with normal . x <= offset: a floor, a wall, a ceiling.
 
-    How far another shape is from it follows from that shape's support alone: -support(-normal) - offset.
+    The distance of another shape follows from that shape's support alone: -support(-normal) - offset.
 
     Attributes:
         normal: Direction out of the half space (3,); it is made a unit vector.

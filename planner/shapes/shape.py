@@ -22,8 +22,10 @@ LEAST_SIZE = 1e-6
 """Smallest radius, length or side of a shape, m: whatever is thinner is drawn wrongly or has another unit."""
 
 MOST_SIZE = 1e3
-"""Largest radius, length or side of a shape, and distance of a vertex from the origin, m: no cell is larger, and
-rounding stays below a nanometre."""
+"""Largest radius, length or side of a shape, and distance of a vertex from the origin, m.
+
+No cell is larger, and rounding stays below a nanometre.
+"""
 
 BOUND_ROUNDING = 1e-12
 """Relative amount by which the radius of a bounding capsule is larger than computed, for the rounding of its own
@@ -87,7 +89,7 @@ class Shape(PickledByFields, ABC):
 
     @abstractmethod
     def support(self, directions: ArrayLike) -> FloatArray:
-        """Compute how far the shape reaches along directions: the largest n . x over its points x.
+        """Compute the support of the shape along directions: the largest n . x over its points x.
 
         Args:
             directions: Unit vectors n (N, 3) in the shape's frame; for others the result is scaled by their length.

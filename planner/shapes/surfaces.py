@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 SEGMENTS = 24
-"""Number of sides of what is round: their middles are 1 % of the radius inside of it."""
+"""Number of sides of a drawn circle; their middles are 1 % of the radius inside."""
 
 MOST_KEPT = 128
-"""The most shapes whose surfaces a process keeps: what is carried is drawn at every waypoint."""
+"""The largest number of shapes whose surfaces a process keeps; carried objects are drawn at every waypoint."""
 
 
 class Surface(NamedTuple):
@@ -59,9 +59,9 @@ def surface(shape: Shape) -> Surface:
 
 
 def surface_around(points: FloatArray) -> Surface:
-    """Return the surface of the hull of points (N, 3), m, however large or small they are and wherever they lie.
+    """Compute the surface of the hull of points (N, 3), m, of any size and place.
 
-    What is flat gets a thickness of 1e-4 of its extent.
+    A flat hull gets a thickness of 1e-4 of its extent.
 
     Raises:
         InvalidShape: There are fewer than four points, or they have no hull that can be computed.

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MAX_ELEMENTS = 20_000
-"""Number of XML elements that a file may have: those of robots have a few hundred."""
+"""Largest number of XML elements of a file; files of robots have a few hundred."""
 
 MAX_DEPTH = 64
-"""How deep they may be nested: those of robots are within 12 (and coal's own reader dies of deep ones)."""
+"""Largest depth of nested elements; files of robots have at most 12, and coal's own reader crashes on deep ones."""
 
 MAX_NODES = 1000
 """Number of placements of geometries that a file may have."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def distance_from_mesh(mesh: Mesh, shape: Shape, rotation: FloatArray, translation: FloatArray) -> float:
-    """Compute the distance of a shape from a mesh, m, in the frame of the mesh; 0 where it meets it or is inside."""
+    """Compute the distance of a shape from a mesh, m, in the mesh's frame; 0 for contact or inside."""
     surface = coal.BVHModelOBBRSS()
     surface.beginModel(len(mesh.triangles), 3 * len(mesh.triangles))
     for corners in mesh.triangles:
@@ -30,10 +30,10 @@ def distance_from_mesh(mesh: Mesh, shape: Shape, rotation: FloatArray, translati
 
 
 def winding_number(mesh: Mesh, point: FloatArray) -> float:
-    """Compute how often a mesh goes around a point (3,): 1 inside of a closed one, 0 outside.
+    """Compute the winding number of a mesh about a point (3,): 1 inside a closed mesh, 0 outside.
 
-    It is the sum of the solid angles of the triangles (Van Oosterom and Strackee, IEEE Transactions on Biomedical
-    Engineering 30, 1983) over 4 pi, of either orientation.
+    It is the sum of the solid angles of the triangles over 4 pi, of either orientation. See Van Oosterom and Strackee,
+    IEEE Transactions on Biomedical Engineering 30, 1983.
     """
     a, b, c = np.moveaxis(mesh.triangles - point, 1, 0)
     lengths = [np.linalg.norm(corner, axis=1) for corner in (a, b, c)]

@@ -1,4 +1,4 @@
-"""Reads a mesh by the kind of its file, and keeps the convex pieces of what was last read."""
+"""Reading of meshes by the kind of their file, with a cache of the convex pieces last used."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MOST_BYTES_KEPT = 2**25
-"""Bytes of the pieces that are kept: those of a hundred links."""
+"""Largest size of the cached pieces, bytes: the pieces of a hundred links."""
 
 READERS: dict[str, Callable[[bytes], Mesh]] = {".stl": read_stl, ".obj": read_obj, ".dae": read_dae}
 """What reads a file, by the end of its name in lower case."""
@@ -34,7 +34,7 @@ def read_mesh(name: str, data: bytes) -> Mesh:
     """Read a mesh.
 
     Args:
-        name: Name of the file, whose end says what it is: `.stl`, `.obj` or `.dae`.
+        name: Name of the file, whose suffix gives the format: `.stl`, `.obj` or `.dae`.
         data: Its bytes.
 
     Raises:
@@ -75,7 +75,7 @@ def mesh_pieces(
     """Read a mesh and cut it into convex pieces, once for the same content.
 
     Args:
-        name: Name of the file, whose end says what it is: `.stl`, `.obj` or `.dae`.
+        name: Name of the file, whose suffix gives the format: `.stl`, `.obj` or `.dae`.
         data: Its bytes.
         scale: Factors of x, y and z.
         most: Number of pieces that there may be.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MAX_BYTES = 2**24
-"""Size of a file that is read: 335,000 triangles of a binary STL; those of the finest published robots have 45,000."""
+"""Largest size of a file, bytes: 335,000 triangles of a binary STL; the finest published robots have 45,000."""
 
 MAX_TRIANGLES = 200_000
 """Number of triangles that a mesh may have."""

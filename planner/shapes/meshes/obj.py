@@ -10,7 +10,7 @@ from planner.shapes.meshes.mesh import MAX_TRIANGLES, InvalidMesh, Mesh, check_c
 
 
 def read_obj(data: bytes) -> Mesh:
-    """Read the points and faces of an OBJ file; a face with more than three corners is cut into a fan of triangles.
+    """Read the points and faces of an OBJ file; cut faces with more corners into fans of triangles.
 
     Raises:
         InvalidMesh: It is not made of numbers, or a face names a point that is not there.

@@ -1,8 +1,8 @@
 """A mesh as a few convex pieces: cut by planes, with the convex hull of each part.
 
-What is left of the surface on each side of a plane, and the edges of the cut itself, are in the hull of that side: the
-hulls cover the whole surface, and the inside of one that is closed. One hull of a link that has a thin middle and thick
-ends, as forearms have, would fill the space beside the middle.
+The hull of each side of a plane contains the surface on that side and the edges of the cut. So the hulls cover the
+whole surface, and the inside of a closed one. A single hull of a link with a thin middle and thick ends, such as a
+forearm, would fill the space beside the middle.
 """
 
 from __future__ import annotations
@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MOST_PIECES = 6
-"""Number of convex pieces that a mesh becomes at most: with six the forearm of a UR5 leaves the places free that it
-does not reach, and the time that a check takes grows with it."""
+"""Largest number of convex pieces of a mesh.
+
+With six, the forearm of a UR5 leaves its hollows free; the time of a check grows with the number.
+"""
 
 MOST_TIGHT_PIECES = 32
 """Number of convex pieces that a mesh of a scene becomes at most."""
@@ -31,7 +33,7 @@ TRIANGLES_OF_PARTS = 200_000
 """Largest number of parts times triangles, so that fine meshes are cut into fewer parts: in a second or two."""
 
 LEAST_DEPTH = 1e-3
-"""Depth of a face in the hull of its part, relative to the size of the mesh, from which on a cut is made along it."""
+"""Depth of a face in the hull of its part, relative to the size of the mesh, above which a cut follows the face."""
 
 SNAPPED = 1e-6
 """Height above a cut, relative to the least depth, up to which a corner is in it."""
@@ -46,7 +48,7 @@ WORTHWHILE = 0.02
 """Share of the volume of a mesh's hull that a cut has to take off to be made."""
 
 NEARLY_CONVEX = 0.9
-"""Volume of a closed mesh relative to its hull's from which on no cut is looked for."""
+"""Volume of a closed mesh relative to its hull's above which no cut is sought."""
 
 CUTS = (0.25, 0.5, 0.75)
 """Heights at which a part may be cut across, as shares of its extent."""
@@ -58,15 +60,17 @@ MANY_CORNERS = 6000
 """Number of corners of triangles beyond which not all edges count when cuts are compared."""
 
 CELLS = 24
-"""Number of cells along the longest side of a part, of each of which one corner counts when cuts are compared; the
-hulls of the pieces in the end are those of all corners."""
+"""Number of cells along the longest side of a part, for comparing cuts with one corner of each cell.
+
+The final hulls contain all corners.
+"""
 
 
 def convex_pieces(mesh: Mesh, most: int = MOST_PIECES) -> tuple[ConvexHull, ...]:
     """Cut a mesh into convex pieces that cover its surface to within a nanometre.
 
-    The cut, across x, y or z, that takes most off the volume of the hulls is made first; and so on with the parts,
-    until no cut takes off much or there are enough pieces.
+    The first cut, across x, y or z, is the one that reduces the volume of the hulls most. The function cuts the parts
+    in the same way, until no cut reduces the volume much or there are enough pieces.
 
     Args:
         mesh: The triangles.
@@ -76,11 +80,11 @@ def convex_pieces(mesh: Mesh, most: int = MOST_PIECES) -> tuple[ConvexHull, ...]
 
 
 def tight_pieces(mesh: Mesh, most: int = MOST_TIGHT_PIECES) -> tuple[ConvexHull, ...]:
-    """Cut a mesh into convex pieces that cover it as those of `convex_pieces` do, and leave its cavities open.
+    """Cut a mesh into convex pieces that cover it like `convex_pieces`, but leave its cavities open.
 
-    A bin needs five cuts before the first of them takes anything off the hulls. So each connected component is cut as
-    in `convex_pieces`, then along those of its own faces that lie deep inside the hull of a part; and parts are joined
-    again where that fills nothing.
+    A bin needs five cuts before any of them reduces the volume of the hulls. So the function first cuts each connected
+    component as in `convex_pieces`, then along its faces deep inside the hull of a part. Then it joins parts where that
+    fills no cavity.
 
     Args:
         mesh: The triangles.
@@ -131,7 +135,7 @@ class _Face(NamedTuple):
 
 
 def _deepest_face(triangles: FloatArray, least: float) -> _Face:
-    """Find the face of a part (T, 3, 3) that lies at least so deep, m, in its hull; weight 0: there is none."""
+    """Find the face of a part (T, 3, 3) deepest in its hull, at least `least` m; weight 0: none."""
     from scipy.spatial import ConvexHull as Qhull
     from scipy.spatial import QhullError
 
@@ -231,7 +235,7 @@ def split(triangles: FloatArray, axis: int, height: float) -> tuple[FloatArray, 
 
 
 def split_at(triangles: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Cut triangles (T, 3, 3) at a plane, above which their corners are by x (T, 3), into those below and above it."""
+    """Cut triangles (T, 3, 3) at a plane with corner heights x (T, 3) into those below and those above."""
     lower, upper = (x <= 0.0).all(axis=1), (x >= 0.0).all(axis=1)
     crossing = ~(lower | upper)
     # Turned so that the corner that is alone on its side (a corner in the plane is with neither) comes first.
