@@ -37,7 +37,7 @@ def with_field(holder: T, path: FieldPath, value: Any) -> T:
     Args:
         holder: A dataclass, or a tuple; so is everything that the path leads through.
         path: The path from the holder to the field; empty: the holder itself.
-        value: What the field is to be.
+        value: The new value of the field.
     """
     changed: Any = value
     if path:
@@ -61,7 +61,7 @@ def renumbered(path: FieldPath, numbers: Sequence[int]) -> FieldPath:
 
 
 class PickledByFields:
-    """A dataclass that is pickled with its fields alone: what it computes from them is left out."""
+    """A dataclass that pickles only its fields, without cached values."""
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the fields by their names."""

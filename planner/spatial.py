@@ -22,8 +22,10 @@ GIMBAL_LOCK = 1e-6
 """Cosine of the pitch below which roll and yaw turn about one axis: poses are not solved well enough to tell them."""
 
 NEAR_HALF_A_TURN = 0.1
-"""Sine of an angle beyond a quarter of a turn below which the axis is read from the symmetric part of a rotation: the
-antisymmetric part would lose a digit there, and all of them at half a turn."""
+"""Sine of an angle beyond a quarter turn below which the axis comes from the symmetric part of a rotation.
+
+The antisymmetric part would lose a digit there, and all digits at half a turn.
+"""
 
 ROTATION_TOLERANCE = 1e-6
 """Largest entry of R^T R - I with which a matrix R counts as a rotation: people write them with six decimals."""
@@ -80,10 +82,10 @@ class Pose:
         return f"Pose({np.round(self.position, 6).tolist()}, xyzw={turned})"
 
     def from_frame(self, frame: Pose) -> Pose:
-        """Express a pose that is given in a frame where that frame stands: T_base_frame T_frame_pose.
+        """Express a pose given in a frame in the frame's parent: T_base_frame T_frame_pose.
 
         Args:
-            frame: The frame's own pose; without a rotation, its axes are parallel to those that it is given in.
+            frame: The frame's own pose; without a rotation, its axes are parallel to its parent's.
         """
         if frame.rotation is None:
             return Pose(frame.position + self.position, self.rotation)
@@ -91,10 +93,10 @@ class Pose:
         return Pose(frame.position + frame.rotation @ self.position, rotation)
 
     def to_frame(self, frame: Pose) -> Pose:
-        """Express a pose in a frame that stands beside it: the inverse of `from_frame`.
+        """Express a pose in a frame with the same parent: the inverse of `from_frame`.
 
         Args:
-            frame: The frame's own pose; without a rotation, its axes are parallel to those that it is given in.
+            frame: The frame's own pose; without a rotation, its axes are parallel to its parent's.
         """
         shift = self.position - frame.position
         if frame.rotation is None:
@@ -152,25 +154,25 @@ def is_rotation(matrices: ArrayLike) -> np.ndarray:
 
 
 def rotation_x(angle: float) -> FloatArray:
-    """Rotation (3, 3) about x by `angle` rad."""
+    """Return the rotation (3, 3) about x by `angle` rad."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
 def rotation_y(angle: float) -> FloatArray:
-    """Rotation (3, 3) about y by `angle` rad."""
+    """Return the rotation (3, 3) about y by `angle` rad."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 def rotation_z(angle: float) -> FloatArray:
-    """Rotation (3, 3) about z by `angle` rad."""
+    """Return the rotation (3, 3) about z by `angle` rad."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def rotation_with_z_along(axis: FloatArray) -> FloatArray:
-    """Return a rotation (3, 3) whose z axis is the unit vector `axis` (3,); exact for the axes of the frame."""
+    """Return a rotation (3, 3) with the unit vector `axis` (3,) as z axis; exact for coordinate axes."""
     x = np.eye(3)[np.argmin(np.abs(axis))]
     x = x - axis * (axis @ x)
     x = x / np.linalg.norm(x)
@@ -183,12 +185,12 @@ def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> FloatArray:
 
 
 def rpy_from_rotations(rotations: ArrayLike) -> FloatArray:
-    """Find angles about the fixed axes x, then y, then z (URDF) of rotations in a row: R = Rz(yaw) Ry(pitch) Rx(roll).
+    """Find roll, pitch and yaw (URDF) of consecutive rotations: R = Rz(yaw) Ry(pitch) Rx(roll).
 
-    The pitch is in [-pi/2, pi/2]. Roll and yaw of the first rotation are in [-pi, pi]; those of the next go on from the
-    one before by less than half a turn, so that they never jump by a whole turn, and may leave this range. Where the
-    pitch is a quarter of a turn only the sum or the difference of roll and yaw is defined: the roll stays as it was, or
-    is 0 at the first.
+    The pitch is in [-pi/2, pi/2]. Roll and yaw of the first rotation are in [-pi, pi]; the next ones differ from the
+    one before by less than half a turn. So they never jump by a whole turn, and may leave this range. At a pitch of a
+    quarter turn, only the sum or the difference of roll and yaw is defined. The roll then keeps its value, or is 0 at
+    the first rotation.
 
     Args:
         rotations: (N, 3, 3).
@@ -241,7 +243,7 @@ def project_to_rotation(matrix: FloatArray) -> FloatArray:
 
 
 def quaternion(rotation: FloatArray) -> FloatArray:
-    """Make a quaternion (4,) x, y, z, w of a rotation (3, 3); of the two that there are, the one with w >= 0."""
+    """Make the quaternion (4,) x, y, z, w with w >= 0 of a rotation (3, 3)."""
     xyzw: FloatArray = pin.Quaternion(rotation).coeffs()
     return -xyzw if xyzw[3] < 0.0 else xyzw
 
@@ -252,7 +254,7 @@ def rotation_vector(rotation: FloatArray) -> FloatArray:
 
 
 def rotation_vectors(rotations: FloatArray) -> FloatArray:
-    """Return the logarithms (N, 3) of rotations (N, 3, 3), as long as their angles, rad, which are at most pi.
+    """Return the logarithms (N, 3) of rotations (N, 3, 3); their lengths are the angles, rad, at most pi.
 
     Of the two at half a turn the one is returned whose component of largest magnitude is positive.
     """

@@ -31,8 +31,10 @@ INTERVALS_AT_ONCE = 512
 """The number of intervals that are looked at together: enough for array operations, in some MiB."""
 
 RESOLUTION = 1e-3
-"""How far the robot may move, m, in an interval that counts as near although that is not proved: what counts as near
-is nearer than the distance asked and twice this."""
+"""Largest movement of the robot, m, in an interval that counts as near without proof.
+
+Such an interval is closer than the requested distance plus twice this value.
+"""
 
 FIRST_PARTS = 32
 """Number of intervals that a motion is cut into at first."""
@@ -44,10 +46,13 @@ DECIDED_TO = 1e-4
 """The same where that decides whether a limit is kept."""
 
 FINEST = 1e-3
-"""Share of the time of a motion up to which it is told when the motion is too fast."""
+"""Accuracy of the times at which a motion is too fast, as a fraction of its duration."""
 
 MOST_INTERVALS = 50_000
-"""The most intervals on which speeds are bounded: beyond, what was found so far stands, which is a bound, too."""
+"""The largest number of intervals with bounds on speeds.
+
+Beyond it, the bounds found so far stand.
+"""
 
 TOOL_POINT = Sphere(1e-6)
 """The shape of the tool centre point, which belongs to the robot whether its shapes reach there or not."""
@@ -55,9 +60,9 @@ TOOL_POINT = Sphere(1e-6)
 
 @dataclass(frozen=True)
 class SpeedZone:
-    """A speed that no point of the robot exceeds while it is near to objects.
+    """A speed limit for every point of the robot near objects.
 
-    The points are all those of its links, of what it carries, and the tool centre point. It is no safety function.
+    The points are all points of its links and carried objects, and the tool centre point. It is not a safety function.
 
     Attributes:
         clearance: The zone: where the distance of the robot from these objects may be less than this, m.
@@ -105,7 +110,7 @@ def refuse_zone_faults(scene: Scene | None, zones: Sequence[SpeedZone]) -> None:
 
 
 def speed_zone_faults(scene: Scene | None, zones: Sequence[SpeedZone]) -> Iterator[tuple[FieldPath, str]]:
-    """Find what is wrong with the speed zones of a scene."""
+    """Find the faults of the speed zones of a scene."""
     if scene is None:
         if zones:
             yield ("speed_zones",), "there is no scene with objects to be near to"
@@ -126,7 +131,7 @@ def speed_zone_faults(scene: Scene | None, zones: Sequence[SpeedZone]) -> Iterat
 
 
 def moving_bodies(robot: Robot, checker: CollisionChecker) -> Bodies:
-    """Return what moves: the pieces of a robot and of what it carries, and its tool centre point."""
+    """Return the moving bodies: the pieces of a robot, its carried objects, and its tool centre point."""
     frame = robot.model.frames[robot.tool_frame_id]
     placement = frame.placement.rotation, frame.placement.translation
     return Bodies(robot, [*checker.bodies.pieces, Body("tool", int(frame.parentJoint), *placement, TOOL_POINT)])
@@ -135,13 +140,13 @@ def moving_bodies(robot: Robot, checker: CollisionChecker) -> Bodies:
 def near_intervals(
     checker: CollisionChecker, motion: PiecewisePolynomial, clearance: float, objects: Sequence[str] | None
 ) -> FloatArray:
-    """Find the times outside of which a robot is proved to be no nearer to objects than a distance.
+    """Find the times outside of which a robot provably keeps a distance from objects.
 
     Pairs that may touch by the scene's word do not count.
 
     Args:
-        checker: The robot and what is around it.
-        motion: What the joints do, rad or m.
+        checker: The robot and its obstacles.
+        motion: The motion of the joints, rad or m.
         clearance: The distance, m.
         objects: Names of the objects that count; None: all.
 
@@ -170,7 +175,7 @@ def near_intervals(
 def _nearness(
     checker: CollisionChecker, motion: PiecewisePolynomial, intervals: FloatArray, wanted: FloatArray, clearance: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return which intervals (N, 2) count as near, and which are to be halved (N,); all others are proved not to be."""
+    """Return which intervals (N, 2) count as near, and which (N,) to halve; all others are proved far."""
     starts, ends = intervals.T
     positions = motion.evaluate((starts + ends) / 2.0, [0])[0]
     postures = checker.bodies.at(positions)
@@ -194,7 +199,7 @@ def _halved(intervals: FloatArray) -> FloatArray:
 
 
 def _merged(intervals: FloatArray) -> FloatArray:
-    """Return intervals (N, 2) in order, those that meet as one."""
+    """Sort intervals (N, 2) and merge adjacent ones."""
     intervals = intervals[np.argsort(intervals[:, 0])]
     apart = intervals[1:, 0] > intervals[:-1, 1]
     starts, ends = intervals[:1, 0], intervals[-1:, 1]
@@ -202,10 +207,10 @@ def _merged(intervals: FloatArray) -> FloatArray:
 
 
 def point_speeds(bodies: Bodies, positions: FloatArray, velocities: FloatArray) -> FloatArray:
-    """Bound the speed (N,) of every point of the bodies at postures and velocities (N, joints), m/s.
+    """Bound the speed (N,) of every point of the bodies at joint positions and velocities (N, joints), m/s.
 
-    The speed of a rigid body's points is a convex function of the point: within a capsule it is largest on the spheres
-    about the ends of its axis, where it is at most that of the center and the radius times the angular speed.
+    The speed of a rigid body's points is a convex function of the point. Within a capsule it is largest on the spheres
+    about the ends of its axis. There it is at most the speed of the centre plus the radius times the angular speed.
     """
     speeds: FloatArray = _speeds(bodies, bodies.at(positions), velocities).max(axis=1, initial=0.0)
     return speeds
@@ -235,15 +240,15 @@ def _at_ends(postures: Postures, angular: FloatArray, linear: FloatArray) -> Flo
 
 
 def speed_reached(bodies: Bodies, motion: PiecewisePolynomial, time: float) -> tuple[float, str]:
-    """Find a point of the bodies that is fast, and no faster than some point is.
+    """Find a speed that a point of the bodies really reaches, close to the largest.
 
     The speed of a point x along a unit vector u is u.v + (u x w).x for the velocity v at the origin and the angular
-    velocity w: the largest one of a body is known by the support of its shape. Along the ways that the ends of its
-    capsule go it is close to the largest of all.
+    velocity w. The support of a body's shape gives the largest such speed of the body. Along the velocities of the ends
+    of its capsule it is close to the largest of all.
 
     Args:
-        bodies: What moves.
-        motion: What the joints do, rad or m.
+        bodies: The moving bodies.
+        motion: The motion of the joints, rad or m.
         time: When, s.
 
     Returns:
@@ -270,15 +275,14 @@ def most_speed(
 ) -> tuple[float, float]:
     """Bound the speed of every point of the bodies at all times of intervals.
 
-    A joint j moves a point with J_j(q) q_j'. Within an interval, q_j' leaves its value in the middle by an excursion
-    that the Bernstein coefficients bound. The joints before j turn J_j by the sum of their excursions at most, and the
-    point itself is moved, by j and the joints after it, by no more than in the proof of clearances. Intervals are
-    halved until the bound of each is within `KNOWN_TO` of a speed that was seen, or `DECIDED_TO` where the limit is
-    between the two.
+    A joint j moves a point with J_j(q) q_j'. Within an interval, the Bernstein coefficients bound the deviation of q_j'
+    from its value in the middle. The joints before j turn J_j by at most the sum of their excursions. The joint j and
+    the joints after it move the point by at most the bound in the proof of clearances. The function halves intervals
+    until the bound of each is within `KNOWN_TO` of a reached speed, or `DECIDED_TO` if the limit lies between the two.
 
     Args:
-        bodies: What moves.
-        motion: What the joints do, rad or m.
+        bodies: The moving bodies.
+        motion: The motion of the joints, rad or m.
         intervals: (N, 2), s.
         limit: The speed, m/s, of which it is to be decided whether it is kept.
 
@@ -311,8 +315,8 @@ def fast_intervals(bodies: Bodies, motion: PiecewisePolynomial, intervals: Float
     """Find the times outside of which, within intervals, no point of the bodies is faster than a limit.
 
     Args:
-        bodies: What moves.
-        motion: What the joints do, rad or m.
+        bodies: The moving bodies.
+        motion: The motion of the joints, rad or m.
         intervals: (N, 2), s.
         limit: The speed, m/s.
 
@@ -336,7 +340,7 @@ def fast_intervals(bodies: Bodies, motion: PiecewisePolynomial, intervals: Float
 
 
 def _without_jumps(rates: PiecewisePolynomial, intervals: FloatArray) -> FloatArray:
-    """Cut intervals (N, 2), s, where the velocity of a joint jumps: no bound of its change is small across that."""
+    """Cut intervals (N, 2), s, at jumps of a joint's velocity, where no bound on its change is small."""
     begin, end = rates.coefficients[:, :, 0], horner(rates.coefficients, rates.lengths[:, None])
     jumps = np.abs(begin[1:] - end[:-1]).max(axis=1) > CONTINUITY_TOLERANCE * np.abs(begin).max()
     at = rates.breakpoints[1:-1][jumps]
@@ -351,7 +355,7 @@ def _without_jumps(rates: PiecewisePolynomial, intervals: FloatArray) -> FloatAr
 def _speeds_within(
     bodies: Bodies, motion: PiecewisePolynomial, rates: PiecewisePolynomial, intervals: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Bound the speeds (N, bodies) in the middles of intervals (N, 2), s, and how much they change within, m/s."""
+    """Bound the speeds (N, bodies) in the middles of intervals (N, 2), s, and their changes within, m/s."""
     starts, ends = intervals.T
     positions, velocities = motion.evaluate((starts + ends) / 2.0, [0, 1])
     postures = bodies.at(positions)
@@ -363,14 +367,14 @@ def _speeds_within(
 def _speed_changes(
     bodies: Bodies, postures: Postures, velocities: FloatArray, reach: FloatArray, faster: FloatArray
 ) -> FloatArray:
-    """Bound by how much the speeds of points (N, bodies) change while the joints leave their positions and velocities.
+    """Bound the changes of the speeds of points (N, bodies) for given excursions of the joints.
 
     Args:
-        bodies: What moves.
-        postures: N postures.
+        bodies: The moving bodies.
+        postures: The placements at N joint positions.
         velocities: Magnitudes (N, joints) of the joints' velocities there.
-        reach: How far the joints go from there at most (N, joints), rad or m.
-        faster: By how much their velocities change at most (N, joints).
+        reach: Largest excursions of the joints (N, joints), rad or m.
+        faster: Largest changes of their velocities (N, joints).
     """
     moved, is_angle = bodies.is_moved.astype(np.float64), bodies.is_angle
     displacements = bodies.displacements(postures, reach)
