@@ -348,7 +348,7 @@ class NoPathFound(PlanningError):
     """
 
     code = "no_path_found"
-    title = "No way around was found"
+    title = "No collision-free path was found"
 
     def __init__(self, message: str, *, checks: int, enclosed_by: Sequence[str] = (), **fields: Any) -> None:
         super().__init__(message, **fields)

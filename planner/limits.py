@@ -32,7 +32,7 @@ SMALLEST = 1e-9
 A smaller value is a mistake; its square or reciprocal can leave the range of floating-point numbers.
 """
 
-TOO_SMALL = f"must be greater than 0, and no less than {SMALLEST:g}"
+TOO_SMALL = f"must be greater than 0, and at least {SMALLEST:g}"
 """The message of a fault where a number is smaller."""
 
 SCALES = ("velocity_scale", "acceleration_scale")
@@ -167,7 +167,7 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
         if number is not None and not number >= SMALLEST:
             yield (*field, name), TOO_SMALL
         elif name in SCALES and number > 1.0:
-            yield (*field, name), f"must be no more than 1: {number:g} times the robot's limits is beyond them"
+            yield (*field, name), f"must be at most 1; got {number:g}, which exceeds the robot's limits"
     for quantity in RANGED_QUANTITIES:
         name = f"{quantity}_range"
         asked = getattr(limits, name)
@@ -180,7 +180,7 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
             if not (SMALLEST <= -lower < np.inf and SMALLEST <= upper < np.inf):
                 yield (
                     (*field, name, i),
-                    f"needs a lower limit below 0 and an upper one above, no less than {SMALLEST:g}",
+                    f"must have a lower limit below 0 and an upper limit above 0, of at least {SMALLEST:g}",
                 )
             elif lower < own[0] or upper > own[1]:
                 text = f"limits of {robot.joint_names[i]}, {own[0]:.10g} to {own[1]:.10g}"

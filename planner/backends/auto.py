@@ -68,17 +68,17 @@ def _shortfall(refusal: PlanningError) -> float:
 def _choices(path: JointPath) -> Iterator[tuple[dict[str, BackEnd], str]]:
     """Yield back ends by name, of which the fastest is taken, and the reason for it; the best choice first."""
     if path.passed_at:
-        yield {"ruckig": Ruckig()}, "it passes waypoints with the velocities asked"
-        yield {"quintic": Quintic()}, "it passes waypoints with the velocities asked"
+        yield {"ruckig": Ruckig()}, "it passes waypoints with the requested velocities"
+        yield {"quintic": Quintic()}, "it passes waypoints with the requested velocities"
         return
     asked = ~np.isnan(path.durations)
     inside = any(len(run.segments) > 1 and asked[run.segments].any() for run in path.runs)
     if inside:
-        yield {"quintic": Quintic()}, "it keeps the durations asked of segments that are passed without stopping"
+        yield {"quintic": Quintic()}, "it keeps the requested durations within segment groups"
         yield {"ruckig": Ruckig()}, "it keeps all limits, jerk included"
     elif asked[path.moving].all():
-        yield {"quintic": Quintic()}, "every duration is asked, so there is no time to gain, and its jerk is low"
+        yield {"quintic": Quintic()}, "every duration is requested, so no time can be gained, and its jerk is low"
         yield {"ruckig": Ruckig()}, "it keeps all limits, jerk included"
     else:
-        yield {"ruckig": Ruckig(), "quintic": Quintic()}, "the fastest of those that keep all limits, jerk included"
+        yield {"ruckig": Ruckig(), "quintic": Quintic()}, "the fastest back end that keeps all limits, jerk included"
     yield {"toppra, jerk_limited": Toppra(jerk_limited=True)}, "it keeps all limits, jerk included"

@@ -165,7 +165,7 @@ def _refuse_other_ways(backend: BackEnd, joints: int) -> None:
     """Refuse back ends that choose their own path, or that request motion at the ends."""
     kind = backend.kind
     if leaves_straight_motions(backend):
-        message = f"{kind} finds a way of its own between waypoints: points need one that keeps to a curve"
+        message = f"{kind} chooses its own path between waypoints; use a back end that keeps to the path"
         raise InvalidProblem([((BACK_END, KIND), message)])
     ends = end_states(backend, joints)
     if ends.starts_moving or ends.ends_moving:

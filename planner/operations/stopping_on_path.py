@@ -146,7 +146,7 @@ def _shortest(
     limits = limits.without(set(QUANTITIES) - kept)
     finite = [np.isfinite(limits.bounds(quantity).upper) for quantity in JOINT_DERIVATIVES[1:]]
     if not (np.any(finite) or limits.constraints):
-        raise LimitsUnsatisfiable("nothing that is kept limits how fast it stops: ask for an acceleration limit")
+        raise LimitsUnsatisfiable("no enforced limit bounds the deceleration; request an acceleration limit")
     is_smooth, curve = bool(finite[-1].all()), rest.of_segments(np.zeros(len(rest.lengths), dtype=int))
     bounds = LimitsOnCurve(robot, limits, curve)
     shortest, longest, found = 0.0, np.inf, None

@@ -34,18 +34,18 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 T = TypeVar("T")
-"""The type of what a generator of attempts returns in the end."""
+"""The type of a generator's final result."""
 
 
 @dataclass(frozen=True)
 class Budget:
-    """The bounds on the attempts of one plan. The first attempt is always made.
+    """The limits on the attempts at one plan. The first attempt always runs.
 
     Attributes:
-        attempts: The most attempts: the request itself, its variants and those that prove remedies. Detours that are
-            made better do not count: their motion has a budget of its own.
-        seconds: The time after which no other attempt begins, s; None: there is no such time, so that equal requests
-            have equal answers on every machine.
+        attempts: The largest number of attempts: the request itself, its variants and the proofs of remedies. Improving
+            a detour does not count, since its motion has a budget of its own.
+        seconds: The time after which no other attempt begins, s. None: no limit of time, so that equal requests have
+            equal answers on every machine.
 
     Examples:
         >>> import planner
@@ -59,15 +59,15 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """One run of the pipeline: a problem with everything that was varied in it.
+    """One run of the pipeline: a problem with all its variations.
 
     Attributes:
         problem: The problem, with other radii of its blends or with remedies.
         backend: The back end that puts time on the path.
-        detours: The detours of the free motions, and how their corners are passed; None: the problem is yet to be
-            checked, and they are yet to be found.
-        path: The solved path; None: it is yet to be solved.
-        warnings: What a plan is to say of the variant.
+        detours: The detours of the free motions, and the transitions at their corners. None: the problem is not checked
+            and the detours are not found so far.
+        path: The solved path; None: not solved so far.
+        warnings: Warnings about the variant for its plan.
         better_than: An objective and the value that the trajectory has to stay below; None: any trajectory will do.
     """
 

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 def with_better_detours(first: Proposals[Outcome]) -> Proposals[Outcome]:
-    """Make the detours of a plan better, each while the others stay: a little, or as requested; straight ones stay.
+    """Improve the detours of a plan one by one, a little or as requested; straight ones stay.
 
     Args:
         first: What leads to the plan. Time budgets include it.
 
     Returns:
-        A plan that is no worse by the objectives, whose `ways` have what was gained; or the refusal.
+        A plan that is no worse by the objectives, with the gains in its `ways`; or the refusal.
     """
     until = monotonic()
     planned = yield from first
@@ -57,12 +57,12 @@ def _with_quicker(planned: Planned, number: int) -> Proposals[Planned]:
 
 
 def _with_better(planned: Planned, number: int, objective: Objective, most: float, until: float) -> Proposals[Planned]:
-    """Make one detour better.
+    """Improve one detour.
 
     Args:
         planned: The plan.
         number: The number of the detour.
-        objective: What is made less.
+        objective: The quantity to minimise.
         most: The most motions that are looked at.
         until: The time, s on the monotonic clock, at which it ends.
     """

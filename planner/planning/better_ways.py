@@ -32,11 +32,13 @@ CHECKS_OF_A_SEARCH = 1000
 """The most motions that one new search looks at."""
 
 TRIES = (40, 120, 360)
-"""The numbers of changes that are tried on a way before it is timed: what is estimated and what is timed are not the
-same, and few changes may be better than many."""
+"""The numbers of changes tried on a path before timing it.
+
+Estimated and timed costs differ, and few changes may be better than many.
+"""
 
 WORTH_TIMING = 1.15
-"""How much more than the best one a way from a new search may be estimated to cost, to be timed."""
+"""Largest estimated cost, relative to the best path, at which a path from a new search is timed."""
 
 
 class BetterWays:
@@ -49,13 +51,13 @@ class BetterWays:
     def __init__(
         self, robot: Robot, ends: EndsOfWay, first: FloatArray, cost: Estimate, edges: FreeEdges, seed: int
     ) -> None:
-        """Begin with a way that is proved free.
+        """Begin with a path proved free.
 
         Args:
             robot: The arm, whose position limits all ways keep.
-            ends: What the ways are sought between; its goals are free or not.
+            ends: The start and the goals of the paths; the goals may be in collision.
             first: (positions, joints), rad or m, a way to one of these goals.
-            cost: What a way costs, about.
+            cost: The estimated cost of a path.
             edges: Looks at motions, without any room yet, within the budget.
             seed: Of the random numbers; equal seeds give equal ways.
         """
@@ -74,7 +76,7 @@ class BetterWays:
         return self._changed(self.best, np.random.default_rng(self._seed), max(TRIES))
 
     def __iter__(self) -> Iterator[FloatArray]:
-        """Yield ways; what was set to be the `best` meanwhile is what the next ones are made from."""
+        """Yield paths; each new one starts from the current `best`."""
         for number in count():
             if not self.edges.has_budget:
                 return
@@ -86,7 +88,7 @@ class BetterWays:
                 yield way
 
     def _changed(self, way: FloatArray, rng: np.random.Generator, tries: int) -> FloatArray | None:
-        """Return a way that costs less than one that is there; None: none was found, or it is not proved free."""
+        """Return a proved path that costs less than the known one; None: none was found."""
         changed = refined(self.edges, way, self._cost, self._within, rng, tries)
         return None if changed is way or self.edges.first_unproved(changed) is not None else changed
 

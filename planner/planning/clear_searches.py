@@ -1,4 +1,4 @@
-"""Searches of back ends for a better motion, kept clear of what the motion that they find would collide with."""
+"""Searches of back ends for a better motion, kept clear of obstacles."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ AHEAD = (0.001, 0.002, 0.004, 0.008)
 
 
 def kept_clear(attempt: Attempt) -> Proposals[Outcome]:
-    """Plan an attempt whose back end, where it searches and that would collide, is kept clear.
+    """Plan an attempt, and keep the search of its back end clear of collisions.
 
-    It searches again in half-spaces that cut off what collides. Where that does not lead to a free motion, it is held
-    nearer to the motion that its search begins with, or takes that, if that is free; a warning says so.
+    If the result of the search collides, the back end searches again within half spaces that cut off the collision. If
+    that gives no free motion, the search stays nearer to its first motion. As a last resort the plan is that first
+    motion, if it is free. A warning says so.
     """
     outcome = yield attempt
     backend = attempt.backend
@@ -46,15 +47,15 @@ def kept_clear(attempt: Attempt) -> Proposals[Outcome]:
     for share in NEARER:
         nearer = yield replace(outcome.attempt, backend=backend.held_nearer(share))
         if isinstance(nearer, Planned):
-            return _replacing(outcome.attempt, nearer, f"it is held within {share:g} of the deviation allowed")
-    return _replacing(outcome.attempt, first, "what is returned is the motion that it begins with")
+            return _replacing(outcome.attempt, nearer, f"the result stays within {share:g} of the allowed deviation")
+    return _replacing(outcome.attempt, first, "the result is the first motion of the search")
 
 
 def _in_half_spaces(refused: Refused, first: Planned) -> Proposals[Planned | None]:
-    """Return the plan that a search finds where what collides is cut off, again and again; None: there is none.
+    """Search repeatedly with more half spaces that cut off collisions; None: no free motion is found.
 
     Args:
-        refused: The search, and what it has found.
+        refused: The refused attempt with the trajectory of its search.
         first: The motion that the search begins with, which is free.
     """
     attempt, free, found = refused.attempt, first.plan.trajectory, refused.trajectory
@@ -73,7 +74,7 @@ def _in_half_spaces(refused: Refused, first: Planned) -> Proposals[Planned | Non
 
 
 def _replacing(attempt: Attempt, planned: Planned, held: str) -> Planned:
-    """Return the plan by another back end as that of an attempt, with a warning that says how it was held."""
+    """Return another back end's plan as the plan of an attempt, with a warning about the restriction."""
     known = [warning for warning in planned.plan.warnings if warning.code != "suboptimal"]
-    warning = PlanWarning("suboptimal", f"what the search finds would collide: {held}")
+    warning = PlanWarning("suboptimal", f"the optimum of the search would collide: {held}")
     return Planned(attempt, replace(planned.plan, backend=attempt.backend, warnings=(*known, warning)))

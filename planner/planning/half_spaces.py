@@ -20,11 +20,14 @@ SHARES = 129
 """Number of shares of a segment's time at which there may be half-spaces."""
 
 REACH = 0.05
-"""Distance, m, beyond what is wanted, up to which a pair that is too near somewhere is held elsewhere, too: a motion
-would only be too near a little earlier or later."""
+"""Distance, m, beyond the required one, below which a pair that is too near elsewhere also gets half spaces.
+
+Otherwise a motion would be too near just a little earlier or later.
+"""
 
 HALVINGS = 12
-"""Number of halvings of the way between two postures, to find where a pair comes as near as it may."""
+"""Number of halvings of the straight motion between two joint positions, in search of the allowed distance of a pair.
+"""
 
 STEP = 1e-4
 """Step of finite differences of distances, rad or m: distances are good to a millionth of it."""
@@ -39,16 +42,16 @@ AT_ONCE = 2
 def half_spaces_between(
     checkers: Sequence[CollisionChecker], free: Trajectory, other: Trajectory, ahead: float
 ) -> HalfSpaces:
-    """Return half-spaces that hold a free motion and cut off what is too near to something in another one.
+    """Return half spaces that contain a free motion and cut off the collisions of another motion.
 
-    The distance of a pair is linear in them, as it is at the posture of the other motion or, where it is less than
-    wanted there, where it comes to be on the straight way from the posture of the free motion at that share.
+    They linearise the distance of a pair at the joint position of the other motion. If the distance is too small there,
+    they linearise it at the boundary on the straight motion from the free joint position of that time.
 
     Args:
-        checkers: The robot and what is around it on each segment.
+        checkers: The robot and its obstacles on each segment.
         free: A motion that keeps all margins.
         other: A motion through the same waypoints.
-        ahead: How much further away than their margins pairs are to stay, m, or half of what they have in the free one.
+        ahead: Distance that pairs keep in addition to their margins, m, or half of their reserve in the free motion.
     """
     shares = np.linspace(0.0, 1.0, SHARES)
     found = [
@@ -60,7 +63,7 @@ def half_spaces_between(
 
 
 def _at(motion: Trajectory, segment: int, shares: FloatArray) -> FloatArray:
-    """Return the postures (N, joints) at shares (N,) of a segment's time."""
+    """Return the joint positions (N, joints) at fractions (N,) of a segment's time."""
     begin, end = motion.departures[segment], motion.arrivals[segment + 1]
     return motion.evaluate(begin + shares * (end - begin), [0])[0]
 
@@ -68,7 +71,7 @@ def _at(motion: Trajectory, segment: int, shares: FloatArray) -> FloatArray:
 def _cuts(
     checker: CollisionChecker, free: FloatArray, other: FloatArray, ahead: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the normals (N, AT_ONCE, joints) and offsets (N, AT_ONCE) at postures (N, joints) of both motions."""
+    """Return the normals (N, AT_ONCE, joints) and offsets (N, AT_ONCE) at both motions' joint positions (N, joints)."""
     normals, offsets = np.zeros((len(free), AT_ONCE, checker.dof)), np.full((len(free), AT_ONCE), -1.0)
     rows, pairs, bounds, far = near_pairs(checker, other, ahead + REACH)
     near = bounds < far - REACH
@@ -102,6 +105,6 @@ def _cuts(
 
 
 def _distances(checker: CollisionChecker, positions: FloatArray, pairs: np.ndarray) -> FloatArray:
-    """Return the distances (n,), m, of pairs (n,), each at its own posture (n, joints); negative where they overlap."""
+    """Return the distances (n,), m, of pairs (n,), each at its joint position (n, joints); negative for overlaps."""
     postures = checker.bodies.at(positions)
     return np.array([checker.separate(postures, row, pair).proved for row, pair in enumerate(pairs.tolist())])

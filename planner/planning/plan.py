@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from planner.problems.problem import PlanningProblem
 
 DEFAULT = Budget()
-"""The budget of a plan, unless told otherwise."""
+"""The default budget of a plan."""
 
 
 def plan(problem: PlanningProblem, backend: BackEnd | str = Cubic(), budget: Budget = DEFAULT) -> Plan:
     """Plan a certified trajectory.
 
     Args:
-        problem: What is asked: robot, waypoints, limits.
+        problem: The robot, the waypoints and the limits.
         backend: The back end that puts time on the path, or its kind, for example `"ruckig"`: one with default options.
         budget: The bounds on the variants and remedies that are tried.
 

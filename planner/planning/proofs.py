@@ -23,15 +23,17 @@ Change = list[Remedy]
 
 
 QUICK_CHECKS = 1000
-"""The motions that a search for a detour looks at first where a remedy is tried: most detours take less, and
-refusals are not to take long."""
+"""The number of motions that a search for a detour checks first when a remedy is tried.
+
+Most detours need fewer, and refusals must not take long.
+"""
 
 
 def plan_with(remedies: Iterable[Remedy], attempt: Attempt, longer: bool = False) -> Proposals[Outcome]:
     """Plan the problem of a refused attempt with remedies applied to it.
 
-    A back end that searches makes the plan before its search, and detours stay as they are found: what the problem with
-    the remedies is planned with is no worse.
+    A back end that searches returns the first motion of its search, and detours are not improved. The plan of the
+    problem with the remedies is no worse.
 
     Args:
         remedies: The changes.

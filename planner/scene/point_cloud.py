@@ -67,7 +67,7 @@ class PointCloud:
         """Check the numbers."""
         points = checked_numbers("points", self.points, (-1, 3))
         if not len(points) or np.abs(points).max() > MOST_SIZE:
-            raise InvalidShape("points", f"are none, or beyond {MOST_SIZE:g} m")
+            raise InvalidShape("points", f"must not be empty, nor beyond {MOST_SIZE:g} m")
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "radius", checked_size("radius", self.radius))
         if self.voxel is not None:

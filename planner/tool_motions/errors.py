@@ -65,7 +65,7 @@ def configuration_error(name: str, robot: Robot, reached: FloatArray, given: Flo
     joint = int(np.argmax(np.abs(reached - given)))
     turned = robot.joint_names[joint]
     return ConfigurationChange(
-        f"{name} ends in another configuration than the one asked: "
+        f"{name} ends in another configuration than the requested one: "
         f"{turned} at {reached[joint]:.6g} instead of {given[joint]:.6g}",
         joint=turned,
         value=float(reached[joint]),

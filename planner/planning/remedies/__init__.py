@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 def remedies_for(refused: Refused) -> Proposals[tuple[list[Remedy], list[Remedy]]]:
     """Find remedies for a refused attempt, each proved by a plan.
 
-    Those that change durations belong together, so do those that change limits, and the payload; each such group is a
-    remedy by itself.
+    Remedies that change durations belong together, as do remedies that change limits, and the payload. Each such group
+    works by itself.
 
     Returns:
         The remedies, and hints: changes that the refusal names and that do not lead to a plan by themselves.

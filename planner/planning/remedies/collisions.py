@@ -1,4 +1,4 @@
-"""What helps where a robot would collide: to stop, a way around or over it, another configuration."""
+"""Remedies for collisions: a stop, a detour or a motion above the obstacle, another configuration."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from planner.problems.problem import PlanningProblem
 
 HEIGHTS = (0.1, 0.25, 0.5)
-"""Heights above the higher end of a motion by which the tool is led over what is in its way, m."""
+"""Heights above the higher end of a motion at which the tool passes over an obstacle, m."""
 
 CORNERS = 0.3
 """Share of the height by which the corners of that way are cut."""
@@ -141,7 +141,7 @@ def _other_configurations(problem: PlanningProblem, ends: Iterable[int]) -> Iter
 
 
 def _other_ways(attempt: Attempt, segment: int) -> Iterator[Remedy]:
-    """Yield a way around by search, and motions of the tool that lead up, across and down again.
+    """Yield a free motion, and tool motions up, across and down again.
 
     Only a joint motion between stops gives way to them.
     """
@@ -152,7 +152,7 @@ def _other_ways(attempt: Attempt, segment: int) -> Iterator[Remedy]:
         return
     field = ("waypoints", segment + 1, "motion")
     if not (second.duration or second.minimum_duration or isinstance(second.motion, FreeMotion)):
-        yield Remedy(field, FreeMotion(most_checks=QUICK_CHECKS), "a way around what is in the way")
+        yield Remedy(field, FreeMotion(most_checks=QUICK_CHECKS), "a collision-free path around the obstacle")
     mounting = problem.robot.mounting
     up = np.array([0.0, 0.0, 1.0]) if mounting is None or mounting.rotation is None else mounting.rotation[2]
     solved = dict(zip(attempt.with_detours.numbers, attempt.solved.waypoints, strict=True))  # corners come first
@@ -166,11 +166,11 @@ def _other_ways(attempt: Attempt, segment: int) -> Iterator[Remedy]:
 
 
 def smaller_margin(attempt: Attempt, pair: Collection[str]) -> Proposals[list[Remedy]]:
-    """Return the largest margin, in whole millimetres, with which the problem is planned; none where that is none.
+    """Find the largest margin, in whole millimetres, for which a plan exists; none if there is none.
 
     Args:
         attempt: The attempt that was refused.
-        pair: What comes too near: its own margin is changed, if it has one.
+        pair: The pair that comes too near; its own margin changes, if it has one.
     """
     scene = attempt.problem.scene
     if scene is None:

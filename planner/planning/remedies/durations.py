@@ -1,4 +1,4 @@
-"""What helps where an asked duration is too short: a longer one, higher limits, a lighter payload."""
+"""Remedies for a requested duration that is too short: a longer one, higher limits, a lighter payload."""
 
 from __future__ import annotations
 
@@ -46,18 +46,18 @@ SAMPLES = 65
 HALVINGS = 4
 """Number of times that a change of limits that suffices is halved, in search of the smallest."""
 
-LIMITS_EXPLAINED = "wide enough for the asked durations, together with any other change of a limit"
+LIMITS_EXPLAINED = "wide enough for the requested durations, together with any other change of a limit"
 """The explanation of a higher limit, for a person."""
 
-PAYLOAD_EXPLAINED = "the heaviest payload, kg, with which the asked durations are long enough"
+PAYLOAD_EXPLAINED = "the heaviest payload, kg, for which the requested durations suffice"
 """The explanation of a lighter payload, for a person."""
 
 
 def duration_remedies(refused: Refused, refusal: InfeasibleDuration) -> Proposals[list[Remedy]]:
-    """Longer durations; and if limits asked by the request or its payload are what stands against it, these.
+    """Find longer durations, and higher limits or a lighter payload if the request's limits or payload are the cause.
 
-    The motion with the longer durations, played faster, does what is asked but for the limits: what it needs of them
-    is the smallest change for a law of fixed shape, and a sufficient one for every other.
+    The motion with the longer durations, played faster, fulfils the request except its limits. Its need of the limits
+    is the smallest change for a time scaling of fixed shape, and a sufficient change for every other.
     """
     attempt, path = refused.attempt, refused.attempt.solved
     longer = yield from _longer_durations(attempt, refusal)
@@ -85,7 +85,7 @@ def duration_remedies(refused: Refused, refusal: InfeasibleDuration) -> Proposal
 
 
 def _longer_durations(attempt: Attempt, refusal: InfeasibleDuration) -> Proposals[tuple[list[Remedy], Plan] | None]:
-    """Return the durations that back ends name, until there is a plan; where they do not help, none asked."""
+    """Lengthen durations as back ends propose until a plan exists; if that fails, request no duration."""
     asked = [k for k, waypoint in enumerate(attempt.problem.waypoints) if waypoint.duration is not None]
     longer: dict[FieldPath, Remedy] = {}
     while True:
@@ -119,7 +119,7 @@ class _Motion:
     pieces: SegmentedPolynomial
 
     def needs(self, limits: SegmentLimits, kept: frozenset[str]) -> Needs:
-        """Find what the motion needs of the kept limits, where that is more than they are."""
+        """Find the limits that the motion exceeds, and the excess."""
         needs: Needs = {}
         if not len(self.pieces.lengths):
             return needs
@@ -149,7 +149,7 @@ class _Motion:
         return needs
 
     def samples(self) -> tuple[FloatArray, ...]:
-        """Positions, velocities, accelerations and jerks, each (pieces x SAMPLES, joints)."""
+        """Return positions, velocities, accelerations and jerks, each (pieces x SAMPLES, joints)."""
         return sampled(self.pieces, SAMPLES)
 
     def segments(self) -> np.ndarray:
@@ -162,7 +162,7 @@ class _Motion:
 
 
 def _faster(trajectory: Trajectory, path: JointPath, durations: FloatArray) -> _Motion:
-    """Return the segments of a trajectory that take longer than asked, played in the time that is asked."""
+    """Speed up the segments of a trajectory that take longer than their requested time."""
     took = trajectory.arrivals[1:] - trajectory.departures[:-1]
     ratio = np.where(durations < took, durations / took, 1.0)[trajectory.segments]
     own = ratio < 1.0
@@ -170,7 +170,7 @@ def _faster(trajectory: Trajectory, path: JointPath, durations: FloatArray) -> _
 
 
 def _within_own_limits(attempt: Attempt) -> Proposals[_Motion | None]:
-    """Return the motion that is asked, but for the limits asked; None: the robot's own are too narrow for it."""
+    """Plan the requested motion without the requested limits; None: the robot's own are too narrow."""
     waypoints = tuple(replace(waypoint, limits=None) for waypoint in attempt.problem.waypoints)
     problem = replace(attempt.problem, limits=Limits(), waypoints=waypoints)
     outcome = yield from plan_with([], Attempt(problem, attempt.backend))

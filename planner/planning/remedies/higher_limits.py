@@ -1,4 +1,4 @@
-"""Limits of a problem raised to what a motion needs."""
+"""Higher limits of a problem, as far as a motion needs them."""
 
 from __future__ import annotations
 
@@ -28,16 +28,7 @@ def limit_of(limits: SegmentLimits, quantity: str, segment: int, joint: int) -> 
 
 
 def higher_limits(attempt: Attempt, needs: Needs, shares: Sequence[float], explanation: str) -> Iterator[Change]:
-    """Return the limits that a problem asks raised as far as needed, for each share; nothing if those do not suffice.
-
-    A scale is raised before the values that it scales.
-
-    Args:
-        attempt: The attempt at a problem whose limits are too narrow.
-        needs: The limits that are needed at least, on the segments of its path.
-        shares: Shares of the limits that the needs may take, as far as the robot's own limits allow.
-        explanation: The explanation of each remedy.
-    """
+    """Raise the requested limits of a problem as far as needed, for each fraction; nothing if insufficient."""
     problem, numbers = attempt.problem, attempt.with_detours.numbers
     asked: dict[FieldPath, Limits] = {("limits",): problem.limits}
     asked |= {_field(k): waypoint.limits for k, waypoint in enumerate(problem.waypoints) if waypoint.limits is not None}

@@ -28,7 +28,7 @@ SAMPLES = 200
 MOVED = "a torque limit that holds the arm and leaves some to move it"
 """The explanation of a higher limit, for a person."""
 
-HELD = "the payload, kg, that is held with torque left to move it"
+HELD = "the heaviest payload, kg, that leaves torque for the motion"
 """The explanation of a lighter payload, for a person."""
 
 

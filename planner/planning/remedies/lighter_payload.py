@@ -31,7 +31,7 @@ def lighter_payload(
     shares: Sequence[float],
     explanation: str,
 ) -> Iterator[Change]:
-    """Payloads as heavy as the limits allow, for each share; nothing where no lighter ones do.
+    """Yield payloads as heavy as the limits allow, for each fraction; nothing if no lighter payload suffices.
 
     Args:
         problem: A problem, with its detours, with or without payloads.
@@ -66,7 +66,7 @@ def lighter_payload(
 
 
 def _carried(problem: PlanningProblem) -> Iterator[tuple[FieldPath, Payload, int, int]]:
-    """Give what is carried: the field that says so, the payload, and the segments from the first to before the last."""
+    """Yield the payloads: field, payload, and the segments from the first to before the last."""
     asked: list[tuple[FieldPath, Payload | None, int]] = [(("payload",), problem.payload, 0)]
     for i, waypoint in enumerate(problem.waypoints):
         if waypoint.payload is not None or waypoint.put_down:

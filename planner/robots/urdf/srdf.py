@@ -189,7 +189,7 @@ class _Groups:
                 case "joint" | "link" | "group" if its_name not in self.jointless:
                     unknown.append(its_name)
         if unknown:
-            text = f"the group {shown(name)} names what is not there and is left out: {listed(unknown, quoted=True)}"
+            text = f"the group {shown(name)} has unknown joints or links, left out: {listed(unknown, quoted=True)}"
             self.findings.warning("unknown_group_member", shown(name), text)
         self.open.pop()
         self.members[name] = found

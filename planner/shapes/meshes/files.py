@@ -42,7 +42,9 @@ def read_mesh(name: str, data: bytes) -> Mesh:
     """
     end = PurePosixPath(name).suffix.lower()
     if end not in READERS:
-        raise InvalidMesh(f"a file {end or 'without a kind'} is not read; those that are: {', '.join(READERS)}")
+        raise InvalidMesh(
+            f"a file {end or 'without a kind'} cannot be read; the readable formats are {', '.join(READERS)}"
+        )
     if len(data) > MAX_BYTES:
         raise InvalidMesh(f"it has more than {MAX_BYTES} bytes")
     return READERS[end](data)

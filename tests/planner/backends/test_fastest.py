@@ -45,7 +45,7 @@ def test_case_auto_retime(count: int) -> None:
     found = plan(retime(count), Auto())
     assert found.trajectory.duration < 1.33
     (choice,) = [warning.message for warning in found.warnings if warning.code == "auto_choice"]
-    assert choice.startswith("ruckig: the fastest of those that keep all limits, jerk included: ruckig 1.31")
+    assert choice.startswith("ruckig: the fastest back end that keeps all limits, jerk included: ruckig 1.31")
 
 
 @pytest.mark.parametrize("count", [3, 10, 40])

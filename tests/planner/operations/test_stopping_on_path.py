@@ -132,7 +132,7 @@ def test_stops_that_are_refused() -> None:
     short = slice_trajectory(kuka(), planned("quintic"), 0.2, 0.25).trajectory
     with pytest.raises(LimitsUnsatisfiable, match="ends in motion"):
         stop_on_path(kuka(), short, 0.01)
-    with pytest.raises(LimitsUnsatisfiable, match="nothing that is kept limits how fast it stops"):
+    with pytest.raises(LimitsUnsatisfiable, match="no enforced limit bounds the deceleration"):
         stop_on_path(kuka(), planned("quintic"), 0.2, enforced=["position", "tcp_linear_velocity"])
 
 

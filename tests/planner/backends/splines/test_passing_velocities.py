@@ -231,7 +231,7 @@ def test_auto_takes_the_quintic_where_ruckig_refuses(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(Ruckig, "parametrize", refuse)
     made = plan(passing_at(VELOCITY), Auto())
-    assert made.trajectory.warnings[-1].message.startswith("quintic: it passes waypoints with the velocities asked")
+    assert made.trajectory.warnings[-1].message.startswith("quintic: it passes waypoints with the requested velocities")
     passes(made, 1, np.array(VELOCITY))
 
 
