@@ -69,8 +69,8 @@ class PageBuildHook(BuildHookInterface):  # type: ignore[misc]  # hatchling is t
                 (built / NOT_BUILT).write_text(reason_of(error))
                 self.app.display_warning(f"the page is not built: {reason_of(error)}")
         kernels = runpy.run_path(str(root / KERNELS))
-        kernels["build"]()
-        build_data["artifacts"] += [f"{BUILT}/", f"{kernels['LIBRARIES'].relative_to(root)}/*/*.so"]
+        built = kernels["build"]()  # a checkout has libraries of other sources beside them
+        build_data["artifacts"] += [f"{BUILT}/", f"{built.relative_to(root)}/*.so"]
         build_data["tag"], build_data["pure_python"] = kernels["wheel_tag"](), False
 
 

@@ -29,6 +29,9 @@ COMPILER = "ziglang==0.17.1"
 MOST_SECONDS = 300.0
 """The time that the compiler may take for one library, s: it takes some 5 s on a quiet machine."""
 
+KEPT_FOLDERS = 8
+"""The number of folders of libraries that stay in a checkout, the latest ones: another branch needs no compiler."""
+
 FLAGS = (
     *("-O3", "-std=c++17", "-fPIC", "-shared", "-s", "-nostdlib++", "-fno-exceptions", "-fno-rtti"),
     *("-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-Wno-psabi"),
@@ -65,14 +68,14 @@ def build(processor: str | None = None) -> Path:
     LIBRARIES.mkdir(exist_ok=True)
     with (LIBRARIES / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # several processes may import the library of a fresh checkout at once
-        for old in LIBRARIES.iterdir():
-            if old.is_dir() and old != folder:
-                shutil.rmtree(old)
         if not all((folder / name).is_file() for name in names.values()):
+            older = sorted((old for old in LIBRARIES.iterdir() if old.is_dir()), key=lambda old: -old.stat().st_mtime)
+            for old in older[KEPT_FOLDERS - 1 :]:
+                shutil.rmtree(old)
             folder.mkdir(exist_ok=True)
             with tempfile.TemporaryDirectory(dir=LIBRARIES) as work:
                 for level, name in names.items():
-                    _compile(processor, level, Path(work) / name, Path(work))
+                    _compile(processor, level, Path(work) / name)
                     (Path(work) / name).replace(folder / name)
     return folder
 
@@ -89,7 +92,7 @@ def wheel_tag() -> str:
     return f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
 
 
-def _compile(processor: str, level: str, library: Path, work: Path) -> None:
+def _compile(processor: str, level: str, library: Path) -> None:
     target = ("-target", f"{processor}-linux-gnu.2.28") if sys.platform == "linux" else ()
     command = (
         sys.executable,
@@ -103,7 +106,7 @@ def _compile(processor: str, level: str, library: Path, work: Path) -> None:
         "-o",
         str(library),
     )
-    caches = {name: str(work / "cache") for name in ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR")}
+    caches = {name: str(library.parent / "cache") for name in ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR")}
     done = subprocess.run(  # noqa: S603 - no caller's text in it
         command, cwd=SOURCES, env=os.environ | caches, timeout=MOST_SECONDS, capture_output=True, text=True, check=False
     )
