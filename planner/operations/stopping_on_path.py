@@ -24,6 +24,7 @@ from planner.certificate import certify
 from planner.constraints.rows import INSCRIBED
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates
+from planner.kernels.retiming import Objective
 from planner.limits import Limits, segment_limits
 from planner.operations.certified import (
     CertifiedTrajectory,
@@ -37,7 +38,7 @@ from planner.operations.stopping_on_line import stop_on_line
 from planner.paths.runs import JOINT_TOLERANCE
 from planner.time_scaling.compose import compose, split_at_knots
 from planner.time_scaling.linear_limits import GRIDPOINTS
-from planner.time_scaling.retiming import Duration, best_retiming
+from planner.time_scaling.retiming import best_retiming, of_duration
 from planner.time_scaling.time_law import LimitsOnCurve, retimed
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, horner
@@ -207,10 +208,9 @@ def _fastest(
     within = within.narrowed(1.0 / allowed)
     for part in (within.by_b, within.by_a, within.by_c):
         part[within.inverse[:, 0] == 0.0, 0] = 0.0  # but for the jerk, what is there at the start is given
-    aim = Duration.of_intervals(law.lengths)
-    aim.weights *= HASTE / law.breakpoints[-1]
-    aim.weights[0] += 1.0
-    found = best_retiming(law.lengths, within, aim, None, GAP, begins_evenly=is_smooth)
+    weights = of_duration(law.lengths).weights * HASTE / law.breakpoints[-1]
+    weights[0] += 1.0
+    found = best_retiming(law.lengths, within, Objective(weights), None, GAP, begins_evenly=is_smooth)
     unknowns = found.unknowns
     speed = float(unknowns[0] ** 0.5)
     return speed, retimed(law, unknowns / max(speed, 1.0) ** 2)

@@ -73,8 +73,12 @@ class LinearLimits:
 
     def of(self, rows: np.ndarray) -> LinearLimits:
         """Return some of the limits, by index or mask."""
-        parts = (self.by_b, self.by_a, self.by_c, self.offset, self.constant, self.inverse)
-        return LinearLimits(*(part[rows] for part in parts))
+        return LinearLimits(*(part[rows] for part in self.arrays))
+
+    @property
+    def arrays(self) -> tuple[FloatArray, ...]:
+        """The coefficients and bounds, each (limits, points)."""
+        return self.by_b, self.by_a, self.by_c, self.offset, self.constant, self.inverse
 
 
 class QuadraticSpline:
@@ -122,14 +126,3 @@ class QuadraticSpline:
         for k in range(3):
             total[k : k + n] += own[k]
         return total
-
-    def bands(self, stiffness: FloatArray) -> FloatArray:
-        """Transfer stiffness (3, 3, points) to the unknowns: the main and two upper diagonals (3, intervals + 2)."""
-        n = self.count
-        block = stiffness.reshape(3, 3, -1, n)
-        bands = np.zeros((3, n + 2))
-        pulled = np.einsum("yzpn,zxpn->yxpn", block, self.maps)
-        for k in range(3):
-            for m in range(k, 3):
-                bands[m - k, k : k + n] += np.einsum("ypn,ypn->n", self.maps[:, k], pulled[:, m])
-        return bands

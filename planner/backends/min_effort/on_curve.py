@@ -19,14 +19,9 @@ import numpy as np
 
 from planner.backends.min_effort.stage import SMOOTHING
 from planner.constraints import TORQUE
+from planner.kernels.retiming import Objective, PathCost
 from planner.time_scaling.linear_limits import QuadraticSpline
-from planner.time_scaling.retiming import (
-    LEAST_CURVATURE,
-    Aim,
-    AskedDurations,
-    Duration,
-    best_retiming,
-)
+from planner.time_scaling.retiming import AskedDurations, best_retiming, of_duration
 from planner.time_scaling.time_law import COARSE, limits_on, retimed, retimed_lengths
 
 if TYPE_CHECKING:
@@ -47,103 +42,6 @@ CORRECTIONS = 10
 
 STILL_MISSED = 1e-14
 """Share of an asked duration that may still be missed then: a few units in its last place."""
-
-
-@dataclass(frozen=True, eq=False)
-class RetimingCost(Aim):
-    """The integral of size(y) b^power, for each row y = by_b b + by_a a + by_c c + offset; and of time.
-
-    Attributes:
-        by_b: Coefficients (rows, points) of b.
-        by_a: Coefficients (rows, points) of a.
-        by_c: Coefficients (rows, points) of c.
-        offset: Constants (rows, points).
-        power: The power of b.
-        absolute: Whether the size is |y|, rounded where y changes its sign; otherwise it is y^2.
-        duration: The duration, whose weights are those of the integral.
-        time_weight: The cost of a second.
-    """
-
-    by_b: FloatArray
-    by_a: FloatArray
-    by_c: FloatArray
-    offset: FloatArray
-    power: float
-    absolute: bool
-    duration: Duration
-    time_weight: float
-
-    def _rows(self, states: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the rows y (rows, points), the sum of their sizes (points,), and half of each size's slope over y."""
-        b, a, c = states
-        y = self.by_b * b + self.by_a * a + self.by_c * c + self.offset
-        if not self.absolute:
-            return y, (y**2).sum(axis=0), np.ones_like(y)
-        size = np.sqrt(y**2 + SMOOTHING**2)
-        return y, size.sum(axis=0), 0.5 / size
-
-    def value(self, states: FloatArray) -> float:
-        """Return the cost at states (3, points)."""
-        size = self._rows(states)[1]
-        return float((self.duration.weights * size * states[0] ** self.power).sum()) + (
-            self.time_weight * self.duration.value(states)
-        )
-
-    def slope(self, states: FloatArray) -> FloatArray:
-        """Return the derivative (3, points) of the cost by b, a and c."""
-        b, p = states[0], self.power
-        y, size, stiffness = self._rows(states)
-        scale = self.duration.weights * b**p
-        slope = np.stack([2.0 * scale * (stiffness * y * row).sum(axis=0) for row in (self.by_b, self.by_a, self.by_c)])
-        slope[0] += scale * p * size / b
-        slope += self.time_weight * self.duration.slope(states)
-        return slope
-
-    def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
-        """Return the second derivative (3, 3, points) of the cost, made positive semidefinite.
-
-        That of y^2 b^p is 2 b^p u u^T - p (p + 1) y^2 b^(p - 2) e e^T, where u = dy + p y / b e, and e is the direction
-        of b. That of |y| is taken from the parabola which touches it and is nowhere below.
-        """
-        b, p = states[0], self.power
-        y, size, stiffness = self._rows(states)
-        scale = 2.0 * self.duration.weights * b**p
-        rows = (self.by_b + p * y / b, self.by_a, self.by_c)
-        result = np.empty((3, *states.shape))
-        for i, row in enumerate(rows):
-            for k in range(i, 3):
-                result[i, k] = result[k, i] = scale * (stiffness * row * rows[k]).sum(axis=0)
-        weights = self.duration.weights
-        own = -p * (p + 1.0) * weights * size * b ** (p - 2.0)
-        times = 0.75 * b**-2.5 * (self.time_weight * weights - concave)
-        least = LEAST_CURVATURE * weights * (size * b ** (p - 2.0) + self.time_weight * b**-2.5)
-        result[0, 0] += np.maximum(own + times, least)
-        return result
-
-
-@dataclass(frozen=True, eq=False)
-class CostWithJerk(Aim):
-    """The sum of two costs.
-
-    Attributes:
-        cost: The cost, that of time included.
-        jerk: The cost of the jerk.
-    """
-
-    cost: RetimingCost
-    jerk: RetimingCost
-
-    def value(self, states: FloatArray) -> float:
-        """Return the cost at states (3, points)."""
-        return self.cost.value(states) + self.jerk.value(states)
-
-    def slope(self, states: FloatArray) -> FloatArray:
-        """Return the derivative (3, points) of the cost by b, a and c."""
-        return self.cost.slope(states) + self.jerk.slope(states)
-
-    def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
-        """Return the second derivative (3, 3, points) of the cost, made positive semidefinite."""
-        return self.cost.curvature(states, concave) + self.jerk.curvature(states, np.zeros_like(concave))
 
 
 class FoundLaw(NamedTuple):
@@ -190,35 +88,33 @@ class Search:
             most = limits.used(law)[0]
             law = law.split(np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
             asked, within = self._asked(limits.on_segments(law)), limits.along(law).narrowed(margin)
-            found = best_retiming(law.lengths, within, self._aim(limits, law), asked, gap, self.steps)
+            found = best_retiming(law.lengths, within, self._objective(limits, law), asked, gap, self.steps)
             missed = asked.missed(QuadraticSpline(law.lengths).states(found.unknowns)[0])
             if (np.abs(missed) > NEARLY * asked.durations).any():
                 return None
             law = retimed(law, _on_time(law, found.unknowns, asked))
         return FoundLaw(limits.on_segments(law), found.converged)
 
-    def _aim(self, limits: LimitsOnCurve, law: PiecewisePolynomial) -> Aim:
+    def _objective(self, limits: LimitsOnCurve, law: PiecewisePolynomial) -> Objective:
         """Return the cost of retiming a law."""
         torque, power, jerk = self.cost.units
         s, ds, dds, _, first, second, third = limits.rates(law)
         by_work = self.cost.objective == "mechanical_work"
-        duration = Duration.of_intervals(law.lengths)
-        costs: list[RetimingCost] = []
+        costs: list[PathCost] = []
 
-        def add(rows: tuple[FloatArray, ...], exponent: float, absolute: bool) -> None:
-            by_b, by_a, by_c, offset = (row.reshape(s.size, -1).T for row in rows)
-            weight = 0.0 if costs else self.time_weight
-            costs.append(RetimingCost(by_b, by_a, by_c, offset, exponent, absolute, duration, weight))
+        def add(rows: tuple[FloatArray, ...], exponent: float, smoothing: float = 0.0) -> None:
+            flat = np.stack([row.reshape(s.size, -1).T for row in rows])
+            costs.append(PathCost(flat, exponent, smoothing))
 
         if self.cost.objective != "jerk":
             unit, exponent = (first / power, 0.0) if by_work else (1.0 / torque, -0.5)
             at = limits.points(limits.pieces(law), s[..., 0])
             torques = limits.sampled.values_at(TORQUE, at, ds, dds)
             by_b, by_a, gravity = (row * unit for row in torques)
-            add((by_b, by_a, np.zeros_like(by_b), gravity), exponent, by_work)
+            add((by_b, by_a, np.zeros_like(by_b), gravity), exponent, SMOOTHING if by_work else 0.0)
         if self.cost.objective == "jerk" or self.cost.adds_jerk:
-            add((third / jerk, 3.0 * second / jerk, first / jerk, np.zeros_like(first)), 0.5, False)
-        return costs[0] if len(costs) == 1 else CostWithJerk(*costs)
+            add((third / jerk, 3.0 * second / jerk, first / jerk, np.zeros_like(first)), 0.5)
+        return Objective(of_duration(law.lengths).weights, self.time_weight, tuple(costs))
 
     def _asked(self, law: SegmentedPolynomial) -> AskedDurations:
         """Return the asked durations by the gridpoints of a law."""

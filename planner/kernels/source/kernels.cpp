@@ -4,6 +4,7 @@
 #include "profile.hpp"
 #include "proof.hpp"
 #include "quadratic_program.hpp"
+#include "retiming.hpp"
 #include "sampled_peaks.hpp"
 #include "serial_chain.hpp"
 #include "splines.hpp"
@@ -175,6 +176,39 @@ int peaks_of_spline(int64_t degree, int64_t segments, int64_t joints, const doub
 int minimise(int64_t variables, int64_t count, const double* cost, const double* curvature, const double* matrix,
              const double* bounds, const double* lower, const double* upper, const double* gap, double* x) {
     return quadratic_program(variables, count, cost, curvature, matrix, bounds, lower, upper, gap, x);
+}
+
+// Costs of retiming by their numbers of rows, powers, roundings (0: squares) and rows (4, rows, points), one behind the other.
+static int read_costs(int64_t points, int64_t costs, const int64_t* rows, const double* powers, const double* smoothing,
+                      const double* coefficients, Scratch<PathCost>& read) {
+    if (!read) return NO_MEMORY;
+    for (int64_t c = 0; c < costs; c++) {
+        read[c] = {rows[c], powers[c], smoothing[c], smoothing[c] > 0.0, {}};
+        for (int64_t k = 0; k < 4; k++, coefficients += rows[c] * points) read[c].rows[k] = coefficients;
+    }
+    return OK;
+}
+
+int retiming_objective(int64_t points, const double* weights, double time_weight, int64_t costs, const int64_t* rows,
+                       const double* powers, const double* smoothing, const double* coefficients, const double* states,
+                       const double* concave, double* value, double* slope, double* curvature) {
+    Scratch<PathCost> read(costs);
+    if (read_costs(points, costs, rows, powers, smoothing, coefficients, read)) return NO_MEMORY;
+    *value = RetimingObjective{points, costs, weights, time_weight, read.data}.at(states, slope, curvature, concave);
+    return OK;
+}
+
+int retime(int64_t intervals, const double* maps, int64_t limits, const double* by_b, const double* by_a, const double* by_c,
+           const double* offset, const double* constant, const double* inverse, const double* weights, double time_weight,
+           int64_t costs, const int64_t* rows, const double* powers, const double* smoothing, const double* coefficients,
+           int64_t parts, const double* part_weights, const double* durations, double tolerance, int64_t steps, double* x,
+           int64_t* converged) {
+    const SplineMap map{intervals, maps};
+    Scratch<PathCost> read(costs);
+    if (read_costs(map.points(), costs, rows, powers, smoothing, coefficients, read)) return NO_MEMORY;
+    return best_retiming(map, {limits, by_b, by_a, by_c, offset, constant, inverse},
+                         {map.points(), costs, weights, time_weight, read.data}, {parts, part_weights, durations}, tolerance,
+                         steps, x, converged);
 }
 
 int parts(int64_t pieces, int64_t joints, int64_t order, const double* bernstein, const double* lengths,

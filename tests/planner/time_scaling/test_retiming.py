@@ -1,4 +1,4 @@
-"""The linear system of a Newton step, beside numpy's dense solution, and the work for long contours."""
+"""The work for long contours."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from planner.problems.problem import LinearMotion, PlanningProblem, PoseWaypoint
 from planner.problems.transitions import BlendTransition
 from planner.robots import load_robot
 from planner.spatial import Pose
-from planner.time_scaling.retiming import _solve
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,18 +25,6 @@ if TYPE_CHECKING:
 GROWTH = 1.5
 """Work for a contour with four times as many points, beside four times that for the shorter: linear, but for what the
 points ask."""
-
-
-@pytest.mark.parametrize("count", [3, 4, 50])
-def test_the_banded_system_is_solved_as_a_dense_one(count: int) -> None:
-    rng = np.random.default_rng(count)
-    bands = rng.uniform(-1.0, 1.0, (3, count))
-    bands[0] = 4.5 * 10.0 ** rng.uniform(0.0, 6.0, count)
-    dense = np.diag(bands[0])
-    for k in (1, 2):
-        dense += np.diag(bands[k, : count - k], k) + np.diag(bands[k, : count - k], -k)
-    right = rng.normal(size=count)
-    assert _solve(bands, right) == pytest.approx(np.linalg.solve(dense, right), rel=1e-9, abs=1e-15)
 
 
 def contour(count: int) -> PlanningProblem:

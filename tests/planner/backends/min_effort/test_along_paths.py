@@ -11,7 +11,6 @@ from scipy.optimize import minimize
 
 from planner.backends import BackEnd, MinEffort, Quintic, Ruckig, Toppra
 from planner.backends.min_effort.cost import Objective
-from planner.backends.min_effort.on_curve import RetimingCost
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, MissingDynamics
 from planner.kinematics import FloatArray, Pose, forward_kinematics, tool_speeds
@@ -31,7 +30,6 @@ from planner.problems.problem import (
 )
 from planner.problems.transitions import BlendTransition, Transition
 from planner.robots import ExternalAxis, load_robot
-from planner.time_scaling.retiming import Duration
 
 ARM = load_robot("kuka_kr16_l6_2")
 START = JointWaypoint(position=(0.2, -1.3, 1.4, 0.3, 0.6, 0.2))
@@ -345,34 +343,3 @@ def test_without_inertias_effort_is_unknown() -> None:
         plan(problem, QUICK)
     smooth = plan(problem, replace(QUICK, objective="jerk"))
     assert smooth.certificate.satisfied
-
-
-@pytest.mark.parametrize(("power", "absolute"), [(-0.5, False), (0.0, True), (0.5, False)])
-def test_derivatives_by_differences(power: float, absolute: bool) -> None:
-    """The slope; and the curvature, but for what is cut to keep it convex and the parabola that stands for |y|."""
-    rng = np.random.default_rng(1)
-    rows = [rng.normal(size=(4, 15)) for _ in range(4)]
-    widths = rng.uniform(0.1, 0.5, 5)
-    aim = RetimingCost(*rows, power=power, absolute=absolute, duration=Duration.of_intervals(widths), time_weight=500.0)  # type: ignore[misc, arg-type]
-    states = rng.uniform(0.5, 1.5, (3, 15))
-    step = 1e-6
-
-    def slope_at(states: FloatArray) -> FloatArray:
-        return np.array(
-            [
-                [(aim.value(states + step * unit) - aim.value(states - step * unit)) / (2.0 * step) for unit in of_row]
-                for of_row in np.eye(45).reshape(3, 15, 3, 15)
-            ]
-        )
-
-    slope = aim.slope(states)
-    assert slope == pytest.approx(slope_at(states), rel=1e-6, abs=1e-7)
-    curvature = aim.curvature(states, np.zeros(15))
-    for k in range(3):
-        change = np.zeros_like(states)
-        change[k] = step
-        by_k = (aim.slope(states + change) - aim.slope(states - change)) / (2.0 * step)
-        if absolute:
-            assert (curvature[k, k] >= by_k[k] - 1e-6 * np.abs(by_k[k]).max()).all()
-        else:
-            assert curvature[k] == pytest.approx(by_k, rel=1e-5, abs=1e-6)

@@ -1,0 +1,102 @@
+"""The kernel of retiming: its objective against differences, its optimum against scipy's."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from planner.kernels.retiming import Objective, PathCost, best_unknowns
+from planner.time_scaling.linear_limits import LinearLimits, QuadraticSpline
+from planner.time_scaling.retiming import AskedDurations, of_duration
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+
+TOLERANCE = 1e-5
+
+
+@pytest.mark.parametrize(("power", "smoothing"), [(-0.5, 0.0), (0.0, 1e-3), (0.5, 0.0)])
+def test_derivatives_by_differences(power: float, smoothing: float) -> None:
+    """The slope; and the curvature, but for what is cut to keep it convex and the parabola that stands for |y|."""
+    rng = np.random.default_rng(1)
+    cost = PathCost(rng.normal(size=(4, 4, 15)), power, smoothing)
+    objective = Objective(of_duration(rng.uniform(0.1, 0.5, 5)).weights, 500.0, (cost,))
+    states, none, step = rng.uniform(0.5, 1.5, (3, 15)), np.zeros(15), 1e-6
+
+    def value(at: FloatArray) -> float:
+        return objective.at(at, none)[0]
+
+    _, slope, packed = objective.at(states, none)
+    units = np.eye(45).reshape(3, 15, 3, 15)
+    differences = [
+        [(value(states + step * unit) - value(states - step * unit)) / (2.0 * step) for unit in row] for row in units
+    ]
+    assert slope == pytest.approx(np.array(differences), rel=1e-5, abs=1e-6)
+    curvature = packed[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
+    for k in range(3):
+        change = np.zeros_like(states)
+        change[k] = step
+        by_k = (objective.at(states + change, none)[1] - objective.at(states - change, none)[1]) / (2.0 * step)
+        if smoothing:
+            assert (curvature[k, k] >= by_k[k] - 1e-6 * np.abs(by_k[k]).max()).all()
+        else:
+            assert curvature[k] == pytest.approx(by_k, rel=1e-5, abs=1e-6)
+
+
+def problem(seed: int, jerk: float) -> tuple[FloatArray, LinearLimits]:
+    """Make widths of four intervals and three random limits, whose bounds go with 1 / sqrt(b) by a share."""
+    rng = np.random.default_rng(seed)
+    widths, shape = rng.uniform(0.3, 1.0, 4), (3, 12)
+    by_b, by_a = rng.uniform(-1.0, 1.0, (2, *shape))
+    by_b[0] = rng.uniform(0.5, 2.0, 12)
+    by_a[0] = 0.0
+    by_c, offset = jerk * rng.uniform(-0.2, 0.2, shape), (1.0 - jerk) * rng.uniform(-0.5, 0.5, shape)
+    bound = np.ones(shape) * np.array([1.0, 1.0 - jerk, 1.0 - jerk])[:, None]
+    return widths, LinearLimits(by_b, by_a, by_c, offset, bound, 1.0 - bound)
+
+
+def slacks(limits: LinearLimits, states: FloatArray) -> FloatArray:
+    values = limits.values(states) + limits.offset
+    bound = limits.constant + limits.inverse / np.sqrt(np.abs(states[0]) + 1e-300)
+    return np.concatenate([bound - values, bound + values]).ravel()
+
+
+@pytest.mark.parametrize("jerk", [0.0, 1.0])
+@pytest.mark.parametrize("kind", ["duration", "effort", "work", "requested"])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_best_law_is_that_of_scipy(seed: int, kind: str, jerk: float) -> None:
+    """Where bounds go with 1 / sqrt(b) the problem is not convex: there scipy may find no better one than this."""
+    widths, limits = problem(seed, jerk)
+    spline, rng = QuadraticSpline(widths), np.random.default_rng(seed + 100)
+    rows = rng.normal(size=(4, 2, 12)) * np.array([1.0, 1.0, 0.0, 0.3])[:, None, None]
+    costs = {"effort": (PathCost(rows, -0.5),), "work": (PathCost(rows, 0.0, 1e-3),)}.get(kind, ())
+    objective = Objective(of_duration(widths).weights, 1.0, costs)
+    start = np.ones(6)
+    start *= 0.9 * limits.scale(spline.states(start))
+    parts = np.array([[True, True, False, False]]) if kind == "requested" else np.empty((0, 4), dtype=bool)
+    asked = AskedDurations.of_parts(widths, parts, np.empty(len(parts)))
+    asked = AskedDurations(asked.weights, 1.2 * (asked.weights @ spline.states(start)[0] ** -0.5))
+    x, converged = best_unknowns(spline.maps, limits.arrays, objective, asked, TOLERANCE, 500, start)
+    assert converged
+    assert slacks(limits, spline.states(x)).min() > 0.0
+    assert x.min() > 0.0
+    assert asked.missed(spline.states(x)[0]) == pytest.approx(0.0, abs=1e-4)
+    none = np.zeros(12)
+    constraints = [{"type": "ineq", "fun": lambda y: slacks(limits, spline.states(y))}]
+    constraints += [{"type": "eq", "fun": lambda y: asked.missed(spline.states(np.abs(y))[0])}] if len(parts) else []
+    peer = minimize(
+        lambda y: objective.at(spline.states(np.abs(y)), none)[0],
+        x * rng.uniform(0.97, 1.0, 6),
+        bounds=[(1e-9, None)] * 6,
+        constraints=constraints,
+        method="SLSQP",
+        options={"ftol": 1e-12, "maxiter": 500},
+    )
+    kept = slacks(limits, spline.states(peer.x)).min() > -1e-9
+    value = objective.at(spline.states(x), none)[0]
+    assert value <= peer.fun * (1.0 + 1e-4) or not kept
+    if not jerk and peer.success and kept:
+        assert value == pytest.approx(peer.fun, rel=1e-4)
