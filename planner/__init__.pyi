@@ -38,6 +38,7 @@ from planner.errors import MissingDynamics as MissingDynamics
 from planner.errors import NearestPose as NearestPose
 from planner.errors import NoPathFound as NoPathFound
 from planner.errors import PathPoint as PathPoint
+from planner.errors import PayloadExceeded as PayloadExceeded
 from planner.errors import PlanningError as PlanningError
 from planner.errors import Remedy as Remedy
 from planner.errors import SingularPath as SingularPath

@@ -276,6 +276,13 @@ class MissingDynamics(PlanningError):
     title = "The robot has no inertias"
 
 
+class PayloadExceeded(PlanningError):
+    """The robot would carry more than its rated payload."""
+
+    code = "payload_exceeded"
+    title = "The payload exceeds the robot's rating"
+
+
 class UnsupportedFormat(PlanningError):
     """A form of file cannot carry the plan of this robot."""
 

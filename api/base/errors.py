@@ -41,6 +41,7 @@ STATUS_OF_CODE: dict[str, int] = {
     "singular_path": 422,
     "joint_position_limit": 422,
     "missing_dynamics": 422,
+    "payload_exceeded": 422,
     "unsupported_format": 422,
     "infeasible_duration": 422,
     "limits_unsatisfiable": 422,

@@ -342,8 +342,8 @@ class RobotDescription(RobotSummary):
     """The document that limits come from, or the rule of an estimate, by the name of their quantity; a quantity that is
     not there comes from the same document as the model, or from the default rule."""
     rated_payload: float | None = None
-    """The largest payload for which the maker builds the robot, tool included, kg; a plan that carries more warns
-    `payload_above_rating`. Null: unknown."""
+    """The largest payload for which the maker builds the robot, tool included, kg; a plan that carries more is
+    refused, `payload_exceeded`. Null: unknown."""
     rated_payload_source: str | None = None
     """The document that the rated payload comes from; null: it is unknown."""
     frames: list[str]

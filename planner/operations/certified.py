@@ -17,7 +17,8 @@ from planner.errors import InvalidProblem
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates
 from planner.limits import segment_limits
 from planner.plans.result import refuse_unless_satisfied
-from planner.plans.warnings import payload_above_rating, unchecked_positions
+from planner.plans.warnings import unchecked_positions
+from planner.problems.rated_payload import refuse_payload_above_rating
 from planner.samples import Samples, sample_at
 from planner.scene import CollisionChecker
 from planner.speed_zones import refuse_zone_faults
@@ -166,14 +167,15 @@ def certified(
     Raises:
         InvalidProblem: Another number of joints than the robot's, limits wider than the robot's, or a position jumps.
         MissingDynamics: The request limits torques of a robot whose torques are unknown.
+        PayloadExceeded: The robot carries more than its rated payload.
         LimitsUnsatisfiable: An enforced limit is broken.
     """
+    refuse_payload_above_rating(robot, robot.payload_mass)
     kept = bounded_quantities([*given, trajectory]) if enforced is None else enforced
     ends = ends or own_ends(trajectory)
     certificate = certify(robot, trajectory, limits=limits, enforced=kept, ends=ends)
     refuse_unless_satisfied(certificate)
-    overload = payload_above_rating(robot, robot.payload_mass)
-    warnings = (*unchecked_positions(robot), *overload, *_end_warnings(robot, ends))
+    warnings = (*unchecked_positions(robot), *_end_warnings(robot, ends))
     return CertifiedTrajectory(robot, trajectory, limits, certificate, warnings)
 
 

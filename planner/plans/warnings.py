@@ -13,7 +13,6 @@ from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION
 from planner.errors import distinct
 from planner.guarantees import Guarantee
 from planner.limits import JOINT_QUANTITIES
-from planner.tolerances import LIMIT_TOLERANCE
 from planner.trajectories.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
 
@@ -63,9 +62,6 @@ def plan_warnings(
             warning = waypoint.tool_motion.warning
             yield replace(warning, message=warning.message.replace("{waypoint}", str(number)))
     yield from unchecked_positions(problem.robot)
-    masses = [problem.robot.payload_mass + (payload.mass if payload else 0.0) for payload in problem.payloads]
-    heaviest = int(np.argmax(masses))
-    yield from payload_above_rating(problem.robot, masses[heaviest], problem.numbers[heaviest])
     yield from _attached_far_away(problem, path)
     yield from _torque_warnings(problem, path)
     for quantity in JOINT_QUANTITIES:
@@ -116,22 +112,6 @@ def unchecked_positions(robot: Robot) -> Iterator[PlanWarning]:
     if names:
         message = f"{robot.id} has no position limits of {', '.join(names)}: no position is refused"
         yield PlanWarning("position_unchecked", message)
-
-
-def payload_above_rating(robot: Robot, mass: float, waypoint: int = 0) -> Iterator[PlanWarning]:
-    """Yield the warning that a payload, kg, exceeds the rated payload of its robot.
-
-    Args:
-        robot: The robot; one without a known rating is not warned of.
-        mass: Mass of everything that the robot carries, kg.
-        waypoint: The waypoint where the robot takes the payload.
-    """
-    rated = robot.rated_payload
-    if rated is not None and mass > rated * (1.0 + LIMIT_TOLERANCE):
-        carried, allowed = distinct(mass, rated)
-        since = f" from waypoint {waypoint} on" if waypoint else ""
-        message = f"the payload of {carried} kg{since} exceeds the rated {allowed} kg of {robot.id}"
-        yield PlanWarning("payload_above_rating", f"{message} ({robot.rated_payload_source})")
 
 
 def _attached_far_away(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:

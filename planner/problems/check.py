@@ -12,6 +12,7 @@ from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends
 from planner.limits import SMALLEST, TOO_SMALL, limit_faults
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import CircularMotion, JointMotion, LinearMotion, PolylineMotion, SplineMotion
+from planner.problems.rated_payload import refuse_payload_above_rating
 from planner.problems.stop_faults import action_faults, objects_handled_faults, tool_faults
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.problems.waypoint_faults import waypoint_faults
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from planner.limits import Limits
     from planner.problems.problem import AnyWaypoint, PlanningProblem
     from planner.robots import Robot
+    from planner.robots.payload import Payload
 
 TOOL_MOTIONS = {LinearMotion: "line", CircularMotion: "circle", PolylineMotion: "polyline", SplineMotion: "spline"}
 """The names of the tool motions in messages."""
@@ -44,6 +46,7 @@ def check_problem(problem: PlanningProblem, backend: HasCapabilities) -> None:
     Raises:
         InvalidProblem: With every fault found.
         MissingDynamics: The request limits torques of a robot whose torques are unknown.
+        PayloadExceeded: The robot would carry more than its rated payload.
         LimitsUnsatisfiable: The requested motion at the ends, or the velocity at a passed waypoint, breaks a limit.
     """
     faults = list(_faults(problem))
@@ -54,6 +57,7 @@ def check_problem(problem: PlanningProblem, backend: HasCapabilities) -> None:
         raise InvalidProblem(faults)
     if not any(problem.payloads):
         refuse_unknown_torques(problem.robot, problem.all_limits)
+    _refuse_heavy_payloads(problem)
     if moves_at_its_ends(backend):
         _refuse_impossible_ends(problem, backend)
     _refuse_impossible_passages(problem)
@@ -167,6 +171,29 @@ def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]
                 "must be a stop: the robot takes or puts down a payload only where it stops",
             )
         before = payload
+
+
+def _refuse_heavy_payloads(problem: PlanningProblem) -> None:
+    """Refuse payloads that exceed the rating of the robot; the remedies are the masses that it allows.
+
+    Raises:
+        PayloadExceeded: With the heaviest payload.
+    """
+    robot, waypoints = problem.robot, problem.waypoints
+    carried: list[tuple[FieldPath, int, Payload | None]] = [
+        (("waypoints", i, "payload"), i, waypoint.payload) for i, waypoint in enumerate(waypoints)
+    ]
+    if not waypoints or problem.payloads[0] is problem.payload:
+        carried.insert(0, (("payload",), 0, problem.payload))
+    heavy = [((*field, "mass"), i, body.mass) for field, i, body in carried if body is not None]
+    _, waypoint, mass = max(heavy, key=lambda one: one[2], default=((), 0, 0.0))
+    spare = (robot.rated_payload or 0.0) - robot.payload_mass
+    lighter = [
+        Remedy(field, spare, "the mass that the rating of the robot allows")
+        for field, _, own in heavy
+        if own > spare >= SMALLEST
+    ]
+    refuse_payload_above_rating(robot, robot.payload_mass + mass, waypoint, lighter)
 
 
 def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[tuple[FieldPath, str]]:

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.errors import ClearanceUnproved, Collision, InfeasibleDuration, LimitsUnsatisfiable, NoPathFound
+from planner.errors import (
+    ClearanceUnproved,
+    Collision,
+    InfeasibleDuration,
+    LimitsUnsatisfiable,
+    NoPathFound,
+    PayloadExceeded,
+)
 from planner.planning.proofs import proved
 from planner.planning.remedies.collisions import collision_remedies
 from planner.planning.remedies.detours import detour_remedies
@@ -32,6 +39,8 @@ def remedies_for(refused: Refused) -> Proposals[tuple[list[Remedy], list[Remedy]
         return (yield from collision_remedies(refused, refusal)), []
     if isinstance(refusal, NoPathFound):
         return (yield from detour_remedies(refused, refusal)), []
+    if isinstance(refusal, PayloadExceeded):
+        return (yield from proved(list(refusal.remedies), refused.attempt)), []
     remedies: list[Remedy] = []
     hints: list[Remedy] = []
     for remedy in refusal.remedies:

@@ -74,6 +74,15 @@ PROBLEMS: dict[str, tuple[str, str, Any]] = {
         KUKA | {"waypoints": [joint(0, -1, 1, 0, 0, 0), joint(0, 3, 1, 0, 0, 0)]},
     ),
     "missing_dynamics": ("POST", PLAN, TORQUES),
+    "payload_exceeded": (
+        "POST",
+        PLAN,
+        KUKA
+        | {
+            "waypoints": [joint(0.0, -1.5, 1.5, 0.0, 0.5, 0.0), joint(0.2, -1.2, 1.4, 0.1, 0.5, 0.1)],
+            "payload": {"mass": 20.0},
+        },
+    ),
     "unsupported_format": ("POST", f"{PLAN}/export?format=urscript", plan_request()),
     "infeasible_duration": (
         "POST",

@@ -15,6 +15,7 @@ CODES = {
     "configuration_change",
     "singular_path",
     "missing_dynamics",
+    "payload_exceeded",
     "infeasible_duration",
     "limits_unsatisfiable",
     "clearance_unproved",

@@ -22,7 +22,7 @@ from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from tests.planner.problems_of_tests import ARMS_OF, backend_of
 
-ROBOT = load_robot("kuka_kr16_l6_2")
+ROBOT = replace(load_robot("kuka_kr16_l6_2"), rated_payload=None)
 HOME, ABOVE = (0.0, -1.4, 1.5, 0.0, 0.6, 0.0), (0.8, -0.9, 1.3, 0.2, 0.5, 0.3)
 LIGHT, HEAVY = Payload(2.0, (0.0, 0.02, 0.05), (0.01, 0.01, 0.02)), Payload(9.0, (0.05, 0.0, 0.12), (0.08, 0.07, 0.05))
 BACK_ENDS = list(BACKENDS)

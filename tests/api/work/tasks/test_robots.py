@@ -426,8 +426,9 @@ def test_a_derived_robot_has_the_rated_payload_of_its_base(service: RunningServi
     waypoints = [joint(0.3, -1.2, 1.4, 0.2, 0.6, 0.1), joint(0.4, -1.1, 1.3, 0.2, 0.6, 0.1)]
     asked = {"robot": "my_kuka", "waypoints": waypoints, "payload": {"mass": 50.0}}
     (compared,) = service.post(f"{PLAN}/compare", asked | {"backends": [{"kind": "quintic"}]}).json()["results"]
-    for answer in service.post(PLAN, plan_request(**asked)).json(), compared["trajectory"]:
-        (warning,) = answer["warnings"]
-        assert warning["code"] == "payload_above_rating"
-        assert warning["message"].startswith("the payload of 50 kg exceeds the rated 6 kg of my_kuka")
+    for problem in service.post(PLAN, plan_request(**asked)).json(), compared["problem"]:
+        assert problem["code"] == "payload_exceeded"
+        assert problem["detail"].startswith("the payload of 50 kg exceeds the rated 6 kg of my_kuka")
+        (remedy,) = problem["remedies"]
+        assert (remedy["change"], remedy["value"]) == ("/payload/mass", 6.0)
     service.client.delete(f"{ROBOTS}/my_kuka")

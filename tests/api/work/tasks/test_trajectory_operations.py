@@ -98,11 +98,11 @@ def test_a_plan_is_timed_again(service: RunningService, plan: dict[str, Any]) ->
 
 
 @pytest.mark.parametrize("name", ["reverse", "slice", "resample", "retime", "stop"])
-def test_a_payload_above_the_rating_is_warned_of(service: RunningService, plan: dict[str, Any], name: str) -> None:
+def test_a_payload_above_the_rating_is_refused(service: RunningService, plan: dict[str, Any], name: str) -> None:
     own = {"time": 0.4 * plan["duration"]} if name == "stop" else {}
-    for mass, warned in ((6.0, False), (7.0, True)):
-        answer = post(service, name, given(plan) | own | {"payload": {"mass": mass}})
-        assert ("payload_above_rating" in [warning["code"] for warning in answer["warnings"]]) == warned
+    assert post(service, name, given(plan) | own | {"payload": {"mass": 6.0}})["certificate"]["satisfied"]
+    problem = service.post(f"/v1/trajectories/{name}", ROBOT | given(plan) | own | {"payload": {"mass": 7.0}}).json()
+    assert (problem["code"], problem["value"], problem["limit"]) == ("payload_exceeded", 7.0, 6.0)
 
 
 def test_samples_are_run_by_the_interpolation_that_is_named(service: RunningService) -> None:

@@ -30,7 +30,7 @@ START, END = (0.0, -1.2, 1.2, 0.0, 0.5, 0.0), (1.0, -0.4, 0.9, 0.3, 0.4, 0.2)
 
 @pytest.fixture(scope="module")
 def robot() -> Robot:
-    return load_robot("kuka_kr16_l6_2")
+    return replace(load_robot("kuka_kr16_l6_2"), rated_payload=None)
 
 
 def hurried(robot: Robot, duration: float, **changes: Any) -> PlanningProblem:

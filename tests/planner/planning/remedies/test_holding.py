@@ -25,7 +25,7 @@ SHOULDER = 1
 
 @pytest.fixture(scope="module")
 def robot() -> Robot:
-    return load_robot("kuka_kr16_l6_2")
+    return replace(load_robot("kuka_kr16_l6_2"), rated_payload=None)
 
 
 def largest_gravity(robot: Robot, joint: int) -> float:
