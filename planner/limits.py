@@ -133,13 +133,6 @@ class SegmentLimits:
             return self.of_tool.get(quantity, np.full(len(self.torque.upper), np.inf))[:, None]
         return self.bounds(quantity).narrower
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the limits of each segment as plain values and arrays; infinite: none."""
-        position = Bounds(*(np.broadcast_to(side, self.torque.upper.shape) for side in self.position))
-        of_joints = {"position": position} | {quantity: self.bounds(quantity) for quantity in JOINT_QUANTITIES}
-        written = {name: {"lower": one.lower.copy(), "upper": one.upper.copy()} for name, one in of_joints.items()}
-        return written | {"tool": dict(self.of_tool)}
-
     def along(self, travels: FloatArray) -> SegmentLimits:
         """Return the limits with velocity and acceleration in the direction of straight motions (segments, joints)."""
         return replace(self, velocity=self.velocity.along(travels), acceleration=self.acceleration.along(travels))

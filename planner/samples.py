@@ -1,9 +1,9 @@
-"""Samples of a trajectory: what joints and tool do at a row of times."""
+"""Samples of a trajectory: the states of joints and tool at a list of times."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,13 +29,13 @@ class Samples:
         velocity: (N, joints).
         acceleration: (N, joints).
         segment: (N,), the waypoint segment that each row lies on.
-        jerk: (N, joints), when asked.
-        torque: (N, joints), when asked.
-        tcp_position: (N, 3), m, when asked.
-        tcp_quaternion: (N, 4), x, y, z, w, when asked.
-        tcp_rpy: (N, 3), roll, pitch, yaw as `rpy_from_rotations` has them, rad, when asked.
-        tcp_velocity: Linear (N, 3), m/s, and angular (N, 3), rad/s, in the base's axes, when asked.
-        tcp_acceleration: Linear (N, 3), m/s^2, and angular (N, 3), rad/s^2, in the base's axes, when asked.
+        jerk: (N, joints), on request.
+        torque: (N, joints), on request.
+        tcp_position: (N, 3), m, on request.
+        tcp_quaternion: (N, 4), x, y, z, w, on request.
+        tcp_rpy: (N, 3), roll, pitch, yaw as `rpy_from_rotations` has them, rad, on request.
+        tcp_velocity: Linear (N, 3), m/s, and angular (N, 3), rad/s, in the base's axes, on request.
+        tcp_acceleration: Linear (N, 3), m/s^2, and angular (N, 3), rad/s^2, in the base's axes, on request.
     """
 
     time: FloatArray
@@ -43,13 +43,13 @@ class Samples:
     velocity: FloatArray
     acceleration: FloatArray
     segment: np.ndarray
-    jerk: FloatArray | None
-    torque: FloatArray | None
-    tcp_position: FloatArray | None
-    tcp_quaternion: FloatArray | None
-    tcp_rpy: FloatArray | None
-    tcp_velocity: tuple[FloatArray, FloatArray] | None
-    tcp_acceleration: tuple[FloatArray, FloatArray] | None
+    jerk: FloatArray | None = None
+    torque: FloatArray | None = None
+    tcp_position: FloatArray | None = None
+    tcp_quaternion: FloatArray | None = None
+    tcp_rpy: FloatArray | None = None
+    tcp_velocity: tuple[FloatArray, FloatArray] | None = None
+    tcp_acceleration: tuple[FloatArray, FloatArray] | None = None
 
 
 def sample_at(
@@ -66,36 +66,22 @@ def sample_at(
     Raises:
         MissingDynamics: Torques are asked of a robot without inertias and payload.
     """
-    orders = 4 if "jerk" in include else 3
-    derivatives = trajectory.evaluate(time, range(orders))
+    derivatives = trajectory.evaluate(time, range(4 if "jerk" in include else 3))
     position, velocity, acceleration = derivatives[:3]
     segment = trajectory.segments[trajectory.locate(time)[0]]
-    torque = tcp_position = tcp_quaternion = tcp_rpy = tcp_velocity = tcp_acceleration = None
+    more: dict[str, Any] = {}
+    if "jerk" in include:
+        more["jerk"] = derivatives[3]
     if "torque" in include:
-        torque = dynamics.torques(segment, position, velocity, acceleration)
+        more["torque"] = dynamics.torques(segment, position, velocity, acceleration)
     if "tcp_pose" in include:
         points, rotations = tool_poses_on(dynamics, segment, position)
-        tcp_position = np.ascontiguousarray(points)
-        tcp_quaternion = np.array([quaternion(rotation) for rotation in rotations])
+        more["tcp_position"] = np.ascontiguousarray(points)
+        more["tcp_quaternion"] = np.array([quaternion(rotation) for rotation in rotations])
     if "tcp_rpy" in include:
-        tcp_rpy = rpy_from_rotations(tool_poses_on(dynamics, segment, position)[1])
+        more["tcp_rpy"] = rpy_from_rotations(tool_poses_on(dynamics, segment, position)[1])
     if "tcp_velocity" in include:
-        linear, angular = dynamics.by_robot(tool_velocities, segment, position, velocity)
-        tcp_velocity = linear, angular
+        more["tcp_velocity"] = dynamics.by_robot(tool_velocities, segment, position, velocity)
     if "tcp_acceleration" in include:
-        linear, angular = dynamics.by_robot(tool_accelerations, segment, position, velocity, acceleration)
-        tcp_acceleration = linear, angular
-    return Samples(
-        time=time,
-        position=position,
-        velocity=velocity,
-        acceleration=acceleration,
-        segment=segment,
-        jerk=derivatives[3] if orders == 4 else None,
-        torque=torque,
-        tcp_position=tcp_position,
-        tcp_quaternion=tcp_quaternion,
-        tcp_rpy=tcp_rpy,
-        tcp_velocity=tcp_velocity,
-        tcp_acceleration=tcp_acceleration,
-    )
+        more["tcp_acceleration"] = dynamics.by_robot(tool_accelerations, segment, position, velocity, acceleration)
+    return Samples(time, position, velocity, acceleration, segment, **more)

@@ -235,13 +235,6 @@ def rotations_from_quaternions(xyzw: FloatArray) -> FloatArray:
     return np.array(rows).transpose(2, 0, 1)
 
 
-def project_to_rotation(matrix: FloatArray) -> FloatArray:
-    """Return the rotation (3, 3) nearest to `matrix` in the Frobenius norm (orthogonal Procrustes)."""
-    u, _, vt = np.linalg.svd(matrix)
-    nearest: FloatArray = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
-    return nearest
-
-
 def quaternion(rotation: FloatArray) -> FloatArray:
     """Make the quaternion (4,) x, y, z, w with w >= 0 of a rotation (3, 3)."""
     xyzw: FloatArray = pin.Quaternion(rotation).coeffs()

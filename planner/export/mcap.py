@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import json
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mcap_ros2.writer import Writer
 
 from planner.export.base import ExportOptions, Format
+from planner.export.ros2 import NANOSECONDS, header, joint_trajectory, nanoseconds
 from planner.problems.actions import SetOutput
 
 if TYPE_CHECKING:
     from planner.plans.result import Plan
-
-NANOSECONDS = 1_000_000_000
-"""Number of nanoseconds in a second."""
 
 TRAJECTORY_TOPIC = "joint_trajectory"
 """The topic of the trajectory, below the root."""
@@ -70,48 +68,24 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         MissingDynamics: Torques are included, and the robot has neither inertias nor a payload.
     """
     samples = plan.samples(options.sample_period, options.include)
-    names = list(plan.path.robot.joint_names)
-    efforts = [[]] * len(samples.time) if samples.torque is None else samples.torque.tolist()
-    positions, velocities, accelerations = (
-        rows.tolist() for rows in (samples.position, samples.velocity, samples.acceleration)
-    )
-    times = [round(time * NANOSECONDS) for time in samples.time.tolist()]
-    points = [
-        {
-            "positions": positions[k],
-            "velocities": velocities[k],
-            "accelerations": accelerations[k],
-            "effort": efforts[k],
-            "time_from_start": _time(time),
-        }
-        for k, time in enumerate(times)
-    ]
+    times, whole = nanoseconds(samples), joint_trajectory(plan, samples)
     file = BytesIO()
     writer = Writer(file)
     trajectory = writer.register_msgdef("trajectory_msgs/msg/JointTrajectory", JOINT_TRAJECTORY)
     state = writer.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE)
-    message = {"header": _header(0), "joint_names": names, "points": points}
-    writer.write_message(f"/{TRAJECTORY_TOPIC}", trajectory, message, 0)
+    writer.write_message(f"/{TRAJECTORY_TOPIC}", trajectory, whole, 0)
     if plan.problem.actions:
         value = writer.register_msgdef("diagnostic_msgs/msg/KeyValue", KEY_VALUE)
         for timed in plan.actions:
             if isinstance(timed.action, SetOutput):
                 pair = {"key": timed.action.name, "value": json.dumps(timed.action.value)}
                 writer.write_message(f"/{OUTPUTS_TOPIC}", value, pair, round(timed.time * NANOSECONDS))
-    for k, time in enumerate(times):
-        message = {"header": _header(time), "name": names, "position": positions[k]}
-        message |= {"velocity": velocities[k], "effort": efforts[k]}
+    for k, (time, point) in enumerate(zip(times, whole["points"], strict=True)):
+        message = {"header": header(time), "name": whole["joint_names"], "position": point["positions"]}
+        message |= {"velocity": point["velocities"], "effort": point["effort"]}
         writer.write_message(f"/{STATES_TOPIC}", state, message, time, sequence=k)
     writer.finish()
     return file.getvalue()
-
-
-def _header(time: int) -> dict[str, Any]:
-    return {"stamp": _time(time), "frame_id": ""}
-
-
-def _time(nanoseconds: int) -> dict[str, int]:
-    return {"sec": nanoseconds // NANOSECONDS, "nanosec": nanoseconds % NANOSECONDS}
 
 
 FORMAT = Format("mcap", "application/x-mcap", ".mcap", render)

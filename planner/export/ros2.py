@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import orjson
 
@@ -10,6 +10,7 @@ from planner.export.base import ExportOptions, Format, refuse_actions
 
 if TYPE_CHECKING:
     from planner.plans.result import Plan
+    from planner.samples import Samples
 
 NANOSECONDS = 1_000_000_000
 """Number of nanoseconds in a second."""
@@ -25,32 +26,39 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """
     refuse_actions(plan, "JointTrajectory")
     samples = plan.samples(options.sample_period, options.include)
+    return orjson.dumps(joint_trajectory(plan, samples))
+
+
+def joint_trajectory(plan: Plan, samples: Samples) -> dict[str, Any]:
+    """Return the message as plain values."""
     efforts = [[]] * len(samples.time) if samples.torque is None else samples.torque.tolist()
-    # Rounded once, so that two points never share a time and the last is the duration to the nanosecond.
-    nanoseconds = [round(t * NANOSECONDS) for t in samples.time.tolist()]
+    rows = (values.tolist() for values in (samples.position, samples.velocity, samples.acceleration))
     points = [
         {
             "positions": position,
             "velocities": velocity,
             "accelerations": acceleration,
             "effort": effort,
-            "time_from_start": {"sec": ns // NANOSECONDS, "nanosec": ns % NANOSECONDS},
+            "time_from_start": time_of(time),
         }
-        for position, velocity, acceleration, effort, ns in zip(
-            samples.position.tolist(),
-            samples.velocity.tolist(),
-            samples.acceleration.tolist(),
-            efforts,
-            nanoseconds,
-            strict=True,
-        )
+        for time, position, velocity, acceleration, effort in zip(nanoseconds(samples), *rows, efforts, strict=True)
     ]
-    message = {
-        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""},
-        "joint_names": plan.path.robot.joint_names,
-        "points": points,
-    }
-    return orjson.dumps(message)
+    return {"header": header(0), "joint_names": list(plan.path.robot.joint_names), "points": points}
+
+
+def nanoseconds(samples: Samples) -> list[int]:
+    """Return the times of samples, ns: rounded once, no two points share a time, and the last is the duration."""
+    return [round(time * NANOSECONDS) for time in samples.time.tolist()]
+
+
+def header(time: int) -> dict[str, Any]:
+    """Return the header of a message at a time, ns."""
+    return {"stamp": time_of(time), "frame_id": ""}
+
+
+def time_of(time: int) -> dict[str, int]:
+    """Return a time, ns, as messages have it."""
+    return {"sec": time // NANOSECONDS, "nanosec": time % NANOSECONDS}
 
 
 FORMAT = Format("ros2", "application/vnd.ros2.joint-trajectory+json", ".ros2.json", render)

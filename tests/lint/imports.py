@@ -99,6 +99,30 @@ def imported_tests(sources: Sources) -> Iterator[Fault]:
                 yield source.fault(line, f"{name} is a test module: move what it shares to a file of its own")
 
 
+def public_names(sources: Sources) -> set[str]:
+    """Return the names that the library offers: in its stub, and in the `__all__` of its folders."""
+    found = set()
+    for source in sources:
+        if source.file == "planner/__init__.pyi":
+            found |= {alias.name for node in source.nodes if isinstance(node, ast.ImportFrom) for alias in node.names}
+        elif source.file.startswith("planner/") and source.file.endswith("/__init__.py"):
+            for node in source.nodes:
+                if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+                    found |= {name.value for name in ast.walk(node.value) if isinstance(name, ast.Constant)}
+    return found
+
+
+def inner_names(sources: Sources) -> Iterator[Fault]:
+    """Find imports of names that the library does not offer; folders of the library may be imported whole."""
+    public = public_names(sources)
+    for source in python(sources, "api", "cli"):
+        for node in source.nodes:
+            if isinstance(node, ast.ImportFrom) and str(node.module).startswith("planner."):
+                for alias in node.names:
+                    if alias.name not in public:
+                        yield source.fault(node.lineno, f"{alias.name} is no public name of {node.module}")
+
+
 def _rank(parts: list[str], layers: tuple[str | tuple[str, ...], ...]) -> int:
     first = parts[0] if parts else ""
     ranks = (k for k, layer in enumerate(layers) if first == layer or (isinstance(layer, tuple) and first in layer))

@@ -15,6 +15,7 @@ RULES: dict[str, Callable[[Sources], Iterator[Fault]]] = {
     "circle": imports.circles,
     "forbidden-import": imports.forbidden_imports,
     "imported-test": imports.imported_tests,
+    "inner-name": imports.inner_names,
     "layer": imports.layers,
     "missing-name": imports.missing_names,
     "relative-import": imports.relative_imports,

@@ -77,6 +77,8 @@ def python(sources: Iterable[Source], *packages: str) -> Iterator[Source]:
 
 def read_sources() -> Sources:
     """Read every Python file and every page of the repository."""
-    files = [file for name in FOLDERS for file in sorted((ROOT / name).rglob("*")) if file.suffix in {".py", ".md"}]
+    files = [
+        file for name in FOLDERS for file in sorted((ROOT / name).rglob("*")) if file.suffix in {".py", ".pyi", ".md"}
+    ]
     files = [file for file in [*ROOT.glob("*.md"), *files] if not MADE & set(file.parts)]
     return [Source(str(file.relative_to(ROOT)), file.read_text(encoding="utf-8")) for file in files]

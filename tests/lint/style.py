@@ -130,13 +130,13 @@ def fragments(sources: Sources) -> Iterator[Fault]:
 
 
 def request_values(sources: Sources) -> Iterator[Fault]:
-    """Find JSON pointers into requests, and objects of requests outside exports and models of robots."""
+    """Find JSON pointers into requests, and objects of requests outside models of robots."""
     for source in python(sources, "planner"):
         for node in source.nodes:
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 if re.match(r"/[a-z_]+(/|$)", node.value):
                     yield source.fault(node.lineno, f"{node.value!r} is a pointer into a request")
-            elif isinstance(node, ast.Dict) and not {"export", "robots"} & set(source.file.split("/")):
+            elif isinstance(node, ast.Dict) and "robots" not in source.file.split("/"):
                 keys = {key.value for key in node.keys if isinstance(key, ast.Constant)}
                 if "kind" in keys:
                     yield source.fault(node.lineno, "an object of a request")

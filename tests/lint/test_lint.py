@@ -29,6 +29,15 @@ CASES = {
         {"tests/a.py": "\nfrom tests import test_b", "tests/test_b.py": "from tests.a import test_c"},
         {"tests/a.py:2"},
     ),
+    "inner-name": (
+        {
+            "planner/__init__.pyi": "from planner.plans.result import Plan as Plan",
+            "planner/shapes/__init__.py": '__all__ = ["Box"]',
+            "api/a.py": "from planner import shapes\nfrom planner.plans.result import Plan, timed",
+            "cli/b.py": "from planner.shapes.primitives import Box\nif True:\n    from planner.shapes.shape import f",
+        },
+        {"api/a.py:2", "cli/b.py:3"},
+    ),
     "layer": (
         {
             "planner/kinematics/a.py": "import planner.limits",
@@ -90,7 +99,7 @@ CASES = {
         {"planner/a.py:2", "planner/a.py:3", "planner/a.py:4"},
     ),
     "request-value": (
-        {"planner/a.py": 'x = "/waypoints/0"\ny = {"kind": "joint"}', "planner/export/b.py": 'y = {"kind": "joint"}'},
+        {"planner/a.py": 'x = "/waypoints/0"\ny = {"kind": "joint"}', "planner/robots/b.py": 'y = {"kind": "joint"}'},
         {"planner/a.py:1", "planner/a.py:2"},
     ),
     "clause": (

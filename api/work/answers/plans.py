@@ -100,7 +100,7 @@ def as_dict(plan: Plan, options: AnswerOptions) -> dict[str, Any]:
             {**vars(report), "slow": list(map(vars, report.slow))} for report in tool_speed_reports(plan)
         ]
     if "limits" in options.include:
-        answer["limits"] = plan.path.limits.as_dict()
+        answer["limits"] = _limits(plan)
     if "sample_checks" in options.include:
         answer["sample_checks"] = _sample_checks(plan.certify_samples(samples.time))
     if options.request_hash is not None:
@@ -207,6 +207,17 @@ def _polynomials(joint_names: tuple[str, ...], trajectory: Trajectory) -> list[d
         }
         for j, name in enumerate(joint_names)
     ]
+
+
+def _limits(plan: Plan) -> dict[str, Any]:
+    """Return the limits of each segment; infinite ones become null."""
+    limits = plan.path.limits
+    lower, upper = (np.broadcast_to(side, limits.torque.upper.shape).copy() for side in limits.position)
+    written = {"position": {"lower": lower, "upper": upper}}
+    for quantity in ("velocity", "acceleration", "jerk", "torque"):
+        bounds = limits.bounds(quantity)
+        written[quantity] = {"lower": bounds.lower.copy(), "upper": bounds.upper.copy()}
+    return written | {"tool": dict(limits.of_tool)}
 
 
 def _action(timed: TimedAction) -> dict[str, Any]:

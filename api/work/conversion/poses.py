@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from api.contract.parts import common
-from planner.spatial import Pose, project_to_rotation, rotation_from_quaternion, rotation_from_rpy
+from planner.spatial import Pose, rotation_from_quaternion, rotation_from_rpy
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -34,4 +34,11 @@ def to_rotation(orientation: common.Orientation | None) -> FloatArray | None:
         case common.RpyOrientation():
             return rotation_from_rpy(*orientation.rpy)
         case common.MatrixOrientation():
-            return project_to_rotation(np.array(orientation.matrix))
+            return nearest_rotation(np.array(orientation.matrix))
+
+
+def nearest_rotation(matrix: FloatArray) -> FloatArray:
+    """Return the rotation (3, 3) nearest to `matrix` in the Frobenius norm (orthogonal Procrustes)."""
+    u, _, vt = np.linalg.svd(matrix)
+    nearest: FloatArray = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return nearest
