@@ -302,7 +302,7 @@ class Robot(PickledByFields, RobotDescription):
     @cached_property
     def _bounds(self) -> dict[str, FloatArray]:
         bounds = {}
-        for quantity in ("velocity", "acceleration", "torque"):
+        for quantity in ("velocity", "acceleration", "jerk", "torque"):
             ranges = [joint.ranges.get(quantity, (-np.inf, np.inf)) for joint in self.joints]
             widest = self.limit(quantity)
             bounds[quantity] = np.clip(np.array(ranges).T, -widest, widest)
