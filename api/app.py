@@ -76,7 +76,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     """Make the service as an ASGI application.
 
     Args:
-        settings: What the operator has set; None: read from the environment.
+        settings: The settings of the operator; None: read from the environment.
         pool: Workers that have been started already; None: new ones. They are stopped when the application ends.
     """
     settings = settings or Settings()
@@ -166,14 +166,14 @@ async def _answer_invalid_parameters(request: Request, error: Exception) -> Resp
 
 
 def _parameter_fault(fault: dict[str, Any]) -> str:
-    """Say what is wrong with a parameter."""
+    """Describe the fault of a parameter."""
     if fault["type"] == "missing":
         return f"the parameter {fault['loc'][-1]} is missing"
     return f"the parameter {fault['loc'][-1]} {fault['msg'].replace('Input should', 'must', 1)}"
 
 
 async def _answer_http_exception(request: Request, error: Exception) -> Response:
-    """Answer what the router raises: there is no such path, or no such method."""
+    """Answer a path or a method that does not exist."""
     assert isinstance(error, HTTPException)  # noqa: S101 - registered for it
     if error.status_code == 405:
         allowed = ", ".join(sorted(_methods_at(request)))

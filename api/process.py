@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from types import FrameType
 
 DRAIN_GRACE = 5
-"""The time that requests in flight have to finish once the server is told to stop, s on top of the longest deadline."""
+"""The time that requests in flight have to finish once the server begins to stop, s on top of the longest deadline."""
 
 RESERVED_FILES = 64
-"""The open files that the process needs besides those of clients and workers: libraries, sockets, the event loop."""
+"""The open files that the process needs besides clients and workers: libraries, sockets, the event loop."""
 
 FILES_OF_A_WORKER = 4
 """The open files that the process needs for a worker: its channel and its end, twice while it is replaced."""

@@ -150,7 +150,7 @@ def _varied(text: str) -> dict[str, Any]:
 
 
 def _run(asked: Asked) -> None:
-    """Plan a batch, write what comes of it, and end with the status that says how it went."""
+    """Plan a batch, write its results, and end with 1 where an item is refused."""
     import httpx
 
     from cli.local_service import ServiceDidNotStart
@@ -223,7 +223,7 @@ def _refuse_unless_success(answer: httpx.Response) -> None:
 
 
 def _followed(client: httpx.Client, location: str, console: Console) -> dict[str, Any]:
-    """Show how far the batch is until it has ended."""
+    """Show the progress of the batch until it has ended."""
     from rich import progress as bars
 
     rate_column = bars.TextColumn("{task.fields[rate]}")
@@ -272,7 +272,7 @@ def _write_plan(folder: Path, result: dict[str, Any], form: str) -> None:
 
 
 def _summarise(batch: dict[str, Any], durations: list[float], folder: Path, console: Console) -> None:
-    """Show what came of the batch, and draw how long the trajectories are."""
+    """Show the outcome of the batch, and draw a histogram of durations."""
     from cli.terminal import plain_table
 
     counts, summary = batch["counts"], batch["summary"]

@@ -1,4 +1,4 @@
-"""The command line. What is heavy is imported only by the command that needs it: `planner --help` is quick."""
+"""The command line. Each command imports its heavy modules itself: `planner --help` is quick."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def options(
         bool, typer.Option("--version", help="Show the version.", callback=_version, is_eager=True)
     ] = False,
 ) -> None:
-    """Waypoints in, certified joint trajectory out."""
+    """Plan joint trajectories that keep all limits, with a certificate."""
 
 
 @app.command()
@@ -82,9 +82,9 @@ def serve(
         int | None, typer.Option(metavar="N", help="Worker processes.", show_default="one a core", min=1, max=256)
     ] = None,
 ) -> None:
-    """Run the HTTP service until it is told to stop.
+    """Run the HTTP service until SIGINT or SIGTERM.
 
-    What is left out comes from the environment: PLANNER_HOST, PLANNER_PORT, PLANNER_WORKERS, ...
+    Other settings come from the environment: PLANNER_HOST, PLANNER_PORT, PLANNER_WORKERS, ...
     """
     from pydantic import ValidationError
 
@@ -114,7 +114,7 @@ def worker(
         int | None, typer.Option(metavar="N", help="Planning processes.", show_default="one a core", min=1, max=256)
     ] = None,
 ) -> None:
-    """Join this machine to the cluster that plans a service's batches, until it is told to stop.
+    """Join this machine to the cluster that plans a service's batches, until SIGINT or SIGTERM.
 
     The rest comes from the environment, as for the service: PLANNER_WORKER_MEMORY_MIB, PLANNER_MAX_DEADLINE, ...
     """

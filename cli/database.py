@@ -30,7 +30,7 @@ def upgrade() -> None:
 
 @app.command()
 def check() -> None:
-    """Tell whether the tables are those of this version; ends with 1 if they are not."""
+    """Check the version of the tables; ends with 1 if this version of the service needs an upgrade."""
     from api.store.migrate import is_current
 
     with connected() as engine:
@@ -43,7 +43,7 @@ def check() -> None:
 
 @contextmanager
 def connected() -> Iterator[Engine]:
-    """Connect to the database that the environment names, and say in a line what goes wrong."""
+    """Connect to the database that the environment names, and show an error in one line."""
     from pydantic import ValidationError
     from sqlalchemy.exc import SQLAlchemyError
 

@@ -18,7 +18,7 @@ app = typer.Typer(
 )
 
 DEFAULT_SCOPES: list[Scope] = ["plan", "robots:write", "scenes:write", "batches"]
-"""The scopes of a key unless others are asked for: all that touches nothing of others."""
+"""The scopes of a key without `--scope`: everything but the entries of others."""
 
 COLUMNS = ("name", "id", "scopes", "a minute", "at once", "a day", "created", "revoked")
 """The columns of the list of keys."""
@@ -70,7 +70,7 @@ def create(
 
 @app.command("list")
 def list_() -> None:
-    """List all keys; of none is kept what it was."""
+    """List all keys, without their text."""
     from api.store.keys import all_keys
     from api.store.migrate import upgrade
     from cli.terminal import plain_table, terminal
@@ -108,7 +108,7 @@ def revoke(
 
 
 def _audit(action: str, key_id: str) -> None:
-    """Log what was changed, as the service logs what its clients change."""
+    """Log a change, as the service logs the changes of its clients."""
     import structlog
 
     from api.base.logs import configure_logs

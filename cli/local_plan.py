@@ -49,7 +49,7 @@ def plan_request(request: PlanRequest, robot: Robot | None = None) -> Plan:
     """Plan a request.
 
     Args:
-        request: What is asked.
+        request: The request.
         robot: The robot; None: the one of the catalogue that the request names.
 
     Raises:
@@ -70,7 +70,7 @@ def render(solved: Plan, request: PlanRequest, form: Format, definition: bytes |
 
     Args:
         solved: The plan.
-        request: What was asked.
+        request: The request.
         form: The format.
         definition: The model of a robot that is not of the catalogue, as canonical JSON.
     """
@@ -84,7 +84,7 @@ def report_of(solved: Plan, request: PlanRequest, title: str, definition: bytes 
 
     Args:
         solved: The plan.
-        request: What was asked.
+        request: The request.
         title: The title of the report.
         definition: The model of a robot that is not of the catalogue, as canonical JSON.
 

@@ -82,7 +82,7 @@ def local_service(
 
 
 def _address(log: Path, deadline: float, process: subprocess.Popen[bytes]) -> str | None:
-    """Return the URL of a service by its log, on the port that it was given; None: it ended, or took too long."""
+    """Read the URL of a service from its log; None: it ended, or took too long."""
     while time.monotonic() < deadline and process.poll() is None:
         if found := re.search(rf"running on (http://{re.escape(HOST)}:\d+)", log.read_text(errors="replace")):
             return found[1]

@@ -21,7 +21,7 @@ SUFFIXES = (".png", ".svg", ".html")
 """The suffixes of the files that `planner plan --plot` can draw into."""
 
 WORKSPACE = "workspace"
-"""What is shown of a robot in place of the robot itself."""
+"""The value of `--show` that draws the workspace of a robot."""
 
 WORKSPACE_POINTS = 20_000
 """The number of points of a drawn workspace: as many as a picture can tell apart."""
@@ -107,11 +107,11 @@ def _picture_of_robot(robot: Robot, show: list[str] | None, view: str, title: st
 
 
 def draw(solved: Plan, request: PlanRequest, title: str, suffix: str, seconds: float) -> bytes:
-    """Draw the joints' positions, velocities and accelerations with their limits, or what the request's picture asks.
+    """Draw the joints' positions, velocities and accelerations with their limits, or the picture of the request.
 
     Args:
         solved: The plan.
-        request: What was asked.
+        request: The request.
         title: The title of the picture, unless the request has one.
         suffix: One of `SUFFIXES`; a page has the tables of the command line, too.
         seconds: What planning took, s.

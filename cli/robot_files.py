@@ -52,7 +52,7 @@ class NamedRobot:
 
 
 def named_robot(name: str, srdf: Path | None = None, tip_frame: str | None = None) -> NamedRobot:
-    """Find what a name stands for: a file if there is one, or else a robot of the catalogue.
+    """Find the robot of a name: in a file if there is one, or else in the catalogue.
 
     Args:
         name: The path of a URDF file, or of a JSON file with a request of POST /v1/robots, or an id.

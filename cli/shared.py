@@ -37,7 +37,7 @@ def write(path: Path, content: bytes, console: Console) -> None:
 
 
 def robot_named(name: str, srdf: Path | None, tip: str | None) -> NamedRobot:
-    """Find what a name stands for, a URDF file or a robot of the catalogue."""
+    """Find the robot of a name: a URDF file, or an id of the catalogue."""
     from cli.robot_files import named_robot
 
     try:

@@ -1,4 +1,4 @@
-"""What the command line shows: plans, problem documents and robots as tables of the terminal."""
+"""Plans, problem documents and robots as tables of the terminal."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ FILE_WIDTH = 100
 """The width of the lines that go into a file or a pipe, characters."""
 
 CLOSE_TO_LIMIT = 0.9
-"""The share of a limit from which on it is shown in yellow."""
+"""The share of a limit above which it is shown in yellow."""
 
 
 def terminal(*, stderr: bool = False) -> Console:
-    """Make the terminal; what goes into a file or a pipe instead gets lines of a fixed width."""
+    """Make the terminal; a file or a pipe instead gets lines of a fixed width."""
     console = Console(stderr=stderr, highlight=False)
     if not console.is_terminal:
         console.width = FILE_WIDTH
@@ -53,7 +53,7 @@ def terminal(*, stderr: bool = False) -> Console:
 
 
 def plain_table(*columns: str, right: Sequence[str] = (), title: str | None = None) -> Table:
-    """Make a table without frame, its header underlined; the first column wraps, those in `right` are aligned there."""
+    """Make a table without frame, its header underlined; the first column wraps, `right` ones are aligned right."""
     table = Table(
         box=box.SIMPLE_HEAD,
         show_edge=False,
@@ -76,7 +76,7 @@ def share_text(ratio: float | None) -> Text:
 
 
 def plan_summary(plan: Plan, seconds: float) -> Group:
-    """Show a plan as a person reads it; `seconds` is what it took."""
+    """Show a plan as a person reads it; `seconds` is the time that planning took."""
     robot, trajectory = plan.path.robot, plan.trajectory
     head = Text.assemble(
         (robot.id, "bold"),
@@ -181,7 +181,7 @@ def _waypoint_table(plan: Plan) -> Table:
 
 
 def certificate_table(certificate: Certificate, robot: Robot) -> Table:
-    """Show how much of each limit is used, and where."""
+    """Show the largest share of each limit, with its joint and time."""
     title = Text.assemble(
         "Certificate: ",
         ("every enforced limit is kept", "green") if certificate.satisfied else ("violated", "red"),
@@ -220,7 +220,7 @@ def _clearance(clearance: Clearance) -> str:
 
 
 def _estimate(clearance: Clearance) -> str:
-    """Say how far the machine may stick out of estimated shapes; nothing where no shape is an estimate."""
+    """Describe the distance that the machine may stick out; empty where no shape is an estimate."""
     if clearance.shapes == "model":
         return ""
     margin = math.ceil(clearance.uncertainty * 1e4 - 1e-6) / 10.0  # mm; no less than covers it

@@ -17,13 +17,13 @@ CHECKED_COLUMNS = ("position", "velocity", "acceleration")
 
 
 def read_trajectory(text: bytes, robot: str | None = None, interpolation: str | None = None) -> ValidateRequest:
-    """Read what is to be held against limits.
+    """Read a trajectory to check against limits.
 
     Args:
         text: A request of POST /v1/trajectories/validate, an answer of POST /v1/trajectories, or CSV with the columns
             `time`, `position.<joint>` and perhaps `velocity.<joint>` and `acceleration.<joint>`.
         robot: The id of the robot in place of the document's; CSV names none.
-        interpolation: What the controller runs, in place of the document's.
+        interpolation: The interpolation of the controller, in place of the document's.
 
     Raises:
         InvalidRequest: With everything that is wrong with it.
@@ -49,7 +49,7 @@ def _document(text: bytes) -> Any:
 
 
 def _of_answer(answer: dict[str, Any]) -> dict[str, Any]:
-    """Take from an answer what is checked of it."""
+    """Take the checked fields from an answer."""
     parts = {"robot": answer.get("robot"), "samples": answer.get("samples"), "polynomials": answer.get("polynomials")}
     if isinstance(parts["samples"], dict):
         parts["samples"] = {name: parts["samples"].get(name) for name in ("time", *CHECKED_COLUMNS)}
@@ -59,7 +59,7 @@ def _of_answer(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 def _columns(text: bytes) -> dict[str, Any]:
-    """Read the columns of a CSV file by quantity, those of the joints in the order in which they stand."""
+    """Read the columns of a CSV file by quantity; joints stay in the order of the file."""
     try:
         rows = list(csv.reader(StringIO(text.decode("utf-8-sig"), newline="")))
         header, values = rows[0], [[float(cell) for cell in row] for row in rows[1:] if row]

@@ -1,4 +1,4 @@
-"""API keys: what they are made of, what each may do, and what is kept of one. Light to import."""
+"""API keys: their text, their scopes, and their record in the database. Light to import."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import secrets
 from typing import Literal, NamedTuple, get_args
 
 Scope = Literal["plan", "robots:write", "scenes:write", "batches", "admin"]
-"""What a key may do: plan and compute, add and delete robots, the same with scenes, use batches, and all that with what
-belongs to others."""
+"""The scopes of a key: plan and compute, write robots, write scenes, use batches. `admin` has all of them, also for the
+entries of others."""
 
 SCOPES: tuple[Scope, ...] = get_args(Scope)
 """All scopes."""
@@ -31,18 +31,18 @@ NOBODY = "0" * 64
 
 
 class KeyRecord(NamedTuple):
-    """What is kept of a key; the key itself is not.
+    """The record of a key, without the key itself.
 
     Attributes:
         id: Its public part.
         name: What its holder calls it.
         digest: The SHA-256 of the whole key, as hexadecimal digits.
-        scopes: What it may do.
+        scopes: Its scopes.
         requests_per_minute: The most requests in a minute; None: as the service's setting says.
         concurrent_requests: The most requests under way; None: as the service's setting says.
         created: When it was made, s since 1970.
         revoked: When it was revoked, s since 1970; None: it is valid.
-        requests_per_day: The most requests in a day, those of batches among them; None: as the service's setting says.
+        requests_per_day: The most requests in a day, batch items included; None: as the service's setting says.
     """
 
     id: str
@@ -71,11 +71,11 @@ def id_of(key: str) -> str | None:
 
 
 def digest_of(key: str) -> str:
-    """Compute what is kept of a key."""
+    """Compute the digest of a key."""
     return hashlib.sha256(key.encode()).hexdigest()
 
 
 def is_valid(key: str, record: KeyRecord | None) -> bool:
-    """Tell whether a key is the one that was kept, in a time that says nothing of how much of it is right."""
+    """Compare a key with its record, in a time that does not depend on the first difference."""
     is_right = hmac.compare_digest(digest_of(key), NOBODY if record is None else record.digest)
     return is_right and record is not None and record.revoked is None

@@ -10,7 +10,7 @@ from api.base.errors import Overloaded
 class Traffic:
     """The bytes of the bodies and answers of all requests under way, up to a bound.
 
-    No client may hold more than what it leaves free (the dynamic threshold of Choudhury and Hahne for shared buffers):
+    No client may hold more than it leaves free (the dynamic threshold of Choudhury and Hahne for shared buffers):
     one alone gets half of the room, each of three a quarter, and there is always room for one that comes.
 
     Attributes:

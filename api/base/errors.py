@@ -86,7 +86,7 @@ class ServiceError(Exception):
 
 
 class InvalidRequest(ServiceError):
-    """The request does not follow the schema; `details["errors"]` lists what is wrong."""
+    """The request does not follow the schema; `details["errors"]` lists the faults."""
 
     code = "invalid_request"
     title = "The request is not valid"
@@ -163,7 +163,7 @@ class MethodNotAllowed(ServiceError):
 
 
 class NotAcceptable(ServiceError):
-    """None of the formats asked for exists."""
+    """None of the requested formats exists."""
 
     code = "not_acceptable"
     title = "There is no such format"

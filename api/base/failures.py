@@ -1,4 +1,4 @@
-"""The log says where an unexpected exception came from, and nothing of what it holds."""
+"""The place in the code of an unexpected exception, for the log, without its values."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ PAGE_BYTES = 2**20
 """The bytes after which a page ends, so that long entries make short pages."""
 
 MOST_ENTRIES = 1000
-"""The most entries of a page that may be asked for."""
+"""The most entries that a page may have."""
 
 DEFAULT_ENTRIES = 100
 """The entries of a page unless the request says otherwise."""

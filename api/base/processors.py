@@ -19,14 +19,14 @@ def available_processors(groups: Path = CONTROL_GROUPS, own: Path = OWN_GROUPS) 
 
     Args:
         groups: Where control groups are.
-        own: The file that says which are those of this process.
+        own: The file that names the groups of this process.
     """
     quotas = [quota for group in _groups(groups, own) if (quota := _quota(group)) is not None]
     return max(1, math.ceil(min([float(len(os.sched_getaffinity(0))), *quotas])))
 
 
 def _groups(groups: Path, own: Path) -> list[Path]:
-    """Find the groups of this process and those that they are in, each of which may have a quota."""
+    """Find the groups of this process and their parents, each of which may have a quota."""
     found: list[Path] = []
     with suppress(OSError):
         for line in own.read_text(encoding="utf-8").splitlines():

@@ -42,7 +42,7 @@ class Settings(BaseSettings):
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
     """The host names of the service, separated by commas: `planner.example.com`. A request to another host name is
     refused; IP addresses and `localhost` are always allowed. By default, a service that requires keys accepts every
-    name; an open service accepts names of private networks (`planner`, `planner.local`), or only `localhost` on a
+    name. An open service accepts names of private networks (`planner`, `planner.local`), or only `localhost` on a
     loopback address."""
     trusted_proxies: Annotated[tuple[str, ...], NoDecode] = ()
     """The reverse proxies whose `X-Forwarded-For` header names the client: IP addresses or networks, separated by
@@ -63,8 +63,8 @@ class Settings(BaseSettings):
     """The number of additional workers reserved for short requests, so that short requests need not wait for long
     ones."""
     batch_workers: int = Field(default=0, ge=0, le=256)
-    """The most workers that batches use at once while no request needs them; 0: all but one, so that a request need
-    not wait for a batch item to end."""
+    """The most workers that batches use at once while no request needs them. 0: one worker
+    fewer than there are, so that a request need not wait for a batch item."""
     scheduler: str | None = None
     """The Dask scheduler that plans batches instead of the service's own workers: `tcp://10.0.0.1:8786`. Machines
     join with `planner worker`. Needs the extra `cluster`."""
@@ -188,7 +188,7 @@ def is_loopback(host: str) -> bool:
 
 
 def faults_of(error: ValidationError) -> list[str]:
-    """Say what is wrong with the settings, each with the name of its environment variable, if it is about one."""
+    """List the faults of the settings, each with the name of its environment variable."""
     return [
         "".join(f"PLANNER_{str(name).upper()}: " for name in fault["loc"][:1]) + fault["msg"]
         for fault in error.errors()

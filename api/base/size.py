@@ -20,7 +20,7 @@ MOST_BESIDES = 1000
 """The most objects and lists in the rest of a request; the joints of the longest table are 64, each with two lists."""
 
 MOST_OBJECTS = 5000
-"""The most entries of a list `objects`, those of the largest scene."""
+"""The most entries of a list `objects`: the objects of the largest scene."""
 
 MOST_OF_AN_OBJECT = 10
 """The most objects and lists in an object of a scene, itself among them; one with a pose and a shape has six."""
@@ -46,7 +46,7 @@ CAPPED_LISTS = frozenset({"waypoints", "poses"})
 
 
 def has_too_many_rows(body: bytes, max_body_bytes: int) -> bool:
-    """Tell, before it is parsed, whether a body may have more lists and objects than honest ones of the largest size.
+    """Tell whether an unparsed body may have more lists and objects than an honest one of the largest size.
 
     The values of a million empty rows in 3 MB would take a hundred times the memory of the body.
     """

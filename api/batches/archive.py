@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from api.pool.messages import Reply
 
 WRITTEN = (1980, 1, 1, 0, 0, 0)
-"""When all files of an archive were written, by what it says: the same results make the same bytes."""
+"""The date of all files in an archive: equal results make equal bytes."""
 
 
 class _Outlet:
@@ -28,10 +28,10 @@ class _Outlet:
         return len(data)
 
     def flush(self) -> None:
-        """There is nothing to wait for."""
+        """Do nothing: writes go to memory."""
 
     def taken(self) -> bytes:
-        """Give what has been written since the last time."""
+        """Return the bytes written since the last call."""
         data = bytes(self._held)
         self._held.clear()
         return data

@@ -1,7 +1,7 @@
 """How a batch arrives: piece by piece out of a body into the database, so that no part of the service holds it whole.
 
-A worker takes the requests out of each piece. A body that is one JSON document is one piece, of a bounded size; one
-with a request a line is as long as it likes.
+A worker takes the requests out of each piece. A body that is one JSON document is one piece, of a bounded size.
+A body with a request a line may have any length.
 """
 
 from __future__ import annotations

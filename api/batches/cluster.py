@@ -34,8 +34,8 @@ log = structlog.get_logger()
 class ClusterPlanners:
     """The planning processes of the machines that have joined a cluster (`planner worker`).
 
-    Nothing of a batch is kept there: what is lost with a worker is planned by another one, as the scheduler sees to
-    it, and what is lost with the scheduler is sent again when it is back.
+    Nothing of a batch is kept there. The scheduler gives the chunks of a lost worker to another one. The chunks lost
+    with the scheduler are sent again when it is back.
 
     Args:
         address: Where the scheduler listens, as in `tcp://10.0.0.1:8786`.

@@ -1,7 +1,7 @@
 """A machine of the cluster: a Dask worker whose work is done by planning processes, as in the service.
 
-Each has a deadline that is kept by killing it, and a cap on its memory: a hung solver costs its own request, not the
-Dask worker. Robots and solvers stay built in the processes, by content.
+Each has a cap on its memory and is killed at its deadline. So a hung solver costs its own request, not the Dask
+worker. Robots and solvers stay built in the processes, by content.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class _Planners(WorkerPlugin):  # type: ignore[misc]
 
 
 async def plan_chunk(version: str, chunk: Chunk) -> tuple[float, list[Reply]]:
-    """Plan the requests of a chunk in the planning processes of this machine, and give the time that it took, s.
+    """Plan the requests of a chunk in the processes of this machine, and return the time, s, too.
 
     Raises:
         OtherVersion: This machine has another version than the service, and would plan otherwise.
@@ -65,7 +65,7 @@ async def plan_chunk(version: str, chunk: Chunk) -> tuple[float, list[Reply]]:
 
 
 async def join(scheduler: str, settings: Settings) -> None:
-    """Be a machine of the cluster until SIGTERM or SIGINT; it joins again after the scheduler was away."""
+    """Join the cluster until SIGTERM or SIGINT, and again each time the scheduler was away."""
     everything = settings.model_copy(update={"express_workers": 0, "batch_workers": settings.workers})
     pool = WorkerPool(everything, ENTRY)
     pool.attach()

@@ -1,4 +1,4 @@
-"""The work on batches: requests are claimed, planned by workers or by a cluster, and what comes of them is kept."""
+"""The work on batches: requests are claimed, planned by workers or by a cluster, and their outcomes are kept."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from api.telemetry.metrics import Metrics
 
 BEAT = 0.5
-"""The time between two signs of life, s: a tenth of the time after which a service is taken for dead. What has been
-done is written as often, so that results are seen, and no more than that is lost, within it."""
+"""The time between two signs of life, s: a tenth of the time after which a service is taken for dead. Outcomes are
+written as often, so that results are visible, and no more than these are lost, within it."""
 
 IDLE = 1.0
 """The time between two looks for items while there are none, s; another service may have taken a batch in, or died.
@@ -62,11 +62,11 @@ log = structlog.get_logger()
 class Engine:
     """The work of one service on the batches of its database.
 
-    It claims items, has them planned, and writes what comes of them, all from the event loop. Whatever happens to it,
+    It claims items, has them planned, and writes their outcomes, all from the event loop. Whatever happens to it,
     the items that it had claimed are planned: by itself once the database is back, or by another one.
 
     Attributes:
-        id: What it is called in the database.
+        id: Its name in the database.
         arriving: The number of batches that this service takes in.
     """
 
@@ -96,7 +96,7 @@ class Engine:
         self._tasks = [asyncio.create_task(_repeatedly(step)) for step in steps]
 
     async def stop(self) -> None:
-        """Stop working: what is done is written, and what has been claimed is free for others."""
+        """Stop working: write all outcomes, and release all claims."""
         for task in [*self._tasks, *self._under_way]:
             task.cancel()
         await asyncio.gather(*self._tasks, *self._under_way, return_exceptions=True)
@@ -151,7 +151,7 @@ class Engine:
             raise
 
     def _note_turns(self, found: list[Claimed]) -> None:
-        """Note which batches had a turn; those that have had none for long are as good as new."""
+        """Note which batches had a turn, and forget batches without a turn for long."""
         if not found:
             return
         self._turn += 1
@@ -228,7 +228,7 @@ class Engine:
         return self._definitions[digest]
 
     async def _beat(self) -> None:
-        """Say that this service is alive, write what it has done, and drop what others have cancelled."""
+        """Write a heartbeat and all outcomes, and drop the items that others have cancelled."""
         before = time.monotonic()
         done = 0
         if self.arriving or self._under_way or self._done or self._claimed:
@@ -244,7 +244,7 @@ class Engine:
         self._rate = min(latest, self._rate + GAIN * (latest - self._rate))  # slower items keep others waiting at once
 
     async def _write_what_is_done(self) -> int:
-        """Write what has been done since the last time, and give the number of items."""
+        """Write the outcomes since the last call, and return their number."""
         done, self._done = self._done, []
         if done:
             try:

@@ -1,4 +1,4 @@
-"""What is told of batches, shared by all who ask: the database is asked once a change, and once a moment."""
+"""The states of batches, shared by all followers: one read of the database a change, and one a moment."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
     from api.store.database import Database
 
 LOOK = 0.5
-"""The time between two looks at a batch for those who follow it, s: as often as the engine writes what it has done."""
+"""The time between two looks at a batch for its followers, s: as often as the engine writes outcomes."""
 
 KNOWN_DESCRIPTIONS = 256
-"""The number of batches whose descriptions are kept at hand, those asked for last."""
+"""The number of batches whose descriptions are kept at hand: the latest."""
 
 FORGOTTEN = "no batch has this id; GET /v1/batches lists those that are kept"
-"""What is told of a batch that there is not, or not any more."""
+"""The refusal of an unknown or deleted batch."""
 
 
 class Look(NamedTuple):
-    """What is seen of a batch at one moment.
+    """The state of a batch at one moment.
 
     Attributes:
         batch: The batch.
-        description: What is told of it.
+        description: Its description for clients.
     """
 
     batch: BatchRecord
@@ -76,7 +76,7 @@ class Looks:
         return await asyncio.shield(self._looks[batch_id])  # who hangs up takes nothing from the others
 
     async def describe(self, batch: BatchRecord) -> dict[str, Any]:
-        """Describe a batch; nobody sums up again what has not changed since.
+        """Describe a batch, with the sums of the last description where nothing has changed.
 
         Raises:
             UnknownBatch: It has been forgotten since it was found.
@@ -107,7 +107,7 @@ class Looks:
 
 
 def _outcomes(connection: Connection, number: int) -> tuple[list[Outcomes], list[int], dict[str, int]]:
-    """Read what came of the items: how many, how their durations are spread, and one for each code of a problem."""
+    """Read the outcomes of the items: their counts, the range of durations, and one for each code of a problem."""
     outcomes = batches.outcomes_of(connection, number)
     ends = range_of_durations(outcomes)
     histogram = [] if ends is None else batches.histogram_of(connection, number, PLANNED, *ends)

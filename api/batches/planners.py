@@ -56,7 +56,7 @@ class Planners(Protocol):
         """Get ready, without waiting for others."""
 
     async def stop(self) -> None:
-        """Give up what is under way."""
+        """Give up the chunks under way."""
 
     async def plan(self, chunk: Chunk) -> list[Reply]:
         """Plan the requests of a chunk; whatever happens to one, it has a reply. Cancelling it gives the rest up.
@@ -66,7 +66,7 @@ class Planners(Protocol):
 
 
 class ChunkSize:
-    """How many requests a chunk should have, learnt from how long they take.
+    """The number of requests in a chunk, learnt from their durations.
 
     Args:
         seconds: The time that a chunk should take, s.
@@ -79,7 +79,7 @@ class ChunkSize:
         self._mean: float | None = None
 
     def learn(self, seconds: float) -> int:
-        """Take note of how long a request took, s, and give the number of requests of the next chunk."""
+        """Take note of the duration of a request, s, and return the number of requests of the next chunk."""
         before = seconds if self._mean is None else self._mean
         self._mean = before + GAIN * (seconds - before)
         return max(1, min(self._most, round(self._seconds / max(self._mean, 1e-6))))
@@ -88,7 +88,7 @@ class ChunkSize:
 class PoolPlanners:
     """The workers of a pool, when no request wants them.
 
-    Requests that are quick go to a worker several at a time: handing one over costs the server as much as a tenth of
+    Requests that are quick go to a worker several at a time. Handing one over costs the server a tenth of
     its plan. Where several together do not end well, each is planned by itself, so that it costs only itself.
     """
 
@@ -107,7 +107,7 @@ class PoolPlanners:
         """See `Planners`; the pool is started by whoever made it."""
 
     async def stop(self) -> None:
-        """See `Planners`; what is under way is cancelled by whoever waits for it."""
+        """See `Planners`; the callers cancel the chunks under way."""
 
     async def plan(self, chunk: Chunk) -> list[Reply]:
         """See `Planners`."""
@@ -146,5 +146,5 @@ def _arguments(item: Claimed, definitions: Mapping[str, bytes]) -> dict[str, Any
 
 
 def seconds_of(reply: Reply) -> float:
-    """Add up what a request took a worker, s; 0: it did not come to an end."""
+    """Add up the time of a worker on a request, s; 0: it did not come to an end."""
     return sum(seconds for stage, seconds in reply.timings.items() if stage != "queue")

@@ -1,4 +1,4 @@
-"""What is told of a batch: how far it is, how fast, and what came of it."""
+"""The description of a batch: its progress, rate and outcomes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def described(
 
 
 def tabulated(figures: ReportFigures) -> dict[str, Any]:
-    """Write what a report tells of items as plain values."""
+    """Write the items of a report as plain values."""
     spreads = {name: getattr(figures, name) for name in ("duration", "ratio", "seconds")}
     kinds = {name: getattr(figures, name) for name in ("worst", "examples")}
     return {

@@ -73,7 +73,7 @@ async def compare(request: Request, body: Body) -> Response:
 
 
 def _kinds(backends: Any) -> list[str] | None:
-    """Read the kinds of the back ends that are asked for; None: they do not follow the schema."""
+    """Read the kinds of the requested back ends; None: they do not follow the schema."""
     if not isinstance(backends, list) or not 1 <= len(backends) <= MOST_BACKENDS:
         return None
     kinds = [backend["kind"] for backend in backends if isinstance(backend, dict) and "kind" in backend]

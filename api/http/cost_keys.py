@@ -1,4 +1,4 @@
-"""Cost keys: the parts of a body by which an operation declares how long it takes. No body need follow its schema."""
+"""Cost keys: the parts of a body by which an operation declares its duration. No body need follow its schema."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ CostKey = Callable[[Mapping[str, Any]], tuple[Any, ...]]
 """A function of a body as JSON. Its results are few, and no text of a client is among them."""
 
 ROWS = ("waypoints", "poses", "positions", "points")
-"""The fields whose length says how much a request asks."""
+"""The fields whose length tells the size of a request."""
 
 SLOW_MOTIONS = ("linear", "circular", "polyline", "spline", "free")
 """The kinds of motion that have to be followed with the joints, or sought, which takes most of their request's time."""
@@ -41,12 +41,12 @@ def kind_of(operation: str, document: Mapping[str, Any], cost_key: CostKey, size
 
 
 def by_size(_document: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Declare that only the size of a body tells how long the operation takes."""
+    """Declare that only the size of a body decides the duration of the operation."""
     return ()
 
 
 def by_plan(document: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Declare that the back end, slow motions and the time budgets of detours tell how long the operation takes."""
+    """Declare that the back end, slow motions and the time budgets of detours decide the duration of the operation."""
     waypoints = document.get("waypoints")
     motions = list(map(_motion, waypoints)) if isinstance(waypoints, list) else []
     is_slow = any(motion.get("kind") in SLOW_MOTIONS for motion in motions)

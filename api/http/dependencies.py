@@ -93,7 +93,7 @@ def _refuse_if_full(request: Request) -> None:
 
 @dataclass(frozen=True)
 class Body:
-    """The body of a request, and what the server looks at of it; a worker validates it.
+    """The body of a request, with the fields that the server reads; a worker validates it.
 
     Attributes:
         content: The bytes as they came.
@@ -170,7 +170,7 @@ BatchId = Annotated[str, Path(alias="id", min_length=1, description="Id of a bat
 
 
 def media_type_of(request: Request) -> str:
-    """Read the media type of the body; no header is no media type, as a page of any site may send that."""
+    """Read the media type of the body; without a header there is none, since any page may send that."""
     return request.headers.get("content-type", "").partition(";")[0].strip().lower()
 
 

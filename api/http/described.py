@@ -44,7 +44,7 @@ RATE_HEADERS = {
     "RateLimit-Remaining": "The requests that are left now.",
     "RateLimit-Reset": "All requests are back after that long, s.",
 }
-"""The headers that say how much a key may still ask, where the service asks for keys."""
+"""The headers with the allowance that is left to a key, where the service requires keys."""
 
 SCHEMA = "#/components/schemas/{name}"
 """The place of a schema in the OpenAPI document."""

@@ -33,7 +33,7 @@ TIMINGS = ("queue", "validate", "plan", "serialise")
 """The stages of a task in the order of the `Server-Timing` header."""
 
 FAILED = InternalError("the service failed on this request")
-"""What a caller is told of an exception that nobody foresaw."""
+"""The answer to a request that raised an unexpected exception."""
 
 log = structlog.get_logger()
 
@@ -122,7 +122,7 @@ class RequestContext:
 
 
 def _level(status: int) -> int:
-    """Choose the level: an error is what should not happen; a deadline, a full queue, a service not yet ready warn."""
+    """Choose the level: an unexpected error is an error; a deadline, a full queue and a slow start warn."""
     if status >= 500:
         return logging.ERROR if status == 500 else logging.WARNING
     return logging.INFO

@@ -28,7 +28,7 @@ DESCRIPTION = (
     "Waypoints in, certified joint trajectory out. SI units everywhere; joint arrays follow `joint_names`. "
     "`GET` with the `ETag` of an answer in `If-None-Match` returns 304 where the answer would be the same."
 )
-"""What the service does, in the words of its documentation."""
+"""The description of the service in its documentation."""
 
 NEEDS = " Where keys are asked for, the key needs the scope `{scope}`."
 """The last sentence of the description of an operation that needs a key."""
@@ -47,7 +47,7 @@ TAGS = {
 
 
 async def document_of(request: Request) -> Response:
-    """Answer with the document of the service; a worker is asked for the schemas once."""
+    """Answer with the document of the service; a worker makes the schemas once."""
     state = request.app.state
     if not hasattr(state, "openapi"):
         described = described_by_fastapi(request.app.routes)
@@ -88,11 +88,11 @@ def schema_names(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def completed(document: dict[str, Any], parts: Mapping[str, Any]) -> dict[str, Any]:
-    """Complete the document of FastAPI with what it cannot know.
+    """Complete the document of FastAPI with the schemas, forms and examples.
 
     Args:
         document: What FastAPI says of the routes.
-        parts: What a worker knows: `schemas`, `forms` of answers and `formats` of plans.
+        parts: The parts that only a worker knows: `schemas`, `forms` of answers and `formats` of plans.
     """
     bodies, shown = request_examples(), examples()
     for operation in _operations(document):
@@ -131,7 +131,7 @@ def completed(document: dict[str, Any], parts: Mapping[str, Any]) -> dict[str, A
 
 
 def examples() -> dict[str, Any]:
-    """Read the examples of what the service answers, which tests compare with its answers.
+    """Read the examples of answers, which tests compare with the answers of the service.
 
     Returns:
         `answers`, by operation, status and name, where a name is that of the request; and `problems`, by code.

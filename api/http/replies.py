@@ -44,14 +44,14 @@ async def get_reply(
     coding: Coding | None = None,
     **arguments: Any,
 ) -> Reply:
-    """Run a task in a worker, or give the answer that another request of the same content has got or gets.
+    """Run a task in a worker, or share the answer to an equal request.
 
     Args:
         request: The request.
         operation: The id of the operation, which is the name of the task.
         body: The body of the request.
         shared: Whether equal requests have equal answers.
-        cost_key: The parts of the body that tell how long the operation takes.
+        cost_key: The parts of the body that decide the duration of the operation.
         coding: The coding of the answer; None: the one that the client takes.
         arguments: Further arguments of the task.
 

@@ -1,4 +1,4 @@
-"""What the routes work with."""
+"""The parts of the service that routes use."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ class Service:
     """One running service.
 
     Attributes:
-        settings: What the operator has set.
+        settings: The settings of the operator.
         pool: The worker processes.
         database: What outlives a request: robots and batches.
         engine: What works on batches.
         intake: What takes batches in.
         access: What lets requests in.
-        metrics: What is counted and measured.
-        answers: Answers that are the same for all who ask the same.
-        looks: What is told of batches, shared by all who ask.
+        metrics: The counters and measurements.
+        answers: Answers that equal requests share.
+        looks: The states of batches, shared by all their followers.
         shedding: What refuses requests that there is no room for.
-        catalogue: Robots of the catalogue that have been asked for. Only workers know which there are, but a robot for
-            which they need no definition is one, and no added robot can have its id: the database need not be asked.
+        catalogue: Robots of the catalogue that requests have named. Only workers have the catalogue. A robot for which
+            they need no definition is in it. No added robot can have its id, so the database is not read for it.
     """
 
     settings: Settings

@@ -41,10 +41,9 @@ class Flight:
 class SharedAnswers:
     """The answers of operations whose answer follows from the request, the robot and the version alone.
 
-    A request is known by its tag, which is made from all that its answer follows from: the bytes of the body and
-    what the server passes on with it, as the definition of an added robot. So no answer is given to a client whose
-    robot is another one, whatever that is called. Two keys share none either: the time of the second answer would tell
-    its client that another has sent the same request.
+    The tag of a request is made from everything that its answer follows from. That is the bytes of the body and the
+    arguments that the server adds, as the definition of an added robot. So no client gets an answer for another robot
+    of the same id. Two keys share no answer: a quick answer would reveal that another client sent the same request.
 
     Args:
         traffic: The bytes that the server holds.
@@ -62,7 +61,7 @@ class SharedAnswers:
         self.bytes_kept = 0
 
     def tag(self, operation: str, body: bytes, arguments: Mapping[str, Any], coding: Coding = IDENTITY) -> str:
-        """Make the entity tag of an answer: a weak one, as machines may round the last digit of a number otherwise.
+        """Make the entity tag of an answer: a weak one, as machines may round the last digit differently.
 
         Each coding has its own: a client that cannot read an answer gets it neither kept nor joined.
         """
@@ -77,10 +76,10 @@ class SharedAnswers:
     async def answer(
         self, tag: str, deadline: float, client: str, compute: Callable[[Callable[[int], None]], Awaitable[Reply]]
     ) -> Reply:
-        """Give the answer with a tag: one that is kept, one that is being computed, or one that is computed now.
+        """Give the answer with a tag: a kept one, one under way, or one that is computed now.
 
         Who hangs up while others wait takes nothing from them. Where a request that is being computed is refused for
-        want of time or room, those that wait for it ask for themselves.
+        want of time or room, the requests that wait for it start again.
 
         Args:
             tag: The tag.
@@ -109,7 +108,7 @@ class SharedAnswers:
         return await self._await(tag, flight)
 
     def is_under_way(self, tag: str, client: str = "") -> bool:
-        """Tell whether the answer with a tag is being computed for a client; no name: for those without a key."""
+        """Tell whether the answer with a tag is being computed for a client; no name: for clients without a key."""
         return _shared_by(tag, client) in self._under_way
 
     async def _await(self, tag: str, flight: Flight) -> Reply:
@@ -141,7 +140,7 @@ class SharedAnswers:
         return reply
 
     def _keep(self, tag: str, reply: Reply) -> None:
-        """Keep an answer, without the times that it took; those that nobody has asked for longest make room."""
+        """Keep an answer, without the times that it took; the least recently used make room."""
         size = len(reply.body) + OVERHEAD
         if size * LARGEST_SHARE > self._most_bytes or tag in self._kept:
             return

@@ -1,4 +1,4 @@
-"""How long requests take, learnt from recent ones: by kind and size, of each client and of all."""
+"""The durations of requests, learnt from recent ones: by kind and size, of each client and of all."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 CHEAP = 0.2
-"""The mean time up to which requests are cheap, s: those that wait for one or two have not waited for long. On a quiet
+"""The mean time up to which requests are cheap, s: a wait for one or two is short. On a quiet
 machine closed-form plans take a few hundredths of it; the rest is for slower and busy ones."""
 
 UNKNOWN = 0.5
-"""The time that a request takes of which nothing is known, s; it counts only for those that wait behind it."""
+"""The assumed duration of a request of an unknown kind, s; it counts only for the requests behind it."""
 
 REMEMBERED = 16
 """The number of durations of a kind that are remembered: enough that a few outliers among them change nothing."""
@@ -21,8 +21,8 @@ OUTLIER = 4.0
 """The times the median beyond which a duration counts no more: a time-out, or a machine that was busy for a moment."""
 
 TRIAL_PAUSE = 10.0
-"""The time after which a client may send one more request of a kind that its estimate alone would refuse, s: the
-estimate may be wrong, and only a request that runs can tell."""
+"""The time after which a client may send one more request of a kind that its estimate alone would refuse, s.
+The estimate may be wrong, and only a request that runs shows that."""
 
 KNOWN_KINDS = 4096
 """The number of kinds of all clients whose durations are remembered; those used last stay."""
@@ -31,7 +31,7 @@ KNOWN_KINDS_OF_CLIENT = 64
 """The number of kinds of one client whose durations are remembered; those used last stay."""
 
 KNOWN_CLIENTS = 512
-"""The number of clients whose durations are remembered; those that asked last stay."""
+"""The number of clients whose durations are remembered; the latest stay."""
 
 
 class Kind(NamedTuple):
@@ -47,7 +47,7 @@ class Kind(NamedTuple):
 
 
 class Cost(NamedTuple):
-    """How long requests of one kind take, s.
+    """The duration of requests of one kind, s.
 
     Attributes:
         mean: The mean of the recent ones, where outliers count as little as they can.
@@ -108,7 +108,7 @@ class Histories:
         return history
 
     def expected(self, kind: Kind) -> Cost | None:
-        """Estimate how long a request takes; None: nothing is known. Those of other sizes take time in proportion."""
+        """Estimate the duration of a request, in proportion to known sizes; None: nothing is known."""
         if kind in self._kinds and self._kinds[kind].seconds:
             return self._kinds[kind].cost(1.0)
         known = [other for other, history in self._kinds.items() if other.family == kind.family and history.seconds]
@@ -119,19 +119,19 @@ class Histories:
 
 
 class Costs:
-    """What has been learnt so far. What one client's requests take says more about its next one than those of all."""
+    """The durations learnt so far. A client's own requests predict its next one better than the requests of all."""
 
     def __init__(self) -> None:
         self._of_all = Histories(KNOWN_KINDS)
         self._of_client: OrderedDict[str, Histories] = OrderedDict()
 
     def expected(self, kind: Kind, client: str = "") -> Cost | None:
-        """Estimate how long a request takes, from those of its client if there were such; None: nothing is known."""
+        """Estimate the duration of a request, if possible from its client's own; None: nothing is known."""
         own = self._of_client.get(client)
         return (own and own.expected(kind)) or self._of_all.expected(kind)
 
     def learn(self, kind: Kind, seconds: float, client: str = "", is_bound: bool = False) -> None:
-        """Take note of a request that was answered as asked, or (`is_bound`) ended early, and may take longer."""
+        """Take note of the duration of a request; `is_bound`: it ended early, and may take longer."""
         for histories in (self._own(client), self._of_all):
             expected = histories.expected(kind) if is_bound else None
             if expected is None or expected.mean < seconds:

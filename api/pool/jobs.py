@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 PRUDENCE = 1.5
 """The times by which a wait may turn out longer than expected. A shorter queue keeps the workers as busy as a long one,
-and what is let into it is answered."""
+and the jobs in it are answered."""
 
 LONGEST_RETRY_AFTER = 60
-"""The longest time after which a caller is told to try again, s."""
+"""The longest `Retry-After`, s."""
 
 
 class Job:
     """A request that wants a worker.
 
     Attributes:
-        task: What the worker is to do.
-        kind: What its duration is learnt by.
-        cost: How long it is expected to take; None: nothing is known.
+        task: The task of the worker.
+        kind: The kind by which its duration is learnt.
+        cost: The expected duration; None: nothing is known.
         reply: The reply, or the reason why there is none; cancelled: nobody waits for it any more.
         started: When a worker began with it, s on the monotonic clock; None: it waits.
         was_interrupted: Whether a worker was killed while it worked on it.
@@ -75,7 +75,7 @@ class Job:
         self._hold(size)
 
     def remaining(self) -> float:
-        """Estimate how much longer it takes once it has a worker, s; what is overdue takes as long again."""
+        """Estimate the rest of its duration at a worker, s; an overdue job takes as long again."""
         cost = UNKNOWN if self.cost is None else self.cost.mean
         if self.started is None:
             return cost
@@ -88,7 +88,7 @@ class Job:
         return PRUDENCE * wait + (self._most_work() if work is None else work) > self._time_left()
 
     def refusal(self, wait: float) -> Overloaded:
-        """Make the refusal of a job that may miss its deadline, with the time after which it may be tried again."""
+        """Make the refusal of a job that may miss its deadline, with the time to retry."""
         seconds, left = _retry_after(wait), max(0.0, self._time_left())
         return Overloaded(
             f"Not started: the estimated wait of {wait:.1f} s plus up to {self._most_work():.1f} s of work may exceed "
@@ -120,7 +120,7 @@ class JobQueue:
         return has_room(client, self._waiting(), self._capacity)
 
     def put(self, job: Job) -> None:
-        """Let a job wait. Where there is no room, the last job of the client that has most of it is refused.
+        """Let a job wait. A full queue refuses the last job of the client with the most jobs.
 
         Raises:
             Overloaded: The queue is full, and no client has more of it than this one.
@@ -141,7 +141,7 @@ class JobQueue:
         self._jobs.insert(0, job)
 
     def take(self, only_cheap: bool) -> Job | None:
-        """Take the next job; those that are late by now are refused."""
+        """Take the next job, and refuse late ones."""
         for _, job in self._in_turn(only_cheap):
             self._jobs.remove(job)
             if self._jobs and job.is_late(0.0):  # nobody has to wait while a hopeless one is tried in vain
@@ -160,7 +160,7 @@ class JobQueue:
             self._jobs.remove(job)
 
     def work(self, only_cheap: bool, client: str) -> float:
-        """Add up what the jobs are expected to take that come before a new one of a client, s."""
+        """Add up the expected durations of the jobs before a new one of a client, s."""
         own = sum(job.task.client == client for job in self._jobs if job.is_cheap or not only_cheap)
         return sum(job.remaining() for round_, job in self._in_turn(only_cheap) if round_ <= own)
 
@@ -169,10 +169,9 @@ class JobQueue:
         return Counter(job.task.client for job in self._jobs)
 
     def _in_turn(self, only_cheap: bool) -> list[tuple[int, Job]]:
-        """Order the jobs as they are taken, each with the number of those of its client that come before it.
+        """Order the jobs as they are taken, each with the number of earlier jobs of its client.
 
-        What was put back is first; else each client has one job a round, the one that has waited longest for its turn
-        first.
+        Jobs that were put back are first. Else each client has one job a round, the longest waiting client first.
         """
         seen: Counter[str] = Counter()
         found = []
@@ -187,7 +186,7 @@ class JobQueue:
 
 
 def has_room(client: str, counts: Counter[str], capacity: int) -> bool:
-    """Tell whether a client may have one more of so many places: one is free, or another has at least two more of them.
+    """Tell whether a client may take a place: one is free, or another client has two more.
 
     Args:
         client: The client.
@@ -198,10 +197,10 @@ def has_room(client: str, counts: Counter[str], capacity: int) -> bool:
 
 
 def queue_is_full() -> Overloaded:
-    """Make the refusal of what comes when too many wait."""
+    """Make the refusal of a request when too many wait."""
     return Overloaded("the queue is full; try again later", headers={"Retry-After": "1"})
 
 
 def _retry_after(wait: float) -> int:
-    """Choose the time after which a caller should try again what has to wait so long, s."""
+    """Choose the `Retry-After` of a job that would wait so long, s."""
     return min(max(1, math.ceil(wait)), LONGEST_RETRY_AFTER)

@@ -7,10 +7,10 @@ import resource
 
 KEEPING = {"MALLOC_MMAP_THRESHOLD_": str(32 * 2**20), "MALLOC_TRIM_THRESHOLD_": str(256 * 2**20)}
 """The environment variables by which the C library keeps freed memory. Without them it returns the arrays of every step
-to the system, and every next step waits for zeroed pages: a tenth of the time of a long contour."""
+to the system. Every next step then waits for zeroed pages: a tenth of the time of a long contour."""
 
 FEW_PAGES = 2**13
-"""Pages that a task may touch before what it freed is given back: 32 MiB."""
+"""Pages that a task may touch before its freed memory is given back: 32 MiB."""
 
 
 class Memory:

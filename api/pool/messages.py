@@ -1,4 +1,4 @@
-"""What the server and its workers send each other. Light to import: both sides do."""
+"""Messages between the server and its workers. Light to import: both sides do."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from api.base.codings import Coding
 
 HEADER = struct.Struct("!QQ")
-"""The lengths in bytes that go ahead of a message on the channel between server and worker: that of the pickled message
-without its body, and that of its body, which follow."""
+"""The lengths in bytes ahead of a message on the channel between server and worker. They are the length of the pickled
+message without its body, and the length of its body, which follow."""
 
 
 @dataclass(frozen=True)
 class Caps:
-    """What one request may ask of a worker.
+    """The bounds on one request to a worker.
 
     Attributes:
         max_deadline: The longest deadline, s.
@@ -29,7 +29,7 @@ class Caps:
         max_samples: The most values of an answer, and the most rows of a request.
         memory_mib: The private memory that a worker may allocate, MiB.
         log_level: The least severe event that a worker logs.
-        niceness: How far a worker stands back for the server when both want to compute (`nice(2)`).
+        niceness: The niceness of a worker, which lets the server go first (`nice(2)`).
     """
 
     max_deadline: float
@@ -50,7 +50,7 @@ class Task:
         submitted: When it was given to the pool, s on the monotonic clock that all processes share.
         deadline: When the answer must be there, s on the same clock.
         body: The body as it came.
-        arguments: What the operation needs besides the body.
+        arguments: The arguments of the operation besides the body.
         client: The client that asks, with whom others take turns; empty: the service itself.
         coding: The coding of the answer, unless that is a refusal.
     """
@@ -66,7 +66,7 @@ class Task:
 
 
 class PlanFigures(NamedTuple):
-    """What the metrics say of a plan.
+    """The figures of a plan for the metrics.
 
     Attributes:
         backend: The kind of its back end.
@@ -108,7 +108,7 @@ class Reply:
 
 
 def pack(message: Task | Reply | None) -> tuple[bytes, bytes]:
-    """Write a message as it goes over a channel: what goes ahead of the body, and the body as it is."""
+    """Write a message as it goes over a channel: the part ahead of the body, and the body."""
     body = b"" if message is None else message.body
     payload = pickle.dumps(None if message is None else replace(message, body=b""), pickle.HIGHEST_PROTOCOL)
     return HEADER.pack(len(payload), len(body)) + payload, body

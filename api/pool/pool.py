@@ -38,9 +38,8 @@ RESPAWN_DELAY = 1.0
 """The time before a worker that could not even start is started again, s; short, yet no busy loop."""
 
 GRACE = 0.2
-"""The time that a worker has to finish what nobody waits for any more, s: most plans take less, and what a worker keeps
-of former requests is lost with it. Who asks with deadlines that are too short, or hangs up, would otherwise have worker
-after worker killed."""
+"""The time that a worker has to finish a task that nobody waits for, s. Most plans take less, and a killed worker loses
+its caches. Without it, requests with short deadlines, or that hang up, would have one worker after the other killed."""
 
 log = structlog.get_logger()
 
@@ -48,11 +47,11 @@ log = structlog.get_logger()
 class WorkerPool:
     """Runs tasks in worker processes, one at a time each, all from the event loop, which never waits for one.
 
-    Each worker has a channel of its own, so that one can be killed at any moment without harm to the others: one
-    that overruns a deadline is, and one whose task ended in an unexpected error; whichever ends is replaced. (A pool
-    with a queue that its workers share, as pebble's, breaks as a whole when one dies while idle.) They are forked from
-    a process that is warm, so that another one is there at once, and never from this one, whose sockets and signal
-    handlers they would inherit.
+    Each worker has a channel of its own, so that one can be killed at any moment without harm to the others. A worker
+    that overruns a deadline is killed, and one whose task ended in an unexpected error. Each that ends is replaced. (A
+    pool whose workers share a queue, as pebble's, breaks as a whole when one dies while idle.) They are forked from a
+    warm process, so that another one is there at once. They are never forked from this process: they would inherit
+    its sockets and signal handlers.
 
     A worker that becomes free takes the next job; clients take turns. Express workers take only work that is known to
     be cheap: it does not wait for what takes long, however much of that there is. What cannot be answered in time, as
@@ -123,7 +122,7 @@ class WorkerPool:
         return self._been_ready and warm > 0
 
     def states(self) -> Counter[tuple[str, str]]:
-        """Count the workers by their lane, `all` or `express`, and by what they do: `starting`, `idle` or `busy`."""
+        """Count the workers by their lane, `all` or `express`, and by their state: `starting`, `idle` or `busy`."""
         return Counter(("express" if worker.only_cheap else "all", _state(worker)) for worker in self._workers)
 
     def waiting(self) -> dict[str, int]:
@@ -139,8 +138,8 @@ class WorkerPool:
 
         Args:
             task: The task.
-            kind: What tells how long it may take.
-            hold: What counts the bytes of the answer, before they are taken in; it may raise Overloaded.
+            kind: The kind by which its duration is estimated.
+            hold: A function that counts the bytes of the answer before they are read; it may raise Overloaded.
 
         Raises:
             Overloaded: There is no room for the request or its answer, or no time for it before its deadline.
@@ -168,7 +167,7 @@ class WorkerPool:
 
         Args:
             task: The task, whose own deadline does not count: it may have to wait.
-            kind: What tells how long it may take.
+            kind: The kind by which its duration is estimated.
             seconds: The time that it may take once it has a worker, s.
 
         Raises:
@@ -207,8 +206,8 @@ class WorkerPool:
     def _admit(self, job: Job) -> None:
         """Give a job to an idle worker, express ones first, or let it wait.
 
-        What an idle worker can do is never refused, and nothing of a client that is alone here; nor, now and then, what
-        only its own estimate would refuse: the estimate may be wrong.
+        A job that an idle worker can do is never refused, and no job of a client that is alone here. Now and then a
+        job is taken that only its own estimate would refuse: the estimate may be wrong.
 
         Raises:
             Overloaded: It would wait too long, or there is no room.
@@ -233,7 +232,7 @@ class WorkerPool:
         return self._costs.claim_trial(job.kind, job.task.client, time.monotonic())
 
     def _expected_wait(self, job: Job) -> float:
-        """Estimate how long a job waits, s: the work that is ahead of it, shared by the workers that do it."""
+        """Estimate the wait of a job, s: the work ahead of it, shared by the workers that do it."""
         waits = []
         for only_cheap in {worker.only_cheap for worker in self._workers if worker.takes(job)}:
             lane = [worker for worker in self._workers if worker.only_cheap == only_cheap]
@@ -280,7 +279,7 @@ class WorkerPool:
         return worker.job
 
     async def _work_on(self, job: Job, worker: Worker) -> None:
-        """Let a worker do a job, and pass on what comes of it."""
+        """Let a worker do a job, and pass on its reply."""
         if job.reply.done():  # nobody waits for it any more
             return
         if not worker.alive:

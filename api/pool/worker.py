@@ -31,12 +31,12 @@ SIGNALS_OF_THE_SERVER = {signal.SIGTERM, signal.SIGINT}
 """The signals that reach the whole process group and are for the server alone: it drains, then ends the workers."""
 
 NUMERIC_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""The environment variables that limit numeric libraries to one thread: a worker plans one thing at a time, and a
-process with several threads must not be forked."""
+"""The environment variables that limit numeric libraries to one thread: a worker plans one thing at a time.
+A process with several threads must not be forked."""
 
 PROCESSES = ThreadPoolExecutor(1, "processes")
-"""The thread that starts processes and notes their ends: the first start waits until the template is warm, and
-`multiprocessing` keeps books of its processes that are for one thread."""
+"""The thread that starts processes and notes their ends. The first start waits until the template is warm. The books of
+`multiprocessing` about its processes are for one thread."""
 
 
 def start_template(module: str) -> None:
@@ -64,7 +64,7 @@ class Worker:
         tasks: The number of tasks that it has been given.
         alive: Whether its process runs, as far as is known.
         warm: Whether it has said that it is ready for tasks.
-        job: What it is working on.
+        job: Its job under way.
         offer: Where it waits for the next job, while it is idle; a None says that it ended.
         ended: An event that is set when the process has ended.
         exit_code: The exit code of the process, once it has ended.

@@ -33,7 +33,7 @@ class Entry(NamedTuple):
 
 
 def work(channel: socket, caps: Caps, load: Callable[[], Callable[[Task, Caps], Reply]]) -> None:
-    """Be a worker: set its limits and say with None that it is ready, then answer tasks until the server is no more."""
+    """Run a worker: set its limits, send None once it is ready, then answer tasks until the server ends."""
     execute = load()
     os.nice(caps.niceness)
     limit = caps.memory_mib * 1024 * 1024

@@ -1,6 +1,6 @@
-"""What a report of a batch is made from: sums over all its items, and the few that are worst.
+"""The figures of a batch's report: sums over all its items, and the worst few.
 
-An index has all that is summed up and sorted; of the results themselves those that are shown are read, no others.
+An index has all values that are summed up and sorted. Only the results that the report shows are read.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ LARGEST = 2**18
 """The most bytes of a request and its result, compressed, that are shown; most have a twentieth."""
 
 LEAST_SECONDS = 1e-6
-"""The least time that is told apart from none, s."""
+"""The least time that differs from none, s."""
 
 
 class Spread(NamedTuple):
@@ -63,14 +63,14 @@ class Answered(NamedTuple):
 
 
 class ReportFigures(NamedTuple):
-    """What a report tells of the items of a batch.
+    """The figures of the items of a batch for a report.
 
     Attributes:
         duration: How the durations of the trajectories are spread, s; None: there is none.
         ratio: How the largest shares of limits are spread, without unit.
         seconds: How the times that items took a worker are spread, s, in bars of equal factors.
         worst: The worst items, those first: the `longest`, `nearest` to a limit and `slowest` to compute.
-        examples: Items with each code of a problem, those that come first.
+        examples: The first items with each code of a problem.
     """
 
     duration: Spread | None
@@ -87,7 +87,7 @@ class ReportFigures(NamedTuple):
 
 
 def report_figures(connection: Connection, number: int, codes: Iterable[str]) -> ReportFigures:
-    """Read what a report tells of a batch, whose items have problems with these codes."""
+    """Read the figures of a batch whose items have problems with these codes."""
     columns = items.c
     return ReportFigures(
         duration=_spread(connection, number, columns.duration),
@@ -103,7 +103,7 @@ def report_figures(connection: Connection, number: int, codes: Iterable[str]) ->
 
 
 def shown_results(connection: Connection, number: int, positions: Sequence[int]) -> list[Result]:
-    """Read those of these results that are small enough to be shown, in the order of the positions."""
+    """Read the results that are small enough to be shown, in the order of the positions."""
     columns = (items.c[name] for name in Result._fields)
     size = func.length(items.c.request) + func.length(items.c.result)
     query = select(*columns).where(items.c.batch == number, items.c.position.in_(positions), size <= LARGEST)
@@ -119,7 +119,7 @@ def _of(number: int) -> ColumnElement[bool]:
 def _spread(
     connection: Connection, number: int, figure: Any, upper: float | None = None, by_factors: bool = False
 ) -> Spread | None:
-    """Find out how a figure is spread, in equal parts from its least value, or from 0 where `upper` is the last end."""
+    """Count a figure in equal parts from its least value, or from 0 to `upper`."""
     extremes = select(func.min(figure), func.avg(figure), func.max(figure)).where(_of(number))
     least, mean, most = connection.execute(extremes).one()
     if least is None:
@@ -150,7 +150,7 @@ def _worst(connection: Connection, number: int, figure: Any, has_plan: bool = Tr
 
 
 def _examples(connection: Connection, number: int, code: str) -> list[Answered]:
-    """Find the first items that have a problem with a code; none has a duration, by which the index finds them."""
+    """Find the first items with a code of a problem; the index finds them, as they have no duration."""
     chosen = (items.c.batch == number) & (items.c.outcome == code)
     return _answered(connection, chosen, EXAMPLES, items.c.duration)
 

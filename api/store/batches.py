@@ -1,4 +1,4 @@
-"""Batches in the database: how they arrive, what is told of them, how they end."""
+"""Batches in the database: their arrival, description and end."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from api.store.items import NewItem
 
 ENGINE_TIMEOUT = 5.0
-"""The time after which a service that has not said that it is alive is taken for dead, s: ten times as often as it
-says so. The clocks of services that share a database have to agree within it."""
+"""The time after its last heartbeat at which a service is taken for dead, s: ten periods of the heartbeat. The clocks
+of services that share a database have to agree within it."""
 
 
 BATCH_BYTES = 2**16
@@ -48,7 +48,7 @@ class Arrival(NamedTuple):
     Attributes:
         number: The number of the batch.
         id: The id of the batch.
-        body_digest: What the body of an earlier request with the same key had as its digest; None: it is a new batch.
+        body_digest: The digest of the body of an earlier request with the same key; None: it is a new batch.
     """
 
     number: int
@@ -105,8 +105,8 @@ def begin_batch(
     """Begin with a batch, whose items follow; nobody sees it until `open_batch`.
 
     Returns:
-        The batch, which may be one of an earlier request with the same key; `arriving`: such a request is still under
-        way; `full`: there is no room for another one of this client, or for its bytes; `too_many`: the client has as
+        The batch, which may be one of an earlier request with the same key. `arriving`: such a request is still under
+        way. `full`: there is no room for another one of this client, or for its bytes. `too_many`: the client has as
         many batches under way as one may have.
     """
     exclusively(connection, BATCHES)
@@ -149,8 +149,8 @@ def begin_batch(
 def append_items(connection: Connection, number: int, first: int, chunk: Sequence[NewItem], namespace: str) -> int:
     """Put requests into a batch that arrives, from position `first` on; give the number of all of them.
 
-    Each keeps the robot and the scene that their ids stand for now, in a namespace or else for all: the batch needs
-    them, whatever becomes of the ids.
+    Each keeps the current robot and scene of its ids, in a namespace or else for all. The batch needs them, also when
+    the ids change.
     """
     exclusively(connection, CONTENTS)
     robots = ROBOTS.digests(connection, namespace, {item.robot for item in chunk})
@@ -258,7 +258,7 @@ def left_to_plan(connection: Connection) -> tuple[int, int]:
 
 
 def cancel_batch(connection: Connection, number: int) -> None:
-    """End a batch whose items are not all done; what is done is kept, and nothing is added to it any more."""
+    """End a batch early; finished items are kept, and no more are added."""
     running = (batches.c.number == number) & (batches.c.status == "running")
     connection.execute(update(batches).where(running).values(status="cancelled", ended=time.time(), rate=None))
 

@@ -1,4 +1,4 @@
-"""Who works on which item of a batch, and what comes of it.
+"""Claims of services on items of batches, and outcomes.
 
 A service claims items, and says every second that it is alive. Items that a dead one had claimed are free again. What
 comes of an item is written once: who comes second, since it was taken for dead, changes nothing.
@@ -28,7 +28,7 @@ MOST_BATCHES_AT_ONCE = 32
 """The most batches that share one claim; the others are next."""
 
 MOST_BYTES = 8 * 2**20
-"""The most bytes of results that are read at once: those of some hundred plans, or a few of the longest."""
+"""The most bytes of results that are read at once: some hundred plans, or a few of the longest."""
 
 
 class Claimed(NamedTuple):
@@ -95,7 +95,7 @@ def claim(connection: Connection, engine: str, limit: int, turns: Mapping[int, i
         connection: The transaction.
         engine: The service that takes them.
         limit: The number of items to take, about.
-        turns: When items of a batch were taken last, by the number of the batch: those that had no turn come first.
+        turns: When items of a batch were taken last, by the number of the batch: batches without a turn come first.
     """
     dead = items.c.engine.not_in(select(engines.c.id).where(engines.c.seen > time.time() - ENGINE_TIMEOUT))
     is_free = items.c.outcome.is_(None) & or_(items.c.engine.is_(None), dead)
@@ -117,7 +117,7 @@ def claim(connection: Connection, engine: str, limit: int, turns: Mapping[int, i
 
 
 def _shares(waiting: Sequence[Any], limit: int, turns: Mapping[int, int]) -> list[tuple[Any, int]]:
-    """Divide a claim among clients, and what each gets among its batches; those that had no turn for longest first."""
+    """Divide a claim among clients, and each share among its batches, the longest without a turn first."""
     of_client: dict[str, list[Any]] = {}
     for batch in sorted(waiting, key=lambda batch: turns.get(batch.number, 0)):
         of_client.setdefault(batch.owner, []).append(batch)
@@ -139,7 +139,7 @@ def definition_of(connection: Connection, digest: str) -> bytes:
 
 
 def settle(connection: Connection, outcomes: Sequence[Outcome]) -> None:
-    """Write what came of items; those of batches that have ended since are left out."""
+    """Write the outcomes of items, except for batches that have ended since."""
     touched = select(batches).where(batches.c.number.in_({outcome.batch for outcome in outcomes}))
     locked = connection.execute(touched.order_by(batches.c.number).with_for_update())
     running = {row.number: row for row in locked if row.status == "running"}
@@ -190,7 +190,7 @@ def give_back(connection: Connection, engine: str, claimed: Sequence[Claimed]) -
 
 
 def leave(connection: Connection, engine: str) -> None:
-    """Give back what a service has claimed: it stops."""
+    """Release the claims of a service that stops."""
     connection.execute(update(items).where(items.c.engine == engine, items.c.outcome.is_(None)).values(engine=None))
     connection.execute(delete(engines).where(engines.c.id == engine))
 

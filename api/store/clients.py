@@ -16,9 +16,9 @@ class Client:
     """Who sends a request.
 
     Attributes:
-        name: What the robots and batches of this client are kept under: the id of its key, or its address.
-        scopes: What it may do.
-        has_key: Whether it has a key. Where no keys are asked for, all clients see the same robots and batches.
+        name: The owner of its robots and batches in the database: the id of its key, or its address.
+        scopes: Its scopes.
+        has_key: Whether it has a key. Where no keys are required, all clients see the same robots and batches.
     """
 
     name: str
@@ -27,15 +27,15 @@ class Client:
 
     @property
     def namespace(self) -> str:
-        """The name under which ids of its robots are looked up before those of all."""
+        """The namespace in which ids of its robots are looked up before the common one."""
         return self.name if self.has_key else ""
 
     @property
     def batches_of(self) -> str | None:
-        """The client whose batches alone it sees; None: it sees those of all."""
+        """The client whose batches alone it sees; None: it sees all."""
         return self.name if self.has_key and "admin" not in self.scopes else None
 
     @property
     def changes_of(self) -> str | None:
-        """The client whose robots and scenes alone it may change or delete; None: it may those of all."""
+        """The client whose robots and scenes alone it may change or delete; None: it may change all."""
         return None if self.has_key and "admin" in self.scopes else self.name

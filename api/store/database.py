@@ -36,7 +36,7 @@ LOOK_TIMEOUT = 2.0
 """The time within which a look at the database has to end, s: shorter than the patience of a readiness probe."""
 
 LOOK_AGAIN = 1.0
-"""The time for which what a look has found is told again, s: anybody may ask how often they like."""
+"""The time for which the result of a check is given again, s: anybody may ask at any rate."""
 
 BUSY_TIMEOUT = 30_000
 """The time for which SQLite waits for another process that writes, ms: many times that of any transaction."""
@@ -48,10 +48,10 @@ FILE_NAME = "planner.sqlite3"
 class Database:
     """The database of one service.
 
-    The event loop must never wait for it: a commit waits for the disk, another process may hold a lock, and the
-    network to PostgreSQL may stall. So all statements run in threads, which leave the interpreter to the event loop
-    while they wait; a process of its own would cost more memory, and a copy of all that is written and read. One thread
-    writes, since SQLite lets no two write at once; others read, and need not wait for it.
+    The event loop must never wait for it. A commit waits for the disk, another process may hold a lock, and the network
+    to PostgreSQL may stall. So all statements run in threads, which leave the interpreter to the event loop while they
+    wait. A process of its own would cost more memory, and copies of all rows. One thread writes, since SQLite lets no
+    two write at once; others read, and need not wait for it.
 
     Args:
         url: Where it is; None: a temporary one, for as long as the service runs.
@@ -98,7 +98,7 @@ class Database:
         return await self._execute(self._writer, False, lambda connection: work(connection, *arguments, **options))
 
     async def is_readable(self) -> bool:
-        """Tell whether all tables can be read; a look that takes too long, or is still under way then, says no."""
+        """Tell whether all tables can be read within a short time."""
         now = time.monotonic()
         if self._look is None or (self._look.done() and now - self._looked > LOOK_AGAIN):
             self._look = asyncio.get_running_loop().run_in_executor(self._looker, self._read_each_table)
@@ -109,7 +109,7 @@ class Database:
             return False
 
     def _read_each_table(self) -> bool:
-        """Read from each table through a new connection: one that is kept may have in memory what is gone."""
+        """Read from each table through a new connection: a kept one may have deleted files open."""
         try:
             with self._fresh.connect() as connection:
                 for table in metadata.sorted_tables:
@@ -136,7 +136,7 @@ class Database:
             raise
 
     def close(self) -> None:
-        """Wait for what is under way and end all connections; a temporary database is deleted."""
+        """Wait for the statements under way and end all connections; a temporary database is deleted."""
         self._writer.shutdown()
         self._readers.shutdown()
         self._looker.shutdown(wait=False, cancel_futures=True)
@@ -171,7 +171,7 @@ def make_engine(url: URL, pool: type[Pool] | None = None) -> Engine:
 
 
 def _keep_private(file: Path) -> None:
-    """Let only the owner read SQLite's file and the files beside it, also those that a former version left."""
+    """Let only the owner read SQLite's file and the files beside it, also older ones."""
     for suffix in ("", "-lock"):
         Path(f"{file}{suffix}").touch(mode=0o600)  # SQLite gives what it puts beside the file the same mode
     for suffix in ("", "-lock", "-wal", "-shm"):
@@ -191,6 +191,6 @@ def _set_up_sqlite(connection: Any, _record: Any) -> None:
 
 
 def _begin(connection: Connection) -> None:
-    """Begin a transaction; one that is to write takes the lock at once, as it could not get it in the middle."""
+    """Begin a transaction; one that will write takes the lock at once."""
     reads = connection.get_execution_options().get("reads", False)
     connection.exec_driver_sql("BEGIN" if reads else "BEGIN IMMEDIATE")

@@ -9,18 +9,18 @@ LEVEL = 6
 """The effort of compression, without unit, 1 to 9: zlib's own choice. A request takes some 20 microseconds."""
 
 READ_ITEMS, RENDER_RESULTS, REPORT = "create_batch", "get_batch_results", "get_batch_report"
-"""The names of the tasks of workers that take requests out of a body, write results in the form asked, and a report."""
+"""The names of the tasks that take requests out of a body, write results in the requested form, and write a report."""
 
 PLAN_ITEMS = "plan_batch_items"
 """The name of the task of workers that plan requests."""
 
 CHUNK_SECONDS = 0.05
-"""The time that requests should take that go to a worker of the service together, s: many times what handing them over
-costs, and nobody who wants the worker minds."""
+"""The time that the requests of one chunk should take, s: many times the cost of handing them over, and a short wait
+for others."""
 
 CHUNK_BYTES = 2**18
-"""The most bytes of requests and their scenes that a worker reads before it plans the first of them, but for that one:
-those of some hundred requests, or of a fair one, which takes many times as much memory once it has been read."""
+"""The most bytes of requests and their scenes that a worker reads before it plans the first of them, without that one.
+Some hundred requests have as many, or a fair one, which takes many times as much memory once it has been read."""
 
 PLANNED = "planned"
 """The outcome of an item that has a plan; all others are codes of problems."""

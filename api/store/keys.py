@@ -23,7 +23,7 @@ def add_key(connection: Connection, record: KeyRecord) -> None:
 
 
 def find_key(connection: Connection, key_id: str) -> KeyRecord | None:
-    """Find what is kept of a key."""
+    """Find the record of a key."""
     row = connection.execute(select(keys).where(keys.c.id == key_id)).one_or_none()
     return None if row is None else _record(row)
 

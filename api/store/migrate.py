@@ -20,7 +20,7 @@ class DatabaseTooNew(Exception):
 
 
 def upgrade(engine: Engine) -> None:
-    """Apply the migrations that are missing, all or none; of several that come at once one does, and the others wait.
+    """Apply the missing migrations, all or none, while other services wait.
 
     Raises:
         DatabaseTooNew: The database is that of a later version.
@@ -37,7 +37,7 @@ def upgrade(engine: Engine) -> None:
 
 
 def is_current(engine: Engine) -> bool:
-    """Tell whether the tables are those of this version."""
+    """Tell whether the tables have this version."""
     head = ScriptDirectory.from_config(_config()).get_current_head()
     with engine.execution_options(reads=True).connect() as connection:
         return MigrationContext.configure(connection).get_current_revision() == head

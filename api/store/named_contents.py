@@ -25,7 +25,7 @@ FOR_ALL = ""
 
 
 class Bounds(NamedTuple):
-    """How much is kept of one kind.
+    """The bounds on contents of one kind.
 
     Attributes:
         ids: The most ids.
@@ -48,7 +48,7 @@ class NamedContents(Generic[C]):
         ids: The table of ids.
         contents: The table of contents, whose columns are the fields of a content, and its size.
         needed_by_item: The column by which items of batches need contents, whatever becomes of the ids.
-        kind: What a content is made of.
+        kind: The class of a content.
     """
 
     ids: Table
@@ -75,7 +75,7 @@ class NamedContents(Generic[C]):
         """Let an id stand for a content in a namespace, in the name of a client.
 
         Returns:
-            `same`: it does already; `exists`: it stands for another; `full`: there is no room; `too_many`: the client
+            `same`: it does already. `exists`: it stands for another. `full`: there is no room. `too_many`: the client
             has as many ids, or bytes, as one may have.
         """
         exclusively(connection, CONTENTS)
@@ -108,9 +108,9 @@ class NamedContents(Generic[C]):
             namespace: Where the id is looked up first.
             name: The id.
             before: The digest of the content that it has to stand for.
-            content: What it is to stand for.
+            content: The content of the id.
             owner: The client that must have added it; None: anybody may have.
-            bounds: How much is kept.
+            bounds: The bounds on contents of the kind.
 
         Returns:
             `changed`: it stands for something else than before by now; for the others see `add` and `delete`.
@@ -150,9 +150,9 @@ class NamedContents(Generic[C]):
         return "deleted"
 
     def behind(self, connection: Connection, namespace: str, name: str, limit: int) -> list[tuple[str, bytes]]:
-        """List ids that come after one, in their order by code point, each with its entry in the list of all.
+        """List ids after one, by code point, each with its entry in the list of all.
 
-        They are those of a namespace and those of all, but for ids that stand for something else in the namespace.
+        They are ids of a namespace and common ids, except for common ids with another meaning in the namespace.
         """
         ids = self.ids
         order = ids.c.id.collate("C") if connection.dialect.name == "postgresql" else ids.c.id

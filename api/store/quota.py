@@ -1,4 +1,4 @@
-"""How much one key may ask in a day, of all services that share a database."""
+"""The daily quota of a key at all services that share a database."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ COUNTED_FOR = 1.0
 
 
 class Quota:
-    """What a key may still ask today. What it has asked is kept in the database, which is written once a second.
+    """The daily quota of a key. Its used part is in the database, which is written once a second.
 
     Args:
         database: Where it is kept.
@@ -53,7 +53,7 @@ class Quota:
         self._counted += count
 
     async def write(self) -> None:
-        """Write what has been counted since the last time, and read what other services have."""
+        """Write the requests counted since the last call, and read the counts of other services."""
         counted, self._counted = self._counted, 0
         self._day, self._seen = int(time.time() // DAY), time.monotonic()
         try:
@@ -74,5 +74,5 @@ class Quota:
 
 
 def _left_of_the_day() -> int:
-    """Tell how long it is until midnight, UTC, s."""
+    """Return the time until midnight, UTC, s."""
     return math.ceil(DAY - time.time() % DAY)

@@ -65,7 +65,7 @@ robots = Table(
     Index("robots_by_owner", "owner"),
 )
 """The ids of added robots: the content that each stands for, who added it, and when (s since 1970). `namespace` is the
-key in whose requests the id has this meaning, or empty: in those of all."""
+key in whose requests the id has this meaning; empty: in all requests."""
 
 scene_contents = Table(
     "scene_contents",
@@ -88,7 +88,7 @@ scenes = Table(
     Index("scenes_by_digest", "digest"),
     Index("scenes_by_owner", "owner"),
 )
-"""The ids of scenes, as those of robots."""
+"""The ids of scenes, like the ids of robots."""
 
 keys = Table(
     "keys",
@@ -141,8 +141,9 @@ batches = Table(
     Index("batches_by_key", "owner", "idempotency_key", unique=True),
     Index("batches_by_status", "status"),
 )
-"""Batches: `status` is `arriving` (at the service `engine`), `running`, `completed` or `cancelled`; `total` counts its
-items, `size` the bytes that they take; `settled` is when results were written last, `rate` how many a second."""
+"""Batches: `status` is `arriving` (at the service `engine`), `running`, `completed` or `cancelled`. `total` counts its
+items, and `size` their bytes. `settled` is the time at which results were written last, and `rate` their number a
+second."""
 
 NOT_DONE = text("outcome IS NULL")
 """What holds for items that are still to be planned; an index has only these."""
@@ -167,8 +168,8 @@ items = Table(
     Index("items_by_robot", "robot"),
     Index("items_by_scene", "scene"),
 )
-"""The requests of batches, from position 0, compressed: the contents of an added robot and of a scene that it names,
-the deadline (s), the service that works on one, and what came of it. `outcome` is NULL (nothing yet), `planned` or the
-code of a problem; `duration` (s) and `ratio` are those of the trajectory and its certificate, `seconds` the time that a
-worker took; `result` is the saved plan or the problem document. What is summed up and sorted stands in one index, so
-that nobody reads the results of a whole batch for it."""
+"""The requests of batches, from position 0, compressed. Each has the digests of its added robot and scene, the
+deadline (s), the service that works on it, and its outcome. `outcome` is NULL (nothing yet), `planned` or the code of a
+problem. `duration` (s) is of the trajectory, and `ratio` of its certificate. `seconds` is the time that a
+worker took. `result` is the saved plan or the problem document. One index has all columns that are summed up and
+sorted, so that nobody reads the results of a whole batch for it."""

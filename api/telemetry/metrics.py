@@ -1,4 +1,4 @@
-"""What the service counts and measures, as Prometheus reads it."""
+"""The counters and measurements of the service, as Prometheus reads them."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class Metrics:
 
 
 class _Workers(Collector):
-    """What is looked up when it is asked for."""
+    """Values that are looked up when Prometheus reads them."""
 
     def __init__(self, pool: WorkerPool, traffic: Traffic) -> None:
         self._pool = pool

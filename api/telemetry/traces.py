@@ -23,7 +23,7 @@ SENDING_TIMEOUT = 5_000
 
 
 class TraceContext(NamedTuple):
-    """What a request is a part of.
+    """The trace that a request belongs to.
 
     Attributes:
         trace_id: The id of the trace, 32 hexadecimal digits.
@@ -44,7 +44,7 @@ class Outcome(NamedTuple):
         route: Its path with parameters in braces; None: there is no such path.
         status: The HTTP status of the answer.
         code: The code of the problem document; None: there is none.
-        submitted: How long after its arrival it was given to a worker, s; None: it was not.
+        submitted: The time from its arrival until a worker got it, s; None: none did.
         stages: The seconds that each stage took, one after the other from then on.
     """
 
@@ -119,6 +119,6 @@ class Traces:
         span.end(ended)
 
     def close(self) -> None:
-        """Send what has not been sent yet."""
+        """Send the spans that were not sent yet."""
         self._provider.force_flush(SENDING_TIMEOUT)
         self._provider.shutdown()

@@ -1,4 +1,4 @@
-"""What a worker does with a task: run its operation and turn whatever happens into a reply."""
+"""The execution of a task in a worker: its operation runs, and every outcome becomes a reply."""
 
 from __future__ import annotations
 
@@ -81,13 +81,13 @@ class Attempt:
 
 @task(PLAN_ITEMS)
 def plan_items(context: TaskContext) -> Reply:
-    """Plan requests of a batch, the argument `items`, each as if it were alone; the result is a list of replies.
+    """Plan requests of a batch, the argument `items`, each as if alone, into a list of replies.
 
-    All are read, then all are planned, then all are written: what the processor keeps at hand of code and data is that
-    of the step before, and changing between the steps with every request costs a tenth of a plan.
+    All are read, then all are planned, then all are written. So code and data of a step stay in the processor's caches:
+    changing between the steps with every request costs a tenth of a plan.
 
-    The replies are fewer than the requests where these are large, or take longer than those that are planned together
-    should. An error that nobody foresaw ends them all: it may come from the memory that the others take.
+    The replies are fewer than the requests where these are large, or take longer than a chunk should. An unexpected
+    error ends them all: it may come from the memory that the others take.
     """
     end = time.monotonic() + CHUNK_SECONDS
     under_way = _read(context, end)
@@ -159,7 +159,7 @@ def _refused(refusal: PlanningError | errors.ServiceError, context: TaskContext)
 
 
 def wants_memory(error: BaseException) -> bool:
-    """Tell whether an error, or one that led to it, says that no memory was left, in Python's words or in C++'s."""
+    """Tell whether an error, or one that led to it, says that no memory was left."""
     causes = [error]
     while (cause := causes[-1].__cause__ or causes[-1].__context__) is not None:
         causes.append(cause)

@@ -1,7 +1,7 @@
 """The process that workers are forked from: importing this makes one ready to work.
 
-Python's fork server imports this module once. A worker, forked from it, has all that is imported, computed and kept
-here, and shares the memory of it with the others until it writes there.
+Python's fork server imports this module once. A worker, forked from it, has all modules and values of this one,
+and shares their memory with the others until it writes there.
 """
 
 import gc

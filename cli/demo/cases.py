@@ -1,4 +1,4 @@
-"""What the demo plans: a request file for each case, and what it is called."""
+"""The cases of the demo: the file of each request, and its title."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Case:
 
     Attributes:
         name: The name of its request file, without `.json`, and of its picture.
-        title: What it is called in what a person sees.
+        title: Its title in tables and pictures.
     """
 
     name: str

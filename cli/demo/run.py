@@ -101,7 +101,7 @@ def _row(case: Case, request: dict[str, Any], answer: dict[str, Any], server_tim
 
 
 def _error(request: dict[str, Any], answer: dict[str, Any]) -> str:
-    """Measure how far the waypoints are missed: by the tool where poses are asked, else by the worst joint."""
+    """Return the largest error at a waypoint: of the tool where the request has poses, else of a joint."""
     error = answer["certificate"]["waypoint_error"]
     if any(waypoint["kind"] != "joint" for waypoint in request["waypoints"]):
         error = max(waypoint["position_error"] for waypoint in answer["waypoints"])

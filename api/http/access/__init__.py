@@ -1,1 +1,1 @@
-"""Who may use the service: API keys, what each may do, and how much; which web sites."""
+"""Access to the service: API keys with their scopes and allowances, and web sites."""

@@ -1,4 +1,4 @@
-"""Who sends a request, and whether it may: by its key where keys are asked for, else by its address."""
+"""The client of a request and its rights: by its key where keys are required, else by its address."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ KNOWN_FOR = 1.0
 """The time for which a key is not looked up again, s: a revoked one is refused after as long."""
 
 KNOWN_KEYS = 4096
-"""The number of keys, and of what looks like one, that are remembered; those that came last stay."""
+"""The number of keys, real or not, that are remembered; the latest stay."""
 
 CHALLENGE = {"WWW-Authenticate": 'Bearer realm="planner"'}
 """The header that says how to identify oneself (RFC 6750)."""
@@ -79,7 +79,7 @@ class Access:
         return record
 
     def allowance_of(self, key: KeyRecord) -> Allowance:
-        """Find what a key may still ask of this service."""
+        """Find the allowance of a key."""
         requests = key.requests_per_minute or self._settings.key_requests_per_minute
         concurrent = key.concurrent_requests or self._settings.key_concurrent_requests
         if key.id not in self._allowances:
@@ -88,7 +88,7 @@ class Access:
         return self._allowances[key.id]
 
     def quota_of(self, key: KeyRecord) -> Quota | None:
-        """Find what a key may still ask today; None: it has no quota."""
+        """Find the daily quota of a key; None: it has none."""
         requests = key.requests_per_day or self._settings.key_requests_per_day
         if not requests:
             return None
@@ -98,7 +98,7 @@ class Access:
         return self._quotas[key.id]
 
     async def close(self) -> None:
-        """Write what keys have asked for, for the other services and the next start."""
+        """Write the used quotas, for the other services and the next start."""
         try:
             for quota in self._quotas.values():
                 await quota.write()

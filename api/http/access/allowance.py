@@ -1,4 +1,4 @@
-"""How much one key may ask: so many requests a minute, and so many at once."""
+"""The allowance of a key: requests a minute, and requests at once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WINDOW = 60.0
 
 
 class Allowance:
-    """What a key may still ask. As many requests as a minute has may come at once; then they come back evenly.
+    """The allowance of a key. As many requests as a minute has may come at once; then they come back evenly.
 
     Args:
         requests: The most requests in a minute.

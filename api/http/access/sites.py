@@ -1,7 +1,7 @@
 """The web sites whose pages may use the service: a browser sends the site's name in `Host`, the page's in `Origin`.
 
-A browser lets any page send requests to any address. A page of another site is told by its `Origin`. A page whose own
-name was pointed at the service (DNS rebinding) looks like one of the service's own, and is told by its `Host`.
+A browser lets any page send requests to any address. `Origin` reveals a page of another site. A page whose own
+name was pointed at the service (DNS rebinding) looks like one of the service's own; `Host` reveals it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Sites:
     """The names that the service is served under, and the origins whose pages may use it.
 
     Args:
-        settings: What the operator has set.
+        settings: The settings of the operator.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -64,8 +64,8 @@ class Sites:
         """Tell whether requests to a name are meant for this service.
 
         Nobody can point an address, or the name of this machine, elsewhere. Without `allowed_hosts` a service with
-        keys goes by any name, since a page of another site has no key; one on a loopback address by no other; and any
-        other one by those of private networks.
+        keys goes by any name, since a page of another site has no key. A service on a loopback address goes by no
+        other name. Any other service goes by names of private networks, too.
         """
         if name in self._names or name == "localhost" or name.endswith(".localhost") or _is_address(name):
             return True

@@ -1,4 +1,4 @@
-"""Batches: taken in, told of, read and cancelled; workers write their results in the form asked."""
+"""Batches: created, described, read and cancelled; workers write their results in the requested form."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ LONGEST_KEY = 200
 """The most characters of an `Idempotency-Key`."""
 
 KEEP_ALIVE = 15.0
-"""The time after which a stream of events without news sends a comment, s: proxies close what is silent."""
+"""The time after which a stream of events without news sends a comment, s: proxies close a silent connection."""
 
 RESULTS_AT_ONCE = 100
 """The number of results that are read for one piece of a stream."""
@@ -233,7 +233,7 @@ async def download_batch_results(request: Request, batch_id: BatchId, form: Form
 
 
 async def _first_look(request: Request, batch_id: str, form: str | None, shape: str) -> tuple[BatchRecord, Reply]:
-    """Find the batch whose results are asked for, and see whether there is the form that is asked for."""
+    """Find the batch of the requested results, and check that the requested form exists."""
     batch = await _batch(request, batch_id)
     return batch, await _rendered(request, [], form, shape)
 
@@ -315,8 +315,8 @@ async def stream_batch_events(
 ) -> Response:
     """Answer GET /v1/batches/{id}/events.
 
-    The id of an event is the number of requests that have been answered: who comes back with `Last-Event-ID` hears
-    what has changed since.
+    The id of an event is the number of requests that have been answered: a client that returns with
+    `Last-Event-ID` gets the changes since then.
     """
     service = service_of(request)
     batch = await _batch(request, batch_id)

@@ -28,7 +28,7 @@ DOCUMENT_HEADERS = {
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-cache",
 }
-"""Headers of the document: the policy, and that it is asked for each time, as it names the files of its version."""
+"""Headers of the document: the policy, and that browsers ask each time, as it names the files of its version."""
 
 FOREVER = {"Cache-Control": "public, max-age=31536000, immutable"}
 """The header of the other files, whose names change with their content."""

@@ -1,4 +1,4 @@
-"""Added robots are kept in the database; what it does not have is the workers'."""
+"""Robots: added ones are in the database, and the workers have the catalogue."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 router = Router(tags=["robots"])
 
 ADDED = "uploaded."
-"""What the cursors of added robots begin with; those of the catalogue's come before."""
+"""The prefix of the cursors of added robots; robots of the catalogue come before them."""
 
 
 @router.get(
@@ -133,7 +133,7 @@ async def add_robot(request: Request, body: PlannedBody) -> Response:
 
 
 def _bounds(settings: Settings) -> Bounds:
-    """Find out how much is kept of robots."""
+    """Find the bounds on added robots."""
     return Bounds(
         settings.max_robots,
         settings.max_robots_per_client,

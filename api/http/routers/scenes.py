@@ -1,4 +1,4 @@
-"""Scenes are kept in the database; workers look at what comes into it."""
+"""Scenes are kept in the database; workers check each before."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ async def _found(request: Request, scene_id: str) -> SceneContent:
 
 
 def _bounds(settings: Settings) -> Bounds:
-    """Find out how much is kept of scenes."""
+    """Find the bounds on scenes."""
     return Bounds(
         settings.max_scenes,
         settings.max_scenes_per_client,

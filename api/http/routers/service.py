@@ -1,4 +1,4 @@
-"""What the service says about itself."""
+"""Routes about the service itself."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What stands between uvicorn and the application: connections, refusals without parsing, answers in pieces."""
+"""The layer between uvicorn and the application: connections, refusals without parsing, answers in pieces."""

@@ -1,4 +1,4 @@
-"""uvicorn's connections, within bounds: how many there are, how large a head is, and how long a client may take."""
+"""uvicorn's connections with bounds on their number, the size of heads and the time of clients."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ LINGER = 1.0
 refusal away."""
 
 DRAIN_BODIES = 1.0
-"""The time that a body under way has to arrive once the service is told to stop, s; most take a hundredth of it."""
+"""The time that a body under way has to arrive once the service begins to stop, s; most take a hundredth of it."""
 
 MOST_PIECES = 16_384
 """The most pieces in which a body may come: each takes microseconds of the server, even a single byte. The largest body
@@ -42,7 +42,7 @@ PROBE_SECONDS = 0.2
 """The time between two looks whether a client that sends no more still waits for its answer, s."""
 
 RETRY_AFTER = {"Retry-After": "1"}
-"""The header that tells when to try again, s, what was refused because too much goes on."""
+"""The header with the time after which to retry, s, where too many requests or connections are there."""
 
 SURPLUS = 16
 """The connections beyond the bound that may still request `/livez`: an orchestrator must not kill a busy service."""
@@ -76,7 +76,7 @@ class BoundedParser(h11.Connection):
 
 
 class Farewell:
-    """What uvicorn writes an answer to; when it closes that, what the client still sends is taken in first."""
+    """The transport that uvicorn writes an answer to; before it closes, it reads the rest of the request."""
 
     def __init__(self, connection: Connection) -> None:
         self.write = connection.transport.write
@@ -89,7 +89,7 @@ class Connection(H11Protocol):
     """One connection. Whatever it is refused for, the client gets a problem document, and the connection ends.
 
     Attributes:
-        settings: What the operator has set.
+        settings: The settings of the operator.
         metrics: What counts refusals.
         shedding: What decides which requests are refused unparsed.
         clients: The number of connections of each client.
@@ -204,7 +204,7 @@ class Connection(H11Protocol):
 
     @override
     def handle_events(self) -> None:
-        """Take what has arrived, and watch what has not."""
+        """Handle the bytes that arrived, and watch the time of the rest."""
         super().handle_events()
         if self.cycle is not None:
             self.cycle.transport = Farewell(self)  # type: ignore[assignment]  # before the application has begun
@@ -242,7 +242,7 @@ class Connection(H11Protocol):
             self._refuse(MalformedRequest("this is no HTTP/1.1 request"))
 
     def _refuse(self, error: ServiceError, linger: float = LINGER) -> None:
-        """Send a problem document in place of what the application would answer, and end the connection."""
+        """Send a problem document in place of the application's answer, and end the connection."""
         self._refused = True
         _cancel(self._read_timer)
         log.info("connection_refused", code=error.code, client=self._name)
@@ -263,9 +263,9 @@ class Connection(H11Protocol):
 
     @override
     def eof_received(self) -> bool:  # type: ignore[override]
-        """Answer what a client that sends no more has requested; refuse a request that it has not finished.
+        """Answer the complete request of a client that sends no more; refuse an incomplete one.
 
-        A client that has gone looks the same: only what is written to it shows that.
+        A client that has gone looks the same: only a write to it shows that.
         """
         is_first, self._is_half_closed = not self._is_half_closed, True
         under_way = self.cycle is not None and not self.cycle.response_complete
@@ -279,7 +279,7 @@ class Connection(H11Protocol):
         return under_way and not self._refused
 
     def _probe(self) -> None:
-        """Write what a client skips while it waits for its answer; it ends the connection of one that has gone."""
+        """Write bytes that a waiting client skips, which end the connection of one that has gone."""
         if self.transport.is_closing() or self.cycle.response_complete or self.scope["http_version"] == "1.0":
             return
         if self.conn.our_state is h11.SEND_RESPONSE:
@@ -303,7 +303,7 @@ class Connection(H11Protocol):
 
     @override
     def shutdown(self) -> None:
-        """Finish what has been asked; a body that is still under way has to hurry."""
+        """Finish the requests under way; an incomplete body gets a short time."""
         super().shutdown()
         if self.cycle is not None:
             self.cycle.scope["state"]["stopping"] = True  # for answers that would not end by themselves
@@ -314,7 +314,7 @@ class Connection(H11Protocol):
 
     @override
     def pause_writing(self) -> None:
-        """Start the time within which the client must take what has been written."""
+        """Start the time within which the client must take the written bytes."""
         super().pause_writing()
         self._watch_writing()
 

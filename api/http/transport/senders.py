@@ -17,7 +17,7 @@ SANE_ID = re.compile(rb"[A-Za-z0-9._-]{1,128}")
 
 @lru_cache(maxsize=4096)
 def client_of(address: str) -> str:
-    """Name the client that an address belongs to: the 64 lower bits of an IPv6 address are the client's to choose."""
+    """Name the client of an address, without the 64 lower bits of IPv6: clients choose them."""
     try:
         parsed = ip_address(address)
     except ValueError:

@@ -72,7 +72,7 @@ class WholeRequest(NamedTuple):
 
 
 class Place:
-    """The place of a request among those that workers have or that wait for one, until `leave`."""
+    """The place of a request among the requests at workers or in the queue, until `leave`."""
 
     def __init__(self, under_way: Counter[str], client: str) -> None:
         self._under_way = under_way
@@ -90,7 +90,7 @@ class Place:
 
 
 def leave_place(scope: Scope) -> None:
-    """Give back the place of a request, if it has one: it wants no worker, or its refusal only waits to be sent."""
+    """Give back the place, if any, of a request that needs no worker any more."""
     place: Place | None = scope["state"].get("place")
     if place is not None:
         place.leave()

@@ -30,7 +30,7 @@ MOST_FILES = 512
 """The most entries of an archive."""
 
 MOST_BYTES = 2**25
-"""The most bytes of all files that are read, unpacked: those of a finely meshed robot, 32 MiB of a worker's memory."""
+"""The most bytes of all files that are read, unpacked: a finely meshed robot, 32 MiB of a worker's memory."""
 
 BROKEN = (
     BadZipFile,
@@ -49,7 +49,7 @@ BROKEN = (
 class MeshArchive(Mapping[str, bytes]):
     """The files of an archive by their paths with `/`, each unpacked when it is first read.
 
-    Only what is read counts towards `MOST_BYTES`: an archive may have visual meshes, which nobody reads.
+    Only files that are read count towards `MOST_BYTES`: an archive may have visual meshes, which nobody reads.
 
     Args:
         meshes: The archive in base64.

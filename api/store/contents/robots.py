@@ -1,4 +1,4 @@
-"""What a client added as a robot, as workers make it and the database keeps it."""
+"""Added robots, as workers make them and the database keeps them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import orjson
 
 @dataclass(frozen=True)
 class RobotContent:
-    """What a client added, whatever it is called.
+    """The content of an added robot, without its id.
 
     Attributes:
         digest: The SHA-256 of the definition, `sha256:...`: two contents with the same digest are the same.

@@ -1,4 +1,4 @@
-"""What a client added as a scene, as workers make it and the database keeps it."""
+"""Added scenes, as workers make them and the database keeps them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from api.store.contents.robots import with_id
 
 @dataclass(frozen=True)
 class SceneContent:
-    """What a client added, whatever it is called.
+    """The content of an added scene, without its id.
 
     Attributes:
         digest: The SHA-256 of the definition, `sha256:...`: two contents with the same digest are the same.

@@ -32,5 +32,5 @@ def clearance_answer(checker: CollisionChecker, motion: Trajectory, tolerance: f
 def speed_zones_answer(
     zones: Sequence[SpeedZone], checker: CollisionChecker, robot: Robot, motion: Trajectory
 ) -> list[dict[str, Any]]:
-    """Bound how fast a robot, with its tool and what is around it, is in each of its speed zones."""
+    """Bound the speed of a robot, with its tool and attached objects, in each of its speed zones."""
     return [check.as_dict() for check in certify_speed_zones(zones, [checker], [robot], motion)]

@@ -1,6 +1,6 @@
-"""What the library found out about poses and waypoints becomes what is answered about them.
+"""Answers about poses and waypoints, from the library's values.
 
-Where the robot is held against a scene or itself, a `checker` says what is in the way at each joint position.
+Where the robot is checked against a scene or itself, a `checker` names the collisions at each joint position.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def best_answer(result: InverseKinematicsResult, checker: CollisionChecker | None) -> dict[str, Any]:
-    """Write the solution of a pose that the library chose, or why there is none and how near the robot gets."""
+    """Write the chosen solution of a pose, or the reason why there is none and the nearest pose."""
     if result.status != "solved":
         return _unsolved(result, checker)
     errors = result.position_error, result.orientation_error
@@ -53,7 +53,7 @@ def all_answer(
 def _solution(
     position: FloatArray, errors: tuple[float, float | None], measure: float, configuration: Configuration
 ) -> dict[str, Any]:
-    """Write a joint position, by how much the tool misses the pose there, how well it can move, its configuration."""
+    """Write a joint position with the error of the tool, the manipulability and the configuration."""
     distance, angle = errors
     return {
         "position": position,
@@ -70,7 +70,7 @@ def _unsolved(result: InverseKinematicsResult, checker: CollisionChecker | None)
 
 
 def _collisions(checker: CollisionChecker | None, positions: FloatArray) -> list[dict[str, Any]]:
-    """Write what is in the way at positions (N, joints), if they are held against anything."""
+    """Write the collisions at joint positions (N, joints), if a checker is given."""
     if checker is None:
         return [{}] * len(positions)
     found = collisions_at(checker, positions)
@@ -88,7 +88,7 @@ def nearest_answer(result: InverseKinematicsResult) -> dict[str, Any]:
 
 
 def reachability_answer(waypoints: Sequence[AnyWaypoint], found: Sequence[Reachability]) -> dict[str, Any]:
-    """Write which waypoints can be reached, and at which of them the robot can keep clear, if that was asked."""
+    """Write which waypoints can be reached, and whether free of collisions, if requested."""
     held = found[0].free is not None
     free = {"free": all(waypoint.free for waypoint in found)} if held else {}
     return {

@@ -30,20 +30,20 @@ class Named(Protocol):
 Form = TypeVar("Form", bound=Named)
 
 
-def negotiated(asked: str | None, accept: str, forms: Mapping[str, Form]) -> Form:
+def negotiated(requested: str | None, accept: str, forms: Mapping[str, Form]) -> Form:
     """Choose the form to answer in.
 
     Args:
-        asked: The name in the query, which goes before the header; None: there is none.
+        requested: The name in the query, which goes before the header; None: there is none.
         accept: The `Accept` header.
-        forms: The forms that there are, by their names; of those that are as welcome, the first is taken.
+        forms: The forms that there are, by their names; of equally welcome ones, the first is taken.
 
     Raises:
-        NotAcceptable: None of those asked for exists.
+        NotAcceptable: None of the requested forms exists.
     """
-    if asked is not None:
-        if asked in forms:
-            return forms[asked]
+    if requested is not None:
+        if requested in forms:
+            return forms[requested]
         raise _not_acceptable(forms)
     names = list(forms)
     best = max(names, key=lambda name: (_quality(forms[name].media_type, accept), -names.index(name)))

@@ -39,7 +39,7 @@ def path_point_answer(point: PathPoint) -> dict[str, Any]:
 
 
 def value_answer(value: Any) -> Any:
-    """Write a value of the library's as a client puts it into a request; numbers and lists of them as they are."""
+    """Write a value of the library's as a client puts it into a request; numbers stay as they are."""
     match value:
         case Pose():
             return pose_answer(value)

@@ -70,7 +70,7 @@ class View:
 def report(plan: Plan, request: dict[str, Any], request_hash: str | None, title: str) -> bytes:
     """Make a report: plots, limit bands, certificate, waypoints, playback, request and version in one file.
 
-    The playback shows the links of the robot, the scene and what the robot carries.
+    The playback shows the links of the robot, the scene and attached objects.
 
     Raises:
         NotAcceptable: The program of reports was not built with this installation.
@@ -85,11 +85,11 @@ def report(plan: Plan, request: dict[str, Any], request_hash: str | None, title:
 
 
 def written_report(kind: str, shown: dict[str, Any]) -> bytes:
-    """Write a report of something: what is shown of it, and the program that shows it.
+    """Write a report: the shown values, and the program that shows them.
 
     Args:
-        kind: What it is of, `plan` or `batch`.
-        shown: What the program shows, as plain values and numpy arrays.
+        kind: Its subject, `plan` or `batch`.
+        shown: The shown values, plain ones and numpy arrays.
 
     Raises:
         NotAcceptable: The program of reports was not built with this installation.
@@ -107,12 +107,12 @@ def written_report(kind: str, shown: dict[str, Any]) -> bytes:
 def shown_plan(
     plan: Plan, request: dict[str, Any], request_hash: str | None, samples: int = DRAWN_SAMPLES
 ) -> dict[str, Any]:
-    """Return what a report shows of a plan, drawn with about so many samples, besides its robot."""
+    """Return the part of a report about a plan, with about so many samples, without its robot."""
     return {"request": request, "answer": _answer(plan, request_hash, samples)}
 
 
 def shown_robot(plan: Plan) -> dict[str, Any]:
-    """Return what a report shows of the robot of a plan.
+    """Return the part of a report about the robot of a plan.
 
     It has the shapes of links that can collide where the robot is drawn by them or its clearance is shown.
     """
@@ -125,12 +125,12 @@ def shown_robot(plan: Plan) -> dict[str, Any]:
 
 
 def svg(plan: Plan, request: dict[str, Any], request_hash: str | None, title: str) -> bytes:
-    """Draw what the request's `picture` asks for as SVG."""
+    """Draw the request's `picture` as SVG."""
     return _picture(plan, request, title).svg()
 
 
 def png(plan: Plan, request: dict[str, Any], request_hash: str | None, title: str) -> bytes:
-    """Draw what the request's `picture` asks for as PNG."""
+    """Draw the request's `picture` as PNG."""
     return _picture(plan, request, title).png()
 
 

@@ -1,4 +1,4 @@
-"""From the actions of a request to those of the library."""
+"""From the actions of a request to the library's values."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def to_actions(
     asked: Sequence[schemas.SetOutputAction | schemas.WaitAction], waypoints: Sequence[Waypoint]
 ) -> tuple[Action, ...]:
-    """Make the actions of a request: its own, then those of its waypoints."""
+    """Make the actions of a request: its own, then the actions of its waypoints."""
     own = [_to_action(action, _to_moment(action.at)) for action in asked]
     at_waypoints = [_to_action(action, AtWaypoint(i)) for i, one in enumerate(waypoints) for action in one.actions]
     return (*own, *at_waypoints)

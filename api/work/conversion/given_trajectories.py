@@ -1,4 +1,4 @@
-"""Trajectories of any origin: from what a request holds to the library's value."""
+"""Trajectories of any origin: from a request to the library's value."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def to_trajectory(
     given: requests.GivenTrajectory, robot: Robot, field: FieldPath = ()
 ) -> tuple[requests.Interpolation, Trajectory]:
-    """Make the trajectory that a controller runs: by the interpolation that is asked for, or what the columns allow.
+    """Make the trajectory that a controller runs, by the requested interpolation, or the best that the columns allow.
 
     Args:
         given: Samples, polynomials, or both, and which of them counts.
@@ -32,7 +32,7 @@ def to_trajectory(
         field: Where the request holds it.
 
     Raises:
-        InvalidProblem: It lacks what the controller runs, or makes no trajectory of the robot.
+        InvalidProblem: It lacks columns that the interpolation needs, or makes no trajectory of the robot.
     """
     samples, interpolation = given.samples, given.interpolation
     if interpolation is None and samples is not None:
@@ -68,8 +68,8 @@ def from_polynomials(polynomials: Sequence[requests.JointCurve], joint_names: Se
     """Make the piecewise polynomials of a robot's joints a trajectory; pieces of no length are left out.
 
     Raises:
-        InvalidProblem: The joints are not the robot's, their breakpoints differ or do not increase, there is not one
-            row of coefficients a piece, all of one length, or a position is beyond all bounds.
+        InvalidProblem: The joints are not the robot's, or their breakpoints differ or do not increase. Or the rows of
+            coefficients are not one a piece, all of one length, or a position is beyond all bounds.
     """
     field: FieldPath = ("polynomials",)
     if [polynomial.joint for polynomial in polynomials] != list(joint_names):

@@ -20,7 +20,7 @@ def to_pose(pose: common.Pose) -> Pose:
 
 
 def with_axes(pose: Pose) -> Pose:
-    """Return the pose of a frame, which has axes: without a rotation, those of the frame that it is in."""
+    """Return the pose of a frame; without a rotation, it has the axes of its parent."""
     return pose if pose.rotation is not None else replace(pose, rotation=np.eye(3))
 
 

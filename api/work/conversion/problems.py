@@ -1,4 +1,4 @@
-"""From what was asked (schemas) to what is planned (the library's values)."""
+"""From requests (schemas) to problems (the library's values)."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def to_waypoints(
 
 
 def mounted(robot: Robot, mounting: common.Pose | None) -> Robot:
-    """Mount a robot as was asked, if it was."""
+    """Mount a robot as requested, if at all."""
     if mounting is None:
         return robot
     if mounting.orientation is None:
@@ -132,7 +132,7 @@ def to_options(options: requests.InverseKinematicsOptions, seed: int) -> Inverse
 
 
 def with_tool(robot: Robot, tool: common.Pose | None) -> Robot:
-    """Give a robot the tool that was asked, if any."""
+    """Give a robot the requested tool, if any."""
     return robot if tool is None else robot.with_tool(to_pose(tool))
 
 
@@ -151,7 +151,7 @@ def to_limits(limits: common.Limits) -> Limits:
 
 
 def to_robot(definition: robots.RobotModel | robots.UrdfRobot, robot_id: str) -> Robot:
-    """Make the robot that a client describes; of one that is still to be added the meshes are not looked at.
+    """Make the robot that a client describes; the meshes of one that is not added yet are not read.
 
     Raises:
         InvalidRobotModel: It cannot be used.
@@ -188,7 +188,7 @@ def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
     """Make the robot that a client derives from another.
 
     Raises:
-        InvalidRobotModel: What is asked contradicts the other robot.
+        InvalidRobotModel: The request contradicts the other robot.
         UnknownRobot: There is no other robot.
     """
     base = load_robot(model.base or "") if model.definition is None else to_robot(model.definition, "an added robot")

@@ -23,22 +23,22 @@ if TYPE_CHECKING:
     from planner.fields import FieldPath
 
 
-def to_scene(asked: scenes.Scene | str, in_world: Mapping[str, Pose], field: FieldPath = ("scene",)) -> Scene:
+def to_scene(requested: scenes.Scene | str, in_world: Mapping[str, Pose], field: FieldPath = ("scene",)) -> Scene:
     """Make a scene.
 
     Args:
-        asked: The scene of a request, as `api.work.tasks.context.in_scene` leaves it.
+        requested: The scene of a request, as `api.work.tasks.context.in_scene` leaves it.
         in_world: The frames that its objects may name, in the world.
         field: Where the request holds it.
 
     Raises:
         InvalidProblem: There is no frame of a name, or no shape has such numbers.
     """
-    if isinstance(asked, str):
+    if isinstance(requested, str):
         raise TypeError("the scene has to be in the place of its id")
     faults: list[tuple[FieldPath, str]] = []
     objects, attached = [], []
-    for i, thing in enumerate(asked.objects):
+    for i, thing in enumerate(requested.objects):
         at: FieldPath = (*field, "objects", i)
         if thing.frame not in in_world:
             faults.append(((*at, "frame"), f"there is no frame {thing.frame!r}; there are {', '.join(in_world)}"))
@@ -47,19 +47,19 @@ def to_scene(asked: scenes.Scene | str, in_world: Mapping[str, Pose], field: Fie
         shapes = _shapes(thing.shape, at, faults)
         mesh = _mesh(thing.shape) if isinstance(thing.shape, scenes.MeshShape) and len(shapes) else None
         objects.append(SceneObject(thing.id, shapes, pose, thing.margin, mesh))
-    for i, held in enumerate(asked.attached):
+    for i, held in enumerate(requested.attached):
         shapes = _shapes(held.shape, (*field, "attached", i), faults)
         solid = tuple(shape for shape in shapes if isinstance(shape, Shape))
         attached.append(AttachedObject(held.id, solid, _to_pose(held.pose), held.link, held.touch_links, held.margin))
     if faults:
         raise InvalidProblem(faults)
-    pairs = tuple((first, second) for first, second in asked.allowed_pairs)
-    return Scene(tuple(objects), tuple(attached), pairs, asked.margin)
+    pairs = tuple((first, second) for first, second in requested.allowed_pairs)
+    return Scene(tuple(objects), tuple(attached), pairs, requested.margin)
 
 
-def to_speed_zones(asked: Sequence[scenes.SpeedZone]) -> list[SpeedZone]:
+def to_speed_zones(requested: Sequence[scenes.SpeedZone]) -> list[SpeedZone]:
     """Make speed zones."""
-    return [SpeedZone(zone.clearance, zone.speed, zone.objects) for zone in asked]
+    return [SpeedZone(zone.clearance, zone.speed, zone.objects) for zone in requested]
 
 
 def _to_pose(pose: common.Pose | None) -> Pose:
@@ -67,11 +67,11 @@ def _to_pose(pose: common.Pose | None) -> Pose:
 
 
 def _shapes(
-    asked: scenes.SceneShape | scenes.SolidShape, field: FieldPath, faults: list[tuple[FieldPath, str]]
+    requested: scenes.SceneShape | scenes.SolidShape, field: FieldPath, faults: list[tuple[FieldPath, str]]
 ) -> tuple[Shape | PointCloud, ...]:
-    """Make the convex pieces of a shape; what is wrong with it is added to the faults."""
+    """Make the convex pieces of a shape, and add its faults to the list."""
     try:
-        return _pieces(asked)
+        return _pieces(requested)
     except InvalidShape as error:
         faults.append(((*field, "shape", error.field), str(error)))
         return ()
@@ -80,30 +80,30 @@ def _shapes(
         return ()
 
 
-def _pieces(asked: scenes.SceneShape | scenes.SolidShape) -> tuple[Shape | PointCloud, ...]:
-    match asked:
+def _pieces(requested: scenes.SceneShape | scenes.SolidShape) -> tuple[Shape | PointCloud, ...]:
+    match requested:
         case scenes.Box():
-            return (Box(asked.size),)
+            return (Box(requested.size),)
         case scenes.Sphere():
-            return (Sphere(asked.radius),)
+            return (Sphere(requested.radius),)
         case scenes.Cylinder():
-            return (Cylinder(asked.radius, asked.length),)
+            return (Cylinder(requested.radius, requested.length),)
         case scenes.Capsule():
-            return (Capsule(asked.radius, asked.length),)
+            return (Capsule(requested.radius, requested.length),)
         case scenes.HalfSpace():
-            return (HalfSpace(asked.normal, asked.offset),)
+            return (HalfSpace(requested.normal, requested.offset),)
         case scenes.Convex():
-            return (ConvexHull(asked.vertices),)
+            return (ConvexHull(requested.vertices),)
         case scenes.MeshShape():
-            return tight_mesh_pieces(_mesh(asked))
+            return tight_mesh_pieces(_mesh(requested))
         case scenes.PointCloudShape():
-            return (PointCloud(asked.points, asked.radius, asked.voxel),)
+            return (PointCloud(requested.points, requested.radius, requested.voxel),)
         case _:
-            raise TypeError(f"{asked} is no shape")
+            raise TypeError(f"{requested} is no shape")
 
 
-def _mesh(asked: scenes.MeshShape) -> Mesh:
-    corners, triangles = np.array(asked.vertices), np.array(asked.triangles)
+def _mesh(requested: scenes.MeshShape) -> Mesh:
+    corners, triangles = np.array(requested.vertices), np.array(requested.triangles)
     if triangles.max() >= len(corners):
         raise InvalidShape("triangles", f"name vertices beyond the {len(corners)} that there are")
     return Mesh.checked(corners[triangles])

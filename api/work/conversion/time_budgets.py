@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from planner.problems.problem import AnyWaypoint, PlanningProblem
 
 SHARE = 0.8
-"""The share of the time until the deadline that may be used up by budgets: the rest is for what is under way when they
-end, and for the answer."""
+"""The share of the time until the deadline that budgets may use. The rest is for the attempt under way at their end,
+and for the answer."""
 
 LEAST = 1e-3
 """The time until a deadline that is counted with at least, s: there is no budget of no time."""

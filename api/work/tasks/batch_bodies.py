@@ -28,11 +28,11 @@ INDEX = re.compile("0|[1-9][0-9]{0,8}")
 """An index of an array in a JSON pointer."""
 
 STEPS = {ord("["): 1, ord("{"): 1, ord("]"): -1, ord("}"): -1}
-"""How much deeper a character leads into a document."""
+"""The change of the depth in a document by a character."""
 
 
 def of_lines(body: bytes, first: int) -> Iterator[tuple[Any, str]]:
-    """Find the requests of a body, or of a piece of one, that has one a line; the first has this index."""
+    """Find the requests of a body with one a line, or of a piece of it, from this index on."""
     lines = (line for line in body.split(b"\n") if line.strip())
     return ((parse_json(line, f"/requests/{index}"), f"/requests/{index}") for index, line in enumerate(lines, first))
 
@@ -61,10 +61,10 @@ def of_document(context: TaskContext, most: int) -> Iterator[tuple[Any, str]]:
 
 
 def _without_objects(body: bytes) -> tuple[Any, list[bytes]]:
-    """Parse a document, and return it with `{}` in the place of each object of its lists, and those objects as bytes.
+    """Parse a document with `{}` in the place of each object of its lists; return these as bytes.
 
-    A parser needs twelve times the length of what it parses at once, and its values take as much as the body again:
-    100,000 requests are too much for a worker, and each is written down again as soon as it is read.
+    A parser needs twelve times the length of its text, and its values take as much as the body again. So 100,000
+    requests are too much for a worker, and each is written down again as soon as it is read.
     """
     characters = np.frombuffer(ESCAPED.sub(b"__", body) if b"\\" in body else body, np.uint8)
     steps = np.array([STEPS.get(code, 0) for code in range(256)], np.int8)[characters]
@@ -141,7 +141,7 @@ def _put(document: Any, steps: list[str], value: Any) -> None:
     """Put a value into a document; objects on the way to it that the document leaves out are made.
 
     Raises:
-        NothingThere: A step leads into what is no object, or to no entry of an array.
+        NothingThere: A step leads to no field of an object and to no entry of an array.
     """
     for step in steps[:-1]:
         if isinstance(document, dict) and document.get(step) is None:
@@ -151,7 +151,7 @@ def _put(document: Any, steps: list[str], value: Any) -> None:
 
 
 def _key_of(document: Any, step: str) -> str | int:
-    """Read a step of a pointer as the name of a field or the index of an entry; `-1` and `00` are no indices.
+    """Read a step of a pointer as a name or an index; `-1` and `00` are no indices.
 
     Raises:
         NothingThere: It can be neither.

@@ -19,22 +19,22 @@ if TYPE_CHECKING:
     from api.work.tasks.context import TaskContext
 
 SAMPLES = 200
-"""The number of samples that each plan is drawn with: a tenth of those of its own report."""
+"""The number of samples that each plan is drawn with: a tenth of its own report."""
 
 MOST_BYTES = 2_000_000
-"""The most bytes of the plans and problems that a report shows as JSON; what does not fit is told in figures only."""
+"""The most bytes of the plans and problems that a report shows as JSON; the others stand in figures only."""
 
 MOST_WORDS = 500
-"""The most characters of what a problem document says that a report repeats."""
+"""The most characters of a problem document's text that a report repeats."""
 
 
 @task("get_batch_report")
 def report_batch(context: TaskContext) -> Reply:
     """Answer GET /v1/batches/{id}/report.
 
-    Arguments: `batch`, as the schema `Batch` says; `figures`, those of its items as `Figures` of the report's
-    program (`web/src/report/batch.ts`); `results`, the items that are shown, the worst first, each a `Result`;
-    `definitions` of added robots and of scenes by their digests.
+    Arguments: `batch`, as the schema `Batch` says. `figures` of its items as `Figures` of the report's program
+    (`web/src/report/batch.ts`). `results`, the shown items, the worst first, each a `Result`. `definitions` of added
+    robots and of scenes by their digests.
     """
     with context.stage("serialise"):
         shown = {
@@ -47,7 +47,7 @@ def report_batch(context: TaskContext) -> Reply:
 
 
 def _shown_results(context: TaskContext) -> dict[str, Any]:
-    """Write plans and what problems say, by index, as long as there is room; and each robot of these plans once."""
+    """Write plans and texts of problems by index, as many as fit, and each robot once."""
     plans: dict[str, Any] = {}
     problems: dict[str, str] = {}
     arms: dict[bytes, int] = {}
@@ -67,7 +67,7 @@ def _shown_results(context: TaskContext) -> dict[str, Any]:
 
 
 def _shown_plan(result: Result, context: TaskContext) -> tuple[bytes, bytes]:
-    """Write what is shown of a saved plan, and of its robot, as JSON."""
+    """Write the shown part of a saved plan, and of its robot, as JSON."""
     plan, request, definition = loaded_plan(result, context)
     asked = request.model_dump(mode="json", by_alias=True, exclude_unset=True)
     shown = shown_plan(plan, asked, request_hash(request, definition), SAMPLES)

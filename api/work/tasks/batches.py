@@ -51,10 +51,10 @@ PAGE_BYTES = 4 * 2**20
 
 @task("create_batch")
 def read_items(context: TaskContext) -> Reply:
-    """Take the requests out of the body of POST /v1/batches, or out of a piece of one with one request a line.
+    """Take the requests out of a body of POST /v1/batches, or out of a piece with one a line.
 
-    They come back in `result`, as chunks that are pickled: the server puts them into the database one by one, and
-    its event loop is not held up by them. Whether each follows the schema is seen when it is planned.
+    They come back in `result`, as pickled chunks. The server puts these into the database one by one, and its event
+    loop does not wait for them. Planning a request checks whether it follows the schema.
     """
     first, most = context.arguments.get("first", 0), context.arguments.get("most_items", CHUNK)
     with context.stage("validate"):
@@ -68,7 +68,7 @@ def read_items(context: TaskContext) -> Reply:
 
 
 def _contents(found: Iterable[tuple[Any, str]], context: TaskContext) -> Iterator[tuple[dict[str, Any], bytes]]:
-    """Write requests as JSON, one after the other, and give each with what is written.
+    """Write requests as JSON, and yield each with its text.
 
     Raises:
         InvalidRequest: One is no object, or larger than it might be by itself.
@@ -93,7 +93,7 @@ def _contents(found: Iterable[tuple[Any, str]], context: TaskContext) -> Iterato
 
 
 def _item(request: dict[str, Any], content: bytes, context: TaskContext) -> NewItem:
-    """Make a request what goes into the database."""
+    """Make the item of a request for the database."""
     robot, scene, deadline = (request.get(name) for name in ("robot", "scene", "deadline"))
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or not deadline > 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or will be refused
@@ -103,7 +103,7 @@ def _item(request: dict[str, Any], content: bytes, context: TaskContext) -> NewI
 
 
 def item_steps(context: TaskContext) -> Generator[None, None, Reply]:
-    """Plan one request of a batch: read it, plan it, and write the plan, each when it is asked for.
+    """Plan one request of a batch in three steps: read it, plan it, write the plan.
 
     Returns:
         The reply; its body is the saved plan, its result the plan's duration and worst ratio.
@@ -127,7 +127,7 @@ def item_steps(context: TaskContext) -> Generator[None, None, Reply]:
 
 
 def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[PlanningProblem, BackEnd]:
-    """Make a request, which may name an added robot with a definition, what the library plans."""
+    """Make the problem and back end of a request, which may name an added robot with a definition."""
     return to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
 
 
@@ -135,9 +135,9 @@ def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[Plannin
 def render_results(context: TaskContext) -> Reply:
     """Write results as GET /v1/batches/{id}/results does, up to so many bytes; the result is how many they are.
 
-    Arguments: `results`, each a `Result`; `form`, the name of a format, or None; `definitions` of added
-    robots and of scenes by their digests; `shape`: `page`, with `next_cursor`, `lines`, one result a line, or `files`,
-    a file for each plan or problem in place of a body; `last`: whether nothing comes behind them.
+    Arguments: `results`, each a `Result`. `form`, the name of a format, or None. `definitions` of added robots and of
+    scenes by their digests. `shape`: `page`, with `next_cursor`; `lines`, one result a line; or `files`, a file for
+    each plan or problem in place of a body. `last`: whether nothing comes behind them.
     """
     asked = context.arguments
     form = negotiated(asked["form"], "*/*", FORMATS)
@@ -212,7 +212,7 @@ class LoadedPlan(NamedTuple):
 
     Attributes:
         plan: The plan.
-        request: What was asked, its scene in place of the scene's id.
+        request: The request, with its scene in place of the scene's id.
         definition: The definition of the added robot that it names; None: one of the catalogue.
     """
 
@@ -222,7 +222,7 @@ class LoadedPlan(NamedTuple):
 
 
 def loaded_plan(result: Result, context: TaskContext) -> LoadedPlan:
-    """Read the saved plan of a result; the argument `definitions` has those of added robots and scenes, by digest."""
+    """Read the saved plan of a result; the argument `definitions` has added robots and scenes by digest."""
     definition, scene = (context.arguments["definitions"].get(digest) for digest in (result.robot, result.scene))
     request: PlanRequest = in_scene(
         validated(PlanRequest, parse_json(decompressed(result.request)), context.caps), scene

@@ -1,4 +1,4 @@
-"""Collisions: how near postures, or a trajectory of any origin, come to a scene and to themselves."""
+"""Collisions: the clearance of joint positions, or of a trajectory of any origin, from a scene and the robot itself."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class TaskContext:
 
     Attributes:
         task: The request.
-        caps: What a request may ask.
+        caps: The bounds on a request.
         timings: The seconds that each stage took; `queue` is the wait for a worker.
     """
 
@@ -67,7 +67,7 @@ class TaskContext:
 
     @property
     def arguments(self) -> Mapping[str, Any]:
-        """What the server passed on besides the body."""
+        """The arguments that the server adds to the body."""
         return self.task.arguments
 
     @cached_property
@@ -81,7 +81,7 @@ class TaskContext:
 
     @contextmanager
     def stage(self, name: Literal["validate", "plan", "serialise"]) -> Iterator[None]:
-        """Time what is done inside, for the `Server-Timing` header."""
+        """Time the block, for the `Server-Timing` header."""
         start = time.monotonic()
         try:
             yield
@@ -117,7 +117,7 @@ class TaskContext:
 
 
 def validated(schema: Any, document: Any, caps: Caps) -> Any:
-    """Make a parsed JSON document a value of a schema; what is too large is refused before it is looked into.
+    """Validate a parsed JSON document by a schema, once it is small enough.
 
     Raises:
         InvalidRequest: With everything that is wrong with it.
@@ -176,7 +176,7 @@ def _adapter(schema: Any) -> TypeAdapter[Any]:
 
 @lru_cache(maxsize=CACHED_ROBOTS)
 def _named(definition: bytes, robot_id: str) -> Robot:
-    """Find the robot under one of its ids, always the same object: what is prepared for it is prepared once."""
+    """Find the robot under one of its ids, always the same object, so that its caches are made once."""
     return replace(_built(definition), id=robot_id)
 
 

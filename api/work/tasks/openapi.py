@@ -40,7 +40,7 @@ JSON_FORMS = {"ros2": RosJointTrajectory}
 
 @task("get_schemas")
 def get_schemas(context: TaskContext) -> Reply:
-    """Answer what the document needs of a worker: schemas of requests and answers by their names, and forms."""
+    """Answer the parts of the document that only a worker knows: schemas by their names, and forms."""
     with context.stage("plan"):
         parts = {
             "schemas": schemas_named(
@@ -53,7 +53,7 @@ def get_schemas(context: TaskContext) -> Reply:
 
 
 def schemas_named(requests: Iterable[str], answers: Iterable[str], max_waypoints: int) -> dict[str, Any]:
-    """Collect the schemas with these names, and those that they name.
+    """Collect the schemas with these names, and all that they refer to.
 
     Args:
         requests: Names of schemas of bodies of requests; their lists are as long as the service takes.
@@ -87,7 +87,7 @@ def forms_of_answers() -> dict[str, dict[str, Any]]:
 
 
 def formats_of_plans() -> dict[str, list[str]]:
-    """List the names of forms of one plan, which people may want to look at, and of plans in the answers of batches."""
+    """List the names of forms of one plan, and of plans in the answers of batches."""
     return {"export_trajectory": [*FORMATS, *VIEWS], "batches": list(FORMATS)}
 
 
@@ -116,7 +116,7 @@ class _Schemas(GenerateJsonSchema):
 
     @override
     def default_schema(self, schema: WithDefaultSchema) -> JsonSchemaValue:
-        """Leave out a default that is an object, which generators write as text; descriptions say what it is."""
+        """Leave out a default that is an object, which generators write as text; descriptions state it."""
         made = super().default_schema(schema)
         if isinstance(made.get("default"), dict):
             del made["default"]
@@ -124,6 +124,6 @@ class _Schemas(GenerateJsonSchema):
 
     @override
     def tagged_union_schema(self, schema: TaggedUnionSchema) -> JsonSchemaValue:
-        """Say `anyOf` where no field tells the kinds apart, as with a scene and its id: generators ask for one else."""
+        """Write `anyOf` where no field tells the kinds apart: generators ask for one else."""
         made = super().tagged_union_schema(schema)
         return made if "discriminator" in made or "oneOf" not in made else {"anyOf": made.pop("oneOf")} | made

@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 def acceptable_remedies(context: TaskContext, request: Any, dof: int) -> Iterator[None]:
     """Leave the changes of a refusal that make the request one which the service takes.
 
-    A change beyond the bounds of the schema vanishes, with those that belong to it. One with which the answer would
+    A change beyond the bounds of the schema vanishes, with all its parts. One with which the answer would
     have too many rows, or with which nobody has tried to plan, is a hint.
 
     Args:
         context: The task under way; its body is the request.
-        request: What was read from that.
+        request: The request in it.
         dof: The number of joints of its robot.
     """
     try:
@@ -53,7 +53,7 @@ def acceptable_remedies(context: TaskContext, request: Any, dof: int) -> Iterato
 
 @contextmanager
 def at_back_end(index: int) -> Iterator[None]:
-    """Let what is refused about the back end point to one of those of a comparison."""
+    """Let refusals about the back end point to one back end of a comparison."""
 
     def moved(field: FieldPath) -> FieldPath:
         return ("backends", index, *field[1:]) if field[0] == BACK_END else field
@@ -87,7 +87,7 @@ def _fits(remedy: Remedy, context: TaskContext, schema: Any) -> bool:
 
 
 def _changed(document: Any, way: list[str], value: Any) -> Any:
-    """Return a document with a value at the end of a way, made of the parts of the given one beside that.
+    """Return a document with another value at a place, which shares the other parts with the given one.
 
     Raises:
         LookupError: The way leads elsewhere: into a scene that is kept.

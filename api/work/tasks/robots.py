@@ -1,4 +1,4 @@
-"""Robots: those of the catalogue, and the models of uploaded ones, which the server keeps (`api/store/`)."""
+"""Robots: the catalogue, and the models of uploaded ones, which the server keeps (`api/store/`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenes: what workers do with those that the server keeps (`api/store/`)."""
+"""Scenes: the tasks of workers about scenes that the server keeps (`api/store/`)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 T = TypeVar("T", SceneObject, AttachedObject)
 
 KINDS = ("objects", "attached")
-"""The fields of a scene that have what stands in it."""
+"""The fields of a scene with its objects and attached objects."""
 
 EMPTY = b"{}"
 """The definition of a scene in which nothing stands."""
@@ -56,22 +56,22 @@ def change_scene(context: TaskContext) -> Reply:
     return Reply(200, JSON, body, context.timings, result=content)
 
 
-def _content(scene: Scene, asked: Scene | schemas.SceneChange) -> SceneContent:
-    """Make a scene what is kept of it.
+def _content(scene: Scene, requested: Scene | schemas.SceneChange) -> SceneContent:
+    """Make the stored content of a scene.
 
     Args:
         scene: The scene.
-        asked: The request, which says where what is wrong with an object stands.
+        requested: The request, for the pointers of faults.
 
     Raises:
         InvalidRequest: Two things have the same name.
         InvalidProblem: A shape cannot be used.
     """
 
-    def asked_at(kind: Any, index: Any, *field: str | int) -> FieldPath:
+    def requested_at(kind: Any, index: Any, *field: str | int) -> FieldPath:
         return kind, places.get((kind, getattr(scene, kind)[index].id), index), *field
 
-    places = {(kind, thing.id): i for kind in KINDS for i, thing in enumerate(getattr(asked, kind))}
+    places = {(kind, thing.id): i for kind in KINDS for i, thing in enumerate(getattr(requested, kind))}
     names = [thing.id for kind in KINDS for thing in getattr(scene, kind)]
     twice = next((name for name, count in Counter(names).items() if count > 1), None)
     if twice is not None:
@@ -81,7 +81,7 @@ def _content(scene: Scene, asked: Scene | schemas.SceneChange) -> SceneContent:
     try:
         to_scene(scene, {thing.frame: HERE for thing in scene.objects}, ())
     except InvalidProblem as error:
-        raise InvalidProblem([(asked_at(*fault.field), fault.message) for fault in error.faults]) from None
+        raise InvalidProblem([(requested_at(*fault.field), fault.message) for fault in error.faults]) from None
     definition = canonical(scene, exclude={"id", "visibility"})
     digest = sha256(definition)
     summary = {
@@ -97,7 +97,7 @@ def _changed(scene: Scene, change: schemas.SceneChange) -> Scene:
     """Change a scene.
 
     Raises:
-        InvalidRequest: What is to go is not there, what comes has no shape, or there is too much.
+        InvalidRequest: An object to remove does not exist, a new one has no shape, or there are too many.
     """
     known = {thing.id for thing in scene.objects} | {held.id for held in scene.attached}
     faults = [
@@ -137,11 +137,11 @@ def _merged(
     """Change and add objects of one kind; what lacks a shape is added to the faults."""
     things = {thing.id: thing for thing in before if thing.id not in change.remove}
     for i, changed in enumerate(getattr(change, name)):
-        asked = _asked(changed)
+        requested = _asked(changed)
         if changed.id in things:
-            things[changed.id] = things[changed.id].model_copy(update=asked)
-        elif "shape" in asked:
-            things[changed.id] = kind(**asked)
+            things[changed.id] = things[changed.id].model_copy(update=requested)
+        elif "shape" in requested:
+            things[changed.id] = kind(**requested)
         else:
             message = f"nothing in the scene is called {changed.id!r}, and a new object needs a shape"
             faults.append({"pointer": f"/{name}/{i}/shape", "message": message})
@@ -149,9 +149,9 @@ def _merged(
 
 
 def _asked(changed: schemas.ObjectChange | schemas.AttachedChange) -> Mapping[str, Any]:
-    """Return the fields that are given; null is a value of those that may be null, and no touch links."""
-    asked = {name: getattr(changed, name) for name in changed.model_fields_set}
-    left_out = [name for name in ("shape", "frame") if asked.get(name, "") is None]
-    if asked.get("touch_links", "") is None:
-        asked["touch_links"] = []
-    return {name: value for name, value in asked.items() if name not in left_out}
+    """Return the given fields; null is a value of nullable fields, and means no touch links."""
+    requested = {name: getattr(changed, name) for name in changed.model_fields_set}
+    left_out = [name for name in ("shape", "frame") if requested.get(name, "") is None]
+    if requested.get("touch_links", "") is None:
+        requested["touch_links"] = []
+    return {name: value for name, value in requested.items() if name not in left_out}

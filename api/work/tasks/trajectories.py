@@ -71,7 +71,7 @@ def plan_trajectory(context: TaskContext) -> Reply:
 
 
 def figures_of(solved: Plan) -> PlanFigures:
-    """Take out of a plan what the metrics say of it."""
+    """Return the figures of a plan for the metrics."""
     checks = (check for check in solved.certificate.checks if check.enforced)
     ratios = {check.quantity: float(check.ratio) for check in checks if check.ratio is not None}
     return PlanFigures(solved.backend.kind, ratios)
@@ -158,7 +158,7 @@ def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests
     """Hold the trajectory of a request against limits, by the interpolation that it asks for or its columns allow.
 
     Raises:
-        InvalidProblem: It lacks what is to be checked, or the samples or polynomials make no trajectory of the robot.
+        InvalidProblem: It lacks columns to check, or the samples or polynomials make no trajectory of the robot.
     """
     limits, ends = to_limits(request.limits), to_end_states(request, robot.dof)
     interpolation, trajectory = to_trajectory(request, robot)
@@ -182,7 +182,7 @@ def list_backends(context: TaskContext) -> Reply:
 
 
 def export_options(request: requests.PlanRequest, definition: bytes | None) -> AnswerOptions:
-    """Make the options by which a plan is written, for a request that may name an added robot with a definition."""
+    """Make the options of an answer to a request, which may name an added robot with a definition."""
     quoted = request_hash(request, definition)
     return AnswerOptions(request.sample_period, frozenset(request.include), quoted)
 

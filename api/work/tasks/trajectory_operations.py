@@ -178,18 +178,18 @@ def _answer(
 
 
 def _surroundings(request: schemas.OperationRequest, robot: Robot) -> dict[str, Any]:
-    """Return what the answer has to keep clear of, and how fast it may be there."""
+    """Return the scene and the speed zones that the answer has to respect."""
     scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, {}))
     zones = to_speed_zones(request.speed_zones)
     return {"scene": scene, "self_collision": request.self_collision, "speed_zones": zones}
 
 
 def _robot(context: TaskContext, request: schemas.OperationRequest) -> Robot:
-    """Return the robot of a request, with its tool, its mounting and what it carries."""
+    """Return the robot of a request, with its tool, its mounting and its payload."""
     robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
     return robot if request.payload is None else robot.with_payload(to_payload(request.payload))
 
 
 def _kept(request: schemas.EditRequest) -> dict[str, Any]:
-    """Return what the answer has to keep."""
+    """Return the limits that the answer has to keep."""
     return {"limits": to_limits(request.limits), "enforced": request.enforced}

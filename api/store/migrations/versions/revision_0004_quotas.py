@@ -1,4 +1,4 @@
-"""Keys have quotas, and what they have asked for is counted by the day."""
+"""Keys have quotas, and their requests are counted by the day."""
 
 import sqlalchemy as sa
 from alembic import op

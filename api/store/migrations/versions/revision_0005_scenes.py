@@ -1,4 +1,4 @@
-"""Scenes: contents by their digest, and ids that stand for them; items of batches keep those that they name."""
+"""Scenes: contents by their digest, and ids that stand for them; items of batches keep their scenes."""
 
 import sqlalchemy as sa
 from alembic import op
