@@ -118,8 +118,7 @@ def singular_values(robot: Robot, positions: FloatArray) -> FloatArray:
 
 def _jacobians(robot: Robot, positions: FloatArray) -> FloatArray:
     """Return the Jacobians (N, rows, joints) at joint positions (N, joints), of the rows that count."""
-    rows = 3 if robot.is_position_only else 6
-    return np.array([jacobian(robot, position)[:rows] for position in positions], dtype=np.float64)
+    return screws_of(robot).reach(positions, robot.tool_in_tip.translation)[2][:, : 3 if robot.is_position_only else 6]
 
 
 def manipulability(robot: Robot, positions: ArrayLike) -> FloatArray:
