@@ -21,6 +21,9 @@ FloatArray = NDArray[np.float64]
 GIMBAL_LOCK = 1e-6
 """Cosine of the pitch below which roll and yaw turn about one axis: poses are not solved well enough to tell them."""
 
+SMALL_ANGLE = 1e-2
+"""Angle, rad, below which a series takes the place of a difference that loses digits."""
+
 NEAR_HALF_A_TURN = 0.1
 """Sine of an angle beyond a quarter turn below which the axis comes from the symmetric part of a rotation.
 
@@ -266,6 +269,22 @@ def rotation_vectors(rotations: FloatArray) -> FloatArray:
         back = (axes * vectors[rows]).sum(axis=1) < 0.0
         vectors[rows] = np.where(back, -angles[rows], angles[rows])[:, None] * axes
     return vectors
+
+
+def right_jacobians(vectors: FloatArray) -> FloatArray:
+    """Return the right Jacobians J (N, 3, 3) of exp(w), which J dw turns where w (N, 3) changes."""
+    x, y, z = vectors.T
+    none = np.zeros_like(x)
+    skew = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
+    squares = (vectors * vectors).sum(axis=1)[:, None, None]
+    angles = np.sqrt(squares)
+    versines = 0.5 * np.sinc(angles / (2.0 * np.pi)) ** 2
+    small = squares < SMALL_ANGLE**2
+    cubes = np.where(
+        small, 1.0 / 6.0 - squares / 120.0, (1.0 - np.sinc(angles / np.pi)) / np.where(small, 1.0, squares)
+    )
+    jacobians: FloatArray = np.eye(3) - versines * skew + cubes * skew @ skew
+    return jacobians
 
 
 def rotations_from_vectors(vectors: FloatArray) -> FloatArray:

@@ -1,26 +1,28 @@
-"""Straight lines of the tool, one after the other, to paths of the joints: all of them at once, in array operations."""
+"""Chains of straight lines, polylines and splines of the tool to paths of the joints, all pieces at once."""
 
 from __future__ import annotations
 
-from contextlib import suppress
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from planner.kinematics.forward import jacobian, tool_pose
-from planner.kinematics.screws import screws_of
-from planner.spatial import rotation_vector, rotation_vectors, rotations_from_vectors
+from planner.kernels.descent import Box
+from planner.kinematics.descent import Target
+from planner.kinematics.forward import jacobian
+from planner.kinematics.search import STEADY
+from planner.spatial import rotations_from_vectors
 from planner.tolerances import SAME_CONFIGURATION
+from planner.tool_motions.batch import Batch, FollowedPieces
 from planner.tool_motions.follow import (
-    AHEAD,
     LONGEST_STEP,
-    MOST_CORRECTION,
-    PROBES,
-    SHARE_OF_TOLERANCE,
-    SOLVED,
+    Lost,
+    follow,
 )
-from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY, kept_motions
-from planner.trajectories.polynomials import PiecewisePolynomial, horner, quintic_hermite
+from planner.tool_motions.inverse_jacobian import kept_motions
+from planner.tool_motions.polylines import Polyline
+from planner.tool_motions.pose_paths import PosePath
+from planner.tool_motions.pose_splines import PoseSpline
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,39 +31,23 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import Line
 
-SHORT = 0.05
-"""Travel of every joint, rad or m, up to which one step leads from knot to knot however much of its line it is: the
-Jacobian hardly changes on it, so that no detour is missed."""
+MANY_PIECES = 16
+"""Number of pieces of a path up to which each is followed in `STEPS`."""
 
-MOST_HALVINGS = 8
-"""Times that steps are halved until the tolerance is kept: lines that need shorter ones are followed by themselves."""
-
-MOST_ITERATIONS = 8
-"""Newton steps until all knots are solved: from a good guess three are enough."""
+STEPS = 4
+"""Number of steps in which the pieces of a path of few are followed."""
 
 
-class FollowedLines(NamedTuple):
-    """The first lines of a chain that were followed, perhaps none.
+class PiecedPath(PosePath, Protocol):
+    """A path of the tool whose poses and twists are computed for many parameters at once."""
 
-    Attributes:
-        curves: Joint positions over u from 0 to 1, for each line.
-        ends: (lines, joints), rad or m, where each of them ends and the next one starts.
-    """
+    def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Return positions (N, 3), m, and rotations (N, 3, 3) at parameters (N,); None: none is given."""
+        ...
 
-    curves: list[PiecewisePolynomial]
-    ends: FloatArray
-
-
-class _States(NamedTuple):
-    """Knots: joint positions and their derivatives by u, each (N, joints), and the sign (N,) of the determinant."""
-
-    q: FloatArray
-    first: FloatArray
-    second: FloatArray
-    handedness: FloatArray
-
-    def of(self, rows: np.ndarray) -> _States:
-        return _States(*(values[rows] for values in self))
+    def twists(self, u: FloatArray) -> FloatArray:
+        """Return the linear over the angular velocities (N, 6) by u at parameters (N,); (N, 3) without a rotation."""
+        ...
 
 
 def follow_lines(
@@ -72,8 +58,8 @@ def follow_lines(
     are_given: np.ndarray,
     tolerances: FloatArray,
     steepest: FloatArray,
-) -> FollowedLines:
-    """Follow lines, each of which starts where the one before ends, as `follow` does, as far as they are ordinary.
+) -> FollowedPieces:
+    """Follow the first lines of a chain as `follow` does, as long as they are ordinary.
 
     A line is not if it comes near a singularity, if it needs very short steps, or
     if it does not end where it is expected to: it and all that come after it are left to `follow`. Position limits are
@@ -93,7 +79,57 @@ def follow_lines(
     return batch.follow(batch.solve_ends(guesses, are_given))
 
 
-class _Lines:
+def follow_any(
+    robot: Robot,
+    path: PosePath,
+    start: FloatArray,
+    end: FloatArray | None,
+    tolerance: tuple[float, float],
+    steepest: float,
+) -> PiecewisePolynomial | Lost:
+    """Follow a path as `follow` does, a polyline or a spline at once where it is ordinary."""
+    at_once = None
+    if isinstance(path, Polyline | PoseSpline):
+        at_once = follow_at_once(robot, path, start, end, tolerance, steepest)
+    return follow(robot, path, start, end, tolerance, steepest) if at_once is None else at_once
+
+
+def follow_at_once(
+    robot: Robot,
+    path: PiecedPath,
+    start: FloatArray,
+    end: FloatArray | None,
+    tolerance: tuple[float, float],
+    steepest: float,
+) -> PiecewisePolynomial | None:
+    """Follow all pieces of a path at once, as `follow` does; None: the path or the robot is not ordinary.
+
+    The path comes near a singularity or needs very short steps, or the robot has fewer joints than the tool has
+    directions. See `follow` for the arguments.
+    """
+    steps = 1 if len(path.breakpoints) > MANY_PIECES else STEPS
+    bounds = np.interp(np.arange(steps * (len(path.breakpoints) - 1) + 1) / steps, *_counted(path.breakpoints))
+    batch = _Pieces(robot, path, bounds, start, end, tolerance, steepest)
+    if batch.idle != len(batch.drift) or batch.solve_ends(end) < len(batch.lengths):
+        return None
+    followed = batch.follow(len(batch.lengths), LONGEST_STEP * steps)
+    if len(followed.curves) < len(batch.lengths):
+        return None
+    lengths = np.concatenate([curve.lengths for curve in followed.curves])
+    coefficients = np.concatenate([curve.coefficients for curve in followed.curves])
+    scales = np.repeat(batch.lengths, [len(curve.lengths) for curve in followed.curves])
+    powers = scales[:, None, None] ** np.arange(coefficients.shape[2])
+    return PiecewisePolynomial(lengths * scales, coefficients / powers)
+
+
+def _counted(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the indices of values as numbers, and the values."""
+    return np.arange(len(values), dtype=np.float64), values
+
+
+class _Lines(Batch):
+    """Straight lines of the tool, each of which starts where the one before ends."""
+
     def __init__(
         self,
         robot: Robot,
@@ -102,23 +138,27 @@ class _Lines:
         tolerances: FloatArray,
         steepest: FloatArray,
     ) -> None:
-        self.robot, self.screws, self.point = robot, screws_of(robot), robot.tool_in_tip.translation
         self.origins = np.array([line.start.position for line in lines])
         self.ways = np.array([line.end.position for line in lines]) - self.origins
         turns = [line.turn for line in lines if line.turn is not None]
-        self.turns = len(turns) > 0
-        self.changes = self.ways
-        if self.turns:
+        twists = self.ways
+        if turns:
             self.rotations = np.array([turn.start for turn in turns])
             self.vectors = np.array([turn.first for turn in turns])
-            self.changes = np.hstack([self.ways, (self.rotations @ self.vectors[..., None])[..., 0]])
-        self.rows = self.changes.shape[1]
-        self.idle = robot.dof - self.rows
-        self.changes = np.hstack([self.changes, np.zeros((len(lines), self.idle))])
-        self.free = np.zeros((len(lines), self.idle, robot.dof))
-        self.tolerances, self.steepest = SHARE_OF_TOLERANCE * tolerances, steepest
-        self.starts = np.repeat(start[None], len(lines), axis=0)
-        self.ends = self.starts.copy()
+            twists = np.hstack([self.ways, (self.rotations @ self.vectors[..., None])[..., 0]])
+        super().__init__(robot, twists.shape[1], np.ones(len(lines)), start, tolerances, steepest)
+        self.twists = np.hstack([twists, np.zeros((len(lines), self.idle))])
+
+    def poses(self, lines: np.ndarray, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Return positions (N, 3) and rotations (N, 3, 3) at shares u (N,) of lines (N,)."""
+        positions = self.origins[lines] + u[:, None] * self.ways[lines]
+        if not self.turns:
+            return positions, None
+        return positions, self.rotations[lines] @ rotations_from_vectors(self.vectors[lines] * u[:, None])
+
+    def changes(self, lines: np.ndarray, u: FloatArray) -> FloatArray:
+        """Return the changes (N, joints) by u, which are the same all along each of the lines (N,)."""
+        return np.asarray(self.twists[lines])
 
     def solve_ends(self, guesses: FloatArray, are_given: np.ndarray) -> int:
         """Solve the ends, and so the starts, of the lines; the number of lines, from the first on, that have one."""
@@ -137,157 +177,64 @@ class _Lines:
             if len(free) != self.idle:
                 return k
             self.free[k] = free
-            end = self._end(k)
-            if end is None:
+            self.ends[k : k + 1], solved = self._solve(np.array([k]), np.ones(1), self.starts[k : k + 1])
+            if not solved.all():
                 return k
-            self.ends[k] = end
         return count
 
-    def _end(self, k: int) -> FloatArray | None:
-        """Return the joint position (joints,) at the end of one line, by Newton's method; None: there is none near."""
-        start: FloatArray = self.starts[k]
-        q = start
-        turned = self._rotations(np.array([k]), np.ones(1))[0] if self.turns else None
-        for _ in range(MOST_ITERATIONS):
-            here, J = tool_pose(self.robot, q), jacobian(self.robot, q)[: self.rows]
-            missing = np.concatenate([self.origins[k] + self.ways[k] - here.position, np.zeros(self.robot.dof - 3)])
-            if turned is not None and here.rotation is not None:
-                missing[3:6] = here.rotation @ rotation_vector(here.rotation.T @ turned)
-            missing[self.rows :] = self.free[k] @ (start - q)
-            if np.abs(missing).max() < SOLVED:
-                return q
-            try:
-                q = q + np.linalg.solve(np.vstack([J, self.free[k]]), missing)
-            except np.linalg.LinAlgError:
-                return None
-        return None
 
-    def follow(self, count: int) -> FollowedLines:
-        """Follow the first lines, of which the ends are solved."""
-        lines = np.arange(count)
-        good = np.ones(count, dtype=bool)
-        before, fine = self._with_derivatives(lines, self.starts[:count])
-        good &= fine
-        after, fine = self._with_derivatives(lines, self.ends[:count])
-        good &= fine & (before.handedness * after.handedness > 0.0)
-        begin, end = np.zeros(count), np.ones(count)
-        kept = []
-        for _ in range(MOST_HALVINGS):
-            going = good[lines]
-            lines, begin, end, before, after = (
-                lines[going],
-                begin[going],
-                end[going],
-                before.of(going),
-                after.of(going),
-            )
-            h = end - begin
-            coefficients = quintic_hermite(h, before[:3], after[:3])
-            close = self._are_close(lines, begin, h, coefficients)
-            close &= (h <= LONGEST_STEP) | (self._travels(h, coefficients) <= SHORT)
-            kept.append((lines[close], begin[close], h[close], coefficients[close]))
-            rough = ~close
-            if not rough.any():
-                break
-            lines, begin, end, before, after = lines[rough], begin[rough], end[rough], before.of(rough), after.of(rough)
-            half = (end - begin) / 2.0
-            guesses = horner(coefficients[rough], half[:, None])
-            q, solved = self._solve(lines, begin + half, guesses)
-            middle, fine = self._with_derivatives(lines, q)
-            fine &= solved & (np.abs(q - guesses).max(axis=1) < MOST_CORRECTION)
-            good[lines[~fine | (middle.handedness * before.handedness < 0.0)]] = False
-            lines = np.tile(lines, 2)
-            begin, end = np.concatenate([begin, begin + half]), np.concatenate([begin + half, end])
-            before, after = (
-                _States(*(np.concatenate(pair) for pair in zip(*sides, strict=True)))
-                for sides in ((before, middle), (middle, after))
-            )
-        else:
-            good[lines] = False
-        count = count if good.all() else int(good.argmin())
-        lines, begin, h, coefficients = (np.concatenate(parts) for parts in zip(*kept, strict=True))
-        order = np.lexsort((begin, lines))
-        cuts = np.searchsorted(lines[order], np.arange(1, count + 1))
-        pieces = np.split(order, cuts)[:count]
-        return FollowedLines([PiecewisePolynomial(h[own], coefficients[own]) for own in pieces], self.ends[:count])
+class _Pieces(Batch):
+    """Pieces of one path of the tool, behind each other."""
 
-    def _solve(self, lines: np.ndarray, u: FloatArray, guesses: FloatArray) -> tuple[FloatArray, np.ndarray]:
-        """Return the joint positions (N, joints) at shares u (N,) of lines (N,) near guesses, and which were found."""
-        q = guesses.copy()
-        for _ in range(MOST_ITERATIONS):
-            missing, J = self._missing(lines, u, q)
-            solved = np.abs(missing).max(axis=1) < SOLVED
-            step, fine = _inverse(J, missing)
-            q = q + np.where(fine[:, None], step, 0.0)
-            if (solved | ~fine).all():
-                break
-        return q, solved & fine
+    ends_are_known = False
 
-    def _missing(self, lines: np.ndarray, u: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the changes (N, joints) of tool and null space that q (N, joints) lacks, and the Jacobians of both."""
-        reached, turned, J = self.screws.reach(q, self.point)
-        parts = [self.origins[lines] + u[:, None] * self.ways[lines] - reached]
-        if self.turns:
-            parts.append(rotation_vectors(self._rotations(lines, u) @ self._tools(turned).transpose(0, 2, 1)))
-        if self.idle:
-            parts.append((self.free[lines] @ (self.starts[lines] - q)[..., None])[..., 0])
-        return np.hstack(parts), self._augmented(lines, J)
+    def __init__(
+        self,
+        robot: Robot,
+        path: PiecedPath,
+        bounds: FloatArray,
+        start: FloatArray,
+        end: FloatArray | None,
+        tolerance: tuple[float, float],
+        steepest: float,
+    ) -> None:
+        self.path, self.begins = path, bounds[:-1]
+        count, rows = len(bounds) - 1, path.twists(bounds[:1]).shape[1]
+        super().__init__(robot, rows, np.diff(bounds), start, np.tile(tolerance, (count, 1)), np.full(count, steepest))
+        free = kept_motions(robot, jacobian(robot, start)[:rows])[: max(0, self.idle)]
+        self.way = np.zeros(robot.dof) if end is None else end - start
+        self.start, self.drift = start, free @ self.way
+        if self.idle == len(free):
+            self.free[:] = free
 
-    def _augmented(self, lines: np.ndarray, J: FloatArray) -> FloatArray:
-        return np.concatenate([J[:, : self.rows], self.free[lines]], axis=1) if self.idle else J[:, : self.rows]
+    def poses(self, lines: np.ndarray, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Return positions (N, 3) and rotations (N, 3, 3) at shares u (N,) of pieces (N,)."""
+        return self.path.poses(self.begins[lines] + u * self.lengths[lines])
 
-    def _with_derivatives(self, lines: np.ndarray, q: FloatArray) -> tuple[_States, np.ndarray]:
-        """Return the knots at solved joint positions (N, joints), and which of them (N,) are away from singularities.
+    def changes(self, lines: np.ndarray, u: FloatArray) -> FloatArray:
+        """Return the changes (N, joints) by u at shares u (N,) of pieces (N,)."""
+        lengths = self.lengths[lines]
+        twists = self.path.twists(self.begins[lines] + u * lengths)
+        return np.asarray(lengths[:, None] * np.hstack([twists, np.tile(self.drift, (len(lines), 1))]))
 
-        The twist of a line is constant: q'' is that of its rates by the change of the Jacobian alone.
-        """
-        change = self.changes[lines]
-        J = self._augmented(lines, self.screws.reach(q, self.point)[2])
-        first, fine = _inverse(J, change)
-        fine &= np.abs(first).max(axis=1) < self.steepest[lines] * np.abs(change).max(axis=1)
-        rates = []
-        for ahead in (-AHEAD, AHEAD):
-            rate, well = _inverse(self._augmented(lines, self.screws.reach(q + ahead * first, self.point)[2]), change)
-            rates.append(rate)
-            fine &= well
-        return _States(q, first, (rates[1] - rates[0]) / (2.0 * AHEAD), np.linalg.slogdet(J)[0]), fine
+    def kept(self, lines: np.ndarray, u: FloatArray) -> FloatArray:
+        """Return the start, moved evenly to the end where that is given."""
+        return np.asarray(self.start + (self.begins[lines] + u * self.lengths[lines])[:, None] * self.way)
 
-    def _are_close(self, lines: np.ndarray, begin: FloatArray, h: FloatArray, coefficients: FloatArray) -> np.ndarray:
-        """Which pieces (N,) keep the tool within the tolerances of their lines."""
-        at = PROBES[:, None] * h
-        q = horner(coefficients, at[..., None]).reshape(-1, self.robot.dof)
-        reached, turned = self.screws.poses(q, self.point)
-        lines, u = np.tile(lines, len(PROBES)), (begin + at).ravel()
-        errors = np.linalg.norm(self.origins[lines] + u[:, None] * self.ways[lines] - reached, axis=1)
-        close = errors <= self.tolerances[lines, 0]
-        if self.turns:
-            vectors = rotation_vectors(self._rotations(lines, u) @ self._tools(turned).transpose(0, 2, 1))
-            close &= np.linalg.norm(vectors, axis=1) <= self.tolerances[lines, 1]
-        every: np.ndarray = close.reshape(len(PROBES), -1).all(axis=0)
-        return every
-
-    def _travels(self, h: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return the most (N,) that a joint can travel on each piece: its polynomial's terms, without their signs."""
-        powers = h[:, None, None] ** np.arange(1, coefficients.shape[2])
-        travels: FloatArray = (np.abs(coefficients[..., 1:]) * powers).sum(axis=2).max(axis=1)
-        return travels
-
-    def _rotations(self, lines: np.ndarray, u: FloatArray) -> FloatArray:
-        rotations: FloatArray = self.rotations[lines] @ rotations_from_vectors(self.vectors[lines] * u[:, None])
-        return rotations
-
-    def _tools(self, turned: FloatArray) -> FloatArray:
-        rotations: FloatArray = turned @ self.robot.tool_in_tip.rotation
-        return rotations
-
-
-def _inverse(J: FloatArray, changes: FloatArray) -> tuple[FloatArray, np.ndarray]:
-    """Return the joint steps (N, joints) that make changes (N, joints), and which Jacobians are not near singular."""
-    probe = np.cos(np.arange(J.shape[1]))  # has a share in every direction
-    right = np.stack([changes, np.broadcast_to(probe, changes.shape)], axis=2)
-    steps: FloatArray = np.full(right.shape, np.inf)
-    with suppress(np.linalg.LinAlgError):
-        steps[:] = np.linalg.solve(J, right)
-    with np.errstate(invalid="ignore"):
-        fine: np.ndarray = np.abs(steps[..., 1]).max(axis=1) < 1.0 / NEAR_SINGULARITY
-    return steps[..., 0], fine
+    def solve_ends(self, end: FloatArray | None) -> int:
+        """Solve the ends, each from the one before; the number of pieces, from the first on, that have one."""
+        count = len(self.lengths)
+        every, one = np.arange(count), np.ones(count)
+        positions, rotations = self.poses(every, one)
+        turned = None if rotations is None else rotations @ self.robot.tool_in_tip.rotation.T
+        target = Target(self.screws, positions, turned, self.point)
+        box, q = Box(*np.full((2, self.robot.dof), [[-np.inf], [np.inf]])), self.starts[0]
+        travel = np.zeros_like(q)
+        for k in range(count):
+            _, (there,) = target.of(every[k : k + 1]).descend((q + travel)[None], box, STEADY)
+            self.ends[k], travel, q = there, there - q, there
+        self.ends, solved = self._solve(every, one, self.ends)
+        if end is not None and np.abs(self.ends[-1] - end).max() < SAME_CONFIGURATION:
+            self.ends[-1] = end
+        self.starts[1:] = self.ends[:-1]
+        return count if solved.all() else int(solved.argmin())

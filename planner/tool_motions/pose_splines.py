@@ -93,17 +93,22 @@ class PoseSpline:
         positions, rotations = self.poses(np.array([u]))
         return Pose(positions[0], None if rotations is None else rotations[0])
 
+    def twists(self, u: FloatArray) -> FloatArray:
+        """Return the linear over the angular velocities (N, 6) by u at parameters (N,); (N, 3) without a rotation."""
+        values, slopes = self._evaluate(u, 2)
+        linear, xyzw, rates = slopes[:, :3], values[:, 3:], slopes[:, 3:]
+        twists = linear
+        if xyzw.shape[1]:
+            # w = 2 q' q* / |q|^2: what changes the norm of q is its real part.
+            real = xyzw[:, 3:] * rates[:, :3] - rates[:, 3:] * xyzw[:, :3]
+            angular = 2.0 * (real - np.cross(rates[:, :3], xyzw[:, :3])) / (xyzw * xyzw).sum(axis=1)[:, None]
+            twists = np.hstack([linear, angular])
+        return np.asarray(twists * (self._ends[-1] / np.linalg.norm(linear, axis=1))[:, None])
+
     def twist(self, u: float) -> FloatArray:
         """Return the linear over the angular velocity (6,) by u; (3,) without a rotation."""
-        (value,), (slope,) = self._evaluate(np.array([u]), 2)
-        linear, xyzw = slope[:3], value[3:]
-        pace = self._ends[-1] / np.linalg.norm(linear)
-        if not len(xyzw):
-            return np.asarray(pace * linear)
-        # w = 2 q' q* / |q|^2: what changes the norm of q is its real part.
-        (a, d), (b, e) = (xyzw[:3], xyzw[3]), (slope[3:6], slope[6])
-        angular = 2.0 * (d * b - e * a - np.cross(b, a)) / (xyzw @ xyzw)
-        return np.concatenate([pace * linear, pace * angular])
+        (twist,) = self.twists(np.array([u]))
+        return np.asarray(twist)
 
     @cached_property
     def _ends(self) -> FloatArray:

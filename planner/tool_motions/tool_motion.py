@@ -28,7 +28,7 @@ from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.deviations import through_singular_wrist
 from planner.tool_motions.errors import configuration_error, limit_error, lost_error
 from planner.tool_motions.follow import GENTLE, STEEP, STEEPEST, Lost, follow
-from planner.tool_motions.follow_many import follow_lines
+from planner.tool_motions.follow_many import follow_any, follow_lines
 from planner.tool_motions.freedoms import by_freedoms
 from planner.tool_motions.pose_paths import Line, NoPath, Reversed
 from planner.tool_motions.position_limits import first_beyond
@@ -319,8 +319,9 @@ def _followed(
 ) -> tuple[PiecewisePolynomial | Lost, float]:
     """Follow the path from a joint position (joints,), and say how far the tool turns off it on purpose, rad."""
     tolerance = motion.tolerance_position, motion.tolerance_orientation
+    is_redundant = robot.dof > len(path.twist(0.0))
     if motion.singularity == "deviate":
-        near = follow(robot, path, start, given, tolerance, GENTLE)
+        near = follow_any(robot, path, start, given, tolerance, GENTLE)
         if not isinstance(near, Lost):
             return near, 0.0
         deviated = through_singular_wrist(robot, path, near)
@@ -330,14 +331,13 @@ def _followed(
             if not isinstance(through, Lost):
                 return through, deviated.angle
     steepest = STEEPEST if motion.singularity == "slow" else STEEP
-    if still and robot.dof > len(path.twist(0.0)):
+    if still and is_redundant:
         alone = follow(robot, path, start, given, tolerance, steepest, still)
         if not isinstance(alone, Lost) and first_beyond(robot, alone) is None:
             return alone, 0.0
-    result = follow(robot, path, start, given, tolerance, steepest)
-    is_redundant = robot.dof > len(path.twist(0.0))
+    result = follow_any(robot, path, start, given, tolerance, steepest)
     if is_redundant and (isinstance(result, Lost) or first_beyond(robot, result) is not None):
-        result = follow_by_self_motions(robot, path, start, given, tolerance, steepest)
+        return follow_by_self_motions(robot, path, start, given, tolerance, steepest), 0.0
     return result, 0.0
 
 
@@ -385,12 +385,10 @@ def start_of_motion(asked: AskedMotion, end: FloatArray) -> FloatArray | None:
     Returns:
         None: the motion cannot be followed within the position limits, or its first orientation is left open.
     """
-    robot = asked.robot
     if asked.before.rotation is None and asked.after.rotation is not None:
         return None
     path = Reversed(asked.pose_path(end))
-    curve, _ = _followed(robot, path, end, None, asked.motion, asked.still)
-    if isinstance(curve, Lost) or first_beyond(robot, curve) is not None:
+    curve, _ = _followed(asked.robot, path, end, None, asked.motion, asked.still)
+    if isinstance(curve, Lost) or first_beyond(asked.robot, curve) is not None:
         return None
-    start: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
-    return start
+    return np.asarray(curve.evaluate(curve.breakpoints[-1:], [0])[0][0])

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from planner.spatial import (
     FloatArray,
     is_rotation,
+    right_jacobians,
     rotation_from_rpy,
     rotation_vector,
     rotation_vectors,
@@ -101,3 +102,10 @@ def test_a_half_turn_is_as_long_as_it_is() -> None:
     half = np.diag([1.0, -1.0, -1.0])
     assert rotation_vectors(half[None])[0] == pytest.approx([np.pi, 0.0, 0.0])
     assert np.linalg.norm(rotation_vector(half)) == pytest.approx(np.pi)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-9, 0.009, 0.011, 1.0, 3.0])
+def test_the_right_jacobian_is_that_of_pinocchio(size: float) -> None:
+    vectors = np.random.default_rng(2).normal(size=(20, 3))
+    vectors *= size / np.linalg.norm(vectors, axis=1, keepdims=True)
+    assert right_jacobians(vectors) == pytest.approx(np.array([pin.Jexp3(vector) for vector in vectors]), abs=1e-12)

@@ -15,8 +15,10 @@ from planner.problems.transitions import BlendTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose, rotation_from_rpy
 from planner.tool_motions.follow import STEEP, follow
-from planner.tool_motions.follow_many import follow_lines
+from planner.tool_motions.follow_many import follow_at_once, follow_lines
+from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_paths import Line
+from planner.tool_motions.pose_splines import PoseSpline
 from planner.trajectories.polynomials import PiecewisePolynomial
 
 ARMS = {
@@ -148,3 +150,42 @@ def test_a_chain_that_leaves_the_position_limits_is_refused_as_one_line_is() -> 
         else:
             assert (path.positions[:, 0] <= robot.limit("upper")[0]).all()
     assert refused == 1
+
+
+def pieced(kind: str, poses: list[Pose]) -> Polyline | PoseSpline:
+    """Return the path of a kind through poses."""
+    if kind == "spline":
+        return PoseSpline.through(poses[0], poses[1:-1], poses[-1])
+    return Polyline.through(poses[0], poses[1:-1], poses[-1], 0.002)
+
+
+@pytest.mark.parametrize("kind", ["polyline", "spline"])
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("count", [4, 30])
+def test_a_path_followed_at_once_ends_where_it_does_from_knot_to_knot(arm: str, kind: str, count: int) -> None:
+    robot, start = robot_of(arm), np.array(ARMS[arm])
+    size = {"three_dof_arm": 0.001, "date_sorting_arm": 0.005}.get(arm, 0.01)
+    path = pieced(kind, contour(robot, ARMS[arm], size, count, arm == "three_dof_arm"))
+    at_once, alone = (run(robot, path, start, None, TOLERANCE, STEEP) for run in (follow_at_once, follow))
+    assert isinstance(at_once, PiecewisePolynomial)
+    assert isinstance(alone, PiecewisePolynomial)
+    u = np.linspace(0.0, 1.0, 301)
+    ours, theirs = (curve.evaluate(u, [0])[0] for curve in (at_once, alone))
+    assert np.abs(ours - theirs).max() < 1e-3  # each may be off by the tolerance
+    assert ours[-1] == pytest.approx(theirs[-1], abs=1e-9)
+    for share, q in zip(u.tolist(), ours, strict=True):
+        wanted, reached = path.pose(share), tool_pose(robot, q)
+        assert np.linalg.norm(wanted.position - reached.position) < TOLERANCE[0]
+        if wanted.rotation is not None:
+            assert np.abs(wanted.rotation - reached.rotation).max() < TOLERANCE[1]
+    coefficients = at_once.coefficients.transpose(2, 0, 1)
+    for _ in range(3):  # the derivatives of pieces where they meet
+        ends = (coefficients * at_once.lengths[:, None] ** np.arange(len(coefficients))[:, None, None]).sum(axis=0)
+        assert ends[:-1] == pytest.approx(coefficients[0, 1:], abs=1e-7 * np.abs(coefficients[0]).max())
+        coefficients = np.polynomial.polynomial.polyder(coefficients)
+
+
+def test_a_path_through_a_singular_wrist_is_left_to_follow() -> None:
+    robot, start = robot_of("kuka_kr16_2"), np.array([0.2, -1.5, 1.4, 0.0, 0.0, 0.1])
+    path = pieced("polyline", contour(robot, start.tolist(), 0.01, 20, free=False))
+    assert follow_at_once(robot, path, start, None, TOLERANCE, STEEP) is None
