@@ -4,7 +4,7 @@ from planner.scene.carried import segment_scenes
 from planner.scene.checker import CONTACT_TOLERANCE, CollisionChecker
 from planner.scene.continuous import Budget, Clearances, Nearest, clearances
 from planner.scene.point_cloud import PointCloud
-from planner.scene.postures import PostureCollision, collisions_at, edge, is_edge_free, is_free
+from planner.scene.postures import PostureCollision, collisions_at, edge, is_free
 from planner.scene.scene import Attach, AttachedObject, Handling, Scene, SceneObject
 
 __all__ = [
@@ -23,7 +23,6 @@ __all__ = [
     "clearances",
     "collisions_at",
     "edge",
-    "is_edge_free",
     "is_free",
     "segment_scenes",
 ]

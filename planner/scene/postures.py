@@ -9,14 +9,13 @@ import numpy as np
 
 from planner.errors import InvalidProblem
 from planner.scene.checker import CONTACT_TOLERANCE
-from planner.scene.continuous import DEFAULT_BUDGET, clearances
+from planner.scene.continuous import clearances
 from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from planner.scene.checker import CollisionChecker
-    from planner.scene.continuous import Budget
     from planner.spatial import FloatArray
 
 
@@ -123,13 +122,6 @@ def near_pairs(
     order = np.argsort(near.bounds, kind="stable")
     pairs = near.pairs[order]
     return near.rows[order], pairs, near.bounds[order], checker.margins_of(pairs) + beyond
-
-
-def is_edge_free(
-    checker: CollisionChecker, start: FloatArray, goal: FloatArray, budget: Budget = DEFAULT_BUDGET
-) -> bool:
-    """Tell whether the straight way between two joint positions (joints,) is proved to keep every margin."""
-    return clearances(checker, edge(start, goal), budget=budget).is_proved
 
 
 def edge(start: FloatArray, goal: FloatArray) -> PiecewisePolynomial:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import coal
 import numpy as np
@@ -182,24 +183,24 @@ def _blunted(points: FloatArray, faces: np.ndarray, normals: FloatArray) -> Floa
 
 def hull_volume(points: FloatArray) -> float:
     """Compute the volume of the hull of points (N, 3), m^3; 0: they are flat, or not enough."""
-    from scipy.spatial import ConvexHull as Qhull  # here: a process that needs no hull stays small
-    from scipy.spatial import QhullError
-
-    try:
-        return float(Qhull(points).volume) if len(points) >= LEAST_POINTS else 0.0
-    except QhullError:
-        return 0.0
+    hull = _hull_of(points)
+    return 0.0 if hull is None else float(hull.volume)
 
 
 def hull_corners(points: FloatArray) -> FloatArray:
     """Return the points of (N, 3) that are corners of their hull; all, if they are flat or too few."""
-    from scipy.spatial import ConvexHull as Qhull
+    hull = _hull_of(points)
+    return points if hull is None else points[hull.vertices]
+
+
+def _hull_of(points: FloatArray) -> Any:
+    """Compute Qhull's hull of points (N, 3); None: they are flat, or too few."""
+    from scipy.spatial import ConvexHull as Qhull  # here: a process that needs no hull stays small
     from scipy.spatial import QhullError
 
-    try:
-        return points[Qhull(points).vertices] if len(points) >= LEAST_POINTS else points
-    except QhullError:
-        return points
+    with suppress(QhullError):
+        return Qhull(points) if len(points) >= LEAST_POINTS else None
+    return None
 
 
 def _around_line(points: FloatArray, middle: FloatArray, axis: FloatArray) -> BoundingCapsule:

@@ -13,7 +13,7 @@ from planner.shapes.hulls import hull_volume
 from planner.shapes.meshes.dae import read_dae
 from planner.shapes.meshes.mesh import MAX_BYTES, InvalidMesh, Mesh
 from planner.shapes.meshes.obj import read_obj
-from planner.shapes.meshes.pieces import MOST_PIECES, convex_pieces, tight_pieces
+from planner.shapes.meshes.pieces import convex_pieces, tight_pieces
 from planner.shapes.meshes.stl import read_stl
 from planner.shapes.shape import InvalidShape
 
@@ -71,22 +71,19 @@ class MeshPieces(NamedTuple):
         return cls(pieces, np.ptp(corners, axis=0))
 
 
-def mesh_pieces(
-    name: str, data: bytes, scale: Sequence[float] = (1.0, 1.0, 1.0), most: int = MOST_PIECES
-) -> MeshPieces:
+def mesh_pieces(name: str, data: bytes, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> MeshPieces:
     """Read a mesh and cut it into convex pieces, once for the same content.
 
     Args:
-        name: Name of the file, whose suffix gives the format: `.stl`, `.obj` or `.dae`.
+        name: Name of the file, whose end says what it is: `.stl`, `.obj` or `.dae`.
         data: Its bytes.
         scale: Factors of x, y and z.
-        most: Number of pieces that there may be.
 
     Raises:
         InvalidMesh: It cannot be read, or is too large.
     """
-    key = hashlib.sha256(data).digest(), PurePosixPath(name).suffix.lower(), tuple(scale), most
-    return _KEPT.get(key, lambda: _cut(read_mesh(name, data).scaled(np.array(scale)), most))
+    key = hashlib.sha256(data).digest(), PurePosixPath(name).suffix.lower(), tuple(scale)
+    return _KEPT.get(key, lambda: _cut(read_mesh(name, data).scaled(np.array(scale))))
 
 
 def tight_mesh_pieces(mesh: Mesh) -> tuple[ConvexHull, ...]:
@@ -99,9 +96,9 @@ def tight_mesh_pieces(mesh: Mesh) -> tuple[ConvexHull, ...]:
     return _KEPT.get(key, lambda: MeshPieces(tight_pieces(mesh), mesh.size)).hulls
 
 
-def _cut(mesh: Mesh, most: int) -> MeshPieces:
+def _cut(mesh: Mesh) -> MeshPieces:
     try:
-        hulls = convex_pieces(mesh, most)
+        hulls = convex_pieces(mesh)
     except InvalidShape as error:
         raise InvalidMesh(f"it has no convex pieces: {error}") from None
     volume = sum(hull_volume(hull.vertices) for hull in hulls)

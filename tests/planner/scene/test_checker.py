@@ -15,7 +15,6 @@ from planner.scene import (
     SceneObject,
     clearances,
     edge,
-    is_edge_free,
     is_free,
 )
 from planner.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
@@ -43,9 +42,9 @@ def test_estimates_refuse_only_where_that_is_asked() -> None:
     asked = CollisionChecker(KUKA, wrist, self_collision=True)
     assert not asked.is_empty
     assert is_free(asked, np.array([HOME, FOLDED])).tolist() == [True, False]
-    assert not is_edge_free(asked, HOME, FOLDED)
-    hit = clearances(asked, edge(HOME, FOLDED)).hit
-    assert hit is not None
+    found = clearances(asked, edge(HOME, FOLDED))
+    assert not found.is_proved
+    assert (hit := found.hit) is not None
     assert len({"link_1", "base_link", "link_2"} & set(asked.names(hit.pair))) == 1
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import planner
 from planner.robots import load_robot
-from planner.scene import CONTACT_TOLERANCE, Budget, CollisionChecker, Scene, SceneObject, clearances, is_edge_free
+from planner.scene import CONTACT_TOLERANCE, Budget, CollisionChecker, Scene, SceneObject, clearances, edge
 from planner.scene.checker import AMONG_OBJECTS
 from planner.shapes import Box, Capsule, HalfSpace, Sphere
 from planner.spatial import Pose
@@ -108,11 +108,11 @@ def test_without_a_budget_nothing_is_proved(budget: Budget) -> None:
     thing = SceneObject("thing", [Box([0.2] * 3)], Pose(planner.tool_pose(ARM, [0.5, 0.0, 0.0]).position))
     goal = np.array([1.0, 0.0, 0.0])
     for checker in (CollisionChecker(ARM, Scene([thing])), CollisionChecker(ARM, self_collision=True)):
-        assert not is_edge_free(checker, STRAIGHT, goal, budget)
+        assert not clearances(checker, edge(STRAIGHT, goal), budget=budget).is_proved
     found = clearances(CollisionChecker(ARM, Scene([thing])), turning(1.0), tolerance=1e-3, budget=budget)
     assert found.hit is None and found.undecided is not None and found.undecided.margin == 0.0
     assert found.lower[AMONG_OBJECTS] == -np.inf
-    assert not is_edge_free(CollisionChecker(ARM, Scene([thing])), STRAIGHT, goal)
+    assert not clearances(CollisionChecker(ARM, Scene([thing])), edge(STRAIGHT, goal)).is_proved
 
 
 def test_a_plane_that_was_found_elsewhere_is_not_kept_until_time_is_rounding() -> None:
