@@ -1,5 +1,6 @@
 // The C interface of the kernels: arrays in, arrays out, and a code that says what failed. All arrays are in row order.
 #include "descent.hpp"
+#include "passing.hpp"
 #include "polynomials.hpp"
 #include "profile.hpp"
 #include "proof.hpp"
@@ -171,6 +172,23 @@ int peaks_of_spline(int64_t degree, int64_t segments, int64_t joints, const doub
     const int code = of_degree(segments, joints, durations, given, unit, span, limits, peaks);
     *count = peaks.count;
     return code;
+}
+
+// Durations (segments) and states (segments + 1, joints, 2) are where the search begins, and where it ends.
+int pass_waypoints(int64_t segments, int64_t joints, int64_t rows, int64_t unknowns, const double* coefficients,
+                   const double* by_travel, const int64_t* powers, const double* travels, const double* bounds,
+                   const double* shortest, const double* costs, double* times, double* states) {
+    const PassingProblem in{segments, joints, rows, unknowns, coefficients, by_travel, powers, travels, bounds, shortest, costs};
+    PassingSearch search(in);
+    if (!search) return NO_MEMORY;
+    const int64_t bytes = 2 * (segments + 1) * joints * sizeof(double);
+    memset(search.point.values.data, 0, PassingPoint::size(in) * sizeof(double));
+    memcpy(search.point.times(), times, segments * sizeof(double));
+    memcpy(search.point.state(0, 0), states, bytes);
+    search.run();
+    memcpy(times, search.point.times(), segments * sizeof(double));
+    memcpy(states, search.point.state(0, 0), bytes);
+    return OK;
 }
 
 int minimise(int64_t variables, int64_t count, const double* cost, const double* curvature, const double* matrix,

@@ -26,7 +26,7 @@ struct Envelope {
     Scratch<double> elements;
     explicit Envelope(int64_t size, const int64_t* firsts, int64_t stored)
         : size(size), first(size), start(size), elements(stored) {
-        if (!*this) return;
+        if (!*this || !firsts) return;
         for (int64_t i = 0, at = 0; i < size; at += i - firsts[i] + 1, i++) { first[i] = firsts[i]; start[i] = at - firsts[i]; }
     }
     explicit operator bool() const { return first && start && elements; }

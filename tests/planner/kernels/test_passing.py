@@ -1,0 +1,87 @@
+"""The kernel of passing states, against scipy's optimum of the same program."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import ruckig
+from scipy.optimize import minimize
+
+from planner.backends.ruckig.via_program import PIECES, _grid
+from planner.kernels.passing import PassingProblem, best_states
+
+NEAR = 0.25
+"""Share of the duration that the search may be above the optimum of the program: it ends at a gap of 0.15."""
+
+NEARER = 0.9
+"""Share of that optimum that a motion takes at least, whose jerks need not be constant on eight pieces."""
+
+
+def program(seed: int, segments: int, joints: int) -> tuple[PassingProblem, np.ndarray]:
+    """Make a random program with limits on jerk, acceleration and velocity, and durations that begin inside."""
+    rng, grid = np.random.default_rng(seed), _grid(PIECES)
+    travels = rng.uniform(0.3, 1.0, (segments, joints)) * rng.choice([-1.0, 1.0], (segments, joints))
+    bounds = np.full((2, segments, joints, len(grid.powers)), 1e6)
+    for power, most in ((1, 2.0), (2, 4.0), (3, 20.0)):
+        bounds[..., grid.powers == power] = most * rng.uniform(0.7, 1.3, (segments, joints))[..., None]
+    used = np.abs(travels[..., None] * grid.travel) / bounds.min(axis=0)
+    times = [used[..., grid.powers == power].max(axis=(1, 2)) ** (1.0 / power) for power in (1, 2, 3)]
+    parts = grid.rows, grid.travel, grid.powers, travels, bounds, np.zeros(segments), np.ones(segments)
+    return PassingProblem(*parts), 1.05 * np.max(times, axis=0)
+
+
+@pytest.mark.parametrize(("segments", "joints"), [(2, 1), (2, 2), (3, 1)])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_states_allow_for_a_duration_near_to_that_of_scipy(seed: int, segments: int, joints: int) -> None:
+    given, start = program(seed, segments, joints)
+    unknowns = given.coefficients.shape[1]
+    free = segments * joints * (unknowns - 4)
+    inner = (segments - 1) * joints * 2
+
+    def slacks(times: np.ndarray, states: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+        ends = np.concatenate([states[:-1], states[1:]], axis=-1)
+        scaled = ends * times[:, None, None] ** np.array([1.0, 2.0, 1.0, 2.0])
+        own = np.concatenate([scaled, numbers.reshape(segments, joints, -1)], axis=-1)
+        values = own @ given.coefficients.T + given.travels[..., None] * given.by_travel
+        allowed = given.bounds * times[:, None, None] ** given.powers
+        return np.concatenate([(allowed[0] - values).ravel(), (allowed[1] + values).ravel()])
+
+    def at(x: np.ndarray) -> np.ndarray:
+        states = np.zeros((segments + 1, joints, 2))
+        states[1:-1] = x[segments : segments + inner].reshape(segments - 1, joints, 2)
+        return slacks(x[:segments], states, x[segments + inner :])
+
+    begin = np.concatenate([2.0 * start, np.zeros(inner + free)])
+    best = minimize(
+        lambda x: x[:segments].sum(),
+        begin,
+        jac=lambda x: np.append(np.ones(segments), np.zeros(len(x) - segments)),
+        bounds=[(0.05, None)] * segments + [(None, None)] * (len(begin) - segments),
+        constraints=[{"type": "ineq", "fun": at}],
+        method="SLSQP",
+        options={"ftol": 1e-9, "maxiter": 500},
+    ).fun
+    states = best_states(given, start, np.zeros((segments + 1, joints, 2)))
+    assert (states[[0, -1]] == 0.0).all()
+    assert NEARER * best <= duration_by_ruckig(given, states) <= best * (1.0 + NEAR)
+    assert best <= duration_by_ruckig(given, np.zeros_like(states)) * 1.1
+
+
+def duration_by_ruckig(given: PassingProblem, states: np.ndarray) -> float:
+    """Return the least duration with these states at the waypoints, by the package ruckig."""
+    segments, joints = given.travels.shape
+    total = 0.0
+    for k in range(segments):
+        asked = ruckig.InputParameter(joints)
+        asked.target_position = given.travels[k].tolist()
+        (asked.current_velocity, asked.current_acceleration), (asked.target_velocity, asked.target_acceleration) = (
+            states[at].T.tolist() for at in (k, k + 1)
+        )
+        of = {power: given.bounds[:, k][..., given.powers == power][..., 0] for power in (1, 2, 3)}
+        asked.max_velocity, asked.min_velocity = of[1][0].tolist(), (-of[1][1]).tolist()
+        asked.max_acceleration, asked.min_acceleration = of[2][0].tolist(), (-of[2][1]).tolist()
+        asked.max_jerk = of[3].min(axis=0).tolist()
+        motion = ruckig.Trajectory(joints)
+        ruckig.Ruckig(joints).calculate(asked, motion)
+        total += motion.duration
+    return total
