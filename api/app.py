@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import asynccontextmanager
+from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
 import structlog
@@ -175,7 +176,7 @@ def _parameter_fault(fault: dict[str, Any]) -> str:
 async def _answer_http_exception(request: Request, error: Exception) -> Response:
     """Answer a path or a method that does not exist."""
     assert isinstance(error, HTTPException)  # noqa: S101 - registered for it
-    if error.status_code == 405:
+    if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
         allowed = ", ".join(sorted(_methods_at(request)))
         refusal: ServiceError = MethodNotAllowed(f"this path has {allowed}", headers={"Allow": allowed})
     else:

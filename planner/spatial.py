@@ -33,6 +33,9 @@ The antisymmetric part would lose a digit there, and all digits at half a turn.
 ROTATION_TOLERANCE = 1e-6
 """Largest entry of R^T R - I with which a matrix R counts as a rotation: people write them with six decimals."""
 
+SMALL_SINE = 1e-9
+"""Sine of an angle of rotation below which the angle equals it, without unit."""
+
 
 @dataclass(frozen=True, eq=False)
 class Pose:
@@ -258,7 +261,7 @@ def rotation_vectors(rotations: FloatArray) -> FloatArray:
     sines = np.linalg.norm(vectors, axis=1)
     cosines = 0.5 * (np.einsum("nii->n", rotations) - 1.0)
     angles = np.arctan2(sines, cosines)
-    vectors *= np.where(sines > 1e-9, angles / np.maximum(sines, 1e-9), 1.0)[:, None]
+    vectors *= np.where(sines > SMALL_SINE, angles / np.maximum(sines, SMALL_SINE), 1.0)[:, None]
     rows = np.flatnonzero((cosines < 0.0) & (sines < NEAR_HALF_A_TURN))
     if len(rows):  # the antisymmetric part, short there, has lost the axis a: the symmetric one is c 1 + (1 - c) a a^T
         turned = rotations[rows]

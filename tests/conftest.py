@@ -1,10 +1,8 @@
-"""Settings of the whole suite, and what it prints at its end."""
+"""Settings of the whole suite, and its report at the end."""
 
 from __future__ import annotations
 
-import re
 from collections import Counter, defaultdict
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import pytest
@@ -12,7 +10,6 @@ from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadScopeScheduling
 
 from planner.errors import UnknownRobot
-from tests.locations import ROOT
 from tests.robots_extra import is_extra_installed, lacks_extra
 from tests.sizes import LARGER, NAME, SIZE, SIZES, chosen_rows
 
@@ -32,12 +29,11 @@ settings.register_profile(
 settings.load_profile("sized")
 
 SLOWEST_FILES = 10
-COMMON_SERVICE = re.compile(r"(service|one_worker|two_workers): RunningService")
 ONE_BY_ONE = {"tests/api/contract/test_schemathesis.py"}
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Where the time went, and what this size leaves to a larger one."""
+    """Print where the time went, and the cases that this size leaves to a larger one."""
     seconds: Counter[str] = Counter()
     for reports in terminalreporter.stats.values():
         for report in reports:
@@ -59,7 +55,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Of a test marked `long_table` one case in `SIZE.one_in` is tried, none of one marked `large_only`."""
+    """Keep one case in `SIZE.one_in` of a test marked `long_table`, and none of one marked `large_only`."""
     tables: dict[str, list[pytest.Item]] = defaultdict(list)
     for item in items:
         if item.get_closest_marker("long_table"):
@@ -73,21 +69,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 class FileScheduling(LoadScopeScheduling):
-    """Gives one process all that needs the common service, and another one file after the other.
+    """Gives each process one file after the other, so that tests of a file share their fixtures.
 
-    So what tests share is made once. At larger sizes, where tests take long that share nothing, each goes anywhere.
+    At larger sizes, where tests take long that share nothing, each goes anywhere.
     """
 
     def _split_scope(self, nodeid: str) -> str:
         file = nodeid.partition("::")[0]
-        if _asks_for_the_service(file):
-            return "service"
         return file if NAME == "quick" or file in ONE_BY_ONE else nodeid
-
-
-@lru_cache
-def _asks_for_the_service(file: str) -> bool:
-    return COMMON_SERVICE.search((ROOT / file).read_text(encoding="utf-8")) is not None
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -91,7 +91,7 @@ class PlannedWaypoint(Answer):
     """A waypoint with its joint position and its times."""
 
     index: int
-    """The index of the waypoint in the request, from 0; for a corner of a detour (`way_around`), the index of the
+    """The index of the waypoint in the request, from 0. A corner of a detour (`way_around`) has the index of the
     waypoint that the detour leads to."""
     name: str | None
     """The name in the request; null: none."""
@@ -111,12 +111,12 @@ class PlannedWaypoint(Answer):
     """The number of isolated solutions of the pose; in a scene, of the collision-free ones if there are any. Null: a
     joint waypoint, or a continuum."""
     solution: int | None
-    """The index of the chosen solution, ordered by the travel time from the waypoint before: 0 is the nearest; null: a
+    """The index of the chosen solution, ordered by the travel time from the waypoint before: 0 is the nearest. Null: a
     joint waypoint, or a continuum."""
     choice: Literal["given", "only", "shortest_way", "preferred", "continued", "way_around"]
-    """The reason for this solution: `given`, a joint waypoint; `only`, the only solution; `shortest_way`, the path
-    through the whole list is shortest with it; `preferred`, best by the preference of the request; `continued`, the
-    end of a tool motion; `way_around`, a corner of the detour of a free motion."""
+    """The reason for this solution. `given`: a joint waypoint. `only`: the only solution. `shortest_way`: the path
+    through the whole list is shortest with it. `preferred`: best by the preference of the request. `continued`: the
+    end of a tool motion. `way_around`: a corner of the detour of a free motion."""
     configuration: AnsweredConfiguration
     """The configuration of the arm, by its names."""
     manipulability: float
@@ -136,14 +136,14 @@ class Check(Answer):
     (across the path), `tcp_linear_jerk`, `tcp_angular_jerk`. Deviations of the tool from the requested path:
     `path_position_deviation`, `path_orientation_deviation`, `blend_deviation`. With `min_effort`, the deviation from
     straight joint motions: `tool_deviation` of the tool, m, and `joint_deviation` of the farthest joint, rad or m.
-    Errors against the request: `passing_velocity_error` of a joint, rad/s or m/s; `duration_error` of durations,
-    minimum durations and dwells, s; `waypoint_position_error`, m, and `waypoint_orientation_error`, rad, of the tool
+    Errors against the request: `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations,
+    minimum durations and dwells, s. The tool has `waypoint_position_error`, m, and `waypoint_orientation_error`, rad,
     at pose and relative waypoints."""
     joint: str | None
     """The name of the joint with the largest share of its limit; null: the quantity belongs to the tool."""
     peak: float
-    """The peak of that joint or of the tool: signed for a position, else a magnitude, in the unit of the quantity (rad
-    or m, by s, s^2 and s^3; N m or N)."""
+    """The peak of that joint or of the tool: signed for a position, else a magnitude. Its unit is that of the quantity
+    (rad or m, by s, s^2 and s^3; N m or N)."""
     limit: float | None
     """The limit of the peak, in the same unit; null: none."""
     ratio: float | None
@@ -157,7 +157,7 @@ class Check(Answer):
     """Whether the back end promises to keep the limit; false: the value is only reported and may exceed it."""
     bounded: bool
     """Whether the peak bounds the quantity. It does not where the derivative below jumps, because the quantity then
-    has an impulse. The usual case is a cubic from rest: its acceleration jumps at its ends, so its jerk is unbounded,
+    has an impulse. The usual case is a cubic from rest. Its acceleration jumps at its ends, so its jerk is unbounded,
     and `peak` is the largest jerk between the jumps."""
 
 
@@ -206,8 +206,8 @@ class LinePolynomials(Answer):
     """A straight line of the tool as polynomials of time.
 
     The tool is at p(t) = p0 + u(t) (p1 - p0), where u(t) is the fraction of the line covered. There is one row of
-    coefficients for each phase of the time scaling: one for a cubic or a quintic from stop to stop, three for a
-    trapezoid, many where joint limits shape the time scaling. Where the line begins or ends in a blend, only the rest
+    coefficients for each phase of the time scaling. A cubic or a quintic from stop to stop has one, a trapezoid
+    three, and a time scaling that joint limits shape has many. Where the line begins or ends in a blend, only the rest
     of it is given.
     """
 
@@ -256,8 +256,8 @@ class SlowPart(Answer):
         "duration",
         "time_law",
     ]
-    """The cause at the slowest point: the binding limit of a joint or of the tool; `duration`, a requested duration
-    and no limit; `time_law`, the form of the back end's time scaling."""
+    """The cause at the slowest point: the binding limit of a joint or of the tool. `duration`: a requested duration
+    and no limit. `time_law`: the form of the back end's time scaling."""
     joint: str | None
     """The name of the joint with the binding limit; null: no joint's limit binds."""
     use: float
@@ -281,7 +281,7 @@ class TimedAction(Answer):
     """An action with its time."""
 
     index: int
-    """The index of the action, counted from 0: the `actions` of the request come first, then those of its waypoints."""
+    """The index of the action, counted from 0: the request's `actions` come first, then its waypoints'."""
     kind: Literal["set_output", "wait"]
     """The kind of action: an output is set, or the robot waits."""
     time: float
@@ -349,7 +349,7 @@ class PlanAnswer(Answer):
     samples: Samples
     """The samples of the trajectory, one every `sample_period`."""
     waypoints: list[PlannedWaypoint]
-    """The waypoints with their solutions and times, in order, including the corners of detours; segment i goes from
+    """The waypoints with their solutions and times, in order, including the corners of detours. Segment i goes from
     the i-th of them, counted from 0, to the next."""
     certificate: CertificateAnswer
     """The checks after planning: the peaks of all quantities and their limits."""
@@ -365,16 +365,16 @@ class PlanAnswer(Answer):
     limits: SegmentLimitsAnswer | None = None
     """The limits in force on each segment; when included."""
     sample_checks: list[InterpolationCertificate] | None = None
-    """The checks of these samples as a controller interpolates them, for each interpolation, against the limits in
-    force on each segment, with the distance from the waypoints; when included. POST /v1/trajectories/validate gives
+    """The checks of these samples as a controller interpolates them, for each interpolation; when included. The limits
+    are the ones in force on each segment. POST /v1/trajectories/validate gives
     the same checks. Where accelerations jump (`continuity` is C1) or jerks do (C2), splines overshoot in that interval
-    at any `sample_period`: cubics exceed accelerations by up to two thirds."""
+    at any `sample_period`. Cubics exceed accelerations by up to two thirds."""
     warnings: list[PlanWarning]
     """Remarks about the plan; usually none."""
     request_hash: str
-    """The SHA-256 of the request, `sha256:...`: of its content with the defaults filled in, independent of its
-    notation, and of the content of an uploaded robot, because its id may be reused. A catalogue robot counts by its
-    id: the catalogue belongs to the version of the service. Equal hashes from the same version mean equal answers."""
+    """The SHA-256 of the request, `sha256:...`. It is of the content with the defaults filled in, independent of its
+    notation. The content of an uploaded robot is included, because its id may be reused. A catalogue robot counts by
+    its id: the catalogue belongs to the version of the service. Equal hashes of one version mean equal answers."""
 
 
 class BackendDescription(Answer):

@@ -1,4 +1,4 @@
-"""Batches: many plan requests at once, and what becomes of them."""
+"""Batches: many plan requests at once, and their results."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class VariedField(Schema):
 
 
 class Grid(Schema):
-    """One request for each combination of values, those of the last field first."""
+    """One request for each combination of values; the last field varies first."""
 
     template: dict[str, Any]
     """A plan request (`PlanRequest`), all of whose other fields stay as they are."""
@@ -41,18 +41,18 @@ class BatchRequest(Schema):
     """Plan requests: a list of them, or a grid."""
 
     requests: Annotated[list[PlanRequest], Field(min_length=1, max_length=MOST_REQUESTS)] | None = None
-    """The requests; what is wrong with one is told among the results."""
+    """The requests; the results have the faults of each."""
     grid: Grid | None = None
     """A grid of requests, in place of the list."""
 
 
 class BatchCounts(Answer):
-    """How far a batch is."""
+    """The progress of a batch."""
 
     total: int
     """The number of its requests."""
     waiting: int
-    """The number of requests that have not been answered yet; those of a cancelled batch never are."""
+    """The number of requests that have not been answered yet; a cancelled batch answers no more."""
     planned: int
     """The number of requests that have a plan."""
     refused: int
@@ -73,7 +73,7 @@ class DurationSummary(Answer):
 
 
 class RefusalCount(Answer):
-    """How many requests were refused for one reason."""
+    """The number of requests that were refused for one reason."""
 
     code: str
     """The code of the problem."""
@@ -85,7 +85,7 @@ class RefusalCount(Answer):
 
 
 class BatchSummary(Answer):
-    """What came of the requests so far."""
+    """The outcomes of the requests so far."""
 
     duration: DurationSummary | None
     """The durations of the trajectories; null: there is none."""
@@ -107,7 +107,7 @@ class Batch(Answer):
     ended: str | None
     """When it was completed or cancelled (RFC 3339); null: it is running."""
     counts: BatchCounts
-    """How far it is."""
+    """The progress."""
     rate: float | None
     """The number of requests that are answered in a second now; null: unknown, or it has ended."""
     remaining_time: float | None
@@ -141,7 +141,7 @@ class BatchesAnswer(Answer):
 
 
 class BatchResult(Answer):
-    """What came of one request of a batch."""
+    """The outcome of one request of a batch."""
 
     index: int
     """The index of the request in the batch, counted from 0."""
@@ -165,6 +165,6 @@ class BatchResultsAnswer(Answer):
     """A page of the results of a batch, in the order of its requests."""
 
     results: list[BatchResult]
-    """The results; those of a running batch end before the first request that has not been answered yet."""
+    """The results; a running batch has results up to the first request that has not been answered yet."""
     next_cursor: str | None
-    """The `cursor` of what follows, which may still have to be planned; null: the batch has ended, and this is all."""
+    """The `cursor` of the next results, which may not be planned yet; null: the batch has ended, and this is all."""

@@ -18,21 +18,21 @@ from api.contract.requests import GivenTrajectory, Rows
 
 
 class CollisionCheckRequest(GivenTrajectory):
-    """Postures, or a trajectory of any origin, to hold against a scene and against themselves."""
+    """Joint positions, or a trajectory of any origin, to check against a scene and the robot itself."""
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
     scene: SceneOrId | None = None
-    """What is around it; omitted: nothing."""
+    """The scene around it; omitted: nothing."""
     self_collision: bool | None = None
     """Whether the arm is checked against itself; omitted: unless its shapes are capsules along its
     kinematics."""
     positions: Annotated[Rows, Field(max_length=10_000)] | None = None
-    """Postures, shape (postures, joints), rad or m; each is looked at by itself. In place of a trajectory."""
+    """Joint positions, shape (positions, joints), rad or m; each is checked by itself. In place of a trajectory."""
     speed_zones: SpeedZones = Field(default_factory=list)
     """The speeds that no point of the robot may exceed near objects of the `scene`; only beside a trajectory."""
     tolerance: Annotated[float, Field(ge=2e-4, le=0.1)] = 1e-3
-    """How far apart the two bounds of a clearance may be, m."""
+    """The largest distance between the two bounds of a clearance, m."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
@@ -44,23 +44,23 @@ class CollisionCheckRequest(GivenTrajectory):
 
 
 class CollisionResult(Answer):
-    """What was found of one posture, or of a trajectory."""
+    """The result for one joint position, or for a trajectory."""
 
     free: bool
     """Whether every pair is proved to keep its margin."""
     clearance: ClearancesAnswer | None
-    """How near the robot comes; null: it is not free, or there is nothing to be held against anything."""
+    """The distance of the robot; null: it is not free, or there is nothing to check."""
     collision: CollisionAnswer | None
     """The pair that does not keep its margin; null: it is free."""
     speed_zones: list[SpeedZoneAnswer] | None = None
-    """How fast the robot is near objects, in each of the zones that were asked, whether it is free or not; missing:
-    none were."""
+    """The speed of the robot near objects, in each of the requested zones, whether it is free or not. Missing: no zone
+    was requested."""
 
 
 class CollisionCheckAnswer(Answer):
-    """What was found of the postures, or of the trajectory."""
+    """The results for the joint positions, or for the trajectory."""
 
     free: bool
     """Whether all of them are free."""
     results: list[CollisionResult]
-    """One a posture in their order, or one for the trajectory."""
+    """One a joint position in their order, or one for the trajectory."""

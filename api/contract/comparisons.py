@@ -8,7 +8,7 @@ from api.contract.parts.problem_documents import ProblemDocument  # noqa: TC001
 
 
 class ComparedBackend(Answer):
-    """What one back end makes of the waypoints."""
+    """The result of one back end."""
 
     backend: str
     """The kind of the back end."""
@@ -41,7 +41,7 @@ class ComparedBackend(Answer):
 
 
 class ComparisonAnswer(Answer):
-    """The same waypoints through several back ends, in the order asked."""
+    """The same waypoints through several back ends, in the requested order."""
 
     results: list[ComparedBackend]
-    """What each back end makes of them."""
+    """The result of each back end."""

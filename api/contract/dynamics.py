@@ -7,7 +7,7 @@ from api.contract.requests import Rows  # noqa: TC001 - pydantic evaluates the a
 
 
 class InverseDynamicsRequest(Schema):
-    """States of motion whose torques are asked."""
+    """States of motion whose torques are requested."""
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
@@ -24,7 +24,7 @@ class InverseDynamicsRequest(Schema):
 
 
 class InverseDynamicsAnswer(Answer):
-    """The torques of the states that were asked."""
+    """The torques of the requested states."""
 
     torques: list[list[float]]
     """The torques, shape (states, joints), N m, or N of prismatic joints; gravity and payload are included."""

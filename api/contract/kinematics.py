@@ -49,8 +49,8 @@ class InverseKinematicsRequest(Schema):
     """The poses of the tool in the base frame (m)."""
     solutions: Literal["best", "all"] = "best"
     """`best`: one solution; for the first pose the nearest to `reference`, for any other the nearest to the solution
-    before. `all`: every isolated solution within the limits, nearest to `reference` first, including solutions that
-    differ by whole turns of joints, at most 64; for a redundant robot a spread of solutions. With `scene` or
+    before. `all`: every isolated solution within the limits, nearest to `reference` first, at most 64. Solutions that
+    differ by whole turns of joints are included. For a redundant robot it is a spread of solutions. With `scene` or
     `self_collision`, collision-free solutions come first, and `best` is one of them if any is found."""
     reference: JointVector | None = None
     """A joint position, one value for each joint, rad or m. Omitted: for the first pose any solution may be the best,
@@ -276,8 +276,8 @@ class JacobianAnswer(Answer):
     """The Jacobian of the tool at one joint position."""
 
     jacobian: list[list[float]]
-    """The Jacobian, shape (6, joints): three rows of linear (m/s) over three of angular velocity (rad/s) of the tool in
-    the base's axes, per joint velocity (rad/s or m/s)."""
+    """The Jacobian, shape (6, joints): the velocity of the tool in the base's axes per joint velocity (rad/s or m/s).
+    Three rows are linear (m/s), and three below them angular (rad/s)."""
     manipulability: float
     """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: the product of the singular values. For an arm with at
     most three joints, which cannot choose its orientation, only the rows of the position count."""

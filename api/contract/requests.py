@@ -38,7 +38,7 @@ ToolColumns = Annotated[dict[FrameName, Rows], Field(max_length=2)]
 """Columns of the tool in the samples of an answer."""
 
 LARGEST_COEFFICIENT = 1e30
-"""The largest coefficient of a polynomial, rad or m by powers of s: short pieces have large ones, and times powers of a
+"""The largest coefficient of a polynomial, rad or m by powers of s. Short pieces have large ones, and times powers of a
 time none of these overflows."""
 
 MOST_BACKENDS = 16
@@ -110,8 +110,8 @@ class TrajectoryRequest(Schema):
     """The id of a robot, as GET /v1/robots lists them."""
     waypoints: Annotated[list[Waypoint], Field(min_length=1)]
     """The waypoints in order; the robot starts at rest at the first and ends at rest at the last. A waypoint at the
-    joint position of the one before (within 1e-9 rad or m) is merged with it under the stricter transition, and a
-    warning says so; its `duration` or `minimum_duration` becomes a rest. A trajectory without motion and without a
+    joint position of the one before (within 1e-9 rad or m) is merged with it under the stricter transition. A warning
+    says so. Its `duration` or `minimum_duration` becomes a rest. A trajectory without motion and without a
     requested rest is a rest of 0.01 s."""
     limits: Limits = Limits()
     """Limits of the whole trajectory; where a waypoint has limits of its own, the narrower limit holds on its
@@ -131,7 +131,7 @@ class TrajectoryRequest(Schema):
     """The duration of the whole trajectory with dwells, s. Segments without a duration of their own share the
     remaining time in proportion to their shortest durations. Omitted: as fast as the limits allow."""
     start_tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-4
-    """The distance by which a joint waypoint may lie outside a position limit, rad or m; it is moved to the limit, and
+    """The distance by which a joint waypoint may lie outside a position limit, rad or m. It is moved to the limit, and
     the warning `position_snapped` says so."""
     actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
     """Actions during the trajectory, other than the `actions` of waypoints; the answer gives their times."""
@@ -217,8 +217,8 @@ class JointCurve(Schema):
     breakpoints: Annotated[list[Number], Field(min_length=2, max_length=MOST_ROWS, fail_fast=True)]
     """The times at which the pieces begin and the last one ends, s, in order; the same for all joints."""
     coefficients: Annotated[list[Coefficients], Field(min_length=1, max_length=MOST_ROWS, fail_fast=True)]
-    """The coefficients, one row a piece, all of one length: ascending powers of the time since the start of the piece,
-    rad or m by powers of s."""
+    """The coefficients of ascending powers of the time since the start of the piece, rad or m by powers of s. There is
+    one row a piece, all of one length."""
 
 
 Interpolation = TypeAliasType(
@@ -243,16 +243,16 @@ class GivenTrajectory(Schema):
     """The trajectory as polynomials, one a joint in the order of `joint_names`, as an answer holds them that includes
     `polynomials`."""
     interpolation: Interpolation | None = None
-    """The interpolation of the controller, which needs the columns that it interpolates; omitted: the best for the
+    """The interpolation of the controller, which needs the columns that it interpolates. Omitted: the best for the
     columns of the samples (`linear`, `cubic` or `quintic`), or `polynomials` without samples."""
 
 
 class ValidateRequest(GivenTrajectory):
     """A trajectory to check against limits: samples, piecewise polynomials, or both, one of which is checked.
 
-    Limits are enforced where the interpolation bounds the quantity: linear interpolation position and velocity, cubic
-    also acceleration and torque, quintic also jerk; polynomials all of them, and jerk if accelerations never jump. The
-    limits of the tool's speed are always enforced.
+    Limits are enforced where the interpolation bounds the quantity. Linear interpolation bounds position and velocity,
+    cubic also acceleration and torque, quintic also jerk. Polynomials bound all, and jerk if accelerations never jump.
+    The limits of the tool's speed are always enforced.
     """
 
     robot: RobotId

@@ -84,7 +84,7 @@ class LinkShape(Placement):
     """Where it comes from: the robot's description (`model`), or an `estimate`: an outline of the machine, or a capsule
     along its kinematics."""
     uncertainty: float
-    """How far the machine may stick out of an estimate, m: the margin that is advised; 0: the shape is the model."""
+    """The distance that the machine may stick out of an estimate, m: the advised margin; 0: the shape is the model."""
     shape: LinkShapeForm
     """The shape."""
 
@@ -97,14 +97,14 @@ class LinkPair(Answer):
     link_2: str
     """The name of the second link."""
     reason: Literal["neighbours", "srdf", "always"] | None
-    """Why the two are not checked against each other: no joint is between them (`neighbours`), the `srdf` says so, or
-    all their shapes are in contact in 95 % of random positions or more (`always`); null: they are checked."""
+    """Why the two are not checked against each other; null: they are checked. `neighbours`: no joint is between them.
+    `srdf`: it says so. `always`: all their shapes are in contact in 95 % of random positions or more."""
     always_touching: list[list[int]]
     """The shapes of a checked pair that are left out, in contact in 95 % of random positions or more, shape (pairs, 2):
     the index in `shapes` of a shape of `link_1`, and of one of `link_2`."""
     contact_share: float | None
-    """The share of random positions in which a pair that is checked is in contact, from 0 to 1, without unit; null: it
-    is not checked."""
+    """The share of random positions in which a checked pair is in contact, from 0 to 1, without unit; null: it is not
+    checked."""
 
 
 class RobotGeometry(Answer):

@@ -30,7 +30,7 @@ class Shown(Schema):
     """Who sees an added robot."""
 
     visibility: Literal["private", "public"] = "private"
-    """Who sees the robot where API keys are asked for: who sends the key that it was added with (`private`), or
+    """Who sees the robot where API keys are required: clients with the key that it was added with (`private`), or
     everybody (`public`). A key's own robot goes before a public one of the same id."""
 
 
@@ -40,17 +40,17 @@ class UrdfDocument(Schema):
     kind: Literal["urdf"]
     """The kind of model: a URDF document."""
     urdf: Annotated[str, Field(min_length=1)]
-    """The URDF document, `<robot ...>`. Limits are those of its `limit` elements, with `acceleration`, `deceleration`
-    and `jerk` as URDF 1.2 has them, and the soft limits of its `safety_controller` elements."""
+    """The URDF document, `<robot ...>`. Its `limit` elements give the limits, with `acceleration`, `deceleration`
+    and `jerk` as in URDF 1.2, and its `safety_controller` elements the soft limits."""
     srdf: Annotated[str, Field(min_length=1)] | None = None
-    """An SRDF document that goes with it: its groups and its disabled collision pairs are kept, and the states of
-    groups that say where all joints are become `named_positions`."""
+    """An SRDF document that goes with it. Its groups and its disabled collision pairs are kept. States of groups with
+    positions of all joints become `named_positions`."""
     tip_frame: FrameName | None = None
-    """The link that the poses are about; omitted: the end of the group, or else the tip of the SRDF's chain if it has
-    exactly one, or else the link at the end of the longest chain without the fingers behind it; then a warning among
-    the `findings` (`several_tips`) names the other ends that there are."""
+    """The link that the poses are about. Omitted: the end of the group, or else the tip of the SRDF's only
+    chain, or else the end of the longest chain without its fingers. In the last case a warning among
+    the `findings` (`several_tips`) names the other ends."""
     base_frame: FrameName | None = None
-    """The link from which on joints move, for a chain from here to `tip_frame`; omitted: the root. Poses are in the
+    """The link at the start of the chain of moving joints to `tip_frame`; omitted: the root. Poses are in the
     root link's frame in any case. Of `base_frame`, `group` and `joints` one at most may be given."""
     group: FrameName | None = None
     """The group of the SRDF whose joints move; they have to lie on one chain."""
@@ -86,8 +86,8 @@ class UrdfRobot(UrdfDocument, Shown):
     """The id that the robot gets."""
     meshes: Annotated[str, Field(min_length=1, json_schema_extra={"contentEncoding": "base64"})] | None = None
     """A zip archive, in base64, with the files of the meshes that can collide (STL, OBJ or DAE, 32 MiB unpacked in
-    all); `package://`, `file://` and relative names in the URDF are looked up in it. Omitted: what the meshes are of is
-    estimated by capsules along the kinematics, which the `findings` say."""
+    all). `package://`, `file://` and relative names in the URDF are looked up in it. Omitted: capsules along the
+    kinematics estimate the shapes, and the `findings` say so."""
 
 
 class DhJoint(Schema):
@@ -132,7 +132,7 @@ class DhModel(Schema):
     kind: Literal["dh"]
     """The kind of model: a Denavit-Hartenberg table."""
     convention: Literal["standard", "modified"]
-    """What a row stands for: `standard`, Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), or `modified`, Craig's
+    """The meaning of a row: `standard`, Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), or `modified`, Craig's
     Rot(x, alpha) Trans(x, a) Rot(z, theta) Trans(z, d)."""
     joints: Annotated[list[DhJoint], Field(min_length=1, max_length=64)]
     """The rows of the table, from the base to the tip."""
@@ -150,7 +150,7 @@ class DhRobot(DhModel, Shown):
 
 
 class OwnLimits(Schema):
-    """Limits of one joint by the robot's owner; what is omitted stays as it is."""
+    """Limits of one joint by the robot's owner; omitted fields stay as they are."""
 
     lower: Number | None = None
     """The lower position limit, rad or m."""
@@ -173,7 +173,7 @@ class OwnLimits(Schema):
 
 
 class Changes(Schema):
-    """What the owner of a robot makes of another one."""
+    """The changes of a robot to another one."""
 
     kind: Literal["derived"]
     """The kind of model: another robot, with changes."""
@@ -193,12 +193,12 @@ class Changes(Schema):
     """The pose of the base in the world (m), whose z axis points up: gravity follows it, poses stay in the base frame.
     Omitted: the other robot's."""
     named_positions: Annotated[dict[FrameName, JointVector], Field(max_length=64)] = Field(default_factory=dict)
-    """Joint positions by name, one value for each joint that is not locked, rad or m, those of `external_axes` first,
-    beside the other robot's; these have the external axes at 0, or at the limit nearest to it."""
+    """Joint positions by name, one value for each joint that is not locked, rad or m, `external_axes` first. The other
+    robot's named positions stay, with the external axes at 0, or at the limit nearest to it."""
     external_axes: Annotated[list[ExternalAxis], Field(max_length=8)] = Field(default_factory=list)
     """Axes in front of the arm that carry its base, from the ground on: a rail, a gantry, a turntable. They are the
-    first joints of the robot, whose base frame is that in which the first axis stands: poses are in it, and its z axis
-    points up unless there is a `mounting`. An axis that carries the workpiece in place of the arm is none of these."""
+    first joints of the robot. Its base frame is the frame in which the first axis stands. Poses are in it, and its z
+    axis points up unless there is a `mounting`. An axis that carries the workpiece does not belong here."""
     arm_origin: Pose | None = None
     """The pose of the arm's base in the link that the last of the `external_axes` moves (m); omitted: the same
     frame."""
@@ -258,8 +258,8 @@ class JointDescription(Answer):
     torque_range: list[float] | None
     """The lower and the upper torque, N m or N, where they differ; null: the same in both directions."""
     provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
-    """Where each limit comes from, by the name of its quantity: `published` with the robot, its `datasheet`, an
-    `estimate`, a `default` that the service filled in, or its `owner`."""
+    """The source of each limit, by the name of its quantity. It is `published` with the robot, its `datasheet`, an
+    `estimate`, a `default` of the service, or its `owner`."""
 
 
 class JointGroup(Answer):
@@ -268,7 +268,7 @@ class JointGroup(Answer):
     name: str
     """The name of the group."""
     joints: list[str]
-    """The moving joints, from the root to the tips; those that are not among `joint_names` are held still."""
+    """The moving joints, from the root to the tips; joints that are not among `joint_names` are fixed."""
     tip_frame: str | None
     """The link at the end of a group that is one chain; null: it is something else."""
 
@@ -339,8 +339,8 @@ class RobotDescription(RobotSummary):
     """A robot."""
 
     limit_sources: dict[str, str]
-    """The document that limits come from, or the rule of an estimate, by the name of their quantity; a quantity that is
-    not there comes from the same document as the model, or from the default rule."""
+    """The document that limits come from, or the rule of an estimate, by the name of their quantity. Other quantities
+    come from the same document as the model, or from the default rule."""
     rated_payload: float | None = None
     """The largest payload for which the maker builds the robot, tool included, kg; a plan that carries more is
     refused, `payload_exceeded`. Null: unknown."""
@@ -349,7 +349,7 @@ class RobotDescription(RobotSummary):
     frames: list[str]
     """The names of all frames of the model."""
     chain: list[ChainJoint]
-    """The joints from the base to the tip: a joint's frame at position q is its placement, turned by q about its axis,
+    """The joints from the base to the tip. A joint's frame at position q is its placement, turned by q about its axis,
     or moved by q along it."""
     placements: list[FramePlacement]
     """Where all frames of the model stand, behind which joint."""
@@ -358,7 +358,7 @@ class RobotDescription(RobotSummary):
     mounting: Placement | None
     """The base in the world, whose z axis points up; null: gravity is as the model has it."""
     external_axes: list[str]
-    """The names of the first joints, those in front of the arm that carry its base; none: that stands still."""
+    """The names of the first joints, in front of the arm, that carry its base; none: the base stands still."""
     named_positions: dict[str, list[float]]
     """Joint positions by name, one value a joint in the order of `joint_names`, rad or m; a waypoint may go to one."""
     geometry: list[Any] = Field(
@@ -381,6 +381,6 @@ class RobotsAnswer(Answer):
     """A page of the catalogue's robots and the added ones."""
 
     robots: list[RobotSummary]
-    """The robots, those of the catalogue first, each part in the order of the ids."""
+    """The robots, the catalogue first, each part in the order of the ids."""
     next_cursor: str | None
     """The `cursor` of the next page; null: this is the last."""

@@ -41,18 +41,18 @@ class ServiceLimits(Answer):
     max_batch_bytes: int
     """The largest body of a batch that is one JSON document, bytes; newline-delimited ones may be longer."""
     max_batch_expanded_bytes: int
-    """The largest number of bytes that all requests of one batch have together, those of a grid one by one."""
+    """The largest number of bytes that all requests of one batch have together; every request of a grid counts."""
     max_batches: int
     """The largest number of batches that have not ended, of one client no more than it leaves to others."""
     max_batches_per_client: int
     """The largest number of batches of one address that have not ended."""
     key_requests_per_minute: int
-    """The largest number of requests of one API key in a minute, where keys are asked for and it has no other."""
+    """The largest number of requests of one API key in a minute, where keys are required and it has no other."""
     key_concurrent_requests: int
-    """The largest number of requests of one API key under way, where keys are asked for and it has no other."""
+    """The largest number of requests of one API key under way, where keys are required and it has no other."""
     key_requests_per_day: int
-    """The largest number of requests of one API key in a day, those of batches among them, where keys are asked for and
-    it has no other; 0: as many as it likes."""
+    """The largest number of requests of one API key in a day, batch items included; 0: any number. It holds where keys
+    are required and the key has no other."""
     workers: int
     """The number of requests that are worked on at once."""
     queue_size: int

@@ -1,4 +1,4 @@
-"""Scenes that the service keeps: what is asked about them, and what it answers."""
+"""Bodies and answers about scenes that the service keeps."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ class SceneToKeep(Scene):
     id: SceneId | None = None
     """The id that the scene gets; omitted: one that is made from the content."""
     visibility: Literal["private", "public"] = "private"
-    """Who sees the scene where API keys are asked for: who sends the key that it was added with (`private`), or
+    """Who sees the scene where API keys are required: clients with the key that it was added with (`private`), or
     everybody (`public`). A key's own scene goes before a public one of the same id."""
 
 
 class ObjectChange(Schema):
-    """An object to change, if there is one of this id, or else to add. What is omitted stays as it is."""
+    """An object to change, if there is one of this id, or else to add. Omitted fields stay as they are."""
 
     id: Name
     """The id of the object."""
     shape: SceneShape | None = None
-    """What it looks like; a new object needs one."""
+    """Its shape; a new object needs one."""
     pose: Pose | None = None
-    """Where it stands, in its frame (m); null: at the origin."""
+    """Its pose in its frame (m); null: at the origin."""
     frame: FrameName | None = None
     """The frame of the pose: one of a request's `frames`, `base` or `world`; of a new object `world` if omitted."""
     margin: Margin | None = None
@@ -48,14 +48,14 @@ class ObjectChange(Schema):
 
 
 class AttachedChange(Schema):
-    """An attached object to change, if there is one of this id, or else to add. What is omitted stays as it is."""
+    """An attached object to change, if there is one of this id, or else to add. Omitted fields stay as they are."""
 
     id: Name
     """The id of the attached object."""
     shape: SolidShape | None = None
-    """What it looks like; a new one needs one."""
+    """Its shape; a new one needs one."""
     pose: Pose | None = None
-    """Where it is, in the frame of its link or of the tool (m); null: at the origin."""
+    """Its pose in the frame of its link or of the tool (m); null: at the origin."""
     link: Name | None = None
     """The name of the link that it moves with; null: it is held at the tool."""
     touch_links: Annotated[list[Name], Field(max_length=64)] | None = None
@@ -65,7 +65,7 @@ class AttachedChange(Schema):
 
 
 class SceneChange(Schema):
-    """What of a scene changes; what is omitted stays as it is."""
+    """The changes of a scene; omitted fields stay as they are."""
 
     remove: Annotated[list[Name], Field(max_length=MOST_OBJECTS)] = Field(default_factory=list)
     """The ids of objects and attached objects that go, before others come. Allowed pairs with them go, too, unless
@@ -77,7 +77,7 @@ class SceneChange(Schema):
     allowed_pairs: AllowedPairs | None = None
     """Pairs of names that may touch, in place of those before; shape (pairs, 2), without unit."""
     margin: Margin | None = None
-    """The least distance that the robot and what it carries keep from objects, m."""
+    """The least distance of the robot and its attached objects from other objects, m."""
 
 
 class SceneSummary(Answer):
@@ -92,7 +92,7 @@ class SceneSummary(Answer):
     number_of_attached: int
     """How many objects are attached to the robot; a number without unit."""
     margin: float
-    """The least distance that the robot and what it carries keep from objects, m."""
+    """The least distance of the robot and its attached objects from other objects, m."""
 
 
 class StoredScene(Answer):
@@ -103,13 +103,13 @@ class StoredScene(Answer):
     content: str
     """The SHA-256 of the scene without its id, `sha256:...`: it changes with the scene."""
     objects: list[SceneObject]
-    """What stands still."""
+    """The objects that stand still."""
     attached: list[AttachedObject]
-    """What moves with the robot."""
+    """The objects that move with the robot."""
     allowed_pairs: AllowedPairs
     """Pairs of names that may touch; shape (pairs, 2), without unit."""
     margin: float
-    """The least distance that the robot and what it carries keep from objects, m."""
+    """The least distance of the robot and its attached objects from other objects, m."""
 
 
 class ScenesAnswer(Answer):

@@ -74,7 +74,7 @@ class OperationRequest(Schema):
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
     limits: Limits = Limits()
-    """The limits that the answer keeps; what is omitted is the robot's own."""
+    """The limits that the answer keeps; omitted limits are the robot's own."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     mounting: Pose | None = None
@@ -82,7 +82,7 @@ class OperationRequest(Schema):
     payload: Payload | None = None
     """The body that the robot carries; omitted: none."""
     scene: SceneOrId | None = None
-    """What is around the robot, in the world or its base: the answer is proved to keep clear of it at all times, and
+    """The scene around the robot, in the world or its base. The answer is proved to keep clear of it at all times, and
     its certificate has the `clearance`, or it is refused. Omitted: nothing is known."""
     self_collision: bool | None = None
     """Whether the arm is proved not to meet itself; omitted: in a scene, unless its shapes are capsules along
@@ -98,7 +98,7 @@ class OperationRequest(Schema):
 
 
 class EditRequest(OperationRequest):
-    """What the operations share that leave polynomials as they are."""
+    """The common fields of the operations that keep polynomials."""
 
     enforced: Annotated[list[Quantity], Field(max_length=32)] | None = None
     """The quantities whose limits the answer keeps, or is a problem document; omitted: all that are bounded. A quantity
@@ -136,8 +136,8 @@ class JoinRequest(EditRequest):
     trajectories: Annotated[list[GivenTrajectory], Field(min_length=1, max_length=1000)]
     """The trajectories, in order."""
     tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-6
-    """How far from the end of one a joint may be at the start of the next, rad or m: that one is shifted to begin
-    there. Velocities must meet but for rounding."""
+    """The largest distance of a joint at the start of a trajectory from the end of the one before, rad or m. The later
+    one is shifted to begin there. Velocities must meet but for rounding."""
     sample_period: SamplePeriod = 0.01
     """The time between two rows of the answer, s."""
 
@@ -166,7 +166,7 @@ class RetimeRequest(OperationRequest):
         default_factory=lambda: default_backend(), description="What puts time on the path; omitted: the cubic."
     )
     max_deviation: Annotated[float, Field(ge=1e-6, le=1.0)] = 1e-3
-    """How far a joint may be from the points and the straight lines between them, rad or m. Noise that is smaller
+    """The largest distance of a joint from the points and the straight lines between them, rad or m. Smaller noise
     vanishes, and corners are rounded; noise that is larger has to be followed, which is slow."""
     sample_period: SamplePeriod = 0.01
     """The time between two rows of the answer, s."""
@@ -193,7 +193,7 @@ class StopRequest(EditRequest):
     state: GivenJointState | None = None
     """The state in which the stop begins, in place of a trajectory and a time."""
     mode: Literal["on_path", "joints"] | None = None
-    """How to stop: `on_path`, the tool keeps to the path of the trajectory; or `joints`, each joint by itself as fast
+    """How to stop. `on_path`: the tool keeps to the path of the trajectory. `joints`: each joint by itself as fast
     as its limits let it, which may leave the path. Omitted: on the path of a trajectory, from a state joint by
     joint."""
     sample_period: SamplePeriod = 0.01
@@ -227,13 +227,13 @@ class OperationAnswer(Answer):
     samples: Samples
     """The trajectory, sampled; the polynomials that were sent are one segment, of index 0."""
     certificate: CertificateAnswer
-    """What was checked: the peaks of all quantities against their limits, with the motion before and after the
+    """The checks: the peaks of all quantities against their limits, with the motion before and after the
     trajectory as its own."""
     polynomials: list[JointPolynomials] | None = None
     """The trajectory itself, as one piecewise polynomial a joint; when included."""
     sample_checks: list[InterpolationCertificate] | None = None
-    """What a controller reaches that interpolates between these samples, by each interpolation, held against the same
-    limits; when included."""
+    """The checks of these samples as a controller interpolates them, for each interpolation, against the same limits;
+    when included."""
     warnings: list[PlanWarning]
     """What to know about the trajectory all the same; usually nothing."""
 
@@ -242,10 +242,10 @@ class RetimeAnswer(OperationAnswer):
     """A list of joint positions with time on it."""
 
     backend: str
-    """The kind of the back end that was asked for."""
+    """The kind of the requested back end."""
     solver: str | None
-    """The solver of the velocity profile of `toppra`, `kernel` or `package`; null: there is none, as of motions in
-    closed form, with limited jerk and by other back ends."""
+    """The solver of the velocity profile of `toppra`, `kernel` or `package`. Null: none, as for motions in closed form,
+    with limited jerk and by other back ends."""
     deviation: float
     """The largest distance of a joint from the points and the straight lines between them, rad or m."""
 
@@ -256,11 +256,11 @@ class JunctionAnswer(Answer):
     time: float
     """When, s from the start of the whole."""
     position_gap: list[float]
-    """How far the later one was shifted so that it begins where the one before ends, one value a joint, rad or m."""
+    """The shift of the later one so that it begins where the one before ends, one value a joint, rad or m."""
     velocity_gap: list[float]
-    """What the velocities differ by, one value a joint, rad/s or m/s: rounding."""
+    """The differences of the velocities, one value a joint, rad/s or m/s: rounding."""
     acceleration_gap: list[float]
-    """How far the accelerations jump, one value a joint, rad/s^2 or m/s^2."""
+    """The jumps of the accelerations, one value a joint, rad/s^2 or m/s^2."""
 
 
 class JoinAnswer(OperationAnswer):

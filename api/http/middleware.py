@@ -123,8 +123,8 @@ class RequestContext:
 
 def _level(status: int) -> int:
     """Choose the level: an unexpected error is an error; a deadline, a full queue and a slow start warn."""
-    if status >= 500:
-        return logging.ERROR if status == 500 else logging.WARNING
+    if status >= HTTPStatus.INTERNAL_SERVER_ERROR:
+        return logging.ERROR if status == HTTPStatus.INTERNAL_SERVER_ERROR else logging.WARNING
     return logging.INFO
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import secrets
 import time
+from http import HTTPStatus
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ class Traces:
             span.set_attribute("http.route", outcome.route)
         if outcome.code is not None:
             span.set_attribute("error.type", outcome.code)
-        if outcome.status >= 500:
+        if outcome.status >= HTTPStatus.INTERNAL_SERVER_ERROR:
             span.set_status(trace.StatusCode.ERROR)
         begun = ended - int(NANOSECONDS * (seconds - (outcome.submitted or 0.0)))
         for name, stage_seconds in outcome.stages.items():

@@ -35,6 +35,9 @@ LARGEST_SHIFT = 0.6
 FEW_JOINTS = 0.3
 """The share of the joints along which corners are moved where it is not along all."""
 
+SOME_JOINTS_SHARE = 0.5
+"""The share of shifts that move a corner along some joints only."""
+
 
 class Change(NamedTuple):
     """A way that is changed.
@@ -110,7 +113,7 @@ def _moved(
     dof = positions.shape[1]
     size = LEAST_SHIFT * (LARGEST_SHIFT / LEAST_SHIFT) ** rng.random()
     step = size * rng.normal(size=dof)
-    if rng.random() < 0.5:
+    if rng.random() < SOME_JOINTS_SHARE:
         step[rng.random(dof) > FEW_JOINTS] = 0.0
     moved = positions.copy()
     moved[corner] = np.minimum(np.maximum(moved[corner] + step, within[0]), within[1])

@@ -30,6 +30,9 @@ FREE = "#009E73"
 USED_UP = "#D55E00"
 """The colour of a limit that is used up to 1 %."""
 
+USED_UP_PERCENT = 99.0
+"""The share of a limit, in percent, from which it is shown as used up."""
+
 
 def summary(plan: Planned) -> str:
     """Return a plan at a glance as HTML, which needs no other file."""
@@ -53,7 +56,7 @@ def _row(check: Check) -> tuple[str, ...]:
     if check.ratio is None or not check.bounded:
         return name, escape(check.joint or ""), "no limit" if check.bounded else "impulse", "", f"{check.time:.3f}"
     percent = 100.0 * check.ratio
-    bar = BAR.format(percent=min(percent, 100.0), colour=FREE if percent < 99.0 else USED_UP)
+    bar = BAR.format(percent=min(percent, 100.0), colour=FREE if percent < USED_UP_PERCENT else USED_UP)
     return name, escape(check.joint or ""), f"{percent:.1f} %", bar, f"{check.time:.3f}"
 
 

@@ -46,6 +46,9 @@ WITHOUT_TURN = np.eye(3)
 NO_NORMAL = np.zeros(3)
 """The normal if no single plane proves a distance, or no other joint position has a use for it."""
 
+UNIT_ERROR = 0.5
+"""Difference of the length of a normal from 1 above which it is none, or no number."""
+
 
 class Separation(NamedTuple):
     """The signed distance of two shapes; negative: the depth of their overlap.
@@ -139,7 +142,7 @@ def _by_gjk(first: Placed, second: Placed, request: coal.DistanceRequest) -> Sep
     distance = float(coal.distance(first.shape.geometry, here, second.shape.geometry, there, request, result))
     normal, point = result.normal, result.getNearestPoint1()
     length = float(np.sqrt(normal @ normal))
-    if not abs(length - 1.0) < 0.5:  # none, or no number
+    if not abs(length - 1.0) < UNIT_ERROR:  # none, or no number
         apart = second.translation - first.translation
         normal, length = apart, float(np.sqrt(apart @ apart))
         if length == 0.0:

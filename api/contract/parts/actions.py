@@ -14,8 +14,8 @@ class ActionMoment(Schema):
     """When an action happens: at a waypoint, after a way of the tool, or at a time; one of the three."""
 
     waypoint: Annotated[int, Field(ge=0, le=1_000_000)] | None = None
-    """The index of a waypoint, counted from 0: at the arrival there, after the waits there that are listed before; at
-    one that is blended, in the middle of its blend."""
+    """The index of a waypoint, counted from 0: at the arrival there, after the waits there that are listed before. At
+    a blended waypoint, it is the middle of the blend."""
     distance: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
     """The length of the way that the tool has gone from the start, m."""
     time: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
@@ -34,7 +34,7 @@ class SetOutput(Schema):
     kind: Literal["set_output"]
     """The action: an output is set."""
     name: Annotated[str, Field(min_length=1, max_length=200)]
-    """What the controller calls the output; programs of robots need a name that their language has."""
+    """The name of the output at the controller; programs of robots need a name that their language has."""
     value: bool | Annotated[float, Field(ge=-1e9, le=1e9)]
     """The value: true or false for a digital output, a number in the unit of the output for another."""
 
@@ -45,7 +45,7 @@ class Wait(Schema):
     kind: Literal["wait"]
     """The action: a wait."""
     duration: Annotated[float, Field(ge=1e-6, le=LARGEST)]
-    """How long the robot waits, s; actions listed after it happen after it."""
+    """The duration of the wait, s; actions listed after it happen after it."""
 
 
 WaypointAction = TypeAliasType(

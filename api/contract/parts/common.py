@@ -1,4 +1,4 @@
-"""What the schemas share: strictness, numbers within bounds, vectors, poses, limits."""
+"""The common parts of the schemas: strictness, numbers within bounds, vectors, poses, limits."""
 
 from __future__ import annotations
 
@@ -179,14 +179,14 @@ class Limits(Schema):
     """The largest acceleration of the tool centre point across its path, m/s^2; it slows the tool in bends. Bends
     tighter than 0.1 mm, as near a reversal, count as 0.1 mm. Omitted: none."""
     tcp_linear_jerk: Limit | None = None
-    """The largest jerk of the tool centre point, m/s^3; back ends with jumps of the acceleration (`cubic`,
-    `trapezoidal`, `toppra` without `jerk_limited`) only report it; omitted: none."""
+    """The largest jerk of the tool centre point, m/s^3; omitted: none. Back ends with jumps of the acceleration
+    (`cubic`, `trapezoidal`, `toppra` without `jerk_limited`) only report it."""
     tcp_angular_jerk: Limit | None = None
     """The largest angular jerk of the tool, rad/s^3, kept and reported by the same back ends; omitted: none."""
     velocity_scale: Scale = 1.0
     """A factor without unit on the velocity limits of all joints: the speed override. A waypoint's factor multiplies
     with that of the whole trajectory. At teach speed, with a person near the arm, also set `tcp_linear_velocity` to at
-    most 0.25 m/s (ISO 10218-1); where a waypoint limits the tool's speed, too, the smaller limit holds there."""
+    most 0.25 m/s (ISO 10218-1). Where a waypoint limits the tool's speed, too, the smaller limit holds there."""
     acceleration_scale: Scale = 1.0
     """A factor without unit on the acceleration limits of all joints."""
     velocity_range: JointRanges | None = None

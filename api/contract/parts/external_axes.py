@@ -22,8 +22,8 @@ class ExternalAxis(Schema):
     """The direction along which the axis slides, or about which it turns, in its own frame, without unit and of any
     length above 1e-9."""
     origin: Pose | None = None
-    """Where the axis stands at position 0: its frame in the base frame (m), or in the link that the axis before it
-    moves; omitted: the same frame."""
+    """The frame of the axis at position 0, in the base frame (m), or in the link that the axis before it moves.
+    Omitted: the same frame."""
     lower: Number | None = None
     """The lower position limit, rad or m; only a `continuous` axis has none."""
     upper: Number | None = None
@@ -37,10 +37,10 @@ class ExternalAxis(Schema):
     torque: Limit | None = None
     """The torque or force limit, N m or N; omitted: none."""
     mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
-    """The mass of what the axis moves besides the arm and the axes behind it, kg: its carriage or table. Omitted: it
-    weighs nothing, and the torque of the axis is what the arm asks for."""
+    """The mass of the carriage or table that the axis moves, without the arm and the axes behind it, kg. Omitted: it
+    weighs nothing, and the axis needs torque for the arm only."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """The center of mass x, y, z of that, in the frame of the axis, m; omitted: its origin."""
+    """The center of mass x, y, z of this mass, in the frame of the axis, m; omitted: its origin."""
     inertia: Annotated[list[Number], Field(min_length=6, max_length=6)] | None = None
-    """The inertia ixx, ixy, ixz, iyy, iyz, izz of that about its center of mass, in the directions of the frame of the
-    axis, kg m^2; omitted: unknown."""
+    """The inertia ixx, ixy, ixz, iyy, iyz, izz of this mass about its center, kg m^2; omitted: unknown. Its directions
+    are the axes of the frame of the axis."""

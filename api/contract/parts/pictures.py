@@ -1,4 +1,4 @@
-"""What the pictures of a plan show."""
+"""Pictures of a plan: their contents."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ MOST_JOINTS = 64
 
 
 class Picture(Schema):
-    """What the pictures of a plan show, its forms `svg` and `png`; lengths are in mm, angles in degrees."""
+    """The contents of the pictures of a plan (`svg`, `png`); lengths are in mm, angles in degrees."""
 
     show: Annotated[list[Shown], Field(min_length=1, max_length=8)] | None = None
-    """What is drawn, from above; omitted: positions, velocities and accelerations of the joints."""
+    """The parts of the picture, from above; omitted: positions, velocities and accelerations of the joints."""
     joints: Annotated[list[str], Field(min_length=1, max_length=MOST_JOINTS)] | None = None
     """The names of the joints whose graphs are drawn; omitted: all."""
     axes: Annotated[list[Literal["x", "y", "z"]], Field(min_length=1, max_length=3)] | None = None

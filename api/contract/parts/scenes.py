@@ -145,7 +145,7 @@ class SceneObject(Schema):
     shape: SceneShape
     """Its shapes."""
     pose: Pose | None = None
-    """Its pose in its frame (m); without an orientation its axes are those of the frame. Omitted: the origin."""
+    """Its pose in its frame (m); without an orientation it has the axes of the frame. Omitted: the origin."""
     frame: FrameName = "world"
     """The frame of the pose: one of the request's `frames`, `base` or `world`."""
     margin: Margin | None = None
@@ -246,8 +246,8 @@ class SpeedZoneAnswer(Answer):
     objects: list[str] | None
     """The ids of its objects; null: all fixed objects."""
     peak: float
-    """The upper bound of the speed of every point of the robot in the zone, m/s: proved for all times; 0 if it never
-    enters the zone."""
+    """The upper bound of the speed of every point of the robot in the zone, m/s, proved for all times. It is 0 if the
+    robot never enters the zone."""
     limit: float
     """The speed limit, m/s."""
     ratio: float

@@ -34,8 +34,9 @@ class JointMotion(Schema):
     """The motion: straight in joint space."""
     turns: Literal["nearest", "as_given"] = "nearest"
     """`nearest`: a continuous joint takes the shorter way to a joint waypoint, from 3.1 to -3.1 by 0.08 rad (it ends
-    at 3.18), while its positions here and at the waypoint before are between -pi and pi; a position beyond counts
-    whole turns and is taken as given. `as_given`: all positions are taken as given, from 3.1 to -3.1 by 6.2 rad."""
+    at 3.18). This holds while its positions here and at the waypoint before are between -pi and pi. A position
+    beyond counts whole turns and is taken as given. `as_given`: all positions are taken as given, from 3.1 to -3.1 by
+    6.2 rad."""
 
 
 class FreeMotion(Schema):
@@ -54,9 +55,9 @@ class FreeMotion(Schema):
     is a number, not a time, so that equal requests have equal answers."""
     optimise: Literal["duration", "effort", "path_length"] | None = None
     """The objective that improves the detour: further detours are planned and certified, and the best one is the
-    answer; its `waypoints` report the `gain`. The objective counts the whole trajectory: its `duration`; its `effort`,
-    the integral of the sum of (torque / limit)^2, or of (acceleration / limit)^2 for a robot without inertias; or its
-    `path_length` in joint space. Omitted: one change of the first detour is tried."""
+    answer; its `waypoints` report the `gain`. The objective counts the whole trajectory: its `duration`, its `effort`,
+    or its `path_length` in joint space. The effort is the integral of the sum of (torque / limit)^2, or of
+    (acceleration / limit)^2 for a robot without inertias. Omitted: one change of the first detour is tried."""
     time_budget: Annotated[float, Field(gt=0.0, le=600.0)] | None = None
     """The time budget of this optimisation, s from the start of planning. The answer is the best detour found in this
     time, so it depends on the speed of the service. The optimisation also ends before the `deadline`. Omitted: it ends
@@ -120,7 +121,7 @@ class ToolMotion(Schema):
     """The behaviour near a singularity."""
     free: Literal["rotation_z"] | Region | None = None
     """The tolerance region of the poses between the ends; null or omitted: none. `rotation_z` frees the rotation about
-    the tool's own z axis, as for a torch or a round nozzle; ranges along and about the axes of the poses must contain
+    the tool's own z axis, as for a torch or a round nozzle. Ranges along and about the axes of the poses must contain
     0. The planner uses it where the joints cannot follow the exact motion, as with an arm of five joints. The ends are
     as requested, or within the `free` of their waypoints."""
 
@@ -168,7 +169,7 @@ class SplineMotion(ToolMotion):
     kind: Literal["spline"]
     """The motion: a spline of the tool."""
     poses: Annotated[list[Pose], Field(min_length=1)]
-    """The poses that the tool passes (m), in the frame of the waypoint; a pose without an orientation gets the one on
+    """The poses that the tool passes (m), in the frame of the waypoint. A pose without an orientation gets the one on
     the shortest rotation between its neighbours."""
 
 
@@ -194,16 +195,16 @@ class ThroughTransition(Schema):
     kind: Literal["through"]
     """The transition: a passage without a stop."""
     velocity: JointVector | None = None
-    """The joint velocities at the waypoint, rad/s or m/s: `ruckig`, `quintic` and `auto` pass it at this velocity with
-    zero acceleration, `cubic` with a jump of the acceleration, where joint motions run from stop to stop. Other back
-    ends refuse it. Omitted: the back end chooses."""
+    """The joint velocities at the waypoint, rad/s or m/s. `ruckig`, `quintic` and `auto` pass it at this velocity with
+    zero acceleration, and `cubic` with a jump of the acceleration. Joint motions have to run from stop to stop. Other
+    back ends refuse it. Omitted: the back end chooses."""
 
 
 class BlendTransition(Schema):
     """The robot rounds the corner without a stop; the tool leaves its path only within the radius of the waypoint.
 
     Where the blend would collide, the planner takes the largest collision-free radius, to within a tenth and down to
-    1/32 of the requested radius; the warning `blend_reduced` gives it.
+    1/32 of the requested radius. The warning `blend_reduced` gives it.
     """
 
     kind: Literal["blend"]
@@ -230,7 +231,7 @@ class CartesianMove(Schema):
     """The translation x, y, z, m."""
     orientation: Orientation | None = None
     """The rotation; null or omitted: the tool keeps its orientation. After a pose without an orientation, the
-    orientation stays open: the move starts from that position, along the base's axes or the axes that the tool has
+    orientation stays open. The move starts from that position, along the base's axes or the axes that the tool has
     there."""
 
 
@@ -291,7 +292,7 @@ class WaypointBase(Schema):
     """The time from the departure at the waypoint before to the arrival here, s; omitted: the shortest within the
     limits."""
     minimum_duration: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
-    """The minimum time from the departure at the waypoint before to the arrival here, s; the segment takes longer
+    """The minimum time from the departure at the waypoint before to the arrival here, s. The segment takes longer
     where its limits or the `duration` of the whole trajectory need it."""
     dwell: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
     """The dwell at the waypoint, s."""
@@ -341,8 +342,8 @@ class ArmConfiguration(Schema):
     """The configuration of shoulder, elbow and wrist, for arms that have these names."""
 
     shoulder: Shoulder | None = None
-    """The side of the wrist centre, in the frame that turns with the first joint: `right`, on the side of axis 2
-    (KUKA: basic area, bit 0 of the status is 0); `left`, behind axis 1 (overhead area). For an arm whose links pass
+    """The side of the wrist centre, in the frame that turns with the first joint. `right`: on the side of axis 2
+    (KUKA: basic area, bit 0 of the status is 0). `left`: behind axis 1 (overhead area). For an arm whose links pass
     axis 1 at a distance (UR): the `right` or `left` side of axis 1. Null or omitted: either."""
     elbow: Elbow | None = None
     """Whether the elbow is `up` or `down`: above or below the line from axis 2 to the wrist centre, seen from the side.
@@ -360,11 +361,11 @@ class PoseWaypoint(WaypointBase):
     pose: Pose
     """The pose of the tool (m), in the base frame unless `frame` names another."""
     frame: FrameName | None = None
-    """The name of the frame of the pose, and of the `via` or `poses` of the motion to it: one of the request's
+    """The name of the frame of the pose, and of the `via` or `poses` of the motion to it. It is one of the request's
     `frames`, `base` or `world`; omitted: `base`. Answers are in the base frame."""
     free: Literal["rotation_z"] | Region | None = None
     """The tolerance region of the pose; null or omitted: none. `rotation_z` frees the rotation about the tool's own z
-    axis, as for a drill or a round nozzle; or give ranges along and about the axes of the pose. The planner takes the
+    axis, as for a drill or a round nozzle. Else give ranges along and about the axes of the pose. The planner takes the
     joint position of this region that is nearest to the one before, in time at full joint speed. In a scene it takes
     the nearest collision-free one, the tool motions that follow included. The answer has the pose of the waypoint, and
     `free` gives its place in the region."""

@@ -52,6 +52,9 @@ REACH = 7
 NEAR = 0.5
 """Share of the largest ratio above which measured ratios are looked into."""
 
+GROWS_ABOVE = 0.7
+"""The share of the predicted success of a step above which the trust region grows."""
+
 
 class LinearisedLimits(NamedTuple):
     """The limits that are nearly or not kept, to first order in the logarithms of the durations.
@@ -208,7 +211,7 @@ def search_durations(
 
 def _next_radius(radius: FloatArray, step: FloatArray, excess: FloatArray, success: float) -> FloatArray:
     """Grow the trust region after a success; else shrink it around the segments whose limits broke."""
-    if success > 0.7:
+    if success > GROWS_ABOVE:
         return np.minimum(2.0 * radius, LARGEST_STEP)
     if excess.max() <= 0.0:
         return 0.5 * radius

@@ -41,6 +41,12 @@ SIZES = {**SHAPES, "capsule": SHAPES["cylinder"]}
 MAX_SHAPES = 1000
 """Number of shapes that a document may have, for collisions and to look at each."""
 
+ZERO_AXIS = 1e-9
+"""Length of the axis of a joint below which it is zero, without unit."""
+
+LENGTH_ERROR = 1e-3
+"""Difference of the length of an axis from 1 above which a finding reports it, without unit."""
+
 
 class Mimic(NamedTuple):
     """The mimic element of a joint, whose position is multiplier * (position of the leader) + offset, rad or m."""
@@ -189,10 +195,10 @@ class UrdfReader:
         """Return the joint's axis, of length 1."""
         axis = self.numbers(element.find("axis"), "xyz", [1.0, 0.0, 0.0], subject)
         length = float(np.linalg.norm(axis))
-        if length < 1e-9:
+        if length < ZERO_AXIS:
             self.findings.error("zero_axis", subject, f"the axis of {subject} is zero")
             return np.array([1.0, 0.0, 0.0])
-        if abs(length - 1.0) > 1e-3:
+        if abs(length - 1.0) > LENGTH_ERROR:
             text = f"the axis of {subject} had length {length:g} and was normalised"
             self.findings.warning("axis_normalised", subject, text)
         # Dividing an exact axis by a rounded length would take away its exactness.

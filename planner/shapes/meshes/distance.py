@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from planner.shapes.shape import Shape
     from planner.spatial import FloatArray
 
+INSIDE = 0.5
+"""Winding number above which a point is inside a mesh: it is 1 inside and 0 outside."""
+
 
 def distance_from_mesh(mesh: Mesh, shape: Shape, rotation: FloatArray, translation: FloatArray) -> float:
     """Compute the distance of a shape from a mesh, m, in the mesh's frame; 0 for contact or inside."""
@@ -26,7 +29,7 @@ def distance_from_mesh(mesh: Mesh, shape: Shape, rotation: FloatArray, translati
             surface, coal.Transform3s.Identity(), shape.geometry, at, coal.DistanceRequest(), coal.DistanceResult()
         )
     )
-    return 0.0 if distance <= 0.0 or winding_number(mesh, np.asarray(translation)) > 0.5 else distance
+    return 0.0 if distance <= 0.0 or winding_number(mesh, np.asarray(translation)) > INSIDE else distance
 
 
 def winding_number(mesh: Mesh, point: FloatArray) -> float:
