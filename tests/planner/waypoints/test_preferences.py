@@ -153,6 +153,6 @@ def test_a_line_goes_on_from_the_preferred_posture() -> None:
 
 def test_nothing_is_near_to_no_reference() -> None:
     options = InverseKinematicsOptions(prefer="near_reference")
-    with pytest.raises(InvalidProblem, match="without one") as refused:
+    with pytest.raises(InvalidProblem, match="is required") as refused:
         plan(PlanningProblem(load_robot("kuka_kr16_l6_2"), [JointWaypoint(KUKA)], inverse_kinematics=options))
     assert refused.value.faults[0].field == ("inverse_kinematics", "reference")
