@@ -1,4 +1,5 @@
 // The C interface of the kernels: arrays in, arrays out, and a code that says what failed. All arrays are in row order.
+#include "bounded_peaks.hpp"
 #include "descent.hpp"
 #include "passing.hpp"
 #include "polynomials.hpp"
@@ -295,6 +296,22 @@ int end_search(const int64_t* state) {
     PeakSearch* search = reinterpret_cast<PeakSearch*>((intptr_t)state[0]);
     if (search) { search->release(); free(search); }
     return OK;
+}
+
+// Bound the peaks of quantities of a motion: what they reach and where goes to `reached`, `piece`, `unit` and `column`, which
+// have what is known from elsewhere, and what they nowhere exceed to `bound`, all (quantities).
+int bound_peaks(int64_t joints, const double* links, const double* gravity, int64_t tool_joints, const double* tool,
+                int64_t pieces, int64_t order, const double* lengths, const double* coefficients, const double* bernstein,
+                int64_t columns, int64_t quantities, const int64_t* kind, const int64_t* joint, const int64_t* quantity,
+                const double* middle, const double* half, const double* wish, double* reached, double* bound,
+                int64_t* piece, double* unit, int64_t* column) {
+    const ToolChain arm{joints, tool_joints, links, gravity, tool};
+    const Pieces motion{pieces, joints, order, coefficients, lengths};
+    const Columns of{columns, quantities, kind, joint, quantity, middle, half};
+    Bounded found{reached, bound, unit, piece, column};
+    BoundSearch search(arm, motion, bernstein, of, *reinterpret_cast<const Wish*>(wish), found);
+    if (!search.bodies || !search.states || !search.forces || !search.shifted) return NO_MEMORY;
+    return search.first();
 }
 
 // Prove that a motion keeps clear, in a scene that is a table of sizes and addresses; `frames` (joints + 1) is filled with

@@ -12,7 +12,6 @@ struct Arm { int64_t joints; const ArmFrame* frames; const double* point; };
 // The axis of a joint and a point on it, in the base's axes.
 struct Axis { V3 along, through; };
 
-static inline V3 operator-(V3 a, V3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 static inline V3 operator*(V s, V3 a) { return {s * a.x, s * a.y, s * a.z}; }
 static inline V dot(V3 a, V3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 

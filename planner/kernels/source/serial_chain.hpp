@@ -1,4 +1,5 @@
-// Torques of a serial chain by the recursive Newton-Euler algorithm (Luh, Walker and Paul 1980), four states at a time.
+// Torques of a serial chain by the recursive Newton-Euler algorithm (Luh, Walker and Paul 1980), for every kind of number:
+// of four states at a time, or Taylor models of four intervals (enclosures.hpp).
 #pragma once
 #include "vectors.hpp"
 
@@ -7,7 +8,14 @@ struct Link {  // LINK_NUMBERS of planner/kernels/serial_chain.py
 };
 
 // One joint and its link at four states.
-struct Body { Matrix rotation; V3 offset, force, moment; };
+struct Body {
+    typedef V Number;
+    Matrix rotation;
+    V3 offset, force, moment;
+    V3 into(const V3& v) const { return transposed(rotation, v); }
+    V3 out(const V3& v) const { return rotation * v; }
+    V3 swing(const V3& turn) const { return cross(turn, offset); }  // of its origin about that of the joint before
+};
 
 // A chain, and memory for four of its states.
 struct Chain {
@@ -45,43 +53,46 @@ static inline void place(Chain& chain, const V* q) {
     }
 }
 
-// Torques at four placed states. MOVES: with velocities; ACCELERATES: with accelerations; FALLS: with gravity.
-template <bool MOVES, bool ACCELERATES, bool FALLS> static inline void torques(Chain& chain, const V* v, const V* a, V* tau) {
-    const V O = splat(0.0);
-    V3 w{O, O, O}, dw{O, O, O}, acc{O, O, O};
-    if (FALLS) acc = -1.0 * constant(chain.gravity);
-    for (int64_t i = 0; i < chain.joints; i++) {
-        const Link& link = chain.links[i];
-        Body& body = chain.bodies[i];
-        if (ACCELERATES || MOVES) acc = acc + cross(dw, body.offset);
-        if (MOVES) acc = acc + cross(w, cross(w, body.offset));
-        acc = transposed(body.rotation, acc);
-        if (ACCELERATES || MOVES) dw = transposed(body.rotation, dw);
-        if (MOVES) w = transposed(body.rotation, w);
+// Torques of placed bodies. MOVES: with velocities; ACCELERATES: with accelerations; FALLS: with gravity.
+template <bool MOVES, bool ACCELERATES, bool FALLS, class B, class S = typename B::Number>
+static inline void torques(int64_t joints, const Link* links, const double* gravity, B* bodies, const S* v, const S* a, S* tau) {
+    const Vector<S> O{};
+    Vector<S> w = O, dw = O, acc = O;
+    if (FALLS) acc = acc - constant<S>(gravity);
+    for (int64_t i = 0; i < joints; i++) {
+        const Link& link = links[i];
+        B& body = bodies[i];
+        if (ACCELERATES || MOVES) acc = acc + body.swing(dw);
+        if (MOVES) acc = acc + cross(w, body.swing(w));
+        acc = body.into(acc);
+        if (ACCELERATES || MOVES) dw = body.into(dw);
+        if (MOVES) w = body.into(w);
         if (link.turns != 0.0) {
-            if (MOVES) { dw.x += w.y * v[i]; dw.y -= w.x * v[i]; w.z += v[i]; }
-            if (ACCELERATES) dw.z += a[i];
+            if (MOVES) { dw.x = dw.x + w.y * v[i]; dw.y = dw.y - w.x * v[i]; w.z = w.z + v[i]; }
+            if (ACCELERATES) dw.z = dw.z + a[i];
         } else {
-            if (MOVES) { acc.x += splat(2.0) * w.y * v[i]; acc.y -= splat(2.0) * w.x * v[i]; }
-            if (ACCELERATES) acc.z += a[i];
+            if (MOVES) { acc.x = acc.x + scaled(2.0, w.y) * v[i]; acc.y = acc.y - scaled(2.0, w.x) * v[i]; }
+            if (ACCELERATES) acc.z = acc.z + a[i];
         }
-        const V3 centre = constant(link.centre);
-        V3 at = acc, moment{O, O, O};
-        if (ACCELERATES || MOVES) { at = at + cross(dw, centre); moment = product(link.inertia, dw); }
+        Vector<S> at = acc, moment = O;
+        if (ACCELERATES || MOVES) { at = at + cross(dw, link.centre); moment = product(link.inertia, dw); }
         if (MOVES) {
-            at = at + cross(w, cross(w, centre));
+            at = at + cross(w, cross(w, link.centre));
             moment = moment + cross(w, product(link.inertia, w));
         }
         body.force = link.mass * at;
-        body.moment = moment + cross(centre, body.force);
+        body.moment = moment - cross(body.force, link.centre);
     }
-    V3 force{O, O, O}, moment{O, O, O};
-    for (int64_t i = chain.joints - 1; i >= 0; i--) {
-        Body& body = chain.bodies[i];
+    Vector<S> force = O, moment = O;
+    for (int64_t i = joints - 1; i >= 0; i--) {
+        B& body = bodies[i];
         force = force + body.force;
         moment = moment + body.moment;
-        tau[i] = chain.links[i].turns != 0.0 ? moment.z : force.z;
-        force = body.rotation * force;
-        moment = body.rotation * moment + cross(body.offset, force);
+        tau[i] = links[i].turns != 0.0 ? moment.z : force.z;
+        force = body.out(force);
+        moment = body.out(moment) - body.swing(force);
     }
+}
+template <bool MOVES, bool ACCELERATES, bool FALLS> static inline void torques(Chain& chain, const V* v, const V* a, V* tau) {
+    torques<MOVES, ACCELERATES, FALLS>(chain.joints, chain.links, chain.gravity, chain.bodies.data, v, a, tau);
 }

@@ -49,25 +49,35 @@ static inline void sine_cosine(V x, V& s, V& c) {
         if (!(x[k] >= -LARGEST && x[k] <= LARGEST)) { s[k] = sin(x[k]); c[k] = cos(x[k]); }
 }
 
-struct V3 { V x, y, z; };
-static inline V3 operator+(V3 a, V3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-static inline V3 operator*(double s, V3 a) { return {splat(s) * a.x, splat(s) * a.y, splat(s) * a.z}; }
-static inline V3 cross(V3 a, V3 b) {
+// A product with a constant: for every kind of number that serial chains are computed with.
+static inline V scaled(double s, V a) { return splat(s) * a; }
+
+template <class S> struct Vector { S x, y, z; };
+typedef Vector<V> V3;
+template <class S> static inline Vector<S> operator+(const Vector<S>& a, const Vector<S>& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+template <class S> static inline Vector<S> operator-(const Vector<S>& a, const Vector<S>& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+template <class S> static inline Vector<S> operator*(double s, const Vector<S>& a) { return {scaled(s, a.x), scaled(s, a.y), scaled(s, a.z)}; }
+template <class S> static inline Vector<S> cross(const Vector<S>& a, const Vector<S>& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-static inline V3 constant(const double* v) { return {splat(v[0]), splat(v[1]), splat(v[2])}; }
-static inline V3 product(const double* m, V3 v) {  // of a constant matrix, row by row
-    return {splat(m[0]) * v.x + splat(m[1]) * v.y + splat(m[2]) * v.z,
-            splat(m[3]) * v.x + splat(m[4]) * v.y + splat(m[5]) * v.z,
-            splat(m[6]) * v.x + splat(m[7]) * v.y + splat(m[8]) * v.z};
+template <class S> static inline Vector<S> cross(const Vector<S>& a, const double* b) {
+    return {scaled(b[2], a.y) - scaled(b[1], a.z), scaled(b[0], a.z) - scaled(b[2], a.x), scaled(b[1], a.x) - scaled(b[0], a.y)};
+}
+template <class S> static inline S number(double x);
+template <> inline V number<V>(double x) { return splat(x); }
+template <class S = V> static inline Vector<S> constant(const double* v) { return {number<S>(v[0]), number<S>(v[1]), number<S>(v[2])}; }
+template <class S> static inline Vector<S> product(const double* m, const Vector<S>& v) {  // of a constant matrix, row by row
+    return {scaled(m[0], v.x) + scaled(m[1], v.y) + scaled(m[2], v.z),
+            scaled(m[3], v.x) + scaled(m[4], v.y) + scaled(m[5], v.z),
+            scaled(m[6], v.x) + scaled(m[7], v.y) + scaled(m[8], v.z)};
 }
 
 struct Matrix { V m[9]; };
-static inline V3 operator*(const Matrix& R, V3 v) {
+static inline V3 operator*(const Matrix& R, const V3& v) {
     return {R.m[0] * v.x + R.m[1] * v.y + R.m[2] * v.z, R.m[3] * v.x + R.m[4] * v.y + R.m[5] * v.z,
             R.m[6] * v.x + R.m[7] * v.y + R.m[8] * v.z};
 }
-static inline V3 transposed(const Matrix& R, V3 v) {
+static inline V3 transposed(const Matrix& R, const V3& v) {
     return {R.m[0] * v.x + R.m[3] * v.y + R.m[6] * v.z, R.m[1] * v.x + R.m[4] * v.y + R.m[7] * v.z,
             R.m[2] * v.x + R.m[5] * v.y + R.m[8] * v.z};
 }

@@ -1,0 +1,147 @@
+"""The peaks of torques and of the tool's motion, bounded over whole intervals by Taylor models."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.kernels.library import call, doubles, indices
+
+if TYPE_CHECKING:
+    from planner.kernels.serial_chain import SerialChain
+    from planner.spatial import FloatArray
+
+KINDS = (
+    "torque",
+    "tcp_linear_velocity",
+    "tcp_angular_velocity",
+    "tcp_linear_acceleration",
+    "tcp_angular_acceleration",
+    "tcp_centripetal_acceleration",
+    "tcp_linear_jerk",
+    "tcp_angular_jerk",
+)
+"""The quantities that the kernels bound, in the order of their `Kind`."""
+
+WISH_NUMBERS = 4
+"""Numbers that say how accurate a bound is: the size of the structure `Wish` of the kernels."""
+
+
+class ToolChain(NamedTuple):
+    """A serial chain with its tool.
+
+    Attributes:
+        chain: The joints and their links.
+        tool_joints: The number of joints that move the tool.
+        tool: (3,), m: the tool centre point in the frame of the last of these joints.
+    """
+
+    chain: SerialChain
+    tool_joints: int
+    tool: FloatArray
+
+
+class Motion(NamedTuple):
+    """Pieces of a motion on unit time.
+
+    Attributes:
+        lengths: (pieces,), s.
+        coefficients: (pieces, joints, order), ascending powers on [0, 1], rad or m.
+        bernstein: Bernstein coefficients of the same shape.
+    """
+
+    lengths: FloatArray
+    coefficients: FloatArray
+    bernstein: FloatArray
+
+
+class Columns(NamedTuple):
+    """Functions of a motion, each with its limits.
+
+    Attributes:
+        kinds: (columns,), indices in `KINDS`.
+        joints: (columns,), the joint of each torque.
+        quantities: (columns,), the quantity that each function belongs to, from 0 on without gaps.
+        middle: (pieces, columns), the middle between lower and upper limits.
+        half: (pieces, columns), their distance from there; infinite: none.
+    """
+
+    kinds: np.ndarray
+    joints: np.ndarray
+    quantities: np.ndarray
+    middle: FloatArray
+    half: FloatArray
+
+
+class BoundedPeaks(NamedTuple):
+    """The peaks (quantities,) of all functions of each quantity, as shares of the limits there.
+
+    Attributes:
+        reached: A share that is reached.
+        bound: A share that is exceeded nowhere.
+        pieces: The piece on which `reached` is.
+        units: Its unit time.
+        columns: The function that reaches it.
+    """
+
+    reached: FloatArray
+    bound: FloatArray
+    pieces: np.ndarray
+    units: FloatArray
+    columns: np.ndarray
+
+    @classmethod
+    def nothing(cls, quantities: int) -> BoundedPeaks:
+        """Return the peaks of no motion."""
+        reached, bound, units = np.zeros((3, quantities))
+        pieces, columns = np.zeros((2, quantities), dtype=np.int64)
+        return cls(reached, bound, pieces, units, columns)
+
+
+def bound_peaks(arm: ToolChain, motion: Motion, columns: Columns, wish: FloatArray, known: BoundedPeaks) -> BoundedPeaks:
+    """Bound the peaks of functions over all pieces of a motion.
+
+    Args:
+        arm: What moves.
+        motion: How it moves.
+        columns: The functions.
+        wish: (`WISH_NUMBERS`,).
+        known: The peaks of other pieces, which need not be bounded more closely than theirs.
+
+    Returns:
+        The peaks of these and of the other pieces; indices of pieces are those of this motion where they changed.
+
+    Raises:
+        TooManySamples: The bounds would take more intervals than the wish says.
+    """
+    pieces, joints, order = motion.coefficients.shape
+    count, quantities = len(columns.kinds), len(known.reached)
+    found = BoundedPeaks(*(values.copy() for values in known))
+    call(
+        "bound_peaks",
+        joints,
+        doubles(arm.chain.links, joints, arm.chain.links.shape[1]),
+        doubles(arm.chain.gravity, 3),
+        arm.tool_joints,
+        doubles(arm.tool, 3),
+        pieces,
+        order,
+        doubles(motion.lengths, pieces),
+        doubles(motion.coefficients, pieces, joints, order),
+        doubles(motion.bernstein, pieces, joints, order),
+        count,
+        quantities,
+        indices(columns.kinds, len(KINDS), count),
+        indices(columns.joints, joints, count),
+        indices(columns.quantities, quantities, count),
+        doubles(columns.middle, pieces, count),
+        doubles(columns.half, pieces, count),
+        doubles(wish, WISH_NUMBERS),
+        found.reached,
+        found.bound,
+        found.pieces,
+        found.units,
+        found.columns,
+    )
+    return found

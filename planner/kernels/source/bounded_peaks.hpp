@@ -1,0 +1,264 @@
+// Peaks of quantities of a motion, bounded on all of it: intervals are halved until the bound on each is no more than what
+// is reached somewhere, or hardly more.
+#pragma once
+#include "enclosures.hpp"
+#include "polynomials.hpp"
+#include "sampled_peaks.hpp"
+
+enum Kind : int64_t {  // KINDS of planner/kernels/bounded_peaks.py
+    TORQUE, LINEAR_VELOCITY, ANGULAR_VELOCITY, LINEAR_ACCELERATION, ANGULAR_ACCELERATION, CENTRIPETAL, LINEAR_JERK, ANGULAR_JERK
+};
+
+// A serial chain, and a point of its tool in the frame of the last of the joints that move it.
+struct ToolChain { int64_t joints, tool_joints; const double *links, *gravity, *tool; };
+// Columns: what they are of, and the middle between their limits and the distance of these from there on each piece.
+struct Columns { int64_t count, quantities; const int64_t *kind, *joint, *quantity; const double *middle, *half; };
+struct Wish { double known_to, decided_at, least_radius, most_intervals; };  // WISH_NUMBERS of planner/kernels/bounded_peaks.py
+// The peaks of each quantity: a share of the limit that is reached and where, and one that is nowhere exceeded.
+struct Bounded { double *reached, *bound, *unit; int64_t *piece, *column; };
+
+// Polynomials in x from -1 to 1, bounded by their Bernstein coefficients, which are halved while that could matter.
+struct Hulls {
+    static constexpr int MOST_HALVINGS = 40;
+    double matrix[TERMS][TERMS], stack[MOST_HALVINGS + 2][TERMS];
+    struct Part { double start, width; } parts[MOST_HALVINGS + 2];
+    struct Range { double most, seen, x; };
+    Hulls() {
+        double unit[TERMS * TERMS], power[TERMS] = {1.0};  // (2 t - 1)^k by powers of t
+        bernstein_matrix(TERMS, unit);
+        for (int k = 0; k < TERMS; k++) {
+            for (int i = 0; i < TERMS; i++) {
+                matrix[k][i] = 0.0;
+                for (int e = 0; e <= k; e++) matrix[k][i] += power[e] * unit[e * TERMS + i];
+            }
+            for (int e = k + 1; e >= 0; e--)
+                if (e < TERMS) power[e] = (e ? 2.0 * power[e - 1] : 0.0) - (e <= k ? power[e] : 0.0);
+        }
+    }
+    static double rounding(const double* c) {
+        double size = 0.0;
+        for (int k = 0; k < TERMS; k++) size += fabs(c[k]);
+        return 512.0 * UNIT * size;
+    }
+    void bernstein(const double* c, double* b) const {
+        for (int i = 0; i < TERMS; i++) b[i] = 0.0;
+        for (int k = 0; k < TERMS; k++)
+            for (int i = 0; i < TERMS; i++) b[i] += matrix[k][i] * c[k];
+    }
+    double least(const double* c) const {
+        double b[TERMS], found = INFINITY;
+        bernstein(c, b);
+        for (int i = 0; i < TERMS; i++) found = fmin(found, b[i]);
+        return found - rounding(c);
+    }
+    // The largest of the magnitudes, or of the values where they count alone: to rounding if it is above `enough`.
+    Range largest(const double* c, double enough, bool magnitudes) {
+        auto of = [&](double x) { return magnitudes ? fabs(x) : x; };
+        Range found{-INFINITY, -INFINITY, 0.0};
+        bernstein(c, stack[0]);
+        parts[0] = {-1.0, 2.0};
+        for (int top = 1; top > 0;) {
+            top--;
+            double *b = stack[top], hull = -INFINITY;
+            const Part part = parts[top];
+            for (int i = 0; i < TERMS; i++) hull = fmax(hull, of(b[i]));
+            if (of(b[0]) > found.seen) { found.seen = of(b[0]); found.x = part.start; }
+            if (of(b[DEGREE]) > found.seen) { found.seen = of(b[DEGREE]); found.x = part.start + part.width; }
+            if (hull <= fmax(enough, found.seen + 1e-13 * fabs(found.seen)) || top >= MOST_HALVINGS || part.width < 1e-9) {
+                found.most = fmax(found.most, hull);
+                continue;
+            }
+            halve(b, TERMS, b + TERMS, b);  // the first half on top: it is looked at next
+            parts[top] = {part.start + 0.5 * part.width, 0.5 * part.width};
+            parts[top + 1] = {part.start, 0.5 * part.width};
+            top += 2;
+        }
+        found.most += rounding(c);
+        return found;
+    }
+};
+
+struct BoundSearch {
+    static constexpr double START = 1.0;       // travel of all joints together, rad or m, on half of a first interval
+    static constexpr double NARROWEST = 1e-13; // half width of unit time that is halved no more
+    static constexpr double FINE = 1e-11;      // relative distance of a bound from what is reached that is left as it is
+    static constexpr double OUTWARD = 1.0 + 8.0 * UNIT;
+    struct Interval { int64_t piece; double middle, half; };
+    const ToolChain& arm;
+    const Pieces& motion;
+    const double* bernstein;
+    const Columns& columns;
+    const Wish& wish;
+    Bounded& found;
+    Hulls hulls;
+    ToolMotion tool;
+    Scratch<TurnedBody> bodies;
+    Scratch<Taylor> states, forces;
+    Scratch<V> shifted;
+    Interval *now = nullptr, *next = nullptr;
+    double* open = nullptr;  // bounds (intervals, quantities) of now that could still be lowered
+    bool needs_torques = false;
+    int orders = 0, count = 1;
+
+    BoundSearch(const ToolChain& arm, const Pieces& motion, const double* bernstein, const Columns& columns, const Wish& wish, Bounded& found)
+        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), wish(wish), found(found), bodies(arm.joints),
+          states(4 * arm.joints), forces(arm.joints), shifted(2 * motion.order) {
+        for (int64_t c = 0; c < columns.count; c++)
+            switch (columns.kind[c]) {
+                case TORQUE: needs_torques = true; break;
+                case LINEAR_VELOCITY: case ANGULAR_VELOCITY: orders = orders > 1 ? orders : 1; break;
+                case LINEAR_JERK: case ANGULAR_JERK: orders = 3; break;
+                default: orders = orders > 2 ? orders : 2;
+            }
+        count = needs_torques && orders < 2 ? 3 : orders + 1;
+    }
+    ~BoundSearch() { free(now); free(next); free(open); }
+
+    double enough(int64_t quantity) const {
+        const double most = found.reached[quantity], more = most * (1.0 + wish.known_to);
+        return most <= wish.decided_at && more > wish.decided_at ? wish.decided_at : more;
+    }
+    void reach(int64_t quantity, double share, int64_t piece, double unit, int64_t column) {
+        if (!(share > found.reached[quantity])) return;
+        found.reached[quantity] = share; found.piece[quantity] = piece;
+        found.unit[quantity] = unit; found.column[quantity] = column;
+    }
+
+    int first() {
+        int64_t total = 0;
+        for (int pass = 0; pass < 2; pass++) {
+            int64_t n = 0;
+            for (int64_t p = 0; p < motion.pieces; p++) {
+                double travel = 0.0;
+                for (int64_t j = 0; j < motion.joints; j++) {
+                    const double* b = bernstein + (p * motion.joints + j) * motion.order;
+                    double steepest = 0.0;
+                    for (int64_t k = 1; k < motion.order; k++) steepest = fmax(steepest, fabs(b[k] - b[k - 1]));
+                    travel += steepest * (double)(motion.order - 1);
+                }
+                const double wanted = ceil(fmax(travel / (2.0 * START), 1.0));
+                if (!(wanted + (double)n <= wish.most_intervals)) return TOO_MANY;
+                const int64_t parts = (int64_t)wanted;
+                for (int64_t k = 0; k < parts; k++, n++)
+                    if (pass) now[n] = {p, ((double)k + 0.5) / wanted, 0.5 / wanted};
+            }
+            total = n;
+            if (!pass && !PeakSearch::grow(now, n)) return NO_MEMORY;
+        }
+        return run(total);
+    }
+    int run(int64_t n) {
+        double spent = 0.0;
+        while (n > 0) {
+            if (!PeakSearch::grow(open, n * columns.quantities)) return NO_MEMORY;
+            for (int64_t i = 0; i < n; i += W) evaluate(now + i, n - i < W ? n - i : W, open + i * columns.quantities);
+            spent += (double)n;
+            int64_t left = 0;
+            for (int64_t i = 0; i < n; i++) {
+                const double* bound = open + i * columns.quantities;
+                bool is_open = false;
+                for (int64_t k = 0; k < columns.quantities; k++) is_open |= !(bound[k] <= enough(k));
+                if (is_open && now[i].half > NARROWEST) { now[left++] = now[i]; continue; }
+                for (int64_t k = 0; k < columns.quantities; k++) found.bound[k] = fmax(found.bound[k], bound[k]);
+            }
+            if (spent + 2.0 * (double)left > wish.most_intervals) return TOO_MANY;
+            if (!PeakSearch::grow(next, 2 * left)) return NO_MEMORY;
+            for (int64_t i = 0; i < left; i++) {
+                const Interval at = now[i];
+                const double half = 0.5 * at.half;
+                next[2 * i] = {at.piece, at.middle - half, half};
+                next[2 * i + 1] = {at.piece, at.middle + half, half};
+            }
+            Interval* other = now;
+            now = next;
+            next = other;
+            n = 2 * left;
+        }
+        for (int64_t k = 0; k < columns.quantities; k++) found.bound[k] = fmax(found.bound[k], found.reached[k]);
+        return OK;
+    }
+
+    void evaluate(const Interval* intervals, int64_t used, double* bounds) {
+        Lanes at;
+        for (int l = 0; l < W; l++) {
+            const Interval& own = intervals[l < used ? l : used - 1];
+            at.piece[l] = own.piece;
+            at.middle[l] = own.middle;
+            // Rounded outward, so that intervals meet.
+            at.half[l] = own.half * (1.0 + 4.0 * UNIT) + 2.0 * UNIT;
+        }
+        const int64_t joints = arm.joints;
+        for (int64_t j = 0; j < joints; j++) {
+            Taylor of[4];
+            states_of(motion, at, j, count, shifted.data, of);
+            for (int d = 0; d < count; d++) states[d * joints + j] = of[d];
+            TurnedBody& body = bodies[j];
+            body.link = reinterpret_cast<const Link*>(arm.links) + j;
+            body.q = of[0];
+            sine_cosine(of[0], body.s, body.c);
+        }
+        if (needs_torques)
+            torques<true, true, true>(joints, reinterpret_cast<const Link*>(arm.links), arm.gravity, bodies.data,
+                                      states.data + joints, states.data + 2 * joints, forces.data);
+        if (orders) move_tool(arm.tool_joints, bodies.data, states.data, joints, orders, arm.tool, tool);
+        for (int64_t i = 0; i < used * columns.quantities; i++) bounds[i] = 0.0;
+        for (int64_t c = 0; c < columns.count; c++) {
+            const int64_t kind = columns.kind[c];
+            if (kind == CENTRIPETAL) { bound_bends(c, intervals, used, bounds); continue; }
+            const bool is_force = kind == TORQUE;
+            const Vector<Taylor>* of_tool[] = {nullptr, tool.v, tool.w, tool.v + 1, tool.w + 1, nullptr, tool.v + 2, tool.w + 2};
+            const Taylor value = is_force ? forces[columns.joint[c]] : square(*of_tool[kind]);
+            for (int64_t l = 0; l < used; l++) {
+                const int64_t piece = intervals[l].piece, k = columns.quantity[c];
+                const double half = columns.half[piece * columns.count + c], middle = columns.middle[piece * columns.count + c];
+                if (!(half < INFINITY)) continue;
+                double terms[TERMS];
+                for (int e = 0; e < TERMS; e++) terms[e] = value.c[e][l];
+                double rest = value.rest[l] * OF_SUMS + Hulls::rounding(terms);
+                if (is_force) { terms[0] -= middle; rest += UNIT * (fabs(middle) + fabs(terms[0])); }
+                const double need = enough(k) * half;
+                const Hulls::Range range = hulls.largest(terms, is_force ? need - rest : need * need - rest, true);
+                const double most = range.most + rest, least = fmax(range.seen - rest, 0.0);
+                close(c, intervals[l], range.x, (is_force ? least : sqrt(least)) / half, (is_force ? most : sqrt(most)) / half,
+                      bounds[l * columns.quantities + k]);
+            }
+        }
+    }
+    // Take what a column reaches in an interval, and its bound there.
+    void close(int64_t column, const Interval& at, double x, double reached, double bound, double& open) {
+        const int64_t k = columns.quantity[column];
+        bound = isnan(bound) ? (double)INFINITY : bound * OUTWARD;
+        reach(k, reached / OUTWARD, at.piece, fmin(fmax(at.middle + x * at.half, 0.0), 1.0), column);
+        if (bound <= reached * (1.0 + FINE)) found.bound[k] = fmax(found.bound[k], bound);
+        else open = fmax(open, bound);
+    }
+
+    // The acceleration across the path, |v x a| / |v|, but no more than |v|^2 by the least radius, nor than |a|.
+    void bound_bends(int64_t c, const Interval* intervals, int64_t used, double* bounds) {
+        const Taylor across = square(cross(tool.v[0], tool.v[1])), speed = square(tool.v[0]), gain = square(tool.v[1]);
+        for (int64_t l = 0; l < used; l++) {
+            const int64_t piece = intervals[l].piece, k = columns.quantity[c];
+            const double half = columns.half[piece * columns.count + c], radius = wish.least_radius;
+            if (!(half < INFINITY)) continue;
+            double N[TERMS], S[TERMS], A[TERMS];
+            for (int e = 0; e < TERMS; e++) { N[e] = across.c[e][l]; S[e] = speed.c[e][l]; A[e] = gain.c[e][l]; }
+            const double of_n = across.rest[l] * OF_SUMS + Hulls::rounding(N), of_s = speed.rest[l] * OF_SUMS + Hulls::rounding(S);
+            const double of_a = gain.rest[l] * OF_SUMS + Hulls::rounding(A);
+            double highest = 0.0, reached = 0.0, at = 0.0;
+            for (double x = -1.0; x <= 1.0; x += 1.0) {
+                const double n = horner(N, TERMS, x), s = horner(S, TERMS, x);
+                if (s > of_s) highest = fmax(highest, n / s);
+                const double bend = fmin(sqrt(fmax(n - of_n, 0.0) / (s + of_s)), fmax(s - of_s, 0.0) / radius);
+                if (bend > reached) { reached = bend; at = x; }
+            }
+            double G[TERMS];
+            for (int e = 0; e < TERMS; e++) G[e] = N[e] - highest * S[e];
+            const double rest = of_n + highest * of_s + 4.0 * Hulls::rounding(N) + 4.0 * highest * Hulls::rounding(S);
+            const double above = hulls.largest(G, -INFINITY, false).most + rest, slowest = hulls.least(S) - of_s;
+            double bound = slowest > 0.0 && !isnan(above) ? highest + fmax(above, 0.0) / slowest : (double)INFINITY;
+            bound = sqrt(fmin(bound, hulls.largest(A, 0.0, true).most + of_a));
+            bound = fmin(bound, (hulls.largest(S, 0.0, true).most + of_s) / radius);
+            close(c, intervals[l], at, reached / half, bound / half, bounds[l * columns.quantities + k]);
+        }
+    }
+};
