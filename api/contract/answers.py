@@ -151,14 +151,18 @@ class Check(Answer):
     null: no limit, or the quantity is unbounded."""
     time: float
     """The time of the peak, s from the start of the trajectory."""
-    method: Literal["exact", "sampled"]
-    """The method: `exact`, at the extrema of the polynomials, or `sampled`, in samples that are refined near peaks."""
+    method: Literal["exact", "bounded", "sampled"]
+    """The method: `exact`, at the extrema of the polynomials; `bounded`, the quantity exceeds `peak` at no time; or
+    `sampled`, in samples that are refined near peaks."""
     enforced: bool
     """Whether the back end promises to keep the limit; false: the value is only reported and may exceed it."""
     bounded: bool
     """Whether the peak bounds the quantity. It does not where the derivative below jumps, because the quantity then
     has an impulse. The usual case is a cubic from rest. Its acceleration jumps at its ends, so its jerk is unbounded,
     and `peak` is the largest jerk between the jumps."""
+    lower: float | None = None
+    """With `bounded`, the value at `time` in the unit of `peak`: the true peak is between the two. Missing:
+    another method."""
 
 
 class CertificateAnswer(Answer):

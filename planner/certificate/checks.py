@@ -26,10 +26,12 @@ class Check:
         ratio: Share of the limit that is used: 1 is all of it. A position counts from the middle of its range.
             None: no limit, or no bound.
         time: Time of the peak, s.
-        method: `exact` (extrema of polynomials) or `sampled`.
+        method: `exact` (extrema of polynomials), `bounded` (no value exceeds the peak at any time) or `sampled`.
         enforced: Whether the back end promises to keep the limit.
         bounded: False where the quantity below jumps, so that this one has an impulse there that no peak
             measures (the jerk of a cubic at its ends).
+        lower: Where the method is `bounded`, a value that is reached at `time`: the true peak is between this and
+            `peak`. None: another method.
         own_unit: Unit of a further quantity, which is not one of `MEASURES`; None: it is one of them.
     """
 
@@ -39,9 +41,10 @@ class Check:
     limit: float | None
     ratio: float | None
     time: float
-    method: Literal["exact", "sampled"]
+    method: Literal["exact", "bounded", "sampled"]
     enforced: bool
     bounded: bool
+    lower: float | None = None
     own_unit: str | None = None
 
     def __post_init__(self) -> None:
@@ -97,7 +100,10 @@ class Certificate:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate in plain values, ready for JSON; without clearance and zones that were not asked."""
-        checks = ({k: v for k, v in vars(check).items() if k != "own_unit" or v is not None} for check in self.checks)
+        checks = (
+            {k: v for k, v in vars(check).items() if k not in ("own_unit", "lower") or v is not None}
+            for check in self.checks
+        )
         values = {**vars(self), "checks": list(checks)}
         del values["clearance"], values["speed_zones"]
         if self.clearance is not None:

@@ -1,22 +1,24 @@
 """The exact check of a trajectory against its limits.
 
 With the back ends it shares arithmetic that has brute-force tests of its own, and nothing else: polynomials and their
-extrema, the kinematics and dynamics of the robot, and how many samples a motion takes to begin with.
+extrema, and the kinematics and dynamics of the robot.
 
-Positions, velocities, accelerations and jerks are polynomials, so their extrema are found, not sampled. Torque and tool
-speed are not polynomials: they are sampled, and the check says so.
+Positions, velocities, accelerations and jerks are polynomials: the certificate finds their extrema. Torque and the
+motion of the tool are no polynomials: Taylor models bound them at all times. Further quantities are sampled. Each check
+names its method.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from math import copysign
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.certificate.checks import Certificate, Check
 from planner.constraints import Bounds, measures
+from planner.constraints.bounded import KIND_OF, bounded_peaks
 from planner.constraints.peaks import SampledConstraints
 from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
@@ -26,8 +28,9 @@ from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_ti
 from planner.trajectories.sampled_peaks import BROKEN, DERIVATIVES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
+    from planner.constraints import Constraint
     from planner.limits import SegmentLimits
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -70,7 +73,7 @@ def certificate_of(
     enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}
     checks = _polynomial_checks(trajectory, derivatives, robot, limits, enforced, smooth)
     dynamics = dynamics or SegmentDynamics.unchanged(robot)
-    checks += _sampled_checks(trajectory, derivatives, dynamics, limits, enforced, smooth)
+    checks += _constraint_checks(trajectory, derivatives, dynamics, limits, enforced, smooth)
     checks += more_checks
     met = trajectory.evaluate(trajectory.arrivals, [0])[0]
     return Certificate(
@@ -150,7 +153,25 @@ def _polynomial_checks(
     return checks
 
 
-def _sampled_checks(
+class _Peak(NamedTuple):
+    """The peak of a constraint over a trajectory.
+
+    Attributes:
+        use: The share of its limit that it uses at most.
+        reached: A share that it uses at a time; None: `use` is one.
+        piece: The piece that this time is on.
+        unit: The unit time there.
+        column: The column of the constraints.
+    """
+
+    use: float
+    reached: float | None
+    piece: int
+    unit: float
+    column: int
+
+
+def _constraint_checks(
     trajectory: Trajectory,
     derivatives: UnitPolynomials,
     dynamics: SegmentDynamics,
@@ -158,50 +179,90 @@ def _sampled_checks(
     enforced: Mapping[str, bool],
     smooth: int,
 ) -> list[Check]:
-    """Return the checks of the sampled constraints; none of torque where inertias are unknown."""
-    robot, segments = dynamics.robots[0], trajectory.segments
-    sampled = SampledConstraints(dynamics, limits.constraints, len(limits.torque.upper))
-    if not sampled.constraints:
-        return []
+    """Return the checks of the constraints; none of torque where inertias are unknown."""
+    segments, lengths, rows = trajectory.segments, trajectory.lengths, len(limits.torque.upper)
+    checks: list[Check] = []
 
-    def shares(pieces: np.ndarray, states: Sequence[FloatArray]) -> FloatArray:
-        return sampled.shares(segments[pieces], segments[pieces], states, trajectory.lengths[pieces])
+    def check(limited: SampledConstraints, peaks: Iterable[_Peak]) -> None:
+        for constraint, peak in zip(limited.constraints, peaks, strict=True):
+            found = _constraint_check(constraint, peak, limited, trajectory, enforced, smooth)
+            if constraint.counts_at_rest:
+                found = _by_direction(found, peak, limited, segments, derivatives, limits)
+                found = _held_at_changes(found, trajectory, dynamics, limits)
+            checks.append(found)
 
-    whole, checks = np.zeros_like(segments), []
-    peaks = sampled.peaks(shares, derivatives, trajectory.lengths, whole, decided_at=BROKEN)
-    for constraint, ratio, piece, unit, column in zip(
-        sampled.constraints, *(part[0].tolist() for part in peaks), strict=True
-    ):
-        limit = float(sampled.half[segments[piece], column])
-        known = bool(np.isfinite(limit))  # if not, nothing is used anywhere that is limited
-        bounded = constraint.order == 1 or constraint.name == "torque" or smooth >= constraint.order - 1
-        check = Check(
-            quantity=constraint.name,
-            joint=sampled.joints[column],
-            peak=ratio * limit if known else 0.0,
-            limit=limit if known else None,
-            ratio=ratio if known and bounded else None,
-            time=float(trajectory.breakpoints[piece] + unit * trajectory.lengths[piece]),
-            method="sampled",
-            enforced=enforced.get(constraint.name, True),
-            bounded=bounded,
-            own_unit=None if constraint.name in MEASURES else constraint.unit,
-        )
-        if constraint.counts_at_rest:
-            if known and not limits.torque.is_symmetric:
-                state = derivatives[:3].evaluate(np.array([piece]), np.array([unit]))
-                torque, joint = dynamics.torques(segments[[piece]], *state)[0], robot.joint_names.index(check.joint)
-                used = limits.torque.used(segments[piece], torque)
-                check = _of_torque(check, joint, torque, used) if used[joint] > 0.0 else check
-            check = _held_at_changes(check, trajectory, dynamics, limits)
-        checks.append(check)
+    bounded = SampledConstraints(dynamics, [own for own in limits.constraints if own[0] in KIND_OF], rows)
+    if bounded.constraints:
+        found = bounded_peaks(bounded, segments, derivatives, lengths)
+        check(bounded, map(_Peak, *(part.tolist() for part in (found.bound, *found._replace(bound=found.reached)[1:]))))
+    sampled = SampledConstraints(dynamics, [own for own in limits.constraints if own[0] not in KIND_OF], rows)
+    if sampled.constraints:
+
+        def shares(pieces: np.ndarray, states: Sequence[FloatArray]) -> FloatArray:
+            return sampled.shares(segments[pieces], segments[pieces], states, lengths[pieces])
+
+        use, *places = sampled.peaks(shares, derivatives, lengths, np.zeros_like(segments), decided_at=BROKEN)
+        columns = (part[0].tolist() for part in places)
+        check(sampled, map(_Peak, use[0].tolist(), [None] * len(sampled.constraints), *columns))
     return checks
+
+
+def _constraint_check(
+    constraint: Constraint,
+    peak: _Peak,
+    limited: SampledConstraints,
+    trajectory: Trajectory,
+    enforced: Mapping[str, bool],
+    smooth: int,
+) -> Check:
+    """Return the check of a constraint with its peak."""
+    limit = float(limited.half[trajectory.segments[peak.piece], peak.column])
+    known = bool(np.isfinite(limit))  # if not, nothing is used anywhere that is limited
+    bounded = constraint.order == 1 or constraint.name == "torque" or smooth >= constraint.order - 1
+    return Check(
+        quantity=constraint.name,
+        joint=limited.joints[peak.column],
+        peak=peak.use * limit if known else 0.0,
+        limit=limit if known else None,
+        ratio=peak.use if known and bounded else None,
+        time=float(trajectory.breakpoints[peak.piece] + peak.unit * trajectory.lengths[peak.piece]),
+        method="sampled" if peak.reached is None else "bounded",
+        enforced=enforced.get(constraint.name, True),
+        bounded=bounded,
+        lower=None if peak.reached is None else peak.reached * limit if known else 0.0,
+        own_unit=None if constraint.name in MEASURES else constraint.unit,
+    )
+
+
+def _by_direction(
+    check: Check,
+    peak: _Peak,
+    limited: SampledConstraints,
+    segments: np.ndarray,
+    derivatives: UnitPolynomials,
+    limits: SegmentLimits,
+) -> Check:
+    """Return the check of torque as a share of the limit in its direction, not of the distance from the middle."""
+    if check.limit is None or limits.torque.is_symmetric:
+        return check
+    dynamics = limited.dynamics
+    segment, joint = segments[peak.piece], dynamics.robots[0].joint_names.index(check.joint)
+    states = derivatives[:3].evaluate(np.array([peak.piece]), np.array([peak.unit]))
+    torque = dynamics.torques(np.array([segment]), *states)[0]
+    middle = limited.middle[segment, peak.column]
+    away = copysign(check.limit, torque[joint] - middle)
+    torque[joint] = middle + peak.use * away
+    used = limits.torque.used(segment, torque)
+    if not used[joint] > 0.0:
+        return check
+    lower = None if peak.reached is None else abs(float(middle + peak.reached * away))
+    return replace(_of_torque(check, joint, torque, used), lower=lower)
 
 
 def _of_torque(check: Check, joint: int, torque: FloatArray, used: FloatArray) -> Check:
     """Return the check with the torque (joints,) of a joint, and the share (joints,) of its limit that it uses."""
     peak, ratio = abs(float(torque[joint])), float(used[joint])
-    return replace(check, peak=peak, limit=peak / ratio, ratio=ratio)
+    return replace(check, peak=peak, limit=peak / ratio, ratio=ratio, lower=None if check.lower is None else peak)
 
 
 def _held_at_changes(check: Check, trajectory: Trajectory, dynamics: SegmentDynamics, limits: SegmentLimits) -> Check:

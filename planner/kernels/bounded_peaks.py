@@ -99,7 +99,9 @@ class BoundedPeaks(NamedTuple):
         return cls(reached, bound, pieces, units, columns)
 
 
-def bound_peaks(arm: ToolChain, motion: Motion, columns: Columns, wish: FloatArray, known: BoundedPeaks) -> BoundedPeaks:
+def bound_peaks(
+    arm: ToolChain, motion: Motion, columns: Columns, wish: FloatArray, known: BoundedPeaks
+) -> BoundedPeaks:
     """Bound the peaks of functions over all pieces of a motion.
 
     Args:

@@ -82,6 +82,7 @@ struct BoundSearch {
     static constexpr double START = 1.0;       // travel of all joints together, rad or m, on half of a first interval
     static constexpr double NARROWEST = 1e-13; // half width of unit time that is halved no more
     static constexpr double FINE = 1e-11;      // relative distance of a bound from what is reached that is left as it is
+    static constexpr double NOTHING = 1e-9;    // share of a limit that is left as it is: rounding where nothing is used
     static constexpr double OUTWARD = 1.0 + 8.0 * UNIT;
     struct Interval { int64_t piece; double middle, half; };
     const ToolChain& arm;
@@ -115,7 +116,7 @@ struct BoundSearch {
     ~BoundSearch() { free(now); free(next); free(open); }
 
     double enough(int64_t quantity) const {
-        const double most = found.reached[quantity], more = most * (1.0 + wish.known_to);
+        const double most = found.reached[quantity], more = fmax(most * (1.0 + wish.known_to), NOTHING);
         return most <= wish.decided_at && more > wish.decided_at ? wish.decided_at : more;
     }
     void reach(int64_t quantity, double share, int64_t piece, double unit, int64_t column) {

@@ -1,4 +1,4 @@
-"""Peaks of torque and tool speed against 20,000 samples, of real plans and of wild ones."""
+"""Bounds on torque and tool speed against 20,000 samples, of real plans and of wild ones; a million in soaks."""
 
 from __future__ import annotations
 
@@ -26,9 +26,16 @@ from planner.trajectories.sampled_peaks import MOST_PARTS, sampled_peaks
 from planner.trajectories.trajectory import Trajectory
 from tests.planner.backends.toppra.toppra_problems import KUKA, robot_limits, through, tool_problem
 from tests.planner.problems_of_tests import random_position
+from tests.sizes import NAME
 
 HARD = dict.fromkeys(QUANTITIES, Guarantee.HARD)
-SAMPLES = 20_000
+SAMPLES = 1_000_000 if NAME == "soak" else 20_000
+
+ROUNDING_OF_SAMPLES = 1e-11
+"""Relative amount by which rounding alone may put a sample above a bound."""
+
+ABOVE = 1e-4
+"""Relative amount by which a bound may exceed the samples, which miss the peak themselves."""
 
 
 def brute_force(trajectory: Trajectory, robot: Robot) -> dict[str, np.ndarray]:
@@ -62,13 +69,13 @@ def problem(motion: str) -> PlanningProblem:
 
 def checks_of(trajectory: Trajectory, robot: Robot, limits: SegmentLimits) -> dict[str, Check]:
     checks = certificate_of(trajectory, robot, limits, HARD, np.zeros((len(trajectory.arrivals), robot.dof))).checks
-    return {check.quantity: check for check in checks if check.method == "sampled"}
+    return {check.quantity: check for check in checks if check.method == "bounded"}
 
 
 @pytest.mark.long_table
 @pytest.mark.parametrize("motion", ["stop", "through", "tool"])
-@pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"])
-def test_nothing_over_a_millionth_is_missed_on_real_plans(kind: str, motion: str) -> None:
+@pytest.mark.parametrize("kind", [*BACKENDS])
+def test_no_sample_of_a_real_plan_exceeds_its_bound(kind: str, motion: str) -> None:
     result = plan(problem(motion), BACKENDS[kind]())
     robot, limits = result.path.robot, result.path.limits
     worst = brute_force(result.trajectory, robot)
@@ -77,7 +84,7 @@ def test_nothing_over_a_millionth_is_missed_on_real_plans(kind: str, motion: str
         ratio = (np.atleast_1d(worst[check.quantity]) / bound).max()
         assert check.satisfied
         assert ratio <= 1.0 + 1e-6
-        assert ratio <= check.ratio * (1.0 + 1.01e-4)
+        assert ratio * (1.0 - ROUNDING_OF_SAMPLES) <= check.ratio <= ratio * (1.0 + ABOVE)
 
 
 @pytest.mark.long_table
@@ -115,7 +122,7 @@ def test_quintics_of_any_shape_and_length(seed: int, count: int, spread: float) 
     for quantity, check in checks_of(trajectory, robot, limits).items():
         bound = robot.limit("torque") if quantity == "torque" else 1.0
         assert check.ratio is not None
-        assert (worst[quantity] / bound).max() <= check.ratio * (1.0 + 1.01e-4)
+        assert (worst[quantity] / bound).max() * (1.0 - ROUNDING_OF_SAMPLES) <= check.ratio
 
 
 @settings(max_examples=min(15, max(2, settings.default.max_examples // 30)))
@@ -139,7 +146,7 @@ def test_quintics_that_hardly_move(robot_id: str, seed: int, travel: float) -> N
         worst = brute_force(trajectory, robot)
         for quantity, check in checks_of(trajectory, robot, limits).items():
             bound = robot.limit("torque") if quantity == "torque" else 1.0
-            assert (worst[quantity] / bound).max() <= (check.ratio or 0.0) * (1.0 + 1.01e-4)
+            assert (worst[quantity] / bound).max() * (1.0 - ROUNDING_OF_SAMPLES) <= (check.ratio or 0.0)
 
 
 def test_what_no_limited_joint_feels_is_no_use_of_a_limit() -> None:

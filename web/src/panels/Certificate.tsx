@@ -64,6 +64,7 @@ function Line({ check, arm }: { check: Check; arm: Robot }) {
         {titleOf(check.quantity)}
         {check.joint && <small>{check.joint}</small>}
         {!check.enforced && <small>{texts.result.reported}</small>}
+        <small title={texts.result.methodTitles[check.method]}>{texts.result.methods[check.method]}</small>
       </th>
       <td>{used === null ? '–' : <Meter used={used} enforced={check.enforced} />}</td>
       <td class="number figures">{figures(check, arm)}</td>

@@ -1,0 +1,79 @@
+"""Peaks of torques and of the tool's motion, bounded at all times and not only at samples (docs/certificate.md)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.constraints.quantities import TOOL, TORQUE
+from planner.errors import InvalidProblem
+from planner.kernels.bounded_peaks import KINDS, BoundedPeaks, Columns, Motion, ToolChain, bound_peaks
+from planner.kernels.library import TooManySamples
+from planner.kinematics.forward import TIGHTEST_BEND
+from planner.tolerances import LIMIT_TOLERANCE
+from planner.trajectories.sampled_peaks import TOO_FAR
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.constraints.constraint import Constraint
+    from planner.constraints.peaks import SampledConstraints
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+    from planner.trajectories.extrema import UnitPolynomials
+
+KIND_OF: Mapping[Constraint, int] = {TORQUE: KINDS.index("torque"), **{own: KINDS.index(n) for n, own in TOOL.items()}}
+"""The constraints whose peaks are bounded, and their kinds in the kernels."""
+
+BOUND_KNOWN_TO = 1e-6
+"""Relative amount by which the bound on a peak may exceed a value that is reached."""
+
+MOST_INTERVALS = 1_000_000
+"""Intervals of a motion that may be looked at, beside those of its pieces: they take about 2 s."""
+
+MOST_INTERVALS_OF_PIECE = 24
+"""The same on each of many pieces."""
+
+
+def bounded_peaks(
+    limited: SampledConstraints, segments: np.ndarray, derivatives: UnitPolynomials, lengths: FloatArray
+) -> BoundedPeaks:
+    """Bound the peak of each constraint over all pieces of a motion.
+
+    Args:
+        limited: The constraints, all of `KIND_OF`, and their limits.
+        segments: The segment (pieces,) of each piece.
+        derivatives: The motion on unit time, and its derivatives.
+        lengths: (pieces,), s.
+
+    Raises:
+        InvalidProblem: A joint travels so far that the bounds would take too many intervals.
+    """
+    dynamics, constraints = limited.dynamics, limited.constraints
+    kinds = np.array([KIND_OF[constraints[k]] for k in limited.of_column])
+    starts = np.searchsorted(limited.of_column, limited.of_column)
+    joints = np.where(kinds == KIND_OF[TORQUE], np.arange(len(kinds)) - starts, 0)
+    most = MOST_INTERVALS + MOST_INTERVALS_OF_PIECE * len(lengths)
+    wish = np.array([BOUND_KNOWN_TO, 1.0 + LIMIT_TOLERANCE, TIGHTEST_BEND, most])
+    robots = np.zeros_like(segments) if len(dynamics.robots) == 1 else dynamics.indices[segments]
+    peaks = BoundedPeaks.nothing(len(constraints))
+    for index in np.unique(robots).tolist():
+        rows, robot = np.flatnonzero(robots == index), dynamics.robots[index]
+        known = np.array([constraints[k].is_known(robot) for k in limited.of_column])
+        half = np.where(known, limited.half[segments[rows]], np.inf)
+        columns = Columns(kinds, joints, limited.of_column, limited.middle[segments[rows]], half)
+        motion = Motion(lengths[rows], derivatives.coefficients[0][rows], derivatives.bernstein[0][rows])
+        try:
+            found = bound_peaks(_tool_chain(robot), motion, columns, wish, peaks)
+        except TooManySamples:
+            raise InvalidProblem([(("limits",), TOO_FAR)]) from None
+        pieces = np.where(found.reached > peaks.reached, rows[found.pieces], peaks.pieces)
+        peaks = found._replace(pieces=pieces)
+    return peaks
+
+
+def _tool_chain(robot: Robot) -> ToolChain:
+    """Return what moves the tool of a robot, for the kernels."""
+    frame = robot.model.frames[robot.tool_frame_id]
+    return ToolChain(robot.chain, int(frame.parentJoint), frame.placement.translation.copy())
