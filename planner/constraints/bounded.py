@@ -68,7 +68,8 @@ def bounded_peaks(
             found = bound_peaks(_tool_chain(robot), motion, columns, wish, peaks)
         except TooManySamples:
             raise InvalidProblem([(("limits",), TOO_FAR)]) from None
-        pieces = np.where(found.reached > peaks.reached, rows[found.pieces], peaks.pieces)
+        higher, pieces = found.reached > peaks.reached, peaks.pieces.copy()
+        pieces[higher] = rows[found.pieces[higher]]
         peaks = found._replace(pieces=pieces)
     return peaks
 
