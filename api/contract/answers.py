@@ -157,12 +157,11 @@ class Check(Answer):
     enforced: bool
     """Whether the back end promises to keep the limit; false: the value is only reported and may exceed it."""
     bounded: bool
-    """Whether the peak bounds the quantity. It does not where the derivative below jumps, because the quantity then
-    has an impulse. The usual case is a cubic from rest. Its acceleration jumps at its ends, so its jerk is unbounded,
-    and `peak` is the largest jerk between the jumps."""
+    """Whether the peak bounds the quantity. It does not where the derivative below jumps: the quantity then has an
+    impulse. The usual case is a cubic from rest. Its acceleration jumps at its ends, so its jerk is unbounded, and
+    `peak` is the largest jerk between the jumps."""
     lower: float | None = None
-    """With `bounded`, the value at `time` in the unit of `peak`: the true peak is between the two. Missing:
-    another method."""
+    """With `bounded`, the value at `time` in the unit of `peak`; the true peak is between them. Missing: no bound."""
 
 
 class CertificateAnswer(Answer):

@@ -201,8 +201,8 @@ def _constraint_checks(
         def shares(pieces: np.ndarray, states: Sequence[FloatArray]) -> FloatArray:
             return sampled.shares(segments[pieces], segments[pieces], states, lengths[pieces])
 
-        use, *places = sampled.peaks(shares, derivatives, lengths, np.zeros_like(segments), decided_at=BROKEN)
-        columns = (part[0].tolist() for part in places)
+        use, *rest = sampled.peaks(shares, derivatives, lengths, np.zeros_like(segments), decided_at=BROKEN)
+        columns = (part[0].tolist() for part in rest)
         check(sampled, map(_Peak, use[0].tolist(), [None] * len(sampled.constraints), *columns))
     return checks
 
@@ -242,7 +242,7 @@ def _by_direction(
     derivatives: UnitPolynomials,
     limits: SegmentLimits,
 ) -> Check:
-    """Return the check of torque as a share of the limit in its direction, not of the distance from the middle."""
+    """Return the check of torque as a share of the limit in its direction."""
     if check.limit is None or limits.torque.is_symmetric:
         return check
     dynamics = limited.dynamics
@@ -266,7 +266,7 @@ def _of_torque(check: Check, joint: int, torque: FloatArray, used: FloatArray) -
 
 
 def _held_at_changes(check: Check, trajectory: Trajectory, dynamics: SegmentDynamics, limits: SegmentLimits) -> Check:
-    """Return the check of torque, or that of holding still where the payload changes if that takes more of a limit.
+    """Return the check of torque, or that of rest where the payload changes if it uses more.
 
     While the robot rests there, its limits are those of the segment before, its payload that of either segment.
     """
