@@ -10,13 +10,17 @@ import numpy as np
 
 from planner.plots.planned import stops_of
 from planner.plots.quantities import MILLIMETRES
+from planner.plots.space.moving import Frames, Painted, Projection, paint_surroundings
+from planner.plots.space.surroundings import shown_points, surroundings
 from planner.plots.stick_model import stick_model
+from planner.plots.view import VIEWS, joined_names
 from planner.plots.xml import well_formed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from planner.plots.planned import Planned
+    from planner.plots.view import View
     from planner.spatial import FloatArray
 
 FRAMES_PER_SECOND = 20.0
@@ -27,18 +31,6 @@ MOST_FRAMES = 400
 
 SHORTEST = 0.01
 """Least duration of an animation, s: of a robot that rests, too."""
-
-ISOMETRIC = ((0.819, 0.574, 0.0), (-0.242, 0.346, 0.906))
-"""The directions, in the base frame, that point to the right and up where a view looks from 25 degrees above, and 55
-degrees from the x axis."""
-
-DIRECTIONS = {
-    "isometric": ISOMETRIC,
-    "xy": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
-    "xz": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-    "yz": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
-}
-"""The directions to the right and up of every view."""
 
 WIDTH = 640.0
 """Width of an animation, points."""
@@ -89,8 +81,8 @@ def animate(plan: Planned, *, view: str = "isometric", speed: float = 1.0) -> An
     Raises:
         ValueError: There is no such view, or the speed is not a positive number.
     """
-    if view not in DIRECTIONS:
-        raise ValueError(f"view: {view}; there are {', '.join(DIRECTIONS)}")
+    if view not in VIEWS:
+        raise ValueError(f"view: {view}; there are {', '.join(VIEWS)}")
     if not 0.0 < speed < np.inf:
         raise ValueError(f"a trajectory cannot be played at {speed} times its speed")
     trajectory = plan.trajectory
@@ -107,40 +99,31 @@ def animate(plan: Planned, *, view: str = "isometric", speed: float = 1.0) -> An
     duration = max(trajectory.duration / speed, SHORTEST)
     timing = f'dur="{duration:.4f}s" repeatCount="indefinite"'
     points = models.reshape(-1, 3)
-    if plan.problem.scene is None:
-        return Animation(_svg(plan, _projecting(points, view)(models), times, timing), duration)
-    from planner.plots.space.moving import Frames, paint_surroundings, projection, with_surroundings
+    things = surroundings(plan)
+    shown = shown_points(things, points)
+    project = _projecting(shown, VIEWS[view])
+    painted = Painted([], [])
+    if things:
+        seen = Projection(VIEWS[view], project)
+        painted = paint_surroundings(plan, Frames(segments, positions), models, shown, seen, timing)
+    return Animation(_svg(plan, project(models), times, timing, painted), duration)
 
-    shown = with_surroundings(plan, points)
-    project = _projecting(shown, view)
-    seen = projection(DIRECTIONS[view], project)
-    painted = paint_surroundings(plan, Frames(segments, positions), models, shown, seen, timing)
-    return Animation(_svg(plan, project(models), times, timing, painted.behind, painted.before), duration)
 
-
-def _projecting(points: FloatArray, view: str) -> Callable[[FloatArray], FloatArray]:
+def _projecting(points: FloatArray, view: View) -> Callable[[FloatArray], FloatArray]:
     """Return what takes points (..., 3), m, to the picture (..., 2) that shows all of some points (N, 3), m."""
-    directions = np.array(DIRECTIONS[view]).T * MILLIMETRES
-    shown = points @ directions
+    shown = view.project(points) * MILLIMETRES
     low, extent = shown.min(axis=0), np.maximum(np.ptp(shown, axis=0), 1.0)
     scale = float(((WIDTH - 2.0 * EDGE, HEIGHT - 2.0 * EDGE) / extent).min())
     middle = 0.5 * np.array([WIDTH, HEIGHT])
 
     def project(those: FloatArray) -> FloatArray:
-        projected: FloatArray = middle + (those @ directions - low - 0.5 * extent) * scale * (1.0, -1.0)
+        projected: FloatArray = middle + (view.project(those) * MILLIMETRES - low - 0.5 * extent) * scale * (1.0, -1.0)
         return projected
 
     return project
 
 
-def _svg(
-    plan: Planned,
-    frames: FloatArray,
-    times: FloatArray,
-    timing: str,
-    behind: Sequence[str] = (),
-    before: Sequence[str] = (),
-) -> str:
+def _svg(plan: Planned, frames: FloatArray, times: FloatArray, timing: str, painted: Painted) -> str:
     """Write points (times, points, 2) down: the path of the last, the waypoints, and the sticks that move.
 
     Args:
@@ -148,8 +131,7 @@ def _svg(
         frames: The points.
         times: Their times (times,), s.
         timing: The attributes of every `animate` that say how long it takes.
-        behind: Elements that the robot is drawn over.
-        before: Elements that are drawn over it.
+        painted: The surroundings, behind the robot and before it.
     """
     tool = frames[:, -1]
     rows = [
@@ -158,18 +140,16 @@ def _svg(
         f'<rect width="{WIDTH:g}" height="{HEIGHT:g}" fill="#ffffff"/>',
         '<marker id="planner-joint" markerWidth="4" markerHeight="4" refX="2" refY="2">',
         '<circle cx="2" cy="2" r="1.1" fill="#333333" stroke="#ffffff" stroke-width="0.3"/></marker>',
-        *behind,
+        *painted.behind,
         f'<polyline points="{_points(tool)}" fill="none" stroke="#0072B2" stroke-width="1.5"/>',
     ]
-    named: dict[tuple[float, float], list[str]] = {}
-    for stop in stops_of(plan):
-        x, y = (float(np.interp(stop.arrival, times, tool[:, k])) for k in (0, 1))
-        near = next((at for at in named if np.hypot(at[0] - x, at[1] - y) < SAME_POINT), (x, y))
-        named.setdefault(near, []).append(stop.name)
-        rows.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#0072B2"/>')
-    for (x, y), names in named.items():
-        name = escape(", ".join(dict.fromkeys(names)))
-        rows.append(f'<text x="{x + 6:.1f}" y="{y - 6:.1f}" font-family="sans-serif" font-size="12">{name}</text>')
+    stops = stops_of(plan)
+    marks = np.array([[np.interp(stop.arrival, times, tool[:, k]) for k in (0, 1)] for stop in stops])
+    rows += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#0072B2"/>' for x, y in marks.tolist()]
+    for row, names in joined_names(marks, [stop.name for stop in stops], SAME_POINT):
+        x, y = marks[row] + (6.0, -6.0)
+        name = escape(", ".join(names))
+        rows.append(f'<text x="{x:.1f}" y="{y:.1f}" font-family="sans-serif" font-size="12">{name}</text>')
     values = ";".join(map(_points, frames))
     rows += [
         '<polyline fill="none" stroke="#555555" stroke-width="5" stroke-linejoin="round" stroke-linecap="round"',
@@ -181,7 +161,7 @@ def _svg(
         f'<circle r="5" cx="{tool[0, 0]:.1f}" cy="{tool[0, 1]:.1f}" fill="#D55E00">',
         f'<animate attributeName="cx" {timing} values="{across}"/>',
         f'<animate attributeName="cy" {timing} values="{down}"/></circle>',
-        *before,
+        *painted.before,
         "</svg>",
     ]
     return well_formed("\n".join(rows))

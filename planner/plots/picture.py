@@ -22,8 +22,9 @@ from planner.plots.quantities import (
     samples_for,
     tool_curves,
 )
-from planner.plots.space import VIEWS, draw_path, draw_points, draw_postures, draw_robot
+from planner.plots.space.views import draw_path, draw_points, draw_postures, draw_robot
 from planner.plots.style import STYLE
+from planner.plots.view import VIEWS
 from planner.plots.xml import well_formed
 
 if TYPE_CHECKING:

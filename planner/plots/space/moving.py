@@ -1,60 +1,40 @@
-"""What stands around a robot in motion, and what it carries, as SVG: things come, go and move as they do on the way."""
+"""The surroundings of a robot in motion as SVG: objects come, go and move as they do along the trajectory."""
 
 from __future__ import annotations
 
-from collections import Counter
 from html import escape
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
-from planner.plots.space.camera import Camera
-from planner.plots.space.painting import (
-    CARRIED,
-    MOST_NAMED,
-    MOST_POINTS,
-    PLANE,
-    STANDING,
-    VEIL,
-    points_along,
-    shown_points,
-)
-from planner.plots.space.solids import painted_order
+from planner.plots.space.solids import CARRIED, MOST_CLOUD_POINTS, VEIL
 from planner.plots.space.surroundings import (
-    ROOM,
-    carried_solids,
+    carried_things,
     grown,
-    patch,
-    plane_of,
-    solid_of,
-    standing_pieces,
-    surroundings,
-    within,
+    names_of,
+    painted_order,
+    points_along,
+    standing_things,
 )
-from planner.scene.point_cloud import Cluster
-from planner.shapes import HalfSpace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from planner.plots.planned import Planned
-    from planner.plots.space.solids import Solid
-    from planner.plots.space.space import Style
+    from planner.plots.space.solids import Thing
+    from planner.plots.view import View
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
 
 RIM = 0.03
 """Share of the extent of what is shown that things larger than it are cut beyond it."""
 
-MOST_LOOKED_AT = 40
+MOST_CHECKED_PICTURES = 40
 """The most pictures at which it is seen whether a thing hides the robot."""
 
-CORNERS = 32
+CARRIED_CORNERS = 32
 """The number of corners of the outline of what moves: each is where it reaches furthest along one direction."""
-
-DIRECTIONS = np.column_stack([f(2.0 * np.pi * np.arange(CORNERS) / CORNERS) for f in (np.cos, np.sin)])
-"""These directions, (CORNERS, 2)."""
 
 
 class Frames(NamedTuple):
@@ -65,18 +45,10 @@ class Frames(NamedTuple):
 
 
 class Projection(NamedTuple):
-    """The camera, and what takes points (..., 3), m, to where they are in the picture (..., 2)."""
+    """The view, and the function from points (..., 3), m, to their places in the picture (..., 2)."""
 
-    camera: Camera
+    view: View
     project: Callable[[FloatArray], FloatArray]
-
-
-def projection(directions: Sequence[Sequence[float]], project: Callable[[FloatArray], FloatArray]) -> Projection:
-    """Return how things are seen along parallel lines, where directions (2, 3) point to the right and up."""
-    matrix = np.zeros((3, 4))
-    matrix[:2, :3] = directions
-    matrix[2, 3] = 1.0
-    return Projection(Camera(matrix), project)
 
 
 class Painted(NamedTuple):
@@ -84,17 +56,6 @@ class Painted(NamedTuple):
 
     behind: list[str]
     before: list[str]
-
-
-def with_surroundings(plan: Planned, points: FloatArray) -> FloatArray:
-    """Return points (N, 3), m, of a robot in motion with those of what is near, which a view has to show."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    near = surroundings(plan).within(*grown(low, high, ROOM))
-    points = np.concatenate([points, *shown_points(near, low, high)])
-    low, high = points.min(axis=0), points.max(axis=0)
-    parts = [within(solid, low, high) for solid in near.solids if solid.cuts]
-    parts += [patch(plane, low, high) for plane in near.planes]
-    return np.concatenate([points, *(part.vertices for part in parts if part)])
 
 
 def paint_surroundings(
@@ -119,30 +80,18 @@ def paint_surroundings(
     around = [checkers[min(segment, len(checkers) - 1)] for segment in frames.segments]
     low, high = grown(shown.min(axis=0), shown.max(axis=0), RIM)
     clock = _Clock(len(around) - 1, timing)
-    robot = np.concatenate([points_along(model) for model in models[:: -(-len(models) // MOST_LOOKED_AT)]])
+    robot = np.concatenate([points_along(model) for model in models[:: -(-len(models) // MOST_CHECKED_PICTURES)]])
     painted = Painted([], [])
-    things: list[tuple[Solid, Style, str]] = []
-    for piece, having_it in standing_pieces(checkers):
-        when = clock.shown([checker in having_it for checker in around])
-        if isinstance(piece.shape, Cluster):
-            points = piece.shape.centers @ piece.rotation.T + piece.translation
-            inside = points[((points >= low) & (points <= high)).all(axis=1)]
-            painted.behind.append(_dots(seen.project(inside), piece.name, when))
-        elif isinstance(piece.shape, HalfSpace):
-            plate = patch(plane_of(piece, piece.shape), low, high)
-            things += [(plate, PLANE, when)] if plate else []
-        else:
-            part = within(solid_of(piece, piece.shape), low, high)
-            things += [(part, STANDING, when)] if part else []
-    for number in painted_order([solid for solid, _, _ in things], seen.camera):
-        solid, style, when = things[number]
-        hidden, in_front = solid.hidden(robot, seen.camera)
-        if hidden > in_front:
-            painted.before.append(_area(solid, style._replace(opacity=VEIL * style.opacity), seen, when))
-        else:
-            painted.behind.append(_area(solid, style, seen, when))
+    things: dict[Thing, str] = {}
+    for thing, having_it in standing_things(checkers):
+        if (part := thing.within(low, high)) is not None:
+            things[part] = clock.shown([checker in having_it for checker in around])
+    for thing in painted_order(list(things), seen.view):
+        over = thing.is_over(robot, seen.view)
+        drawn = _thing(thing, VEIL if over else 1.0, (low, high), seen, things[thing])
+        (painted.before if over else painted.behind).append(drawn)
     painted.behind.extend(_carried(around, frames.positions, seen, clock))
-    painted.before.extend(_names([solid for solid, _, when in things if not when], seen))
+    painted.before.extend(_names([thing for thing, when in things.items() if not when], seen))
     return painted
 
 
@@ -174,12 +123,10 @@ def _carried(
     """Draw what a robot carries at joint positions (T, joints), each piece while it is carried."""
     outlines: dict[tuple[str, int], dict[int, str]] = {}
     for row, (checker, position) in enumerate(zip(around, positions, strict=True)):
-        pieces: Counter[str] = Counter()
-        for solid in carried_solids(checker, position):
-            corners = seen.project(solid.vertices)
-            outline = _points(corners[(corners @ DIRECTIONS.T).argmax(axis=0)])
-            outlines.setdefault((solid.name, pieces[solid.name]), {})[row] = outline
-            pieces[solid.name] += 1
+        for thing in carried_things(checker, position):
+            for number, piece in enumerate(thing.pieces):
+                outline = _points(seen.project(piece.outline(seen.view, CARRIED_CORNERS)))
+                outlines.setdefault((thing.name, number), {})[row] = outline
     for (name, _), known in outlines.items():
         first, *_, last = [*known.values()] * 2
         inner = [row for row in known if 0 < row < clock.last]
@@ -192,40 +139,30 @@ def _carried(
         )
 
 
-def _area(solid: Solid, style: Style, seen: Projection, when: str) -> str:
-    """Draw the outline of a solid and those of its edges that are seen."""
-    outline, edges = seen.project(solid.outline(seen.camera)), seen.project(solid.edges(seen.camera))
-    strokes = "".join(f"M{_points(edge)}" for edge in edges)
+def _thing(thing: Thing, share: float, ends: tuple[FloatArray, FloatArray], seen: Projection, when: str) -> str:
+    """Draw the outline of a thing, a share of its opacity, its edges and points."""
+    style, stride = thing.style, -(-len(thing.points) // MOST_CLOUD_POINTS) or 1
+    outlines = "".join(f"M{_points(seen.project(outline))}Z" for outline in thing.outlines(seen.view))
+    edges = thing.edges(seen.view, *ends) if thing.pieces else ()
+    strokes = "".join(f"M{_points(seen.project(edge))}" for edge in edges)
+    dots = "".join(f"M{x:.1f},{y:.1f}h0" for x, y in seen.project(thing.points[::stride]).tolist())
     return (
-        f'<g data-name="{escape(solid.name)}"><title>{escape(solid.name)}</title>{when}'
-        f'<polygon points="{_points(outline)}" fill="{style.fill}" fill-opacity="{style.opacity:g}"/>'
-        f'<path d="{strokes}" fill="none" stroke="{style.edge}" stroke-width="0.8"/></g>'
+        f'<g data-name="{escape(thing.name)}"><title>{escape(thing.name)}</title>{when}'
+        + (f'<path d="{outlines}" fill="{style.fill}" fill-opacity="{share * style.opacity:g}"/>' if outlines else "")
+        + (f'<path d="{strokes}" fill="none" stroke="{style.edge}" stroke-width="0.8"/>' if strokes else "")
+        + (f'<path d="{dots}" stroke="{style.edge}" stroke-width="1.5" stroke-linecap="round"/>' if dots else "")
+        + "</g>"
     )
 
 
-def _dots(points: FloatArray, name: str, when: str) -> str:
-    """Draw points (N, 2) of a cloud."""
-    stride = -(-len(points) // MOST_POINTS) or 1
-    dots = "".join(f"M{x:.1f},{y:.1f}h0" for x, y in points[::stride].tolist())
-    return (
-        f'<g data-name="{escape(name)}"><title>{escape(name)}</title>{when}'
-        f'<path d="{dots}" stroke="{STANDING.edge}" stroke-width="1.5" stroke-linecap="round"/></g>'
-    )
-
-
-def _names(solids: Sequence[Solid], seen: Projection) -> Iterator[str]:
+def _names(things: Sequence[Thing], seen: Projection) -> Iterator[str]:
     """Write the names of what stands all the time above it, unless they are too many."""
-    tops: dict[str, tuple[float, float]] = {}
-    for solid in solids:
-        x, y = seen.project(solid.vertices).T
-        top = float(y.min()), float(x.mean())
-        tops[solid.name] = min(tops.get(solid.name, top), top)
-    if len(tops) <= MOST_NAMED:
-        for name, (y, x) in tops.items():
-            yield (
-                f'<text x="{x:.1f}" y="{y - 4.0:.1f}" text-anchor="middle" font-family="sans-serif" font-size="11"'
-                f' font-style="italic" fill="#6B5A3A">{escape(name)}</text>'
-            )
+    for point, names in names_of(things, seen.view):
+        x, y = seen.project(point)
+        yield (
+            f'<text x="{x:.1f}" y="{y - 4.0:.1f}" text-anchor="middle" font-family="sans-serif" font-size="11"'
+            f' font-style="italic" fill="#6B5A3A">{escape(", ".join(names))}</text>'
+        )
 
 
 def _points(points: FloatArray) -> str:

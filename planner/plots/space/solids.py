@@ -1,77 +1,104 @@
-"""Convex things as a camera sees them: their outlines and edges, and which of them hides which."""
+"""Convex pieces of objects in a view: their outlines and edges, and the points that they hide."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.shapes.surfaces import surface_around
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.plots.space.camera import Camera
+    from planner.plots.view import View
     from planner.spatial import FloatArray
 
 SHARP = np.cos(np.radians(30.0))
-"""Cosine of the angle between two faces from which on the edge between them is drawn: sides of what is round meet at
-less."""
+"""Cosine of the least angle between two faces whose edge is drawn; sides of round shapes meet at less."""
 
 EDGE_ON = 1e-6
-"""Cosine between a face and a line of sight, below which the face is seen from neither side."""
+"""Cosine between a face and the line of sight below which the face is not seen."""
 
-TOUCHING = 1e-3
-"""Share of the extent of all things by which two of them may overlap and still count as beside each other: less than a
-point of a picture."""
+ON_BORDER = 1e-6
+"""Share of the extent of a box below which a point is on its border."""
+
+OUTLINE_DIRECTIONS = 360
+"""Number of directions in which the furthest corner of a piece is part of its outline."""
+
+LEAST_CORNERS = 3
+"""Least number of corners of a part of a plane."""
+
+EDGE_PARTS = 6
+"""Number of parts of an edge, each of which is drawn or hidden."""
 
 
-MOST_ORDERED = 200
-"""The most things whose order is found from planes between any two; more are ordered by their middles."""
+def ring(count: int) -> FloatArray:
+    """Return directions (count, 2) all around."""
+    angles = 2.0 * np.pi * np.arange(count) / count
+    return np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+class Style(NamedTuple):
+    """The colours of faces and edges, and the opacity of faces, from 0 to 1."""
+
+    fill: str
+    edge: str
+    opacity: float
+
+
+STANDING = Style("#CDB894", "#86714D", 0.4)
+"""The style of objects of the scene."""
+
+CARRIED = Style("#8FB3C4", "#3D687D", 0.5)
+"""The style of objects that the robot carries."""
+
+PLANE = Style("#DAD3C6", "#B5AA97", 0.35)
+"""The style of half spaces."""
+
+
+VEIL = 0.4
+"""Share of its opacity of an object that hides the robot."""
+
+MOST_CLOUD_POINTS = 2000
+"""Largest number of points of clouds that are drawn: as many as a picture can tell apart."""
 
 
 @dataclass(frozen=True, eq=False)
-class Solid:
-    """A convex thing.
+class Piece:
+    """A convex body.
 
     Attributes:
-        name: What it is a piece of.
         vertices: Its corners (N, 3), m.
-        faces: The triangles of its surface (F, 3), by the numbers of their corners, counterclockwise from outside.
-        carried: Whether it moves with the robot.
-        cuts: Planes at which it was cut, normals (3,) and offsets, m: what goes on there has no edge.
+        faces: The triangles of its surface (F, 3) by the numbers of their corners, counterclockwise from outside.
     """
 
-    name: str
     vertices: FloatArray
     faces: np.ndarray
-    carried: bool = False
-    cuts: tuple[tuple[FloatArray, float], ...] = ()
 
     @cached_property
-    def normals(self) -> FloatArray:
-        """Unit normals of the faces (F, 3), out of the solid; zero of faces that are lines."""
+    def planes(self) -> tuple[FloatArray, FloatArray]:
+        """The unit normals (F, 3) of its faces and their distances (F,), m, from the origin."""
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
         normals = np.cross(b - a, c - a)
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        return np.asarray(normals / np.where(lengths > 0.0, lengths, 1.0), dtype=np.float64)
+        normals = normals / np.where(lengths > 0.0, lengths, 1.0)
+        return normals, np.einsum("ij,ij->i", normals, a)
 
-    @cached_property
-    def offsets(self) -> FloatArray:
-        """Distances of the faces' planes from the origin along their normals (F,), m."""
-        offsets: FloatArray = np.einsum("ij,ij->i", self.normals, self.vertices[self.faces[:, 0]])
-        return offsets
+    def moved(self, rotation: FloatArray, translation: FloatArray) -> Piece:
+        """Return the piece, turned by a rotation (3, 3) and shifted by a translation (3,), m."""
+        return Piece(self.vertices @ rotation.T + translation, self.faces)
 
-    def facing(self, camera: Camera) -> np.ndarray:
-        """Return 1 of faces (F,) that a camera sees, -1 of those that are turned away, and 0 of those seen edge-on."""
-        sides = camera.sides(self.normals, self.offsets)
-        scale = max(1.0, float(np.linalg.norm(camera.eye[:3])))
-        return np.asarray(np.where(np.abs(sides) > EDGE_ON * scale, np.sign(sides), 0.0), dtype=int)
+    def within(self, low: FloatArray, high: FloatArray) -> Piece | None:
+        """Return the part inside a box with lower and upper ends (3,), m; None: there is none."""
+        piece: Piece | None = self
+        for axis, lower, upper in zip(np.eye(3), low.tolist(), high.tolist(), strict=True):
+            piece = piece and piece.cut(axis, upper)
+            piece = piece and piece.cut(-axis, -lower)
+        return piece
 
-    def cut(self, normal: FloatArray, offset: float) -> Solid | None:
-        """Return the part in front of which a plane n . x = d is, n . x <= d, unless nothing is left."""
+    def cut(self, normal: FloatArray, offset: float) -> Piece | None:
+        """Return the part where n . x <= d; None: there is none."""
         heights = self.vertices @ normal - offset
         if (heights <= 0.0).all():
             return self
@@ -81,110 +108,118 @@ class Solid:
         crossing = (heights[a] < 0.0) & (heights[b] > 0.0)
         a, b = a[crossing], b[crossing]
         share = (heights[a] / (heights[a] - heights[b]))[:, None]
-        points = np.concatenate(
-            [self.vertices[heights <= 0.0], (1.0 - share) * self.vertices[a] + share * self.vertices[b]]
-        )
-        return Solid(self.name, *surface_around(points), self.carried, (*self.cuts, (normal, offset)))
+        crossed = (1.0 - share) * self.vertices[a] + share * self.vertices[b]
+        return Piece(*surface_around(np.concatenate([self.vertices[heights <= 0.0], crossed])))
 
-    def outline(self, camera: Camera) -> FloatArray:
-        """Return the corners (N, 3), m, of what a camera sees of it, counterclockwise."""
-        return self.vertices[_hull(camera.project(self.vertices))]
+    def outline(self, view: View, corners: int = OUTLINE_DIRECTIONS) -> FloatArray:
+        """Return the corners (N, 3), m, of its outline in a view, counterclockwise: one of each direction."""
+        rows = (view.project(self.vertices) @ ring(corners).T).argmax(axis=0)
+        return np.asarray(self.vertices[rows])
 
-    def edges(self, camera: Camera) -> FloatArray:
-        """Return the ends (N, 2, 3), m, of edges that a camera sees: sharp ones, and where the surface turns away.
+    def edges(self, view: View, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Return the ends (N, 2, 3), m, of its visible sharp edges and of its outline in a view.
 
-        Where it was cut, a face that is seen goes on and has no edge.
+        A visible face goes on beyond the border of a box with lower and upper ends (3,), m, and has no edge there.
         """
         starts, ends = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
-        of = np.repeat(np.arange(len(self.faces)), 3)
-        left_of = {(a, b): face for a, b, face in zip(starts.tolist(), ends.tolist(), of.tolist(), strict=True)}
+        of = np.repeat(np.arange(len(self.faces)), 3).tolist()
+        left_of = dict(zip(zip(starts.tolist(), ends.tolist(), strict=True), of, strict=True))
         pairs = np.array([(a, b, face, left_of.get((b, a), face)) for (a, b), face in left_of.items() if a < b])
-        facing = self.facing(camera)
-        one, other = facing[pairs[:, 2]] > 0, facing[pairs[:, 3]] > 0
-        sharp = np.einsum("ij,ij->i", self.normals[pairs[:, 2]], self.normals[pairs[:, 3]]) < SHARP
-        seen = (one != other) | (one & other & sharp)
-        cut = self._on_cuts()
+        normals, _ = self.planes
         first, second = pairs[:, 2], pairs[:, 3]
-        goes_on = (cut[first] & (cut[second] | other)) | (cut[second] & (cut[first] | one))
-        return np.asarray(self.vertices[pairs[seen & ~goes_on, :2]], dtype=np.float64)
+        seen = normals @ view.toward > EDGE_ON
+        sharp = np.einsum("ij,ij->i", normals[first], normals[second]) < SHARP
+        drawn = (seen[first] != seen[second]) | (seen[first] & sharp)
+        corners, slack = self.vertices[self.faces], ON_BORDER * float((high - low).max())
+        on_border: np.ndarray = np.concatenate([corners - low, high - corners], axis=2) < slack
+        cut = np.any(np.all(on_border, axis=1), axis=1)
+        goes_on = (cut[first] & (cut[second] | seen[second])) | (cut[second] & (cut[first] | seen[first]))
+        return np.asarray(self.vertices[pairs[drawn & ~goes_on, :2]], dtype=np.float64)
 
-    def _on_cuts(self) -> np.ndarray:
-        """Tell which faces (F,) it has from where it was cut."""
-        on_cuts = np.zeros(len(self.faces), dtype=bool)
-        slack = TOUCHING * float(np.ptp(self.vertices, axis=0).max())
-        for normal, offset in self.cuts:
-            on_cuts |= (np.abs(self.vertices[self.faces] @ normal - offset) < slack).all(axis=1)
-        return on_cuts
-
-    def hidden(self, points: FloatArray, camera: Camera) -> tuple[int, int]:
-        """Count the points (N, 3), m, that it hides from a camera, and those that hide it."""
-        outline = camera.project(self.outline(camera))
-        seen = camera.project(points)
-        along = np.roll(outline, -1, axis=0) - outline
-        apart = seen[:, None] - outline
-        inside = (along[:, 0] * apart[..., 1] - along[:, 1] * apart[..., 0] >= 0.0).all(axis=1)
-        heights = points[inside] @ self.normals.T - self.offsets
-        facing = self.facing(camera)
-        in_front = (heights[:, facing > 0] > 0.0).any(axis=1)
-        behind = (heights[:, facing < 0] > 0.0).any(axis=1) & ~in_front
-        return int(behind.sum()), int(in_front.sum())
+    def sides(self, points: FloatArray, view: View) -> np.ndarray:
+        """Return 1 of points (N, 3), m, that it hides in a view, -1 of those that hide it, and 0 of the others."""
+        sides, own, seen = np.zeros(len(points), dtype=int), view.project(self.vertices), view.project(points)
+        near = np.flatnonzero(((seen > own.min(axis=0)) & (seen < own.max(axis=0))).all(axis=1))
+        normals, offsets = self.planes
+        rates = normals @ view.toward
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossings = (offsets - points[near] @ normals.T) / rates
+        enters = crossings[:, rates < -EDGE_ON].max(axis=1, initial=-np.inf)
+        leaves = crossings[:, rates > EDGE_ON].min(axis=1, initial=np.inf)
+        sides[near] = np.where(enters < leaves, np.where(leaves > 0.0, 1, -1), 0)
+        return sides
 
 
-def painted_order(solids: Sequence[Solid], camera: Camera) -> list[int]:
-    """Return the numbers of solids in an order in which each may be painted over those before it.
+@dataclass(frozen=True, eq=False)
+class Thing:
+    """An object at one place.
 
-    A plane through a face of one with another one beyond it tells which one cannot hide the other: that on the side
-    away from the eye. Where no such order is found, the farthest one comes first.
-
-    Args:
-        solids: Things that are beside each other.
-        camera: Where they are seen from.
+    Attributes:
+        name: Its name.
+        style: How it is drawn.
+        pieces: Its convex pieces.
+        points: The points (N, 3), m, of a point cloud.
+        plane: The normal (3,) and the offset, m, of a half space.
     """
-    count = len(solids)
-    nearness = np.array([camera.nearness(solid.vertices.mean(axis=0)) for solid in solids])
-    if count > MOST_ORDERED:
-        return list(np.argsort(nearness, kind="stable").tolist())
-    may_hide = _may_hide(solids, camera)
-    left, order = np.ones(count, dtype=bool), []
-    while left.any():
-        free = left & ~may_hide[:, left].any(axis=1)
-        candidates = np.flatnonzero(free if free.any() else left)
-        order.append(int(candidates[np.argmin(nearness[candidates])]))
-        left[order[-1]] = False
-    return order
+
+    name: str
+    style: Style
+    pieces: tuple[Piece, ...] = ()
+    points: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    plane: tuple[FloatArray, float] | None = None
+
+    @cached_property
+    def vertices(self) -> FloatArray:
+        """All its corners and points (N, 3), m."""
+        return np.concatenate([*(piece.vertices for piece in self.pieces), self.points])
+
+    def within(self, low: FloatArray, high: FloatArray) -> Thing | None:
+        """Return the part inside a box between ends (3,), m: itself if all is inside; None: nothing."""
+        if self.plane is not None:
+            corners = _section(*self.plane, low, high)
+            if len(corners) < LEAST_CORNERS:
+                return None
+            plate = surface_around(np.vstack([corners, corners.mean(axis=0)]))  # which takes four points
+            return replace(self, pieces=(Piece(*plate),), plane=None)
+        inside = ((self.points >= low) & (self.points <= high)).all(axis=1)
+        pieces = tuple(part for piece in self.pieces if (part := piece.within(low, high)) is not None)
+        if pieces == self.pieces and inside.all():
+            return self
+        return replace(self, pieces=pieces, points=self.points[inside]) if pieces or inside.any() else None
+
+    def outlines(self, view: View) -> list[FloatArray]:
+        """Return the corners (N, 3), m, of the outlines of its pieces in a view."""
+        outlines = [piece.outline(view) for piece in self.pieces]
+        return [points[(points != np.roll(points, 1, axis=0)).any(axis=1)] for points in outlines]
+
+    def edges(self, view: View, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Return the ends (N, 2, 3), m, of its edges in a view of a box between ends (3,), m."""
+        ends = (np.full(3, -np.inf), np.full(3, np.inf)) if self.style == PLANE else (low, high)
+        return np.concatenate([self._visible(piece, piece.edges(view, *ends), view) for piece in self.pieces])
+
+    def _visible(self, piece: Piece, edges: FloatArray, view: View) -> FloatArray:
+        """Return the parts of the edges (N, 2, 3), m, of a piece that no other piece hides."""
+        if len(self.pieces) == 1:
+            return edges
+        shares = np.arange(EDGE_PARTS + 1)[:, None, None] / EDGE_PARTS
+        points = (1.0 - shares) * edges[:, 0] + shares * edges[:, 1]
+        parts = np.stack([points[:-1], points[1:]], axis=2).reshape(-1, 2, 3)
+        for other in self.pieces:
+            if other is not piece:
+                parts = parts[other.sides(parts.mean(axis=1), view) <= 0]
+        return parts
+
+    def is_over(self, points: FloatArray, view: View) -> bool:
+        """Tell whether it hides more of some points (N, 3), m, than are in front of it."""
+        return sum(int(piece.sides(points, view).sum()) for piece in self.pieces) > 0
 
 
-def _may_hide(solids: Sequence[Solid], camera: Camera) -> np.ndarray:
-    """Tell which of solids (N,) may hide which (N, N): false where a plane between the two proves that it cannot."""
-    boxes = [camera.project(solid.vertices) for solid in solids]
-    low, high = (np.array([bound(box, axis=0) for box in boxes]).reshape(-1, 2) for bound in (np.min, np.max))
-    overlap = ((low[:, None] < high) & (low < high[:, None])).all(axis=2)
-    may_hide = overlap & ~np.eye(len(solids), dtype=bool)
-    slack = TOUCHING * max((float(np.ptp(solid.vertices, axis=0).max()) for solid in solids), default=0.0)
-    facing = [solid.facing(camera) for solid in solids]
-    for first, second in np.argwhere(may_hide).tolist():
-        gaps = (solids[second].vertices @ solids[first].normals.T - solids[first].offsets).min(axis=0)
-        between = facing[first][gaps > -slack]
-        may_hide[first, second] &= not (between >= 0).any()
-        may_hide[second, first] &= not (between <= 0).any()
-    return may_hide
-
-
-def _hull(points: FloatArray) -> list[int]:
-    """Return the numbers of the corners of the hull of points (N, 2), counterclockwise (Andrew's monotone chain)."""
-    order = np.lexsort(points.T[::-1]).tolist()
-    rows = points.tolist()
-    half: list[list[int]] = []
-    for numbers in (order, order[::-1]):
-        chain: list[int] = []
-        for number in numbers:
-            while len(chain) > 1 and _turn(rows[chain[-2]], rows[chain[-1]], rows[number]) <= 0.0:
-                chain.pop()
-            chain.append(number)
-        half.append(chain[:-1])
-    return [*half[0], *half[1]]
-
-
-def _turn(a: list[float], b: list[float], c: list[float]) -> float:
-    """Return twice the area of a triangle, positive if it is counterclockwise."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+def _section(normal: FloatArray, offset: float, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the corners (N, 3), m, of the part of a plane inside a box."""
+    corners = np.array(np.meshgrid(*np.stack([low, high], axis=1))).reshape(3, 8).T
+    heights = corners @ normal - offset
+    a, b = np.nonzero((corners[:, None] != corners).sum(axis=2) == 1)
+    crossing = (heights[a] < 0.0) & (heights[b] > 0.0)
+    a, b = a[crossing], b[crossing]
+    share = (heights[a] / (heights[a] - heights[b]))[:, None]
+    return np.concatenate([corners[heights == 0.0], (1.0 - share) * corners[a] + share * corners[b]])

@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.collections import LineCollection
-from matplotlib.patches import Polygon
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from planner.plots.quantities import MILLIMETRES, XYZ
-from planner.plots.space.camera import Camera
 from planner.plots.style import AXIS_COLOURS
+from planner.plots.view import AZIMUTH, ELEVATION, VIEWS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.artist import Artist
     from matplotlib.figure import Figure
     from matplotlib.gridspec import SubplotSpec
 
+    from planner.plots.space.solids import Style
     from planner.spatial import FloatArray
-
-VIEWS = {"isometric": (0, 1, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-"""The views by name, and the coordinates that each shows."""
-
-ELEVATION = 25.0
-"""How far above the floor the isometric view looks from, degrees."""
-
-AZIMUTH = -55.0
-"""The direction that it looks from, degrees from the x axis."""
 
 FLATTEST = 0.5
 """Least extent of a picture along an axis, as a share of its largest one."""
@@ -51,31 +47,38 @@ TEXT = 9.0
 """The layer of names, over all else."""
 
 
-class Style(NamedTuple):
-    """How a thing is drawn: the colours of its faces and edges, and how much its faces cover, from 0 to 1."""
+class _Area(PathPatch):
+    """A patch in space, whose outlines are projected when it is drawn."""
 
-    fill: str
-    edge: str
-    opacity: float
+    def __init__(self, corners: FloatArray, codes: Sequence[Any], **style: Any) -> None:
+        super().__init__(Path(corners[:, :2], codes), **style)
+        self._corners, self._codes = corners, codes
+
+    def do_3d_projection(self) -> float:
+        """Project it; its place among other patches is that of its `zorder`."""
+        x, y, _ = proj_transform(*self._corners.T, self.axes.M)  # type: ignore[union-attr]
+        self.set_path(Path(np.column_stack([x, y]), self._codes))
+        return 0.0
 
 
 class Space:
-    """A view of the base frame, in perspective or onto the plane of two of its axes; lengths are drawn in mm.
+    """A view of the base frame in axes of matplotlib; lengths are drawn in mm.
 
     Attributes:
         axes: The axes of matplotlib.
-        columns: The coordinates that are shown.
+        view: The view.
+        columns: The coordinates that its axes show.
         drawn: Corners of what was drawn so far, each (3,), mm.
         lines: Points of the lines that were drawn so far, each (N, 3), m.
     """
 
     def __init__(self, figure: Figure, cell: SubplotSpec, view: str) -> None:
-        self.columns = VIEWS[view]
+        self.view = VIEWS[view]
+        self.columns = self.view.columns
         self.is_solid = len(self.columns) == 3
         if self.is_solid:
-            self.axes: Any = figure.add_subplot(
-                cell, projection="3d", elev=ELEVATION, azim=AZIMUTH, computed_zorder=False
-            )
+            options = {"elev": ELEVATION, "azim": AZIMUTH, "proj_type": "ortho", "computed_zorder": False}
+            self.axes: Any = figure.add_subplot(cell, projection="3d", **options)
         else:
             self.axes = figure.add_subplot(cell, gid=f"graph.{view}")
         self.drawn: list[FloatArray] = []
@@ -128,33 +131,20 @@ class Space:
         return corners.min(axis=0), corners.max(axis=0)
 
     def limits(self) -> tuple[FloatArray, FloatArray]:
-        """Return the lower and the upper ends (3,), m, of the finished picture; along what it does not show, of all."""
+        """Return the lower and the upper ends (3,), m, of the finished picture."""
         low, high = self._ends()
         return low / MILLIMETRES, high / MILLIMETRES
 
-    def camera(self) -> Camera:
-        """Return what takes points to the picture, once it is finished."""
-        if not self.is_solid:
-            return Camera.onto(self.columns)
-        return Camera(self.axes.get_proj()[[0, 1, 3]] * [MILLIMETRES, MILLIMETRES, MILLIMETRES, 1.0])
-
-    def area(self, outline: FloatArray, edges: FloatArray, style: Style, order: float, gid: str) -> None:
-        """Fill an outline (N, 3), m, and draw edges (N, 2, 3), m, over what has a lower order."""
-        corners = np.ascontiguousarray(outline[:, self.columns] * MILLIMETRES)
-        fill: dict[str, Any] = {
-            "facecolor": style.fill,
-            "alpha": style.opacity,
-            "linewidth": 0.0,
-            "zorder": order,
-            "gid": gid,
-        }
-        if self.is_solid:
-            self.axes.add_collection(Poly3DCollection([corners], **fill))
-        else:
-            self.axes.add_patch(Polygon(corners, **fill))
+    def area(self, outlines: Sequence[FloatArray], edges: FloatArray, style: Style, order: float, gid: str) -> None:
+        """Fill the union of outlines (N, 3), m, and draw edges (N, 2, 3), m, in a layer."""
+        codes = [code for each in outlines for code in (Path.MOVETO, *[Path.LINETO] * (len(each) - 1), Path.CLOSEPOLY)]
+        closed = [np.concatenate([each, each[:1]])[:, self.columns] * MILLIMETRES for each in outlines]
+        fill = {"facecolor": style.fill, "alpha": style.opacity, "linewidth": 0.0, "zorder": order, "gid": gid}
+        self.axes.add_patch(_Area(np.concatenate(closed), codes, **fill))
         apart = np.full((len(edges), 1, 3), np.nan)
         strokes = np.concatenate([edges, apart], axis=1).reshape(-1, 3)[:, self.columns] * MILLIMETRES
-        self.axes.plot(*strokes.T, color=style.edge, linewidth=0.7, zorder=order, gid=f"edges.{gid}")
+        stroke = {"color": style.edge, "linewidth": 0.7, "solid_capstyle": "butt", "zorder": order}
+        self.axes.plot(*strokes.T, **stroke, gid=f"edges.{gid}")
 
     def cloud(self, points: FloatArray, colour: str, gid: str, size: float = 1.5) -> None:
         """Draw small dots at points (N, 3), m, of things, below the robot."""

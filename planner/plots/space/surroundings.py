@@ -1,146 +1,105 @@
-"""What stands around the robot of a plan, and what it carries, as a view shows it."""
+"""The surroundings of the robot of a plan: objects of its scene, and those that it carries."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
 from planner.plots.planned import stops_of
-from planner.plots.space.solids import Solid
+from planner.plots.space.solids import CARRIED, PLANE, STANDING, Piece, Thing
+from planner.plots.view import joined_names
 from planner.scene.point_cloud import Cluster
 from planner.shapes import HalfSpace
-from planner.shapes.surfaces import surface, surface_around
-from planner.spatial import rotation_with_z_along
+from planner.shapes.surfaces import surface
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.plots.planned import Planned
+    from planner.plots.view import View
     from planner.scene import CollisionChecker
     from planner.scene.obstacles import Obstacle
-    from planner.shapes import Shape
     from planner.spatial import FloatArray
 
-ROOM = 0.75
-"""How much of its surroundings a view shows on each side of the robot and its path, as a share of their extent."""
+SHOWN_SHARE = 0.75
+"""Largest distance of objects that a view shows from the robot and its path, as a share of their extent."""
+
+BEGINNING_SHARE = 0.15
+"""Part of an object beyond this room that a view shows at least, as a share of the same extent."""
+
+BELOW_PLANE_SHARE = 0.01
+"""Distance beyond a half space that a view shows at least, as a share of the same extent."""
 
 POSE_DECIMALS = 6
-"""Number of decimals, of m, by which two places of a thing are told apart."""
+"""Number of decimals, of m, by which two places of an object are told apart."""
 
-PATCH_THICKNESS = 3e-4
-"""Thickness of a drawn plane, as a share of the extent of the view."""
+MOST_NAMES = 12
+"""Largest number of objects whose names are written."""
 
+CLOSE_NAMES = 0.03
+"""Share of the extent of a view up to which two objects have their names on one line."""
 
-@dataclass(frozen=True, eq=False)
-class Surroundings:
-    """What stands around a robot and what it carries, in the base frame.
+SAME_HEIGHT = 0.01
+"""Share of the extent of an object by which its points are as high as its highest one."""
 
-    Attributes:
-        solids: Convex pieces, whole or what of them is in the view.
-        planes: Half spaces by their names, the normals (3,) out of them and their offsets, m.
-        clouds: Points that were seen (N, 3), m, by the names of what they are of.
-        margins: Least distance, m, that is kept from each thing that stands, by its name.
-    """
-
-    solids: tuple[Solid, ...]
-    planes: tuple[tuple[str, FloatArray, float], ...]
-    clouds: tuple[tuple[str, FloatArray], ...]
-    margins: dict[str, float]
-
-    def within(self, low: FloatArray, high: FloatArray) -> Surroundings:
-        """Return what of it is between lower and upper ends (3,), m."""
-        solids = [part for solid in self.solids if (part := within(solid, low, high)) is not None]
-        middle = 0.5 * (low + high)
-        planes = [plane for plane in self.planes if _holds(low, high, foot_of(plane, middle))]
-        inside = [(name, points[((points >= low) & (points <= high)).all(axis=1)]) for name, points in self.clouds]
-        clouds = [(name, points) for name, points in inside if len(points)]
-        return Surroundings(tuple(solids), tuple(planes), tuple(clouds), self.margins)
-
-    def names(self, *, carried: bool) -> set[str]:
-        """Return the names of what the robot carries, or of what stands."""
-        return {solid.name for solid in self.solids if solid.carried == carried}
+LINE_STEPS = 12
+"""Number of points that stand for each stretch of a line, where objects hide it."""
 
 
-def surroundings(plan: Planned) -> Surroundings:
-    """Return what stands around the robot at any time of a plan, and what it carries, at every waypoint.
-
-    What is taken and put down again is where it stands, at the tool, and where it then stands.
-    """
-    if plan.problem.scene is None:
-        return Surroundings((), (), (), {})
-    checkers = segment_checkers(plan.problem, plan.path.positions)
-    pieces = [piece for piece, _ in standing_pieces(checkers)]
-    default = plan.problem.scene.margin
-    margins = {piece.name: default if piece.margin is None else piece.margin for piece in pieces}
-    solids: list[Solid] = []
-    planes: list[tuple[str, FloatArray, float]] = []
-    seen: dict[str, list[FloatArray]] = {}
-    for piece in pieces:
-        if isinstance(piece.shape, Cluster):
-            seen.setdefault(piece.name, []).append(piece.shape.centers @ piece.rotation.T + piece.translation)
-        elif isinstance(piece.shape, HalfSpace):
-            planes.append(plane_of(piece, piece.shape))
-        else:
-            solids.append(solid_of(piece, piece.shape))
-    for stop in stops_of(plan):
-        checker = checkers[min(stop.row, len(checkers) - 1)]
-        solids += carried_solids(checker, plan.path.positions[stop.row])
-    clouds = tuple((name, np.concatenate(parts)) for name, parts in seen.items())
-    return Surroundings(tuple(solids), tuple(planes), clouds, margins)
-
-
-def standing_pieces(checkers: Sequence[CollisionChecker]) -> list[tuple[Obstacle, list[CollisionChecker]]]:
-    """Return each piece of what stands, once for each of its places, with those of checkers that have it there."""
-    pieces: dict[tuple[float, ...], tuple[Obstacle, list[CollisionChecker]]] = {}
+def standing_things(checkers: Sequence[CollisionChecker]) -> list[tuple[Thing, set[CollisionChecker]]]:
+    """Return each object of the scene, once for each of its places, with the checkers that have it there."""
+    poses: dict[tuple[object, ...], tuple[Obstacle, list[CollisionChecker]]] = {}
     for checker in dict.fromkeys(checkers):
         for piece in checker.obstacles.all:
             pose = np.round(np.append(piece.translation, piece.rotation), POSE_DECIMALS).tolist()
-            pieces.setdefault((id(piece.shape), *pose), (piece, []))[1].append(checker)
-    return list(pieces.values())
+            poses.setdefault((id(piece.shape), *pose), (piece, []))[1].append(checker)
+    groups: dict[tuple[object, ...], tuple[list[Obstacle], set[CollisionChecker]]] = {}
+    for piece, having in poses.values():
+        kind = "plane" if isinstance(piece.shape, HalfSpace) else "object"
+        groups.setdefault((piece.name, kind, *map(id, having)), ([], set(having)))[0].append(piece)
+    return [(thing, having) for pieces, having in groups.values() for thing in _things(pieces)]
 
 
-def solid_of(piece: Obstacle, shape: Shape) -> Solid:
-    """Return a piece of a convex shape, in the base frame."""
-    vertices, faces = surface(shape)
-    return Solid(piece.name, vertices @ piece.rotation.T + piece.translation, faces)
+def _things(pieces: Sequence[Obstacle]) -> Iterator[Thing]:
+    """Yield the object that pieces are of, in the base frame; each half space for itself."""
+    name, solids, points = pieces[0].name, [], [np.zeros((0, 3))]
+    for piece in pieces:
+        if isinstance(piece.shape, HalfSpace):
+            normal = piece.rotation @ piece.shape.normal
+            yield Thing(name, PLANE, plane=(normal, float(piece.shape.offset + normal @ piece.translation)))
+        elif isinstance(piece.shape, Cluster):
+            points.append(piece.shape.centers @ piece.rotation.T + piece.translation)
+        else:
+            solids.append(Piece(*surface(piece.shape)).moved(piece.rotation, piece.translation))
+    if solids or len(points) > 1:
+        yield Thing(name, STANDING, tuple(solids), np.concatenate(points))
 
 
-def plane_of(piece: Obstacle, shape: HalfSpace) -> tuple[str, FloatArray, float]:
-    """Return the name of a half space, the normal (3,) out of it and its offset, m, in the base frame."""
-    normal = piece.rotation @ shape.normal
-    return piece.name, normal, float(shape.offset + normal @ piece.translation)
-
-
-def carried_solids(checker: CollisionChecker, position: FloatArray) -> Iterator[Solid]:
-    """Yield the pieces of what a robot carries at a posture (joints,)."""
-    names = {thing.id for thing in checker.scene.attached}
+def carried_things(checker: CollisionChecker, position: FloatArray) -> list[Thing]:
+    """Return the objects that a robot carries at a joint position (joints,)."""
+    pieces: dict[str, list[Piece]] = {thing.id: [] for thing in checker.scene.attached}
     rotations, origins = checker.bodies.frames(position[None])
     for body in checker.bodies.pieces:
-        if body.name in names:
-            vertices, faces = surface(body.shape)
-            in_joint = vertices @ body.rotation.T + body.translation
-            yield Solid(body.name, in_joint @ rotations[0, body.joint].T + origins[0, body.joint], faces, carried=True)
+        if body.name in pieces:
+            piece = Piece(*surface(body.shape)).moved(body.rotation, body.translation)
+            pieces[body.name].append(piece.moved(rotations[0, body.joint], origins[0, body.joint]))
+    return [Thing(name, CARRIED, tuple(own)) for name, own in pieces.items()]
 
 
-def foot_of(plane: tuple[str, FloatArray, float], point: FloatArray) -> FloatArray:
-    """Return the point (3,) of a plane that is nearest to a point (3,), m."""
-    _, normal, offset = plane
-    foot: FloatArray = point - (normal @ point - offset) * normal
-    return foot
+def surroundings(plan: Planned) -> list[Thing]:
+    """Return the objects around the robot at any time of a plan, and those that it carries at every waypoint.
 
-
-def patch(plane: tuple[str, FloatArray, float], low: FloatArray, high: FloatArray) -> Solid | None:
-    """Return what of a plane is between lower and upper ends (3,), m, as a thin plate below it."""
-    name, normal, _ = plane
-    extent = float(np.linalg.norm(high - low))
-    axes = rotation_with_z_along(normal)
-    corners = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-PATCH_THICKNESS, 0.0])).reshape(3, 8).T * extent
-    vertices, faces = surface_around(corners)
-    plate = within(Solid(name, vertices @ axes.T + foot_of(plane, 0.5 * (low + high)), faces), low, high)
-    return plate and replace(plate, cuts=())
+    An object that it takes and puts down stands at its poses before and after.
+    """
+    if plan.problem.scene is None:
+        return []
+    checkers = segment_checkers(plan.problem, plan.path.positions)
+    things = [thing for thing, _ in standing_things(checkers)]
+    for stop in stops_of(plan):
+        things += carried_things(checkers[min(stop.row, len(checkers) - 1)], plan.path.positions[stop.row])
+    return things
 
 
 def grown(low: FloatArray, high: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
@@ -149,14 +108,52 @@ def grown(low: FloatArray, high: FloatArray, share: float) -> tuple[FloatArray, 
     return low - more, high + more
 
 
-def within(solid: Solid, low: FloatArray, high: FloatArray) -> Solid | None:
-    """Return what of a solid is between lower and upper ends (3,), m, if anything is."""
-    part: Solid | None = solid
-    for axis, lower, upper in zip(np.eye(3), low.tolist(), high.tolist(), strict=True):
-        part = part and part.cut(axis, upper)
-        part = part and part.cut(-axis, -lower)
-    return part
+def shown_points(things: Sequence[Thing], points: FloatArray) -> FloatArray:
+    """Return points (N, 3), m, of a robot with points of the objects near it, which a view has to show.
+
+    Of an object that goes on beyond the room around the robot, a view shows the beginning.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    shown, extent = [points], float((high - low).max())
+    for thing in things:
+        part = thing.within(*grown(low, high, SHOWN_SHARE))
+        if part is thing:
+            shown.append(part.vertices)
+        elif part is not None:
+            more = (BELOW_PLANE_SHARE if thing.style == PLANE else BEGINNING_SHARE) * extent
+            begins, ends = part.vertices.max(axis=0), part.vertices.min(axis=0)
+            shown.append(
+                np.stack([np.where(begins < low, begins - more, low), np.where(ends > high, ends + more, high)])
+            )
+    points = np.concatenate(shown)
+    parts = (thing.within(points.min(axis=0), points.max(axis=0)) for thing in things)
+    return np.concatenate([points, *(part.vertices for part in parts if part is not None)])
 
 
-def _holds(low: FloatArray, high: FloatArray, point: FloatArray) -> bool:
-    return bool(((point >= low) & (point <= high)).all())
+def points_along(line: FloatArray) -> FloatArray:
+    """Return points (N, 3), m, all along a line through points (N, 3), m."""
+    if len(line) > LINE_STEPS * LINE_STEPS:
+        return line
+    shares = np.arange(LINE_STEPS)[:, None, None] / LINE_STEPS
+    between: FloatArray = ((1.0 - shares) * line[:-1] + shares * line[1:]).reshape(-1, 3)
+    return np.concatenate([between, line[-1:]])
+
+
+def painted_order(things: Sequence[Thing], view: View) -> list[Thing]:
+    """Return things in the order of painting: half spaces first, and then the farthest first."""
+    return sorted(things, key=lambda thing: (thing.style != PLANE, float(thing.vertices.mean(axis=0) @ view.toward)))
+
+
+def names_of(things: Sequence[Thing], view: View) -> list[tuple[FloatArray, list[str]]]:
+    """Return the names of things, and the points (3,), m, at their tops; none if they are too many."""
+    tops: dict[str, FloatArray] = {}
+    for thing in things:
+        heights = view.project(thing.vertices)[:, 1]
+        top = thing.vertices[heights >= heights.max() - SAME_HEIGHT * np.ptp(heights)].mean(axis=0)
+        known = tops.get(thing.name, top)
+        tops[thing.name] = top if view.project(top)[1] > view.project(known)[1] else known
+    if not 0 < len(tops) <= MOST_NAMES:
+        return []
+    points, everything = np.array([*tops.values()]), np.concatenate([thing.vertices for thing in things])
+    distance = CLOSE_NAMES * float(np.linalg.norm(np.ptp(view.project(everything), axis=0)))
+    return [(points[row], names) for row, names in joined_names(view.project(points), list(tops), distance)]

@@ -12,10 +12,9 @@ from planner.plots.quantities import MILLIMETRES, samples_for
 from planner.plots.space.painting import finish_with_surroundings
 from planner.plots.space.space import Space
 from planner.plots.stick_model import distinct_points, stick_model
+from planner.plots.view import joined_names
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.figure import Figure
     from matplotlib.gridspec import SubplotSpec
 
@@ -82,23 +81,10 @@ def _tool_path(space: Space, plan: Planned) -> tuple[FloatArray, FloatArray]:
     stops = stops_of(plan)
     rows = np.searchsorted(samples.time, [stop.arrival for stop in stops]).clip(0, len(points) - 1)
     space.dots(points[rows], c="#222222", s=14)
-    _write_names(space, points[rows], [stop.name for stop in stops])
-    return points, rotations
-
-
-def _write_names(space: Space, points: FloatArray, names: Sequence[str]) -> None:
-    """Write names at points (N, 3), m, one after the other where points are too near to each other for two lines."""
     low, high = space.bounds()
-    near = NAME_SHARE * float((high - low).max())
-    written: list[tuple[FloatArray, list[str]]] = []
-    for point, name in zip(points, names, strict=True):
-        there = next((known for at, known in written if np.linalg.norm(at - point) <= near), None)
-        if there is None:
-            written.append((point, [name]))
-        elif name not in there:
-            there.append(name)
-    for point, known in written:
-        space.text(point, ", ".join(known))
+    for row, names in joined_names(points[rows], [stop.name for stop in stops], NAME_SHARE * float((high - low).max())):
+        space.text(points[rows][row], ", ".join(names))
+    return points, rotations
 
 
 def _draw_sticks(space: Space, robot: Robot, position: FloatArray, shade: str, gid: str) -> FloatArray:

@@ -4,7 +4,7 @@ from typing import get_args
 
 from api.contract.parts.pictures import PictureView, Shown
 from planner.plots.picture import SHOWN
-from planner.plots.space import VIEWS
+from planner.plots.view import VIEWS
 
 
 def test_everything_that_can_be_drawn_can_be_asked() -> None:

@@ -1,7 +1,6 @@
 """Points of the surfaces of shapes by their formulas, and where a picture has them: none of this is the planner's.
 
-Cameras are found from points whose place in space is known (direct linear transformation; Hartley and Zisserman,
-Multiple View Geometry in Computer Vision, section 7.1).
+Cameras are found from points whose place in space is known, by least squares.
 """
 
 from __future__ import annotations
@@ -43,28 +42,15 @@ def points_of(shape: Shape) -> FloatArray:
     raise TypeError(shape)
 
 
-def found_camera(points: FloatArray, seen: FloatArray, *, perspective: bool) -> FloatArray:
-    """The projection (3, 4) that takes points (N, 3), m, to where they are seen (N, 2)."""
-    homogeneous = np.column_stack([points, np.ones(len(points))])
-    if not perspective:
-        rows, *_ = np.linalg.lstsq(homogeneous, seen, rcond=None)
-        return np.vstack([rows.T, [0.0, 0.0, 0.0, 1.0]])
-    middle, scale = seen.mean(axis=0), seen.std()
-    x, y = ((seen - middle) / scale).T[..., None]
-    nothing = np.zeros_like(homogeneous)
-    equations = np.vstack([
-        np.hstack([homogeneous, nothing, -x * homogeneous]),
-        np.hstack([nothing, homogeneous, -y * homogeneous]),
-    ])  # fmt: skip
-    matrix = np.linalg.svd(equations)[2][-1].reshape(3, 4)
-    matrix *= np.sign(matrix[2] @ homogeneous[0])
-    return np.asarray(np.array([[scale, 0.0, middle[0]], [0.0, scale, middle[1]], [0.0, 0.0, 1.0]]) @ matrix)
+def found_camera(points: FloatArray, seen: FloatArray) -> FloatArray:
+    """Find the parallel projection (2, 4) of points (N, 3), m, to points of the picture (N, 2)."""
+    rows, *_ = np.linalg.lstsq(np.column_stack([points, np.ones(len(points))]), seen, rcond=None)
+    return np.asarray(rows.T)
 
 
 def seen_by(camera: FloatArray, points: FloatArray) -> FloatArray:
-    """Where a camera sees points (N, 3), m: (N, 2)."""
-    image = np.column_stack([points, np.ones(len(points))]) @ camera.T
-    return np.asarray(image[:, :2] / image[:, 2:])
+    """Return where a camera sees points (N, 3), m: (N, 2)."""
+    return np.asarray(np.column_stack([points, np.ones(len(points))]) @ camera.T)
 
 
 def assert_same_outline(drawn: FloatArray, truth: FloatArray, within: float) -> None:

@@ -1,0 +1,68 @@
+"""Views: parallel projections of the base frame onto pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.spatial import FloatArray
+
+ELEVATION = 25.0
+"""Angle of the isometric view above the floor, degrees."""
+
+AZIMUTH = -55.0
+"""Angle from the x axis to the viewer of the isometric view, degrees."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A parallel projection.
+
+    Attributes:
+        columns: The coordinates that the axes of the picture show.
+        directions: The directions (2, 3) in the base frame that point to the right and up.
+    """
+
+    columns: tuple[int, ...]
+    directions: FloatArray
+
+    @cached_property
+    def toward(self) -> FloatArray:
+        """The direction (3,) that points to the viewer."""
+        return np.cross(*self.directions)
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Return the places in the picture (..., 2) of points (..., 3), m."""
+        return np.asarray(points @ self.directions.T, dtype=np.float64)
+
+
+def _isometric() -> FloatArray:
+    elevation, azimuth = np.radians([ELEVATION, AZIMUTH])
+    right = [-np.sin(azimuth), np.cos(azimuth), 0.0]
+    up = [-np.sin(elevation) * np.cos(azimuth), -np.sin(elevation) * np.sin(azimuth), np.cos(elevation)]
+    return np.array([right, up])
+
+
+VIEWS = {"isometric": View((0, 1, 2), _isometric())} | {
+    name: View(columns, np.eye(3)[list(columns)]) for name, columns in (("xy", (0, 1)), ("xz", (0, 2)), ("yz", (1, 2)))
+}
+"""The views by name."""
+
+
+def joined_names(points: FloatArray, names: Sequence[str], distance: float) -> list[tuple[int, list[str]]]:
+    """Join the different names at points (N, 2) nearer than a distance; return the first point of each group."""
+    groups: list[tuple[int, list[str]]] = []
+    for number, name in enumerate(names):
+        near = (group for group in groups if np.linalg.norm(points[group[0]] - points[number]) <= distance)
+        group = next(near, None)
+        if group is None:
+            groups.append((number, [name]))
+        elif name not in group[1]:
+            group[1].append(name)
+    return groups
