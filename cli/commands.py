@@ -1,16 +1,14 @@
-"""The command line. Each command imports its heavy modules itself: `planner --help` is quick."""
+"""The command line. Each command imports its work from `cli/work/` when it runs: `planner --help` is quick."""
 
 from __future__ import annotations
 
 import sys
-import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from cli import batches, database, keys, plots
-from cli.shared import read, refusals, robot_named, write
 
 app = typer.Typer(
     name="planner",
@@ -118,17 +116,9 @@ def worker(
 
     The rest comes from the environment, as for the service: PLANNER_WORKER_MEMORY_MIB, PLANNER_MAX_DEADLINE, ...
     """
-    import asyncio
+    from cli.work.cluster import join_cluster
 
-    from api.base.logs import configure_logs
-    from api.base.settings import Settings
-    from api.batches.cluster_worker import join
-    from api.pool.worker_process import hide_main_module
-
-    settings = Settings(access="open", **({} if workers is None else {"workers": workers}))  # type: ignore[arg-type]
-    configure_logs(settings.log_level)
-    hide_main_module()
-    asyncio.run(join(scheduler, settings))
+    join_cluster(scheduler, workers)
 
 
 @app.command()
@@ -162,43 +152,9 @@ def plan(
     tip: TipOption = None,
 ) -> None:
     """Plan a request here, without a service, and show what came out."""
-    from api.work.answers.formats import FORMATS
-    from cli.local_plan import format_of, plan_request, read_request, render, report_of
-    from cli.plots import SUFFIXES, draw
-    from cli.terminal import plan_summary, terminal
-    from planner.backends import BACKENDS
+    from cli.work.planned_files import plan_file
 
-    form = FORMATS.get(format_ or "json") if output == "-" or format_ is not None else format_of(output or ".json")
-    if form is None and format_ is not None:
-        raise typer.BadParameter(f"the formats are {', '.join(FORMATS)}", param_hint="--format")
-    if form is None:
-        suffixes = ", ".join(known.suffix for known in FORMATS.values())
-        raise typer.BadParameter(f"the file's suffix must be one of {suffixes}", param_hint="--output")
-    if plot is not None and plot.suffix not in SUFFIXES:
-        raise typer.BadParameter(f"the file's suffix must be one of {', '.join(SUFFIXES)}", param_hint="--plot")
-    if backend is not None and backend not in BACKENDS:
-        raise typer.BadParameter(f"the back ends are {', '.join(BACKENDS)}", param_hint="--backend")
-    text = read(request)
-    with refusals():
-        named = None if robot is None else robot_named(robot, srdf, tip)
-        asked = read_request(text, backend, None if named is None else named.id)
-        start = time.perf_counter()
-        solved = plan_request(asked, None if named is None else named.load())
-        seconds = time.perf_counter() - start
-        definition = None if named is None else named.definition
-        written = b"" if output is None else render(solved, asked, form, definition)
-        title = Path(request).stem.replace("_", " ") if request != "-" else "Plan"
-        reported = b"" if report is None else report_of(solved, asked, title, definition)
-    console = terminal(stderr=output == "-")
-    console.print(plan_summary(solved, seconds))
-    if output == "-":
-        sys.stdout.buffer.write(written)
-    elif output is not None:
-        write(Path(output), written, console)
-    if report is not None:
-        write(report, reported, console)
-    if plot is not None:
-        write(plot, draw(solved, asked, title, plot.suffix, seconds), console)
+    plan_file(request, output, format_, plot, report, backend, robot, srdf, tip)
 
 
 @app.command()
@@ -217,23 +173,9 @@ def ik(
     tip: TipOption = None,
 ) -> None:
     """List the joint positions that bring the tool to a pose."""
-    import numpy as np
+    from cli.work.local_kinematics import list_solutions
 
-    from cli.terminal import solutions_table, terminal
-    from planner.kinematics import all_solutions
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problems.problem import PoseWaypoint
-    from planner.spatial import Pose, rotation_from_rpy
-    from planner.waypoints.reachability import reachability
-
-    with refusals():
-        model = robot_named(robot, srdf, tip).load()
-        pose = Pose(np.array(position), None if rpy is None else rotation_from_rpy(*rpy))
-        (reached,) = reachability(model, [PoseWaypoint(pose)], InverseKinematicsOptions())
-        if reached.error is not None:
-            raise reached.error
-        solutions = all_solutions(model, pose)
-    terminal().print(solutions_table(model, solutions))
+    list_solutions(robot, position, rpy, srdf, tip)
 
 
 @app.command()
@@ -258,22 +200,9 @@ def validate(
     tip: TipOption = None,
 ) -> None:
     """Check a trajectory of any origin against the limits of its robot; end with 1 if it exceeds one."""
-    from api.work.tasks.trajectories import certified
-    from cli.robot_files import NamedRobot
-    from cli.terminal import certificate_table, terminal
-    from cli.trajectory_files import read_trajectory
+    from cli.work.trajectory_files import validate_file
 
-    text = read(trajectory, "TRAJECTORY")
-    with refusals():
-        named = None if robot is None else robot_named(robot, srdf, tip)
-        asked = read_trajectory(text, None if named is None else named.id, interpolation)
-        model = (named or NamedRobot(asked.robot)).load()
-        law, certificate = certified(asked, model)
-    console = terminal()
-    console.print(certificate_table(certificate, model))
-    console.print(f"interpolation: {law}")
-    if not certificate.satisfied:
-        raise typer.Exit(1)
+    validate_file(trajectory, interpolation, robot, srdf, tip)
 
 
 @app.command()
@@ -290,16 +219,9 @@ def robots(
     tip: TipOption = None,
 ) -> None:
     """List the robots of the catalogue, or show one with its limits and where they come from."""
-    from cli.terminal import robot_summary, robots_table, terminal
-    from planner.robots import catalogue_ids, load_robot
+    from cli.work.robots import show_robots
 
-    with refusals():
-        shown = (
-            robots_table([load_robot(robot_id) for robot_id in catalogue_ids()])
-            if robot is None
-            else robot_summary(robot_named(robot, srdf, tip).load())
-        )
-    terminal().print(shown)
+    show_robots(robot, srdf, tip)
 
 
 @app.command()
@@ -310,9 +232,8 @@ def demo(
 ) -> None:
     """Start the service, plan the cases of four published works over HTTP, and draw them."""
     from cli.demo import run_demo
-    from cli.terminal import terminal
 
-    raise typer.Exit(run_demo(output, terminal()))
+    raise typer.Exit(run_demo(output))
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ import orjson
 
 from benchmarks.collisions.measure import OURS
 from benchmarks.machine import print_machine
-from cli.terminal import plain_table, terminal
+from cli.work.terminal import plain_table, terminal
 
 if TYPE_CHECKING:
     from rich.console import Console

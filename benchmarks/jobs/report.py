@@ -10,7 +10,7 @@ import numpy as np
 import orjson
 
 from benchmarks.corpus.corpus import BACK_ENDS, VARIANTS
-from cli.terminal import plain_table, terminal
+from cli.work.terminal import plain_table, terminal
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -23,7 +23,7 @@ from benchmarks.service.machines import cluster, has_namespaces
 from benchmarks.service.workload import ROBOT as CHEAP_ROBOT
 from benchmarks.service.workload import bodies, http_request
 from cli.local_service import local_service
-from cli.terminal import plain_table
+from cli.work.terminal import plain_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

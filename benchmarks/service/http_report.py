@@ -10,7 +10,7 @@ from rich.text import Text
 
 from benchmarks.machine import print_machine
 from benchmarks.service.http import MEGABYTE
-from cli.terminal import plain_table, terminal
+from cli.work.terminal import plain_table, terminal
 
 AIMS = {"added_median": 1e-3, "added_p99": 5e-3, "requests_per_second": 800.0, "start": 3.0, "memory": 180.0 * MEGABYTE}
 """s, 1/s, bytes."""

@@ -9,7 +9,7 @@ import orjson
 from rich.text import Text
 
 from benchmarks.machine import print_machine
-from cli.terminal import plain_table, terminal
+from cli.work.terminal import plain_table, terminal
 
 GOODPUT = 0.9
 """Least share of the capacity, or of what was asked if that is less, that is answered."""

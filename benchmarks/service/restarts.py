@@ -15,7 +15,7 @@ from benchmarks.machine import machine, print_machine
 from benchmarks.service.clients import HOST
 from benchmarks.service.workload import ROBOT, bodies, http_request
 from cli.local_service import local_service
-from cli.terminal import plain_table, terminal
+from cli.work.terminal import plain_table, terminal
 from planner.robots import load_robot
 
 CLIENTS = 8

@@ -20,7 +20,7 @@ import uvloop
 from benchmarks.machine import machine, print_machine
 from benchmarks.service.processes import workers_of
 from cli.local_service import local_service
-from cli.terminal import plain_table, terminal
+from cli.work.terminal import plain_table, terminal
 from planner.robots import load_robot
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from benchmarks.machine import print_machine
 from benchmarks.trajectories.trajectories import KEPT, MOST_FOR_SLOW, QUANTITIES, REFERENCE, SAMPLES, SLOW
-from cli.terminal import plain_table, terminal
+from cli.work.terminal import plain_table, terminal
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from benchmarks.machine import print_machine
 from benchmarks.versions.versions import NAMES, SLOWER
-from cli.terminal import plain_table, terminal
+from cli.work.terminal import plain_table, terminal
 
 WIDTH = 140
 """Characters of a line that holds the longest name and all figures."""

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from cli.demo.cases import CASES, Case
 from cli.local_service import ServiceDidNotStart, local_service
-from cli.terminal import plain_table, problem_panel, share_text
+from cli.work.terminal import plain_table, problem_panel, share_text, terminal
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,12 +39,13 @@ DEADLINE = 60.0
 """The deadline of each request, s: the longest that a service allows. A picture takes 1 s on an idle machine."""
 
 
-def run_demo(folder: Path, console: Console) -> int:
+def run_demo(folder: Path, console: Console | None = None) -> int:
     """Plan every case and save its picture in `folder`.
 
     Returns:
         Exit status: 0, or 1 when something could not be planned.
     """
+    console = console or terminal()
     folder.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
     try:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cli.local_plan import plan_request, read_request
+from cli.work.local_plan import plan_request, read_request
 from planner.backends import BACKENDS
 from planner.comparison import Figures, figures
 from planner.errors import PlanningError

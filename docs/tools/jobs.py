@@ -21,7 +21,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
-from cli.local_plan import plan_request, read_request
+from cli.work.local_plan import plan_request, read_request
 from planner.guarantees import QUANTITIES
 from planner.kinematics import tool_poses, tool_velocities
 from planner.plots.style import COLOURS, STYLE

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from api.contract.requests import PlanRequest
 from cli import app
-from cli.local_plan import plan_request as plan_here
+from cli.work.local_plan import plan_request as plan_here
 from tests.api.conftest import RunningService, wait_until
 from tests.api.requests import joint, plan_request
 from tests.locations import ROOT

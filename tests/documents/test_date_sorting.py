@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from api.work.answers.plans import AnswerOptions, as_dict
-from cli.local_plan import plan_request, read_request
+from cli.work.local_plan import plan_request, read_request
 from planner.backends import Trapezoidal
 from planner.dynamics import inverse_dynamics
 from planner.kinematics import (

@@ -16,8 +16,8 @@ from api.contract.robots import Changes, DerivedModel, RobotDefinition, UrdfMode
 from api.store.contents.mesh_archive import MeshArchive
 from api.work.conversion.kept_meshes import keep_meshes
 from api.work.conversion.problems import to_robot
-from cli.local_plan import plan_request, read_request
 from cli.local_service import local_service
+from cli.work.local_plan import plan_request, read_request
 from planner.errors import Collision
 from tests.locations import ROOT
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cli.local_plan import plan_request, read_request
+from cli.work.local_plan import plan_request, read_request
 from docs.tools.jobs import IMAGES, PAGE, document
 from planner.kinematics import tool_velocities
 from planner.plans.result import Plan

@@ -13,7 +13,7 @@ import pytest
 
 from api.base.errors import NotAcceptable
 from api.work.answers import views
-from cli.local_plan import plan_request, read_request, report_of
+from cli.work.local_plan import plan_request, read_request, report_of
 from tests.api import requests
 from tests.documents.read_pictures import graphs_of
 from tests.locations import ROOT

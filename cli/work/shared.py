@@ -7,14 +7,21 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import orjson
 import typer
+
+from api.base.errors import ServiceError
+from api.work.answers.problem_documents import problem_document
+from cli.work.robot_files import named_robot
+from cli.work.terminal import problem_panel, terminal
+from planner.errors import PlanningError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rich.console import Console
 
-    from cli.robot_files import NamedRobot
+    from cli.work.robot_files import NamedRobot
 
 
 def read(name: str, parameter: str = "REQUEST") -> bytes:
@@ -38,8 +45,6 @@ def write(path: Path, content: bytes, console: Console) -> None:
 
 def robot_named(name: str, srdf: Path | None, tip: str | None) -> NamedRobot:
     """Find the robot of a name: a URDF file, or an id of the catalogue."""
-    from cli.robot_files import named_robot
-
     try:
         return named_robot(name, srdf, tip)
     except OSError as error:
@@ -51,13 +56,6 @@ def robot_named(name: str, srdf: Path | None, tip: str | None) -> NamedRobot:
 @contextmanager
 def refusals() -> Iterator[None]:
     """Show the problem where there is one, and end with status 1."""
-    import orjson
-
-    from api.base.errors import ServiceError
-    from api.work.answers.problem_documents import problem_document
-    from cli.terminal import problem_panel, terminal
-    from planner.errors import PlanningError
-
     try:
         yield
     except (PlanningError, ServiceError) as error:

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import csv
 from io import StringIO
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import orjson
+import typer
 from pydantic import ValidationError
 
 from api.base.errors import invalid, invalid_request
 from api.contract.requests import ValidateRequest
+from api.work.tasks.trajectories import certified
+from cli.work.robot_files import NamedRobot
+from cli.work.shared import read, refusals, robot_named
+from cli.work.terminal import certificate_table, terminal
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 CHECKED_COLUMNS = ("position", "velocity", "acceleration")
 """The quantities of a CSV file that are checked; others may stand beside them."""
@@ -74,3 +82,20 @@ def _columns(text: bytes) -> dict[str, Any]:
         if columns:
             samples[quantity] = [[row[k] for k in columns] for row in values]
     return samples
+
+
+def validate_file(
+    trajectory: str, interpolation: str | None, robot: str | None, srdf: Path | None, tip: str | None
+) -> None:
+    """Check the trajectory in a file against the limits of its robot; see `planner validate`."""
+    text = read(trajectory, "TRAJECTORY")
+    with refusals():
+        named = None if robot is None else robot_named(robot, srdf, tip)
+        asked = read_trajectory(text, None if named is None else named.id, interpolation)
+        model = (named or NamedRobot(asked.robot)).load()
+        law, certificate = certified(asked, model)
+    console = terminal()
+    console.print(certificate_table(certificate, model))
+    console.print(f"interpolation: {law}")
+    if not certificate.satisfied:
+        raise typer.Exit(1)

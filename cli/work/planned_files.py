@@ -1,0 +1,61 @@
+"""Plans of request files without a service: the work of `planner plan`."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import typer
+
+from api.work.answers.formats import FORMATS
+from cli.work.local_plan import format_of, plan_request, read_request, render, report_of
+from cli.work.pictures import SUFFIXES, draw
+from cli.work.shared import read, refusals, robot_named, write
+from cli.work.terminal import plan_summary, terminal
+from planner.backends import BACKENDS
+
+
+def plan_file(
+    request: str,
+    output: str | None,
+    format_: str | None,
+    plot: Path | None,
+    report: Path | None,
+    backend: str | None,
+    robot: str | None,
+    srdf: Path | None,
+    tip: str | None,
+) -> None:
+    """Plan the request in a file, show the plan and write files; see `planner plan`."""
+    form = FORMATS.get(format_ or "json") if output == "-" or format_ is not None else format_of(output or ".json")
+    if form is None and format_ is not None:
+        raise typer.BadParameter(f"the formats are {', '.join(FORMATS)}", param_hint="--format")
+    if form is None:
+        suffixes = ", ".join(known.suffix for known in FORMATS.values())
+        raise typer.BadParameter(f"the file's suffix must be one of {suffixes}", param_hint="--output")
+    if plot is not None and plot.suffix not in SUFFIXES:
+        raise typer.BadParameter(f"the file's suffix must be one of {', '.join(SUFFIXES)}", param_hint="--plot")
+    if backend is not None and backend not in BACKENDS:
+        raise typer.BadParameter(f"the back ends are {', '.join(BACKENDS)}", param_hint="--backend")
+    text = read(request)
+    with refusals():
+        named = None if robot is None else robot_named(robot, srdf, tip)
+        asked = read_request(text, backend, None if named is None else named.id)
+        start = time.perf_counter()
+        solved = plan_request(asked, None if named is None else named.load())
+        seconds = time.perf_counter() - start
+        definition = None if named is None else named.definition
+        written = b"" if output is None else render(solved, asked, form, definition)
+        title = Path(request).stem.replace("_", " ") if request != "-" else "Plan"
+        reported = b"" if report is None else report_of(solved, asked, title, definition)
+    console = terminal(stderr=output == "-")
+    console.print(plan_summary(solved, seconds))
+    if output == "-":
+        sys.stdout.buffer.write(written)
+    elif output is not None:
+        write(Path(output), written, console)
+    if report is not None:
+        write(report, reported, console)
+    if plot is not None:
+        write(plot, draw(solved, asked, title, plot.suffix, seconds), console)
