@@ -74,9 +74,11 @@ from planner.operations import CertifiedTrajectory as CertifiedTrajectory
 from planner.operations import JoinedTrajectory as JoinedTrajectory
 from planner.operations import JointState as JointState
 from planner.operations import Junction as Junction
+from planner.operations import MaxPayload as MaxPayload
 from planner.operations import ResampledTrajectory as ResampledTrajectory
 from planner.operations import RetimedTrajectory as RetimedTrajectory
 from planner.operations import join_trajectories as join_trajectories
+from planner.operations import max_payload as max_payload
 from planner.operations import resample_trajectory as resample_trajectory
 from planner.operations import retime_trajectory as retime_trajectory
 from planner.operations import reverse_trajectory as reverse_trajectory

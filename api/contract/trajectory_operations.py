@@ -22,11 +22,13 @@ from api.contract.parts.common import (
     Deadline,
     JointVector,
     Limits,
+    Moments,
     Number,
     Payload,
     Pose,
     RobotId,
     Schema,
+    Vector3,
 )
 from api.contract.parts.scenes import SceneOrId, SpeedZones  # noqa: TC001
 from api.contract.requests import MOST_ROWS, GivenTrajectory, default_backend
@@ -181,6 +183,49 @@ class GivenJointState(Schema):
     """The joint velocities, one value a joint, rad/s or m/s."""
     acceleration: JointVector | None = None
     """The joint accelerations, one value a joint, rad/s^2 or m/s^2; omitted: none."""
+
+
+class MaxPayloadRequest(Schema):
+    """A trajectory, and the center of mass of the payload whose largest mass is asked."""
+
+    robot: RobotId
+    """The id of a robot, as GET /v1/robots lists them."""
+    trajectory: GivenTrajectory
+    """The trajectory."""
+    center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """The center of mass x, y, z in the tip frame, m; omitted: its origin."""
+    center_of_mass_tolerance: Annotated[
+        list[Annotated[float, Field(ge=0.0, le=LARGEST)]], Field(min_length=3, max_length=3)
+    ] = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Half the sizes x, y, z of a box about the center of mass, m: the robot carries the mass with any center of mass
+    in the box."""
+    inertia: Moments = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """The moments of inertia ixx, iyy, izz about the center of mass, in the axes of the tip frame, kg m^2, whatever the
+    mass."""
+    carried: Payload | None = None
+    """The body that the robot carries already, such as a gripper; omitted: none."""
+    mounting: Pose | None = None
+    """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
+    limits: Limits = Limits()
+    """The limits of the torque; those that are omitted are the robot's own, and other limits do not count."""
+    deadline: Deadline = DEFAULT_DEADLINE
+    """The time after which the service gives up, s from the arrival of the request."""
+
+
+class MaxPayloadAnswer(Answer):
+    """The heaviest payload with which a trajectory keeps its torque limits."""
+
+    robot: str
+    """The id of the robot, as in the request."""
+    mass: float | None
+    """The mass, kg, besides the carried one, accurate to 0.01 %; null: no joint feels it, and the robot has no known
+    rating."""
+    limited_by: Literal["torque", "rating"] | None
+    """The limit of the mass: the torque of a joint, or the rated payload of the robot; null: none."""
+    joint: str | None
+    """The name of the joint whose torque limits the mass; null: no torque does."""
+    time: float | None
+    """The time at which it does, s; null: no torque limits the mass."""
 
 
 class StopRequest(EditRequest):

@@ -78,14 +78,14 @@ def _beyond_limit(place: Place, scale: float) -> Refused:
 
 
 def _too_heavy(place: Place, scale: float) -> Refused:
-    payload = Payload(100.0 * scale)
-    robot, rest = place.robot.with_payload(payload), np.zeros(place.robot.dof)
+    unrated, payload = replace(place.robot, rated_payload=None), Payload(100.0 * scale)
+    robot, rest = unrated.with_payload(payload), np.zeros(place.robot.dof)
     goal = swing(place, 0.5)
     held = np.abs([pin.rnea(robot.model, robot.model.createData(), q, rest, rest) for q in (place.posture, goal)])
     worst = held.max(axis=0)
     limits = Limits(torque=tuple(np.minimum(np.maximum(0.5 * worst, 1e-3), place.robot.limit("torque")).tolist()))
     waypoint = JointWaypoint(position=tuple(goal.tolist()))
-    problem = PlanningProblem(place.robot, (_start(place), waypoint), limits=limits, payload=payload)
+    problem = PlanningProblem(unrated, (_start(place), waypoint), limits=limits, payload=payload)
     why = f"at rest the weight takes {float((worst / np.array(limits.torque)).max()):.3g} times a torque limit"
     return problem, why, ("limits_unsatisfiable",)
 

@@ -10,6 +10,7 @@ from planner.operations.editing import (
     reverse_trajectory,
     slice_trajectory,
 )
+from planner.operations.max_payload import MaxPayload, max_payload
 from planner.operations.retiming import RetimedTrajectory, retime_trajectory
 from planner.operations.stopping import stop_joints
 from planner.operations.stopping_on_path import stop_on_path
@@ -19,10 +20,12 @@ __all__ = [
     "JoinedTrajectory",
     "JointState",
     "Junction",
+    "MaxPayload",
     "ResampledTrajectory",
     "RetimedTrajectory",
     "join_trajectories",
     "kept_clear",
+    "max_payload",
     "resample_trajectory",
     "retime_trajectory",
     "reverse_trajectory",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator, model_validator
 from typing_extensions import TypeAliasType
 
 if TYPE_CHECKING:
@@ -198,6 +198,21 @@ class Limits(Schema):
     """The lower and the upper torque of each joint, shape (joints, 2), N m or N, where they differ."""
 
 
+def _checked_moments(moments: list[float]) -> list[float]:
+    """Return moments of inertia that a body can have."""
+    if 2.0 * max(moments) > sum(moments) * (1.0 + 1e-9):
+        raise ValueError("no body has such moments: one exceeds the sum of the two others")
+    return moments
+
+
+Moments = Annotated[
+    list[Annotated[float, Field(ge=0.0, le=LARGEST)]],
+    Field(min_length=3, max_length=3),
+    AfterValidator(_checked_moments),
+]
+"""Principal moments of inertia, kg m^2."""
+
+
 class Payload(Schema):
     """A body carried at the robot's tip frame (the flange, independent of the tool)."""
 
@@ -205,14 +220,5 @@ class Payload(Schema):
     """The mass, kg."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """The center of mass x, y, z in the tip frame, m; omitted: its origin."""
-    inertia: Annotated[list[Annotated[float, Field(ge=0.0, le=LARGEST)]], Field(min_length=3, max_length=3)] = Field(
-        default_factory=lambda: [0.0, 0.0, 0.0]
-    )
+    inertia: Moments = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """The moments of inertia ixx, iyy, izz about the center of mass, in the axes of the tip frame, kg m^2."""
-
-    @field_validator("inertia")
-    @classmethod
-    def _physical(cls, moments: list[float]) -> list[float]:
-        if 2.0 * max(moments) > sum(moments) * (1.0 + 1e-9):
-            raise ValueError("no body has such moments: one exceeds the sum of the two others")
-        return moments

@@ -173,6 +173,24 @@ async def reverse_trajectory(request: Request, body: PlannedBody) -> Response:
 
 
 @router.post(
+    "/v1/trajectories/max_payload",
+    summary="Find the heaviest payload of a trajectory.",
+    description="The mass is the largest one with which the certificate finds the torque limits kept, at most the "
+    "rated payload of the robot. A box about the center of mass makes it robust.",
+    dependencies=[needs("plan")],
+    responses=returns(
+        operations.MaxPayloadAnswer,
+        codes=(*BODY_CODES, "unknown_robot", "missing_dynamics", "limits_unsatisfiable"),
+        shared=True,
+    ),
+    openapi_extra=takes(operations.MaxPayloadRequest),
+)
+async def max_payload(request: Request, body: PlannedBody) -> Response:
+    """Answer POST /v1/trajectories/max_payload."""
+    return respond(await get_reply(request, "max_payload", body, shared=True))
+
+
+@router.post(
     "/v1/trajectories/slice",
     summary="Cut out a part of a trajectory between two times.",
     description="Its polynomials stay exact. If the part begins or ends in motion, `initial`, `final` and a "

@@ -79,6 +79,28 @@ def join_trajectories(context: TaskContext) -> Reply:
     return _answer(context, schemas.JoinRequest, edit)
 
 
+@task("max_payload")
+def max_payload(context: TaskContext) -> Reply:
+    """Answer POST /v1/trajectories/max_payload."""
+    with context.stage("validate"):
+        request = context.request(schemas.MaxPayloadRequest)
+        robot = mounted(context.robot(request), request.mounting)
+        robot = robot if request.carried is None else robot.with_payload(to_payload(request.carried))
+        _, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
+    with context.stage("plan"):
+        vectors = request.center_of_mass, request.center_of_mass_tolerance, request.inertia
+        (x, y, z), (dx, dy, dz), (ixx, iyy, izz) = vectors
+        found = operations.max_payload(
+            robot,
+            trajectory,
+            center_of_mass=(x, y, z),
+            center_of_mass_tolerance=(dx, dy, dz),
+            inertia=(ixx, iyy, izz),
+            limits=to_limits(request.limits),
+        )
+    return context.reply({"robot": request.robot, **vars(found)})
+
+
 @task("retime_trajectory")
 def retime_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/retime."""

@@ -22,6 +22,7 @@ CONTRACT = {
     ("post", "/v1/trajectories/retime"): "retime_trajectory",
     ("post", "/v1/trajectories/stop"): "stop_trajectory",
     ("post", "/v1/trajectories/reverse"): "reverse_trajectory",
+    ("post", "/v1/trajectories/max_payload"): "max_payload",
     ("post", "/v1/trajectories/slice"): "slice_trajectory",
     ("post", "/v1/trajectories/join"): "join_trajectories",
     ("post", "/v1/trajectories/resample"): "resample_trajectory",

@@ -184,7 +184,7 @@ def test_points_and_options_that_are_refused() -> None:
         retime_trajectory(kuka(), HOME + LINE, max_deviation=0.0)
     with pytest.raises(InvalidProblem, match="rest to rest"):
         retime_trajectory(kuka(), HOME + LINE, Ruckig(initial_velocity=(0.1,) * 6))
-    with pytest.raises(InvalidProblem, match="min_effort finds a way of its own"):
+    with pytest.raises(InvalidProblem, match="min_effort chooses its own path"):
         retime_trajectory(kuka(), HOME + LINE, MinEffort())
     with pytest.raises(JointPositionLimit, match="joint_a1"):
         retime_trajectory(kuka(), HOME + np.array([[0.0] * 6, [4.0] + [0.0] * 5, [0.0] * 6]))

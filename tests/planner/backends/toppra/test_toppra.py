@@ -127,11 +127,12 @@ def test_motions_of_the_tool_as_fast_as_a_fine_linear_program(transition: object
 
 
 def test_straight_motion_with_binding_torques_as_fast_as_a_fine_linear_program() -> None:
-    robot = load_robot(KUKA).with_payload(Payload(20.0, (0.1, 0.0, 0.1)))
+    unrated, payload = replace(load_robot(KUKA), rated_payload=None), Payload(20.0, (0.1, 0.0, 0.1))
+    robot = unrated.with_payload(payload)
     limits = robot_limits(robot, 0.35)
     start, end = np.array(KUKA_START), np.array([-1.0, -0.6, 0.9, 1.0, -0.5, 1.0])
     waypoints = (JointWaypoint(position=tuple(start)), JointWaypoint(position=tuple(end)))
-    problem = PlanningProblem(load_robot(KUKA), waypoints, limits=limits, payload=Payload(20.0, (0.1, 0.0, 0.1)))
+    problem = PlanningProblem(unrated, waypoints, limits=limits, payload=payload)
     s, step = middles(1.0, 800)
     dq = np.tile(end - start, (len(s), 1))
     path = start + s[:, None] * dq

@@ -1,0 +1,132 @@
+"""The heaviest payload with which a trajectory keeps the torque limits of its robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from scipy.optimize import brentq
+
+from planner.certificate import certify
+from planner.dynamics import inverse_dynamics
+from planner.dynamics.inverse import check_dynamics
+from planner.errors import InvalidProblem, LimitsUnsatisfiable
+from planner.limits import SMALLEST, Limits, segment_limits
+from planner.operations.certified import refuse_other_joints
+from planner.robots.payload import Payload
+
+if TYPE_CHECKING:
+    from planner.certificate import Check
+    from planner.robots import Robot
+    from planner.trajectories.trajectory import Trajectory
+
+ACCURACY = 1e-4
+"""The largest difference between the mass and the heaviest one, relative to the mass."""
+
+SAMPLES_OF_PIECE = 8
+"""The times in each piece of a trajectory whose torques bound the mass from above."""
+
+
+@dataclass(frozen=True)
+class MaxPayload:
+    """The heaviest payload with which a trajectory keeps the torque limits of its robot.
+
+    Attributes:
+        mass: Mass of the payload, kg, besides what the robot carries already; None: no joint feels it.
+        limited_by: `torque`, `rating` (the rated payload of the robot), or None: nothing limits the mass.
+        joint: Name of the joint whose torque limits the mass; None: no torque does.
+        time: The time at which it does, s; None: no torque limits the mass.
+    """
+
+    mass: float | None
+    limited_by: Literal["torque", "rating"] | None
+    joint: str | None = None
+    time: float | None = None
+
+
+def max_payload(
+    robot: Robot,
+    trajectory: Trajectory,
+    *,
+    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    center_of_mass_tolerance: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    inertia: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    limits: Limits = Limits(),
+) -> MaxPayload:
+    """Find the heaviest payload with which a trajectory keeps its torque limits.
+
+    Torques are affine in the mass for a given center of mass. A linear program in the mass over the torques at samples
+    gives an upper bound. Below it, the largest share of a limit, which the certificate finds between samples too, is a
+    convex function of the mass, and its root is the answer.
+
+    Args:
+        robot: The robot, with its tool and what it carries already.
+        trajectory: A trajectory of the robot.
+        center_of_mass: Center of mass of the payload in the tip frame, m.
+        center_of_mass_tolerance: Half the sizes (x, y, z), m, of a box about the center of mass. The mass is carried
+            with any center of mass in it.
+        inertia: Principal moments (ixx, iyy, izz) of the payload about its center of mass, kg m^2, whatever its mass.
+        limits: Limits besides the robot's; those of the torque count.
+
+    Returns:
+        The mass, accurate to 0.01 %, for which the certificate of the trajectory finds the torque limits kept.
+
+    Raises:
+        InvalidProblem: The robot has no torque limits, or another number of joints than the trajectory.
+        LimitsUnsatisfiable: The trajectory breaks a torque limit without a payload.
+        MissingDynamics: The robot has neither inertias nor a payload.
+    """
+    refuse_other_joints(robot, [trajectory])
+    check_dynamics(robot)
+    center, tolerance = np.array(center_of_mass), np.array(center_of_mass_tolerance)
+    corners = np.unique(center + tolerance * np.array(list(product((-1.0, 1.0), repeat=3))), axis=0)
+    bodies = [Payload(0.0, (x, y, z), inertia) for x, y, z in corners.tolist()]
+
+    def worst(mass: float) -> Check:
+        checks = [_torque_check(robot.with_payload(replace(body, mass=mass)), trajectory, limits) for body in bodies]
+        return max(checks, key=lambda check: check.ratio or 0.0)
+
+    if not np.isfinite(segment_limits(robot, limits, (None,)).torque.upper).any():
+        raise InvalidProblem([(("robot",), f"{robot.id} has no torque limits")])
+    light = worst(0.0)
+    if not light.satisfied:
+        raise LimitsUnsatisfiable(
+            f"the torque of {light.joint} is {light.peak:.6g} without a payload, beyond its limit {light.limit:.6g}",
+            joint=light.joint,
+            value=light.peak,
+            limit=light.limit,
+            time=light.time,
+        )
+    rating = np.inf if robot.rated_payload is None else max(robot.rated_payload - robot.payload_mass, 0.0)
+    most = min(rating, *(_most_at_samples(robot, body, trajectory, limits) for body in bodies))
+    if most == np.inf:
+        return MaxPayload(None, None)
+    if (heaviest := worst(most)).satisfied:
+        return MaxPayload(most, "rating") if most == rating else MaxPayload(most, "torque", light.joint, light.time)
+    mass = brentq(lambda mass: (worst(mass).ratio or 0.0) - 1.0, 0.0, most, xtol=SMALLEST, rtol=0.1 * ACCURACY)
+    while not (heaviest := worst(mass)).satisfied:
+        mass *= 1.0 - 0.5 * ACCURACY
+    return MaxPayload(mass, "torque", heaviest.joint, heaviest.time)
+
+
+def _torque_check(robot: Robot, trajectory: Trajectory, limits: Limits) -> Check:
+    """Return the check of the torques of a trajectory."""
+    certificate = certify(robot, trajectory, limits=limits, enforced=("torque",))
+    return next(check for check in certificate.checks if check.quantity == "torque")
+
+
+def _most_at_samples(robot: Robot, body: Payload, trajectory: Trajectory, limits: Limits) -> float:
+    """Return the largest mass, kg, with which the torques at samples keep their limits; infinite: they all do."""
+    shares = (np.arange(SAMPLES_OF_PIECE) + 0.5) / SAMPLES_OF_PIECE
+    times = (trajectory.breakpoints[:-1, None] + trajectory.lengths[:, None] * shares).ravel()
+    states = trajectory.evaluate(times, [0, 1, 2])
+    without, with_unit = (
+        inverse_dynamics(robot.with_payload(replace(body, mass=mass)), *states) for mass in (0.0, 1.0)
+    )
+    lower, upper = segment_limits(robot, limits, (None,)).bounds("torque")
+    rise = with_unit - without
+    headroom = np.where(rise > 0.0, upper[0] - without, without - lower[0])
+    felt = np.abs(rise) > SMALLEST
+    return float((headroom[felt] / np.abs(rise[felt])).min(initial=np.inf))

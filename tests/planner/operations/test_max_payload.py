@@ -1,0 +1,124 @@
+"""The heaviest payload of a trajectory, against bisection by the certificate and dense torques by Pinocchio."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from planner.certificate import certify
+from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics
+from planner.limits import Limits
+from planner.operations import MaxPayload, max_payload
+from planner.planning import plan
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.robots import Robot, load_robot
+from planner.robots.payload import Payload
+from planner.trajectories.trajectory import Trajectory
+
+RATED = load_robot("kuka_kr16_l6_2")
+UNRATED = replace(RATED, rated_payload=None)
+WAYPOINTS = [(0.0, -1.4, 1.5, 0.0, 0.6, 0.0), (0.6, -0.9, 1.2, 0.4, 0.9, 0.5), (0.2, -1.2, 1.4, 0.1, 0.5, 0.1)]
+CENTER, TOLERANCE, INERTIA = (0.02, -0.03, 0.15), (0.04, 0.0, 0.06), (0.1, 0.2, 0.3)
+
+
+def moved(backend: str, robot: Robot = UNRATED) -> Trajectory:
+    return plan(PlanningProblem(robot, [JointWaypoint(q) for q in WAYPOINTS]), backend).trajectory
+
+
+def torques(scale: float) -> Limits:
+    return Limits(torque=tuple(scale * UNRATED.limit("torque")))
+
+
+def carries(robot: Robot, trajectory: Trajectory, body: Payload, limits: Limits = Limits()) -> bool:
+    checks = certify(robot.with_payload(body), trajectory, limits=limits, enforced=["torque"]).checks
+    return next(check.satisfied for check in checks if check.quantity == "torque")
+
+
+def by_bisection(robot: Robot, trajectory: Trajectory, bodies: list[Payload]) -> float:
+    light, heavy = 0.0, 1e4
+    while heavy - light > 1e-5 * heavy:
+        middle = 0.5 * (light + heavy)
+        if all(carries(robot, trajectory, replace(body, mass=middle)) for body in bodies):
+            light = middle
+        else:
+            heavy = middle
+    return light
+
+
+def largest_share(robot: Robot, trajectory: Trajectory, body: Payload) -> float:
+    """Return the largest share of a torque limit at dense samples, by Pinocchio's own algorithm."""
+    model, joint = robot.model.copy(), robot.model.frames[robot.tip_frame_id]
+    inertia = pin.Inertia(body.mass, np.array(body.center_of_mass), np.diag(body.inertia))
+    model.appendBodyToJoint(joint.parentJoint, inertia, joint.placement)
+    data, limit = model.createData(), robot.limit("torque")
+    times = np.linspace(0.0, trajectory.duration, 3000)
+    states = zip(*trajectory.evaluate(times, [0, 1, 2]), strict=True)
+    return max(float((np.abs(pin.rnea(model, data, *state)) / limit).max()) for state in states)
+
+
+@pytest.mark.parametrize("backend", ["quintic", "ruckig", "toppra", "trapezoidal"])
+def test_the_mass_is_that_of_bisection_and_uses_the_whole_limit(backend: str) -> None:
+    trajectory = moved(backend)
+    found = max_payload(UNRATED, trajectory, center_of_mass=CENTER, inertia=INERTIA)
+    assert found.mass is not None
+    body = Payload(found.mass, CENTER, INERTIA)
+    assert carries(UNRATED, trajectory, body)
+    assert found.mass == pytest.approx(by_bisection(UNRATED, trajectory, [body]), rel=1e-3)
+    assert largest_share(UNRATED, trajectory, body) == pytest.approx(1.0, abs=2e-3)
+    assert found.limited_by == "torque"
+    assert found.joint in UNRATED.joint_names
+    assert found.time is not None
+    assert 0.0 <= found.time <= trajectory.duration
+
+
+def test_any_center_of_mass_within_the_tolerance_is_carried() -> None:
+    trajectory = moved("quintic")
+    found = max_payload(UNRATED, trajectory, center_of_mass=CENTER, center_of_mass_tolerance=TOLERANCE)
+    assert found.mass is not None
+    corners = [tuple(np.array(CENTER) + signs * np.array(TOLERANCE)) for signs in product((-1, 1), repeat=3)]
+    assert found.mass == pytest.approx(
+        by_bisection(UNRATED, trajectory, [Payload(1.0, corner) for corner in corners]), rel=1e-3
+    )
+    inside = np.random.default_rng(1).uniform(-1.0, 1.0, (20, 3)) * TOLERANCE + CENTER
+    assert all(carries(UNRATED, trajectory, Payload(found.mass, tuple(center))) for center in inside.tolist())
+    exact = max_payload(UNRATED, trajectory, center_of_mass=CENTER).mass
+    assert exact is not None
+    assert found.mass < exact
+
+
+def test_the_rating_limits_a_slow_motion() -> None:
+    slow = moved("quintic", RATED).scaled(5.0)
+    assert max_payload(RATED, slow) == MaxPayload(6.0, "rating")
+    assert max_payload(RATED.with_payload(Payload(4.0)), slow) == MaxPayload(2.0, "rating")
+
+
+def test_limits_of_the_request_narrow_those_of_the_robot() -> None:
+    trajectory = moved("quintic").scaled(5.0)
+    narrow = torques(0.6)
+    found, wide = max_payload(UNRATED, trajectory, limits=narrow).mass, max_payload(UNRATED, trajectory).mass
+    assert found is not None
+    assert wide is not None
+    assert found < wide
+    assert carries(UNRATED, trajectory, Payload(found), narrow)
+    assert not carries(UNRATED, trajectory, Payload(1.001 * found), narrow)
+
+
+def test_a_trajectory_too_fast_without_a_payload_is_refused() -> None:
+    with pytest.raises(LimitsUnsatisfiable, match="without a payload, beyond its limit"):
+        max_payload(UNRATED, moved("quintic"), limits=torques(0.05))
+
+
+def test_robots_without_inertias_or_torque_limits_are_refused() -> None:
+    arm = load_robot("three_dof_arm")
+    still = plan(PlanningProblem(arm, [JointWaypoint((0.1, 0.2, 0.3)), JointWaypoint((0.3, 0.1, 0.5))])).trajectory
+    with pytest.raises(MissingDynamics):
+        max_payload(arm, still)
+    with pytest.raises(InvalidProblem, match="joints, but"):
+        max_payload(UNRATED, still)
+    unlimited = replace(UNRATED, joints=tuple(replace(joint, torque=np.inf) for joint in UNRATED.joints))
+    with pytest.raises(InvalidProblem, match="has no torque limits"):
+        max_payload(unlimited, moved("quintic"))
