@@ -127,6 +127,9 @@ from planner.robots import DHJoint as DHJoint
 from planner.robots import ExternalAxis as ExternalAxis
 from planner.robots import Joint as Joint
 from planner.robots import Robot as Robot
+from planner.robots import VelocityCurves as VelocityCurves
+from planner.robots import VelocityParabola as VelocityParabola
+from planner.robots import VelocityTable as VelocityTable
 from planner.robots import catalogue_ids as catalogue_ids
 from planner.robots import load_robot as load_robot
 from planner.robots.collision.geometry import LinkShape as LinkShape

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.constraints import TOOL, TORQUE, Bounds, Constraint
+from planner.constraints import TOOL, TORQUE, VELOCITY_AT_POSITION, Bounds, Constraint
 from planner.errors import InvalidProblem
 from planner.guarantees import TCP_ORDERS
 from planner.robots.description import RANGED_QUANTITIES
@@ -112,7 +112,9 @@ class SegmentLimits:
         one: dict[Constraint, FloatArray] = {TOOL[quantity]: limit for quantity, limit in self.of_tool.items()}
         one |= self.further
         of_joints = [(TORQUE, self.torque)] if np.isfinite(self.torque.upper).any() else []
-        return [*of_joints, *((constraint, Bounds.of_magnitudes(limit[:, None])) for constraint, limit in one.items())]
+        joints = self.torque.upper.shape[1]
+        columns = ((own, np.tile(limit[:, None], joints if own.of_joints else 1)) for own, limit in one.items())
+        return [*of_joints, *((own, Bounds.of_magnitudes(limit)) for own, limit in columns)]
 
     def without(self, quantities: Collection[str]) -> SegmentLimits:
         """Return a copy with no limits on the given quantities."""
@@ -243,6 +245,9 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         constraint: np.array([min(limits.get(constraint, np.inf) for limits in each) for each in asked])
         for constraint in dict.fromkeys(constraint for each in asked for limits in each for constraint in limits)
     }
+    if VELOCITY_AT_POSITION.is_known(robot):
+        scales = [[limits.velocity_scale for limits in (common, narrower) if limits is not None] for narrower in own]
+        further[VELOCITY_AT_POSITION] = np.array([np.prod(each) for each in scales])
     return SegmentLimits(
         Bounds(robot.limit("lower"), robot.limit("upper")),
         **{quantity: joint_bounds(quantity) for quantity in JOINT_QUANTITIES},

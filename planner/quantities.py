@@ -26,6 +26,7 @@ class Measure(NamedTuple):
 MEASURES = {
     "position": Measure("Position", "rad", "m"),
     "velocity": Measure("Velocity", "rad/s", "m/s"),
+    "velocity_at_position": Measure("Velocity at its position", "rad/s", "m/s"),
     "acceleration": Measure("Acceleration", "rad/s²", "m/s²"),
     "jerk": Measure("Jerk", "rad/s³", "m/s³"),
     "torque": Measure("Torque", "N m", "N"),

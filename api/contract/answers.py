@@ -131,19 +131,19 @@ class Check(Answer):
     """The peak of one quantity over the trajectory."""
 
     quantity: str
-    """The quantity: `position`, `velocity`, `acceleration`, `jerk`, `torque`; of the tool `tcp_linear_velocity`,
-    `tcp_angular_velocity`, `tcp_linear_acceleration`, `tcp_angular_acceleration`, `tcp_centripetal_acceleration`
-    (across the path), `tcp_linear_jerk`, `tcp_angular_jerk`. Deviations of the tool from the requested path:
-    `path_position_deviation`, `path_orientation_deviation`, `blend_deviation`. With `min_effort`, the deviation from
-    straight joint motions: `tool_deviation` of the tool, m, and `joint_deviation` of the farthest joint, rad or m.
-    Errors against the request: `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations,
-    minimum durations and dwells, s. The tool has `waypoint_position_error`, m, and `waypoint_orientation_error`, rad,
-    at pose and relative waypoints."""
+    """The quantity: `position`, `velocity`, `velocity_at_position` (by position), `acceleration`, `jerk`, `torque`.
+    Of the tool: `tcp_linear_velocity`, `tcp_angular_velocity`, `tcp_linear_acceleration`,
+    `tcp_angular_acceleration`, `tcp_centripetal_acceleration` (across the path), `tcp_linear_jerk`,
+    `tcp_angular_jerk`. Deviations of the tool from the requested path: `path_position_deviation`,
+    `path_orientation_deviation`, `blend_deviation`. With `min_effort`, the deviation from straight joint motions:
+    `tool_deviation` of the tool, m, and `joint_deviation` of the farthest joint, rad or m. Errors against the
+    request: `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations, minimum durations
+    and dwells, s. The tool has `waypoint_position_error`, m, and `waypoint_orientation_error`, rad, at pose and
+    relative waypoints."""
     joint: str | None
     """The name of the joint with the largest share of its limit; null: the quantity belongs to the tool."""
     peak: float
-    """The peak of that joint or of the tool: signed for a position, else a magnitude. Its unit is that of the quantity
-    (rad or m, by s, s^2 and s^3; N m or N)."""
+    """The peak of that joint or of the tool: signed for a position, else a magnitude, in the unit of the quantity."""
     limit: float | None
     """The limit of the peak, in the same unit; null: none."""
     ratio: float | None

@@ -24,6 +24,7 @@ from api.contract.parts.common import (
 )
 from api.contract.parts.external_axes import ExternalAxis, JointName  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.problem_documents import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.velocity_curves import VelocityCurves  # noqa: TC001 - pydantic evaluates the annotations
 
 
 class Shown(Schema):
@@ -59,6 +60,11 @@ class UrdfDocument(Schema):
     locked: Annotated[dict[FrameName, Number], Field(max_length=256)] = Field(default_factory=dict)
     """The positions (rad or m), by the names of other joints, at which these are held; omitted: 0, or the limit nearest
     to it."""
+    velocity_curves: Annotated[dict[FrameName, VelocityCurves], Field(max_length=64)] = Field(
+        default_factory=dict, exclude_if=lambda curves: not curves
+    )
+    """Velocity limits that depend on the position, by the names of joints. The position limits end where a parabola
+    leaves less than 2 % of the velocity limit; a remark among the `findings` says so."""
 
 
 class KeptMesh(Schema):
@@ -117,6 +123,9 @@ class DhJoint(Schema):
     """The jerk limit, rad/s^3 or m/s^3; omitted: a default, as the answer says."""
     torque: Positive | None = None
     """The torque limit, N m or N; omitted: none."""
+    velocity_curves: VelocityCurves | None = Field(None, exclude_if=lambda curves: curves is None)
+    """Velocity limits that depend on the position; omitted: none. The position limits end where a parabola leaves less
+    than 2 % of the velocity limit; a remark among the `findings` says so."""
     mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
     """The mass of the link that the joint moves, kg; omitted: unknown."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
@@ -170,6 +179,8 @@ class OwnLimits(Schema):
     """The lower and the upper acceleration where they differ, rad/s^2 or m/s^2."""
     torque_range: LimitRange | None = None
     """The lower and the upper torque where they differ, N m or N."""
+    velocity_curves: VelocityCurves | None = Field(None, exclude_if=lambda curves: curves is None)
+    """Velocity limits that depend on the position. They hold beside the joint's other velocity curves."""
 
 
 class Changes(Schema):
@@ -257,6 +268,8 @@ class JointDescription(Answer):
     """The lower and the upper acceleration, rad/s^2 or m/s^2, where they differ; null: the same in both directions."""
     torque_range: list[float] | None
     """The lower and the upper torque, N m or N, where they differ; null: the same in both directions."""
+    velocity_curves: VelocityCurves | None = Field(None, exclude_if=lambda curves: curves is None)
+    """The velocity limits that depend on the position; omitted: none. `velocity` holds beside them."""
     provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
     """The source of each limit, by the name of its quantity. It is `published` with the robot, its `datasheet`, an
     `estimate`, a `default` of the service, or its `owner`."""

@@ -22,6 +22,7 @@ from planner.constraints.bounded import KIND_OF, bounded_peaks
 from planner.constraints.peaks import SampledConstraints
 from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
+from planner.kinematics.forward import JointStates
 from planner.quantities import MEASURES
 from planner.tolerances import CONTINUITY_TOLERANCE, POSITION_TOLERANCE
 from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
@@ -204,7 +205,37 @@ def _constraint_checks(
         use, *rest = sampled.peaks(shares, derivatives, lengths, np.zeros_like(segments), decided_at=BROKEN)
         columns = (part[0].tolist() for part in rest)
         check(sampled, map(_Peak, use[0].tolist(), [None] * len(sampled.constraints), *columns))
-    return checks
+    exact = ((own, limit[segments]) for own, limit in sampled.exact)
+    robot = dynamics.robots[0]
+    return [*(_exact_check(trajectory, derivatives, robot, *own, enforced) for own in exact), *checks]
+
+
+def _exact_check(
+    trajectory: Trajectory,
+    derivatives: UnitPolynomials,
+    robot: Robot,
+    constraint: Constraint,
+    limits: FloatArray,
+    enforced: Mapping[str, bool],
+) -> Check:
+    """Return the check of a constraint whose peaks are exact, with limits (pieces, columns)."""
+    peaks = constraint.peaks(robot, derivatives, limits, np.zeros_like(trajectory.segments))
+    ratio, piece, unit, column = (part[0, 0].item() for part in peaks)
+    state = JointStates(robot, *derivatives[:4].evaluate(np.array([piece]), np.array([unit])))
+    peak, limit = constraint.shown(state, column, float(limits[piece, column]))
+    known = bool(np.isfinite(limit))
+    return Check(
+        quantity=constraint.name,
+        joint=robot.joint_names[column] if constraint.of_joints else None,
+        peak=peak,
+        limit=limit if known else None,
+        ratio=ratio if known else None,
+        time=float(trajectory.breakpoints[piece] + unit * trajectory.lengths[piece]),
+        method="exact",
+        enforced=enforced.get(constraint.name, True),
+        bounded=True,
+        own_unit=None if constraint.name in MEASURES else constraint.unit,
+    )
 
 
 def _constraint_check(

@@ -2,6 +2,6 @@
 
 from planner.constraints.bounds import Bounds, measures
 from planner.constraints.constraint import Constraint, Rows
-from planner.constraints.quantities import TOOL, TORQUE
+from planner.constraints.quantities import TOOL, TORQUE, VELOCITY_AT_POSITION
 
-__all__ = ["TOOL", "TORQUE", "Bounds", "Constraint", "Rows", "measures"]
+__all__ = ["TOOL", "TORQUE", "VELOCITY_AT_POSITION", "Bounds", "Constraint", "Rows", "measures"]

@@ -5,9 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from planner.kinematics.forward import JointStates
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.trajectories.extrema import UnitPolynomials
+    from planner.trajectories.sampled_peaks import Peaks
 
 
 class Rows(NamedTuple):
@@ -34,6 +38,8 @@ class Constraint(Protocol):
         counts_at_rest: Whether it has a value where the robot rests.
         follows_path_speed: Whether it depends on path and path velocity alone.
         has_rows: Whether it has `rows`. Back ends scale all others in time as a whole.
+        is_exact: Whether it has `peaks`; the peaks of all others are found on samples.
+        of_states: Whether its values are so quickly computed that no back end needs to interpolate them.
     """
 
     name: str
@@ -43,6 +49,8 @@ class Constraint(Protocol):
     counts_at_rest: bool = False
     follows_path_speed: bool = True
     has_rows: bool = False
+    is_exact: bool = False
+    of_states: bool = False
 
     def is_known(self, robot: Robot) -> bool:
         """Return whether the values can be computed for a robot; where they cannot, they are taken for zero."""
@@ -57,3 +65,27 @@ class Constraint(Protocol):
         """Return the rows at points of a path, whose states are those at s' = 1 and s'' = 0."""
         del path
         raise NotImplementedError
+
+    def peaks(
+        self,
+        robot: Robot,
+        motion: UnitPolynomials,
+        limits: FloatArray,
+        groups: np.ndarray,
+        above: FloatArray | float = 0.0,
+    ) -> Peaks:
+        """Find the largest share of its limits that a motion uses in each group of pieces.
+
+        Args:
+            robot: The robot.
+            motion: Positions and their derivatives by time, stacked, on unit time.
+            limits: The limits (pieces, columns).
+            groups: The group (pieces,) of each piece, from 0 on without gaps.
+            above: Shares, one for all or (groups,), below which a result may be too low.
+        """
+        del robot, motion, limits, groups, above
+        raise NotImplementedError
+
+    def shown(self, states: JointStates, column: int, limit: float) -> tuple[float, float]:
+        """Return the value of a column in one state, and its limit there, as people are shown them."""
+        return float(self.values(states)[0, column]), limit

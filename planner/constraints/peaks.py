@@ -25,7 +25,8 @@ class SampledConstraints:
     """Constraints on a motion, a column for each of their values.
 
     Attributes:
-        constraints: The constraints whose values can be computed.
+        exact: The constraints whose peaks are found without samples, and their limits (rows, columns).
+        constraints: The others whose values can be computed; what follows is of them.
         of_column: The index (columns,) in `constraints` of the constraint of each column.
         joints: The joint of each column; None: the column is not of a joint.
         middle: The middle (rows, columns) between lower and upper limits.
@@ -35,6 +36,8 @@ class SampledConstraints:
     def __init__(self, dynamics: SegmentDynamics, limited: Sequence[tuple[Constraint, Bounds]], rows: int) -> None:
         self.dynamics, names = dynamics, dynamics.robots[0].joint_names
         known = [own for own in limited if any(map(own[0].is_known, dynamics.robots))]
+        self.exact = [(own, bounds.narrower) for own, bounds in known if own.is_exact]
+        known = [own for own in known if not own[0].is_exact]
         self.constraints = [constraint for constraint, _ in known]
         joints = [names if constraint.of_joints else (None,) for constraint in self.constraints]
         self.joints: list[str | None] = [name for own in joints for name in own]

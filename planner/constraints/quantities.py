@@ -9,15 +9,18 @@ import numpy as np
 
 from planner.constraints.constraint import Constraint, Rows
 from planner.constraints.rows import tool_acceleration_rows
+from planner.constraints.speed_shares import largest_speed_shares
 from planner.dynamics import inverse_dynamics, path_dynamics
 from planner.guarantees import TCP_ORDERS
 from planner.kinematics.forward import ACCELERATIONS, OF_PATH_SPEED
 from planner.quantities import MEASURES
+from planner.trajectories.sampled_peaks import Peaks
 
 if TYPE_CHECKING:
     from planner.kinematics.forward import JointStates
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.trajectories.extrema import UnitPolynomials
 
 NAMED = {
     "tcp_linear_velocity": "the tool's speed",
@@ -77,8 +80,52 @@ class ToolRate(Constraint):
         return tool_acceleration_rows(path.tool_on_path[ACCELERATIONS.index(self.name)])
 
 
+@dataclass(frozen=True)
+class VelocityAtPosition(Constraint):
+    """The shares of the velocities that velocity curves allow at the positions of the joints."""
+
+    name: str = "velocity_at_position"
+    unit: str = MEASURES["velocity_at_position"].unit
+    order: int = 1
+    of_joints: bool = True
+    is_exact: bool = True
+    of_states: bool = True
+
+    def is_known(self, robot: Robot) -> bool:
+        """Return whether a joint has velocity curves."""
+        return robot.velocity_conditions is not None
+
+    def values(self, states: JointStates) -> FloatArray:
+        """Return the shares (N, joints) of the allowed velocities."""
+        conditions = states.robot.velocity_conditions
+        return np.zeros_like(states.v) if conditions is None else conditions.shares(states.q, states.v)
+
+    def peaks(
+        self,
+        robot: Robot,
+        motion: UnitPolynomials,
+        limits: FloatArray,
+        groups: np.ndarray,
+        above: FloatArray | float = 0.0,
+    ) -> Peaks:
+        """Find the largest shares, by bounds on polynomials."""
+        conditions = robot.velocity_conditions
+        if conditions is None:
+            none = np.zeros((int(groups.max()) + 1, 1))
+            return Peaks(none, none.astype(int), none, none.astype(int))
+        return largest_speed_shares(conditions, motion, limits, groups, above)
+
+    def shown(self, states: JointStates, column: int, limit: float) -> tuple[float, float]:
+        """Return the velocity of a joint and the largest one that is allowed where it is, both magnitudes."""
+        share, speed = float(self.values(states)[0, column]), abs(float(states.v[0, column]))
+        return speed, limit * speed / share if share > 0.0 else np.inf
+
+
 TORQUE = Torque()
 """The torques or forces of the joints."""
+
+VELOCITY_AT_POSITION = VelocityAtPosition()
+"""The velocities of the joints as shares of the allowed ones at their positions."""
 
 TOOL = {
     name: ToolRate(

@@ -5,12 +5,16 @@ from planner.robots.derived.external_axes import ExternalAxis
 from planner.robots.description import Joint
 from planner.robots.dh import DHJoint
 from planner.robots.robot import Robot
+from planner.robots.velocity_curves import VelocityCurves, VelocityParabola, VelocityTable
 
 __all__ = [
     "DHJoint",
     "ExternalAxis",
     "Joint",
     "Robot",
+    "VelocityCurves",
+    "VelocityParabola",
+    "VelocityTable",
     "catalogue_ids",
     "load_robot",
 ]

@@ -11,6 +11,7 @@ A data file has these fields:
 - `limits`: for each quantity its `provenance` and its `source` in words (a document, or the rule of an estimate).
   Unless the URDF has them, also the `values` of each joint; of `position`, `lower` and `upper`. A continuous joint has
   null for them. The default rule fills in limits that neither file has.
+- `velocity_curves`: by joint and direction (`upper`, `lower`), a list of `VelocityParabola` fields.
 - `link_radii`: if the model has no collision shapes, the radii of the capsules derived from its kinematics, m. One
   radius is for the base, and one for the links of each joint.
 - `collision`: in place of such capsules, convex outlines that contain the machine. Each has its `frame`, a `position`
@@ -33,11 +34,13 @@ import numpy as np
 import pinocchio as pin
 
 from planner.errors import UnknownRobot
-from planner.robots.checks import with_default_limits
+from planner.robots.checks import with_default_limits, with_velocity_curves
 from planner.robots.collision.geometry import CollisionElement
 from planner.robots.collision.outlines import OUTLINE_UNCERTAINTY, Outline
 from planner.robots.dh import DHJoint
+from planner.robots.findings import Findings
 from planner.robots.robot import Robot
+from planner.robots.velocity_curves import VelocityCurves, VelocityParabola
 from planner.spatial import Pose
 
 if TYPE_CHECKING:
@@ -94,7 +97,7 @@ def load_robot(id: str) -> Robot:
     entry = json.loads(file.read_text(encoding="utf-8"))
     robot = _read_urdf(id, entry, folder) if "urdf" in entry else _read_dh(id, entry)
     limits, rated = entry["limits"], entry.get("rated_payload", {})
-    joints = _with_limits(robot.joints, limits, _unit(entry))
+    joints = _with_curves(_with_limits(robot.joints, limits, _unit(entry)), entry.get("velocity_curves", {}))
     return replace(
         robot,
         joints=joints,
@@ -181,3 +184,15 @@ def _with_limits(joints: tuple[Joint, ...], limits: dict[str, Any], unit: float)
                 provenance[quantity] = limit["provenance"]
         changed.append(with_default_limits(replace(joint, **known, provenance=provenance)))
     return tuple(changed)
+
+
+def _with_curves(joints: tuple[Joint, ...], curves: dict[str, Any]) -> tuple[Joint, ...]:
+    """Return the joints with the velocity curves of the data file."""
+
+    def of(joint: Joint) -> VelocityCurves:
+        own = curves.get(joint.name, {})
+        return VelocityCurves(
+            *(tuple(VelocityParabola(**curve) for curve in own.get(side, ())) for side in ("upper", "lower"))
+        )
+
+    return tuple(with_velocity_curves(joint, of(joint), Findings()) for joint in joints)

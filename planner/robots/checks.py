@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.robots.findings import shown
+from planner.robots.velocity_curves import VelocityTable, curve_faults
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from planner.robots.build import Body
     from planner.robots.description import Joint, Provenance
     from planner.robots.findings import Findings
+    from planner.robots.velocity_curves import VelocityCurve, VelocityCurves
 
 MAX_LINKS = 256
 """Number of links that a model may have; Pinocchio itself dies somewhere between 3000 and 5000."""
@@ -56,6 +58,12 @@ ABSURD_LINEAR_VELOCITY = 100.0
 """m/s; likewise."""
 LEAST_LIMIT = 1e-6
 """rad/s, m/s, ..., N; with a smaller limit than this nothing moves."""
+
+LEAST_OF_CURVES = 0.02
+"""Share of the velocity limit that velocity curves allow at least: a position where they allow less is out of reach."""
+
+MOST_CURVES = 8
+"""Number of velocity curves that a joint may have in one direction."""
 
 DEFAULT_ANGULAR_VELOCITY = math.pi
 """rad/s."""
@@ -237,3 +245,45 @@ def with_default_limits(joint: Joint) -> Joint:
         jerk = DEFAULT_JERK_PER_ACCELERATION * acceleration
         provenance["jerk"] = "default"
     return replace(joint, velocity=velocity, acceleration=acceleration, jerk=jerk, provenance=provenance)
+
+
+def with_velocity_curves(joint: Joint, curves: VelocityCurves, findings: Findings) -> Joint:
+    """Return the joint with velocity curves beside its own, and the position limits within which it can move both ways.
+
+    Args:
+        joint: The joint with its limits.
+        curves: The curves to be added.
+        findings: The findings, which are added to.
+    """
+    name, together = shown(joint.name), joint.velocity_curves.with_others(curves)
+    faults = [fault for curve in (*curves.upper, *curves.lower) for fault in curve_faults(curve)]
+    if max(len(together.upper), len(together.lower)) > MOST_CURVES:
+        faults.append(f"a direction may have up to {MOST_CURVES}")
+    least = LEAST_OF_CURVES * joint.velocity
+    upper = min([joint.upper, *(_reach(curve, least, 1.0) for curve in curves.upper if not faults)])
+    lower = max([joint.lower, *(_reach(curve, least, -1.0) for curve in curves.lower if not faults)])
+    if not lower < upper:
+        faults.append("they leave no position at which the joint can move both ways")
+    for fault in faults:
+        findings.error("invalid_velocity_curve", name, f"velocity curves of {name}: {fault}")
+    if faults:
+        return joint
+    if (lower, upper) != (joint.lower, joint.upper):
+        text = (
+            f"the position limits of {name} are {lower:.6g} to {upper:.6g}: "
+            f"beyond, its velocity curves allow less than {100.0 * LEAST_OF_CURVES:g} % of its velocity limit"
+        )
+        findings.info("position_limits_narrowed", name, text)
+    changed = replace(joint, lower=lower, upper=upper, velocity_curves=together)
+    if joint.kind == "continuous" and math.isfinite(lower) != math.isfinite(upper):
+        findings.error("one_sided_position_limit", name, f"velocity curves of {name}: give both directions a parabola")
+    elif joint.kind == "continuous" and math.isfinite(lower):
+        changed = replace(changed, kind="revolute")
+    return changed
+
+
+def _reach(curve: VelocityCurve, speed: float, sign: float) -> float:
+    """Return the last position at which a curve allows a speed in the direction of a sign."""
+    if isinstance(curve, VelocityTable):  # its velocities are positive everywhere
+        return sign * math.inf
+    return curve.end - sign * (speed + curve.offset) ** 2 / curve.rate

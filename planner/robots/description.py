@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+
+from planner.robots.velocity_curves import NO_CURVES, VelocityConditions, VelocityCurves
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -41,6 +44,7 @@ class Joint:
         ranges: Lower (negative) and upper limits that differ by direction, by quantity: velocity, acceleration or
             torque. Neither is wider than the limit of that quantity.
         provenance: Where each of `LIMITED_QUANTITIES` comes from; no entry where there is no limit.
+        velocity_curves: Velocity limits that depend on the position, beside `velocity` and `ranges`.
     """
 
     name: str
@@ -53,6 +57,7 @@ class Joint:
     torque: float = np.inf
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     provenance: Mapping[str, Provenance] = field(default_factory=dict)
+    velocity_curves: VelocityCurves = NO_CURVES
 
     @property
     def is_angle(self) -> bool:
@@ -143,3 +148,9 @@ class RobotDescription:
     notes: tuple[str, ...] = ()
     followers: tuple[Follower, ...] = ()
     findings: tuple[Finding, ...] = ()
+
+    @cached_property
+    def velocity_conditions(self) -> VelocityConditions | None:
+        """The velocity limits of the joints by their positions; None: there are none."""
+        curves = [joint.velocity_curves for joint in self.joints]
+        return VelocityConditions.of(curves) if any(curves) else None

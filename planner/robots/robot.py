@@ -177,9 +177,10 @@ class Robot(PickledByFields, RobotDescription):
             id: Name of the robot; None: this one's.
             limits: Limits of single joints by their names, e.g. `{"joint_1": {"lower": -1.0, "velocity": 0.5}}`. The
                 names are `lower`, `upper` (rad or m), `velocity`, `acceleration`, `jerk` and `torque` (N m or N).
-                `velocity_range`, `acceleration_range` and `torque_range` are pairs of a lower and an upper limit. A
-                limit may be wider than this robot's only if this robot's is a default or an estimate; a warning in
-                `findings` says so. A continuous joint with position limits becomes a revolute one.
+                `velocity_range`, `acceleration_range` and `torque_range` are pairs of a lower and an upper limit;
+                `velocity_curves` hold beside this robot's. A limit may be wider than this robot's only if that is a
+                default or an estimate; a warning in `findings` says so. A continuous joint with position limits becomes
+                a revolute one.
             group: Name of one of `groups`, whose joints are left; the others are held still. None: all are left.
             locked: Positions by the names of joints that are held still, rad or m; they are no joints any more. Those
                 that the group leaves out are held at 0 otherwise, or at the limit nearest to it.

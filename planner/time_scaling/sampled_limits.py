@@ -60,9 +60,13 @@ class SampledLimits(SampledConstraints):
 
     def __init__(self, dynamics: SegmentDynamics, limits: SegmentLimits) -> None:
         super().__init__(dynamics, limits.constraints, len(limits.torque.upper))
-        self.limited: np.ndarray = np.isfinite(self.half).any(axis=1)
+        all_limits = np.hstack([self.half, *(limit for _, limit in self.exact)])
+        self.limited: np.ndarray = np.isfinite(all_limits).any(axis=1)
         names = [self.constraints[k].name for k in self.of_column]
         self.each = [BindingLimit(*column) for column in zip(names, self.joints, strict=True)]
+        joints = dynamics.robots[0].joint_names
+        for own, _ in self.exact:
+            self.each += [BindingLimit(own.name, joint) for joint in (joints if own.of_joints else (None,))]
 
     def stretch(
         self,
@@ -100,7 +104,7 @@ class SampledLimits(SampledConstraints):
             room = self.half[rows[at]] - np.sign(moved) * (rest - self.middle[rows[at]])
             return self.with_bends((np.abs(moved) / room) ** powers, rates, rows[at], pieces.lengths[at])
 
-        return self._largest(needed, pieces, groups, 0.5, above / SAMPLED_MARGIN, derivatives)
+        return self._largest(needed, pieces, rows, groups, above, derivatives, as_factors=True)
 
     def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
         """Return the largest share (pieces,) of one of these limits that each piece uses.
@@ -113,25 +117,42 @@ class SampledLimits(SampledConstraints):
         def shares(at: np.ndarray, states: Sequence[FloatArray]) -> FloatArray:
             return self.shares(rows[at], pieces.segments[at], states, pieces.lengths[at])
 
-        return self._largest(shares, pieces, np.arange(len(rows)))[0]
+        return self._largest(shares, pieces, rows, np.arange(len(rows)))[0]
 
     def _largest(
         self,
         of_states: Callable[[np.ndarray, Sequence[FloatArray]], FloatArray],
         motion: SegmentedPolynomial,
+        rows: np.ndarray,
         groups: np.ndarray,
-        power: float = 1.0,
         above: FloatArray | float = 0.0,
         derivatives: UnitPolynomials | None = None,
+        *,
+        as_factors: bool = False,
     ) -> tuple[FloatArray, np.ndarray]:
-        """Return the largest values (groups,) of all columns, with the margin, and the column (groups,) of each."""
+        """Return the largest values (groups,), samples with their margin, and the index (groups,) in `each`.
+
+        They are shares of the limits, or factors on time.
+        """
         if derivatives is None:
             derivatives = derivatives_on_unit_time(motion, DERIVATIVES)
-        peaks = self.peaks(of_states, derivatives, motion.lengths, groups, together=True, power=power, above=above)
-        return peaks.use[:, 0] * SAMPLED_MARGIN, peaks.columns[:, 0]
+        largest, at = np.zeros(int(groups.max()) + 1), np.zeros(int(groups.max()) + 1, dtype=int)
+        if self.constraints:
+            power, own = 0.5 if as_factors else 1.0, above / SAMPLED_MARGIN
+            peaks = self.peaks(of_states, derivatives, motion.lengths, groups, together=True, power=power, above=own)
+            largest, at = peaks.use[:, 0] * SAMPLED_MARGIN, peaks.columns[:, 0]
+        first = len(self.of_column)
+        for constraint, limit in self.exact:
+            power = 1.0 / constraint.order if as_factors else 1.0
+            of_interest = np.maximum(above, largest) ** (1.0 / power)
+            peaks = constraint.peaks(self.dynamics.robots[0], derivatives, limit[rows], groups, of_interest)
+            values = peaks.use[:, 0] ** power
+            at = np.where(values > largest, first + peaks.columns[:, 0], at)
+            largest, first = np.maximum(largest, values), first + limit.shape[1]
+        return largest, at
 
     def _at_rest(self, rows: np.ndarray, segments: np.ndarray, q: FloatArray) -> FloatArray:
-        """Return the values (N, columns) at rest; those of torque are refused where gravity exceeds a limit."""
+        """Return the values (N, columns) at rest; refuse torques where gravity exceeds a limit."""
         values = np.zeros((len(q), len(self.of_column)))
         counting = [k for k, constraint in enumerate(self.constraints) if constraint.counts_at_rest]
         if not counting:

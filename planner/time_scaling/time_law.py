@@ -262,6 +262,7 @@ class LimitsOnCurve:
         speeds = self.limits.velocity.used(np.broadcast_to(segments, at.shape), first).max(axis=2)[..., None]
         middle, half = own.acceleration.centred
         speeds = np.maximum(speeds, self.sampled.path_speed_use(at, own)[..., None] * ds)
+        speeds = np.maximum(speeds, self.sampled.speed_use(own, q, first)[..., None])
         no, yes = np.zeros_like(first), np.ones_like(first)
         groups: list[tuple[FloatArray, ...]] = [
             (speeds**2, 0.0 * speeds, 0.0 * speeds, 0.0 * speeds, 1.0 + 0.0 * speeds, 0.0 * speeds),
@@ -293,6 +294,8 @@ class _Sampled:
             constraints.append(TORQUE)
         limited = [own for own in constraints if own.is_known(robot)]
         self.robot, self.jerks = robot, [own.name for own in limited if own.name in JERKS]
+        self.of_states = [own for own in limited if own.follows_path_speed and own.of_states]
+        limited = [own for own in limited if own not in self.of_states]
         self.speeds: dict[Constraint, FloatArray] = {}
         self.rows: dict[Constraint, Rows] = {}
         if not limited:
@@ -304,7 +307,7 @@ class _Sampled:
         self.gridpoints = of + shares / 2.0
         q, dq, ddq = curve.evaluate_on(of, shares * curve.lengths[of])
         states = JointStates(robot, q, dq, ddq)
-        self.speeds = {own: own.values(states) for own in limited if own.follows_path_speed}
+        self.speeds = {own: own.values(states) for own in limited if own.follows_path_speed and not own.of_states}
         self.rows = {own: own.rows(states) for own in limited if own.has_rows}
         if TORQUE in self.rows:
             segments = curve.segments[of]
@@ -318,6 +321,15 @@ class _Sampled:
             for values, limit in zip(self.speeds.get(constraint, np.empty((0, 0))).T, bounds.upper.T, strict=False):
                 share = np.interp(at, self.gridpoints, values) / limit
                 use = np.maximum(use, share ** (1.0 / constraint.order))
+        return use
+
+    def speed_use(self, limits: SegmentLimits, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the shares (points, pieces) of limits that velocities (points, pieces, joints) at positions use."""
+        states, use = JointStates(self.robot, *(x.reshape(-1, q.shape[2]) for x in (q, v, v))), np.zeros(q.shape[:2])
+        for constraint, bounds in limits.constraints:
+            if constraint in self.of_states:
+                shares = constraint.values(states).reshape(*q.shape[:2], -1) / bounds.upper
+                use = np.maximum(use, shares.max(axis=2) ** (1.0 / constraint.order))
         return use
 
     def groups_at(

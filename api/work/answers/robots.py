@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.robots import VelocityParabola, VelocityTable
 from planner.robots.collision.pairs import MANY_POSITIONS, contacts, shapes_of_links
 from planner.robots.description import RANGED_QUANTITIES
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
@@ -73,7 +74,18 @@ def _describe_joint(joint: Joint) -> dict[str, Any]:
         f"{quantity}_range": list(joint.ranges[quantity]) if quantity in joint.ranges else None
         for quantity in RANGED_QUANTITIES
     }
-    return {"name": joint.name, "kind": joint.kind, **limits, **ranges, "provenance": dict(joint.provenance)}
+    described: dict[str, Any] = {
+        "name": joint.name,
+        "kind": joint.kind,
+        **limits,
+        **ranges,
+        "provenance": dict(joint.provenance),
+    }
+    if joint.velocity_curves:
+        described["velocity_curves"] = {
+            side: list(map(_describe_curve, curves)) for side, curves in vars(joint.velocity_curves).items()
+        }
+    return described
 
 
 def describe_collision_geometry(robot: Robot) -> dict[str, Any]:
@@ -148,3 +160,8 @@ def _describe_shape(shape: Shape) -> dict[str, Any]:
         case ConvexHull(vertices=vertices):
             return {"kind": "convex", "vertices": vertices.tolist(), "faces": shape.faces.tolist()}
     raise TypeError(f"no robot has a {type(shape).__name__}")
+
+
+def _describe_curve(curve: VelocityParabola | VelocityTable) -> dict[str, Any]:
+    kind = "parabola" if isinstance(curve, VelocityParabola) else "table"
+    return {"kind": kind} | {name: list(v) if isinstance(v, tuple) else v for name, v in vars(curve).items()}

@@ -15,8 +15,9 @@ from planner.backends.min_effort.terms import Layout
 from planner.backends.min_effort.way import Way
 from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.run_timing import time_run
+from planner.constraints import VELOCITY_AT_POSITION, Bounds
 from planner.errors import InfeasibleDuration, JointPositionLimit
-from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS
+from planner.guarantees import QUANTITIES, TCP_ORDERS
 from planner.kinematics.forward import VELOCITIES
 from planner.time_scaling.compose import follow_curve
 from planner.time_scaling.retiming import MOST_STEPS
@@ -24,6 +25,7 @@ from planner.time_scaling.sampled_limits import SampledLimits
 from planner.time_scaling.time_law import fastest_law
 from planner.time_scaling.uniform import scaled_to_duration, slowest, time_scalings
 from planner.tolerances import DURATION_TOLERANCE, ROUNDING
+from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 if TYPE_CHECKING:
@@ -276,7 +278,9 @@ class ThroughWaypoints(Optimum):
     def _solve(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
         """Return the optimum from a first motion, near its way; None: none was found that keeps the limits."""
         segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
-        if limits.further or any(TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool):
+        if limits.further.keys() - {VELOCITY_AT_POSITION} or any(
+            TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool
+        ):
             return None  # the program knows no accelerations of the tool, and no further quantities
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
         if self.turn(self.positions).max(initial=0.0) > MOST_TURN * intervals:
@@ -293,7 +297,7 @@ class ThroughWaypoints(Optimum):
             way=way,
             near=np.empty(0),
             half_spaces=np.empty(0),
-            rates=np.abs([limits.bounds(quantity) for quantity in JOINT_DERIVATIVES[1:]]),
+            rates=np.abs([self._velocities(first), limits.acceleration, limits.jerk]),
             torque=torque,
             tool=tool,
             units=self.cost.units,
@@ -306,6 +310,7 @@ class ThroughWaypoints(Optimum):
         )
         holds = self.options.max_deviation is not None, self.options.max_joint_deviation is not None
         begin, again = PiecewisePolynomial(first.lengths, first.coefficients), None
+        velocity, fastest = numbers.rates[0], np.ones((segments, 1))
         margins, nearer = np.full((segments * intervals, 1), FIRST_MARGIN), FIRST_MARGIN
         cuts = 0 if self.path.half_spaces is None else self.path.half_spaces.rows
         objective, adds_jerk = self.options.objective, self.cost.adds_jerk
@@ -317,6 +322,7 @@ class ThroughWaypoints(Optimum):
             rows = np.repeat(np.arange(segments), layout.intervals)
             program, work = program_of(self.robot, layout), _work(layout)
             narrowed = numbers._replace(
+                rates=np.concatenate([velocity[None] / fastest, numbers.rates[1:]]),
                 torque=torque[:, rows] / margins,
                 tool=(tool[rows] / margins) ** 2,
                 near=np.empty(0) if way is None else way.limits(nearer),
@@ -341,10 +347,33 @@ class ThroughWaypoints(Optimum):
                 margins = np.repeat(margins, 2, axis=0)
             else:
                 excess = np.maximum(use - 1.0, 0.0)
+                if VELOCITY_AT_POSITION in limits.further:
+                    fastest = fastest * (
+                        1.0 + np.maximum.reduceat(excess, np.searchsorted(rows, range(segments)))[:, None]
+                    )
                 excess = np.max([excess, NEAR * np.append(excess[1:], 0.0), NEAR * np.append(0.0, excess[:-1])], axis=0)
                 margins = margins * (1.0 + REPAIR * excess + LEAST_REPAIR * (excess > 0.0))[:, None]
                 nearer, again = nearer * max(NEARER * away, 1.0), motion
         return None
+
+    def _velocities(self, first: SegmentedPolynomial) -> Bounds:
+        """Return the velocity limits (segments, joints), within the least of the velocity curves on each segment.
+
+        A first motion within its limits remains within these. Whether the optimum keeps the curves is found out of it.
+        """
+        own, conditions = self.limits.velocity, self.robot.velocity_conditions
+        if conditions is None:
+            return own
+        ends = np.stack([self.positions[:-1], self.positions[1:]])
+        scale = self.limits.further[VELOCITY_AT_POSITION][:, None]
+        speeds = Bounds(
+            -conditions.allowed(ends.min(axis=0))[1] * scale, conditions.allowed(ends.max(axis=0))[0] * scale
+        )
+        of, bounds = first.segments - first.segments[0], derivatives_on_unit_time(first, 2).bernstein[1]
+        fastest = np.zeros((2, *own.upper.shape))
+        np.maximum.at(fastest[0], of, -bounds.min(axis=2))
+        np.maximum.at(fastest[1], of, bounds.max(axis=2))
+        return own.within(Bounds(np.minimum(speeds.lower, -fastest[0]), np.maximum(speeds.upper, fastest[1])))
 
     def _half_spaces(self, layout: Layout) -> FloatArray:
         """Return the normals and offsets (rows (joints + 1), dense instants) of the half-spaces at the instants."""

@@ -16,7 +16,7 @@ from planner.backends.shared.straight_lines import NOTICED
 from planner.constraints import Bounds
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, JOINT_DERIVATIVES, TCP_ORDERS
+from planner.guarantees import END_OPTIONS, JOINT_DERIVATIVES
 from planner.time_scaling.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.time_scaling.uniform import time_scalings
 from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE, ROUNDING
@@ -109,6 +109,7 @@ class _JointRun:
         start = Rates(ends.initial_velocity, ends.initial_acceleration)
         end = Rates(ends.final_velocity, np.zeros(path.robot.dof))
         own = path.limits.of(segments)
+        self.of_speed = {constraint.name for constraint, _ in own.constraints if constraint.order == 1}
         positions = path.positions[np.append(segments, segments[-1] + 1)]
         rates = own.velocity.narrower, own.acceleration.narrower, own.jerk.narrower
         jerk = with_ramps(np.diff(positions, axis=0), *rates, self.asked)
@@ -219,7 +220,7 @@ class _JointRun:
                     return best
             # The tool's speed takes slower joints, but no gentler ones; torque and its acceleration take both.
             limits = [needed[segment].binding.quantity for segment in self.segments.tolist()]
-            by_tool = np.array([TCP_ORDERS.get(quantity or "") == 1 for quantity in limits])
+            by_tool = np.array([quantity in self.of_speed for quantity in limits])
             excess = np.maximum(factors * HASTE, 1.0)
             slowness = slowness * np.where(by_tool, 1.0, excess)
             fastest = largest_speeds(pieces)

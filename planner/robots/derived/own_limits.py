@@ -9,9 +9,17 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
-from planner.robots.checks import DYNAMIC_QUANTITIES, LEAST_LIMIT, MAX_NAME_LENGTH, MAX_NUMBER, check_position_limits
+from planner.robots.checks import (
+    DYNAMIC_QUANTITIES,
+    LEAST_LIMIT,
+    MAX_NAME_LENGTH,
+    MAX_NUMBER,
+    check_position_limits,
+    with_velocity_curves,
+)
 from planner.robots.description import RANGED_QUANTITIES
 from planner.robots.findings import shown
+from planner.robots.velocity_curves import VelocityCurves
 
 if TYPE_CHECKING:
     from planner.robots.description import Joint, JointKind
@@ -27,11 +35,14 @@ ROUNDING = 1e-9
 RANGES = {f"{quantity}_range": quantity for quantity in RANGED_QUANTITIES}
 """Names of the pairs of lower and upper limits that an owner may give, and the quantities that they are of."""
 
-QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES, *RANGES)
+CURVES = "velocity_curves"
+"""Name of the velocity limits by position that an owner may give."""
+
+QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES, *RANGES, CURVES)
 """Names of the limits that an owner may give: of the position, and of its derivatives and torque."""
 
-OwnLimits = Mapping[str, float | Sequence[float]]
-"""Limits of one joint by their names: numbers, and pairs of numbers where the names are of `RANGES`."""
+OwnLimits = Mapping[str, float | Sequence[float] | VelocityCurves]
+"""Limits of one joint by their names: numbers; pairs of numbers where the names are of `RANGES`; velocity curves."""
 
 
 def with_own_limits(joints: Sequence[Joint], limits: Mapping[str, OwnLimits], findings: Findings) -> tuple[Joint, ...]:
@@ -53,9 +64,11 @@ def with_own_limits(joints: Sequence[Joint], limits: Mapping[str, OwnLimits], fi
 def _with_own_limits(joint: Joint, own: OwnLimits, findings: Findings) -> Joint:
     provenance = dict(joint.provenance)
     known: dict[str, Any] = {}
-    pairs = {RANGES[name]: value for name, value in own.items() if name in RANGES}
+    pairs = {
+        RANGES[name]: value for name, value in own.items() if name in RANGES and not isinstance(value, VelocityCurves)
+    }
     for name, value in own.items():
-        if name in RANGES:
+        if name in RANGES or isinstance(value, VelocityCurves):
             continue
         quantity = "position" if name in ("lower", "upper") else name
         if _is_limit(value, name, joint, findings):
@@ -68,7 +81,8 @@ def _with_own_limits(joint: Joint, own: OwnLimits, findings: Findings) -> Joint:
         # A continuous joint whose owner limits it, to spare its cables, is a revolute one.
         kind: JointKind = "revolute" if joint.kind == "continuous" else joint.kind
         changed = check_position_limits(replace(changed, kind=kind), findings)
-    return changed
+    curves = own.get(CURVES)
+    return with_velocity_curves(changed, curves, findings) if isinstance(curves, VelocityCurves) else changed
 
 
 def _with_range(joint: Joint, quantity: str, pair: float | Sequence[float], findings: Findings) -> Joint:

@@ -49,7 +49,7 @@ def test_robots_of_the_package_appear_when_it_is_installed(tmp_path: Path) -> No
     urdf.write_text(robot(*map(link, [*names, "panda_link8"]), *joints, tip))
     code = (
         "import json, planner.robots as r; arm = r.load_robot('panda');"
-        "print(json.dumps([r.catalogue_ids(), vars(arm.joints[6])]))"
+        "print(json.dumps([r.catalogue_ids(), vars(arm.joints[6])], default=vars))"
     )
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)

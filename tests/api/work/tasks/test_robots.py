@@ -267,6 +267,35 @@ def test_a_derived_robot_has_its_owners_limits_tool_and_mounting(service: Runnin
     service.client.delete(f"{ROBOTS}/in_cell")
 
 
+CURVES = {
+    "upper": [{"kind": "parabola", "rate": 8.0, "end": 2.5, "offset": 0.2}],
+    "lower": [{"kind": "table", "positions": [-1.0, 1.0], "velocities": [0.5, 1.0]}],
+}
+
+
+def test_velocity_curves_of_all_kinds_of_robots_are_kept_and_certified(service: RunningService) -> None:
+    limits = {"lower": -3.0, "upper": 3.0, "velocity": 3.0}
+    table = dh_robot(id="curved", joints=[dh_joint(**limits, velocity_curves=CURVES), dh_joint(a=0.3, **limits)])
+    derived = derived_robot(id="curved_too", limits={"joint_2": {"velocity_curves": CURVES}}) | {"from": "curved"}
+    nearer = CURVES | {"upper": [CURVES["upper"][0] | {"end": 0.9}]}
+    urdf = urdf_robot(urdf_chain(1), id="curved_urdf", velocity_curves={"j0": nearer})
+    shown = []
+    for body in (table, derived, urdf):
+        added = service.post(ROBOTS, body)
+        assert added.status_code == 201, added.text
+        assert "position_limits_narrowed" in {finding["code"] for finding in added.json()["findings"]}
+        shown.append(service.client.get(f"{ROBOTS}/{body['id']}").json()["joints"])
+    assert [[each.get("velocity_curves") for each in joints] for joints in shown[:2]] == [[CURVES, None], [CURVES] * 2]
+    assert shown[2][0]["velocity_curves"] == nearer
+    assert shown[0][0]["upper"] == pytest.approx(2.5 - 0.26**2 / 8.0)
+    planned = service.post(PLAN, plan_request(robot="curved_too", waypoints=[joint(-1.0, 0.0), joint(2.4, 0.5)]))
+    assert planned.status_code == 200, planned.text
+    for body in (urdf, derived, table):
+        service.client.delete(f"{ROBOTS}/{body['id']}")
+    (check,) = (c for c in planned.json()["certificate"]["checks"] if c["quantity"] == "velocity_at_position")
+    assert check["joint"] == "joint_1" and check["method"] == "exact" and 0.9 < check["ratio"] <= 1.000001
+
+
 def test_an_arm_on_a_rail_is_a_robot_like_any_other(service: RunningService) -> None:
     """Two links of 0.4 m and 0.3 m on a rail of 3 m: a line of 2 m, which the arm cannot do alone."""
     service.post(ROBOTS, dh_robot(joints=[dh_joint(mass=2.0), dh_joint(a=0.3)]))
