@@ -91,7 +91,7 @@ def completed(document: dict[str, Any], parts: Mapping[str, Any]) -> dict[str, A
     """Complete the document of FastAPI with the schemas, forms and examples.
 
     Args:
-        document: What FastAPI says of the routes.
+        document: FastAPI's document of the routes.
         parts: The parts that only a worker knows: `schemas`, `forms` of answers and `formats` of plans.
     """
     bodies, shown = request_examples(), examples()
@@ -106,7 +106,7 @@ def completed(document: dict[str, Any], parts: Mapping[str, Any]) -> dict[str, A
             if parameter["name"] == "format":
                 formats = parts["formats"].get(name, parts["formats"]["batches"])
                 parameter["schema"] |= {"enum": formats, "title": "PlanFormat"}
-        if "requestBody" in operation:
+        if name in bodies:
             content = operation["requestBody"]["content"][JSON]
             content["examples"] = {key: {"value": value} for key, value in bodies[name].items()}
         for status, response in operation["responses"].items():
