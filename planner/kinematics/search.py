@@ -108,7 +108,8 @@ class Search:
         """Return the solutions that descents from `starts` (N, joints) end at; `enough`: none behind such an error."""
         errors, ends = self.target.descend(starts, self.box, patience, enough)
         self.remember(errors, ends)
-        return [q for error, q in zip(errors.tolist(), ends, strict=True) if self.is_solved(error, q)]
+        near = np.flatnonzero(errors <= self.options.tolerance_position + self.options.tolerance_orientation)
+        return [ends[k] for k in near.tolist() if self.is_solved(float(errors[k]), ends[k])]
 
     def miss(self, q: FloatArray) -> float:
         """Return the norm of the error of the pose at `q`, m and rad alike."""
