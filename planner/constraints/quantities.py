@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from planner.trajectories.extrema import UnitPolynomials
 
 NAMED = {
+    "velocity_at_position": "velocity (by position)",
     "tcp_linear_velocity": "the tool's speed",
     "tcp_angular_velocity": "the tool's angular speed",
     "tcp_linear_acceleration": "the tool's acceleration",

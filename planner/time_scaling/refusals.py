@@ -40,7 +40,7 @@ class BindingLimit(NamedTuple):
             case None:
                 return f"the limits of {self.joint}"
             case quantity if self.joint is not None:
-                return f"the {quantity} limit of {self.joint}"
+                return f"the {NAMED.get(quantity, quantity)} limit of {self.joint}"
             case quantity:
                 return f"the limit of {NAMED.get(quantity) or quantity.replace('_', ' ')}"
 

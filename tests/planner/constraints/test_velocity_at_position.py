@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from planner import (
+    InfeasibleDuration,
     InvalidRobotModel,
     JointWaypoint,
     Limits,
@@ -208,6 +209,13 @@ def test_a_trajectory_beyond_the_curves_is_not_certified() -> None:
     (q,) = made.trajectory.evaluate(np.array([check.time]), [0])
     assert check.limit == pytest.approx(libfranka(q)[1][0, 0], abs=1e-9)
     assert check.unit(robot) == "rad/s"
+
+
+def test_a_refusal_of_a_duration_names_the_limit_by_position() -> None:
+    waypoints = (JointWaypoint((-2.2, 0.0)), JointWaypoint((1.7, 0.0), duration=2.0))
+    with pytest.raises(InfeasibleDuration, match=r"within the velocity \(by position\) limit of joint_1") as refused:
+        plan(PlanningProblem(arm((TABLES[0],)), waypoints), BACKENDS["quintic"]())
+    assert refused.value.joint == "joint_1"
 
 
 def test_position_limits_end_where_a_parabola_stops_the_joint() -> None:
