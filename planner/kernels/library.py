@@ -95,6 +95,8 @@ def indices(values: ArrayLike, below: int, *shape: int) -> NDArray[np.int64]:
         ValueError: It has another shape, or an index is out of range.
     """
     array = _checked(np.ascontiguousarray(values, dtype=np.int64), shape)
+    if isinstance(values, np.ndarray) and values.dtype.kind == "b" and below > 1:
+        return array
     if array.size and not (array.min() >= 0 and array.max() < below):
         raise ValueError(f"an index is not from 0 to {below - 1}")
     return array

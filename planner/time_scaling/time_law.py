@@ -72,6 +72,9 @@ FINEST = 400
 GAUSS_POINTS = 5
 """Number of Gauss points on each piece of a law, to integrate the time that it takes after retiming."""
 
+GAUSS_SHARES, GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(GAUSS_POINTS) + np.array([[1.0], [0.0]])) / 2.0
+"""These points, as shares of a piece, and their weights."""
+
 SAMPLES_PER_PIECE = 5
 """Gridpoints for torque and tool speed on each piece of a curve at least."""
 
@@ -182,10 +185,9 @@ def _quintic(run: Run) -> PiecewisePolynomial:
 def retimed_lengths(law: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
     """Return the durations (pieces,), s, of the pieces of a law after retiming."""
     b = QuadraticSpline(law.lengths).states(unknowns)[0].reshape(len(GRIDPOINTS), -1)
-    u, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-    u, weights = (u[:, None] + 1.0) / 2.0, weights / 2.0
+    u = GAUSS_SHARES[:, None]
     inside = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
-    lengths: FloatArray = weights @ (1.0 / np.sqrt(inside)) * law.lengths
+    lengths: FloatArray = GAUSS_WEIGHTS @ (1.0 / np.sqrt(inside)) * law.lengths
     return lengths
 
 

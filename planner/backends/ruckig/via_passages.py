@@ -21,23 +21,37 @@ MOST_MENDINGS = 24
 """Number of times that a joint is slowed at a waypoint, or at two, at most."""
 
 
+class BetweenWaypoints:
+    """The motions between the waypoints of a problem, whatever the rates there.
+
+    Attributes:
+        problem: The waypoints and their limits, in units in which everything is about 1.
+        passages: The synchronised motions.
+        times: The shortest times of the single joints.
+        room: How far (segments, joints) each joint may move down and up.
+    """
+
+    def __init__(self, problem: ViaProblem) -> None:
+        self.problem, travels = problem, problem.travels
+        self.passages = Passages(travels, problem.limits, problem.asked, problem.synchronization)
+        self.times = ShortestTimes(travels, problem.limits)
+        lower, upper = problem.limits.position
+        self.room = lower - problem.positions[:-1], upper - problem.positions[:-1]
+
+
 class MendedPassages:
     """The synchronised motions between the waypoints, in units in which everything is about 1.
 
     Args:
-        problem: The waypoints and their limits, in these units.
+        between: The problem, in these units.
         rates: Velocities and accelerations (waypoints, joints) with which the waypoints are passed.
     """
 
-    def __init__(self, problem: ViaProblem, rates: Rates) -> None:
-        self.problem, self.rates = problem, rates
-        travels = problem.travels
-        self._passages = Passages(travels, problem.limits, problem.asked, problem.synchronization)
-        lower, upper = problem.limits.position
-        self._room = lower - problem.positions[:-1], upper - problem.positions[:-1]
-        self._times = ShortestTimes(travels, problem.limits)
+    def __init__(self, between: BetweenWaypoints, rates: Rates) -> None:
+        self.problem, self.rates = between.problem, rates
+        self._passages, self._room, self._times = between.passages, between.room, between.times
         self.shortest = self._shortest()
-        self.passages = self._passages.of(range(len(travels)), *_ends(rates))
+        self.passages = self._passages.of(range(len(self.shortest)), *_ends(rates))
 
     @property
     def cost(self) -> float:

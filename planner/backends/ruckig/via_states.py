@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.ruckig.state_to_state import Rates, ShortestTimes
-from planner.backends.ruckig.via_passages import MendedPassages
+from planner.backends.ruckig.via_passages import BetweenWaypoints, MendedPassages
 from planner.backends.ruckig.via_problem import LATE, ViaMotion, ViaProblem
 from planner.backends.ruckig.via_program import passing_states
 from planner.backends.ruckig.viable_speeds import ViableSpeeds
@@ -73,7 +73,7 @@ class _Search:
     """
 
     def __init__(self, problem: ViaProblem) -> None:
-        self.problem = problem
+        self.problem, self._between = problem, BetweenWaypoints(problem)
         travels, limits = problem.travels, problem.limits
         count, joints = travels.shape
         self.asked = problem.asked
@@ -119,7 +119,7 @@ class _Search:
 
     def passages(self, rates: Rates) -> MendedPassages:
         """Return the motions with these rates (waypoints, joints)."""
-        return MendedPassages(self.problem, rates)
+        return MendedPassages(self._between, rates)
 
     def nearest(self, rates: Rates) -> Rates:
         """Return the nearest rates that are possible."""
