@@ -95,3 +95,32 @@ def shift(coefficients: FloatArray, by: FloatArray) -> FloatArray:
     shifted = np.empty((rows, order))
     call("shift", rows, order, doubles(coefficients, rows, order), doubles(by, rows), shifted)
     return shifted
+
+
+def follow_scaling(
+    curve: tuple[FloatArray, FloatArray, FloatArray],
+    scaling: FloatArray,
+    of: np.ndarray,
+    on: np.ndarray,
+    t: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Compute the motion q(s(t)) and its derivatives at N points.
+
+    Args:
+        curve: Lengths (pieces,), breakpoints (pieces + 1,) and coefficients (pieces, joints, order) of q(s).
+        scaling: Coefficients (parts, order) of s(t), ascending powers of local time.
+        of: The parts (N,) of the scaling.
+        on: The pieces (N,) of the curve.
+        t: Local times (N,) on the parts.
+
+    Returns:
+        s and its first two derivatives (3, N), then q and its first three derivatives (4, N, joints).
+    """
+    lengths, breakpoints, coefficients = curve
+    (pieces, joints, order), points = coefficients.shape, len(t)
+    s, q = np.empty((3, points)), np.empty((4, points, joints))
+    known = doubles(lengths, pieces), doubles(breakpoints, pieces + 1), doubles(coefficients, pieces, joints, order)
+    at = indices(of, len(scaling), points), indices(on, pieces, points), doubles(t, points)
+    orders = order, scaling.shape[1]
+    call("follow_scaling", joints, *orders, *known, doubles(scaling, *scaling.shape), points, *at, s, q)
+    return s, q

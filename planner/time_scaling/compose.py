@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.constraints.rows import path_speed_shares
+from planner.kernels.polynomials import follow_scaling
 from planner.kinematics.forward import JointStates
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
-    differentiate,
     horner,
     quintic_hermite,
     shifted,
@@ -50,16 +50,11 @@ class ScaledCurve(NamedTuple):
             t: Local times (...), s, on the pieces of the time scaling.
             order: The order: 0, 2 or 3.
         """
-        coefficients = self.scaling.coefficients[of, 0]
-        s, v, a, j = (horner(differentiate(coefficients, k), t)[..., None] for k in range(4))
-        x = np.clip(s[..., 0] - self.curve.breakpoints[on], 0.0, self.curve.lengths[on])
-        q, *dq = self.curve.evaluate_on(np.broadcast_to(on, x.shape), x, range(order + 1))
-        found = [s, v, a, q]
-        if order:
-            found += [dq[0] * v, dq[1] * v**2 + dq[0] * a]
-        if order == 3:
-            found.append(dq[2] * v**3 + 3.0 * dq[1] * v * a + dq[0] * j)
-        return found
+        of, on, t = np.broadcast_arrays(of, on, t)
+        curve, scaling = self.curve, self.scaling.coefficients[:, 0]
+        curve_parts = curve.lengths, curve.breakpoints, curve.coefficients
+        by_s, by_q = follow_scaling(curve_parts, scaling, *(values.ravel() for values in (of, on, t)))
+        return [*by_s.reshape(3, *t.shape, 1), *by_q.reshape(4, *t.shape, -1)[: order + 1]]
 
 
 def split_at_knots(law: PiecewisePolynomial, knots: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:

@@ -72,7 +72,7 @@ FINEST = 400
 GAUSS_POINTS = 5
 """Number of Gauss points on each piece of a law, to integrate the time that it takes after retiming."""
 
-GAUSS_SHARES, GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(GAUSS_POINTS) + np.array([[1.0], [0.0]])) / 2.0
+GAUSS_RULE = (np.polynomial.legendre.leggauss(GAUSS_POINTS) + np.array([[1.0], [0.0]])) / 2.0
 """These points, as shares of a piece, and their weights."""
 
 SAMPLES_PER_PIECE = 5
@@ -185,9 +185,9 @@ def _quintic(run: Run) -> PiecewisePolynomial:
 def retimed_lengths(law: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
     """Return the durations (pieces,), s, of the pieces of a law after retiming."""
     b = QuadraticSpline(law.lengths).states(unknowns)[0].reshape(len(GRIDPOINTS), -1)
-    u = GAUSS_SHARES[:, None]
+    u, weights = GAUSS_RULE[0, :, None], GAUSS_RULE[1]
     inside = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
-    lengths: FloatArray = GAUSS_WEIGHTS @ (1.0 / np.sqrt(inside)) * law.lengths
+    lengths: FloatArray = weights @ (1.0 / np.sqrt(inside)) * law.lengths
     return lengths
 
 
@@ -265,17 +265,20 @@ class LimitsOnCurve:
         middle, half = own.acceleration.centred
         speeds = np.maximum(speeds, self.sampled.path_speed_use(at, own)[..., None] * ds)
         speeds = np.maximum(speeds, self.sampled.speed_use(own, q, first)[..., None])
-        no, yes = np.zeros_like(first), np.ones_like(first)
-        groups: list[tuple[FloatArray, ...]] = [
-            (speeds**2, 0.0 * speeds, 0.0 * speeds, 0.0 * speeds, 1.0 + 0.0 * speeds, 0.0 * speeds),
-            (second / half, first / half, no, -middle / half + no, yes, no),
-            (*(rate / own.jerk.upper for rate in (third, 3.0 * second, first)), no, no, yes),
+        groups: list[tuple[FloatArray | float, ...]] = [
+            (speeds**2, 0.0, 0.0, 0.0, 1.0, 0.0),
+            (second / half, first / half, 0.0, -middle / half, 1.0, 0.0),
+            (*(rate / own.jerk.upper for rate in (third, 3.0 * second, first)), 0.0, 0.0, 1.0),
         ]
         groups += self.sampled.groups_at(own, at, ds, dds)
         if self.sampled.jerks:
             groups.append(self.sampled.tool_jerks_at(own, q, first, second, third))
-        by_limits = ([x[k].reshape(at.size, -1).T for x in groups] for k in range(6))
-        return LinearLimits(*(np.ascontiguousarray(np.concatenate(rows)) for rows in by_limits))
+        ends = np.cumsum([0, *(np.shape(group[0])[-1] for group in groups)])
+        parts = np.empty((6, ends[-1], *at.shape))
+        for group, begin, end in zip(groups, ends, ends[1:], strict=False):
+            for rows, values in zip(parts, group, strict=True):
+                rows[begin:end] = np.broadcast_to(values, (*at.shape, end - begin)).transpose(2, 0, 1)
+        return LinearLimits(*parts.reshape(6, ends[-1], -1))
 
 
 class _Sampled:
@@ -336,14 +339,13 @@ class _Sampled:
 
     def groups_at(
         self, limits: SegmentLimits, at: FloatArray, ds: FloatArray, dds: FloatArray
-    ) -> Iterator[tuple[FloatArray, ...]]:
+    ) -> Iterator[tuple[FloatArray | float, ...]]:
         """Yield the parts of `LinearLimits` that each constraint with rows is, each (points, pieces, rows)."""
         for constraint, bounds in limits.constraints:
             if constraint in self.rows:
                 by_b, by_a, rest = self.values_at(constraint, at, ds, dds)
                 middle, half = (np.repeat(side, by_b.shape[-1] // side.shape[1], axis=1) for side in bounds.centred)
-                none = np.zeros_like(by_b)
-                yield by_b / half, by_a / half, none, (rest - middle) / half, none + 1.0, none
+                yield by_b / half, by_a / half, 0.0, (rest - middle) / half, 1.0, 0.0
 
     def values_at(
         self, constraint: Constraint, at: FloatArray, ds: FloatArray, dds: FloatArray
@@ -363,7 +365,7 @@ class _Sampled:
 
     def tool_jerks_at(
         self, limits: SegmentLimits, q: FloatArray, first: FloatArray, second: FloatArray, third: FloatArray
-    ) -> tuple[FloatArray, ...]:
+    ) -> tuple[FloatArray | float, ...]:
         """Return the parts of `LinearLimits` that jerks of the tool are, each (points, pieces, rows).
 
         Args:
@@ -377,5 +379,4 @@ class _Sampled:
         rows = jerk_rows(self.robot, self.jerks, *(values.reshape(-1, joints) for values in (q, first, second, third)))
         bound = np.stack([limits.of_tool[quantity] for quantity in rows.quantities], axis=-1)
         by_b, by_a, by_c = (part.reshape(*shape, -1) / bound for part in rows[:3])
-        none = np.zeros_like(by_b)
-        return by_b, by_a, by_c, none, none, none + 1.0
+        return by_b, by_a, by_c, 0.0, 0.0, 1.0

@@ -28,7 +28,7 @@ class BetweenWaypoints:
         problem: The waypoints and their limits, in units in which everything is about 1.
         passages: The synchronised motions.
         times: The shortest times of the single joints.
-        room: How far (segments, joints) each joint may move down and up.
+        room: Distances (segments, joints) to the position limits below and above the starts.
     """
 
     def __init__(self, problem: ViaProblem) -> None:

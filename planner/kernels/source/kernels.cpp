@@ -143,6 +143,13 @@ int states(int64_t pieces, int64_t joints, int64_t order, const double* lengths,
     return OK;
 }
 
+int follow_scaling(int64_t joints, int64_t order, int64_t scaling_order, const double* lengths,
+                   const double* breakpoints, const double* curve, const double* scaling, int64_t points, const int64_t* of,
+                   const int64_t* on, const double* t, double* s, double* q) {
+    scaled_curve(joints, order, scaling_order, lengths, breakpoints, curve, scaling, points, of, on, t, s, q);
+    return OK;
+}
+
 int extrema(int64_t rows, int64_t order, const double* bernstein, const double* measure, const int64_t* groups,
             const double* directions, double rounding, int64_t* at_row, double* at_unit, double* best) {
     return largest_magnitudes(rows, order, bernstein, measure, groups, directions, rounding, at_row, at_unit, best);

@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from planner.kernels.polynomials import count_parts, evaluate, extrema, shift, states_on_pieces, unit_derivatives
+from planner.kernels.polynomials import (
+    count_parts,
+    evaluate,
+    extrema,
+    follow_scaling,
+    shift,
+    states_on_pieces,
+    unit_derivatives,
+)
 from planner.tolerances import ROUNDING
 from planner.trajectories.sampled_peaks import (
     FEWEST_PARTS,
@@ -129,3 +137,20 @@ def test_shifted_polynomials_have_the_values_of_the_others_further_on(order: int
         x = rng.uniform(-1.0, 1.0, 5)
         expected = np.polynomial.Polynomial(own)(x + further)
         assert np.polynomial.Polynomial(other)(x) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+def test_a_motion_along_a_curve_is_the_polynomial_of_a_polynomial() -> None:
+    """Its position and three derivatives by time equal the multiplied-out polynomial q(s(t))."""
+    rng = np.random.default_rng(4)
+    lengths, coefficients = rng.uniform(1.0, 2.0, 3), rng.normal(size=(3, 2, 6))
+    breakpoints = np.concatenate([[0.0], np.cumsum(lengths)])
+    scaling = np.array([[0.1, 0.5, 0.2, -0.1], [breakpoints[1] + 0.1, 0.3, 0.1, 0.05]])
+    of, on, t = np.array([0, 0, 1, 1]), np.array([0, 0, 1, 1]), np.array([0.0, 0.7, 0.2, 0.5])
+    s, q = follow_scaling((lengths, breakpoints, coefficients), scaling, of, on, t)
+    for k in range(4):
+        law = Polynomial(scaling[of[k]])
+        assert s[:, k] == pytest.approx([law(t[k]), law.deriv()(t[k]), law.deriv(2)(t[k])], rel=1e-12)
+        for joint in range(2):
+            whole = Polynomial(coefficients[on[k], joint])(law - breakpoints[on[k]])
+            expected = [whole(t[k]), *(whole.deriv(order)(t[k]) for order in (1, 2, 3))]
+            assert q[:, k, joint] == pytest.approx(expected, rel=1e-9, abs=1e-9)
