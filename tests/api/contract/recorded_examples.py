@@ -293,9 +293,12 @@ def parsed(text: str) -> Any:
 
 
 def kept(shown: dict[str, Any], recorded: dict[str, Any]) -> dict[str, Any]:
-    """The examples that are recorded, those that say the same as what is shown as they are shown."""
+    """Return the recorded examples, and in place of equal ones the shown ones, whose rounding stays."""
     return {
-        name: shown[name] if name in shown and not differences(value, shown[name], f"/{name}") else value
+        name: shown[name]
+        if name in shown
+        and not differences(value, shown[name], f"/{name}") + differences(shown[name], value, f"/{name}")
+        else value
         for name, value in recorded.items()
     }
 
