@@ -15,7 +15,7 @@ BUSY = 0.5
 
 
 def machine() -> dict[str, Any]:
-    """Processor, cores, Python, and the load that others put on the machine; to be asked before measuring."""
+    """Return processor, cores, Python, and the load that others put on the machine; to be asked before measuring."""
     return {
         "processor": _processor(),
         "cores": len(os.sched_getaffinity(0)),

@@ -45,7 +45,7 @@ TRAPEZOID = [
 
 
 def joints(row: tuple[int, ...]) -> FloatArray:
-    """Rad and m."""
+    """Return the joint positions, rad and m."""
     return np.where(ROBOT.is_angle, np.radians(row), np.array(row) / 1000.0)
 
 
@@ -61,14 +61,14 @@ def show_points() -> None:
 
 
 def transition(start: Pose, end: Pose, duration: float, backend: Trapezoidal) -> Plan:
-    """From the branch of test point 1 (theta3 > 0)."""
+    """Return a transition from the branch of test point 1 (theta3 > 0)."""
     waypoints = (PoseWaypoint(pose=start), PoseWaypoint(pose=end, duration=duration))
     options = InverseKinematicsOptions(reference=tuple(joints(POINTS[0][0]).tolist()))
     return plan(PlanningProblem(ROBOT, waypoints, inverse_kinematics=options), backend)
 
 
 def progress(result: Plan, time: float) -> tuple[float, float]:
-    """s and its derivative: how far along its travel the joint that travels most is."""
+    """Return s and its derivative: how far along its travel the joint that travels most is."""
     start, end = result.path.positions
     joint = int(np.argmax(np.abs(end - start)))
     position, velocity = result.trajectory.evaluate(np.array([time]), [0, 1])

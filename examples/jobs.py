@@ -25,18 +25,18 @@ DOWN = {"kind": "rpy", "rpy": [pi, 0.0, pi]}
 
 
 def pose(position: list[float], **more: Any) -> JSON:
-    """A waypoint where the tool points down, to which the joints move straight; `more` says otherwise."""
+    """Return a waypoint where the tool points down, to which the joints move straight; `more` says otherwise."""
     orientation = more.pop("orientation", DOWN)
     return {"kind": "pose", "pose": {"position": position, "orientation": orientation}, **more}
 
 
 def line(position: list[float], **more: Any) -> JSON:
-    """A waypoint to which the tool goes along a straight line."""
+    """Return a waypoint to which the tool goes along a straight line."""
     return pose(position, motion={"kind": "linear"}, **more)
 
 
 def arc(via: list[float], position: list[float], **more: Any) -> JSON:
-    """A waypoint to which the tool goes along a circle through a third point."""
+    """Return a waypoint to which the tool goes along a circle through a third point."""
     return pose(position, motion={"kind": "circular", "via": {"position": via, "orientation": None}}, **more)
 
 
@@ -59,7 +59,7 @@ def palletising() -> JSON:
 
 
 def reach(at: list[float], lift: float, carries: JSON | None, name: str) -> list[JSON]:
-    """Above a point, straight down to it, half a second for the gripper, straight up again."""
+    """Return above a point, straight down to it, half a second for the gripper, straight up again."""
     x, y, z = at
     above = [x, y, z + lift]
     return [
@@ -70,7 +70,7 @@ def reach(at: list[float], lift: float, carries: JSON | None, name: str) -> list
 
 
 def pick_and_place() -> JSON:
-    """One part of 4 kg from here to there, jerk-limited, so that it does not swing."""
+    """Return one part of 4 kg from here to there, jerk-limited, so that it does not swing."""
     part = {"mass": 4.0, "center_of_mass": [0.0, 0.0, 0.1]}
     waypoints = [HOME, *reach([1.2, -0.6, 0.5], 0.2, part, "pick"), *reach([1.0, 0.7, 0.6], 0.2, None, "place"), HOME]
     return {"robot": KUKA, "waypoints": waypoints, "backend": {"kind": "ruckig"}}
@@ -95,7 +95,7 @@ def machine_tending() -> JSON:
 
 
 def seam() -> JSON:
-    """A weld: line, tangent half circle, line, at 8 mm/s all the way; the torch tilted by 20 degrees."""
+    """Return a weld: line, tangent half circle, line, at 8 mm/s all the way; the torch tilted by 20 degrees."""
     torch = {"kind": "rpy", "rpy": [pi, radians(20.0), pi]}
     slow = {"limits": {"tcp_linear_velocity": 0.008}, "orientation": torch}
     waypoints = [
@@ -125,7 +125,7 @@ def weave() -> JSON:
 
 
 def gluing() -> JSON:
-    """A bead of glue around a lid: a rectangle with round corners, at 150 mm/s without a stop."""
+    """Return a bead of glue around a lid: a rectangle with round corners, at 150 mm/s without a stop."""
     x, y, z, a, b, r = 1.2, 0.0, 0.6, 0.2, 0.12, 0.04
     sides, corner = [], r * (1.0 - cos(pi / 4.0))
     for sx, sy, first in ((1, -1, "x"), (1, 1, "y"), (-1, 1, "x"), (-1, -1, "y")):
@@ -150,7 +150,7 @@ def deburring() -> JSON:
 
 
 def spraying() -> JSON:
-    """A panel sprayed in six passes at 400 mm/s; the turns outside of the panel are blended."""
+    """Return a panel sprayed in six passes at 400 mm/s; the turns outside of the panel are blended."""
     waypoints = [HOME]
     for k in range(6):
         ends = [[1.0 + 0.08 * k, side, 0.8] for side in (-0.5, 0.5)]
@@ -192,7 +192,7 @@ JOBS = (
 
 
 def text(request: JSON) -> str:
-    """A request as the files have it: a line a waypoint, numbers to a micrometre."""
+    """Return a request as the files have it: a line a waypoint, numbers to a micrometre."""
     rounded = json.loads(json.dumps(request), parse_float=lambda number: round(float(number), 6))
     waypoints = rounded.pop("waypoints")
     head = json.dumps(rounded, indent=2).removesuffix("\n}")

@@ -56,7 +56,7 @@ DISTANCES = [24.7, 9.4, 46.1, 65.3, 39.1, 79.3]
 
 
 def plan_case(case: str) -> Plan:
-    """The joint table of a case study with its published durations."""
+    """Return the joint table of a case study with its published durations."""
     positions = np.radians(JOINT_TABLES[case]).tolist()
     waypoints = [JointWaypoint(position=tuple(positions[0]))]
     for q, duration in zip(positions[1:], DURATIONS[case], strict=True):

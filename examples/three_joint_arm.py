@@ -35,7 +35,7 @@ TABLE_2_2 = [
 
 
 def post(client: httpx.Client, path: str, body: dict[str, Any]) -> dict[str, Any]:
-    """The answer; a problem document is printed and ends the script."""
+    """Return the answer; a problem document is printed and ends the script."""
     response = client.post(path, json=body)
     answer: dict[str, Any] = response.json()
     if response.is_error:

@@ -32,7 +32,7 @@ OF_EXTRA = {"kinova", "panda", "so100", "ur10", "ur3", "ur5", "xarm7", "z1"}
 
 
 def is_extra_installed() -> bool:
-    """Whether the package of the extra `robots` is installed, whatever the catalogue makes of it."""
+    """Tell whether the package of the extra `robots` is installed, whatever the catalogue makes of it."""
     try:
         distribution("example-robot-data")
     except PackageNotFoundError:
@@ -41,7 +41,7 @@ def is_extra_installed() -> bool:
 
 
 def lacks_extra(error: UnknownRobot, *, is_installed: bool) -> bool:
-    """Whether a robot is unknown because the extra `robots` is not installed."""
+    """Tell whether a robot is unknown because the extra `robots` is not installed."""
     name = re.match(r"there is no robot '([^']*)'", str(error))
     return not is_installed and name is not None and name[1] in OF_EXTRA
 

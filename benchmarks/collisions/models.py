@@ -67,11 +67,11 @@ class Contacts:
         )
 
     def touches(self, position: FloatArray) -> bool:
-        """Whether anything touches at a joint position (joints,)."""
+        """Tell whether anything touches at a joint position (joints,)."""
         return bool(pin.computeCollisions(self._model, self._data, self._manager, position, True))
 
     def touches_along(self, positions: FloatArray) -> bool:
-        """Whether anything touches on the straight ways between joint positions (N, joints), densely sampled."""
+        """Tell whether anything touches on the straight ways between joint positions (N, joints), densely sampled."""
         for start, end in pairwise(positions):
             count = max(1, int(np.ceil(np.abs(end - start).max() / STEP)))
             if any(self.touches(start + (end - start) * (k / count)) for k in range(count + 1)):

@@ -81,7 +81,7 @@ class Problem(NamedTuple):
 
 
 def bookshelf(reach: float, rng: np.random.Generator, width: float = 0.9, shelves: int = 4) -> Layout:
-    """Shelves in front of the arm, with things on them; from one opening to another."""
+    """Return shelves in front of the arm, with things on them; from one opening to another."""
     front, depth, thick = reach * rng.uniform(0.6, 0.7), 0.35 * reach, 0.025 * reach
     half, gap = width * reach / 2.0, 0.4 * reach
     bottom = rng.uniform(-0.2, 0.0) * reach
@@ -110,17 +110,17 @@ def bookshelf(reach: float, rng: np.random.Generator, width: float = 0.9, shelve
 
 
 def tall_bookshelf(reach: float, rng: np.random.Generator) -> Layout:
-    """A wide shelf with an upright in the middle."""
+    """Return a wide shelf with an upright in the middle."""
     return bookshelf(reach, rng)
 
 
 def small_bookshelf(reach: float, rng: np.random.Generator) -> Layout:
-    """A narrow shelf."""
+    """Return a narrow shelf."""
     return bookshelf(reach, rng, width=0.6, shelves=3)
 
 
 def box(reach: float, rng: np.random.Generator) -> Layout:
-    """An open box on the floor; into it and out of it."""
+    """Return an open box on the floor; into it and out of it."""
     x, y = rng.uniform(0.45, 0.55) * reach, rng.uniform(-0.35, 0.35) * reach
     side, height, thick = rng.uniform(0.45, 0.55) * reach, rng.uniform(0.3, 0.4) * reach, 0.03 * reach
     ground = rng.uniform(-0.3, -0.2) * reach
@@ -163,7 +163,7 @@ def cage(reach: float, rng: np.random.Generator) -> Layout:
 
 
 def table_under(reach: float, rng: np.random.Generator) -> Layout:
-    """A table with legs, reached into from above and from below."""
+    """Return a table with legs, reached into from above and from below."""
     x, top = rng.uniform(0.55, 0.65) * reach, rng.uniform(0.2, 0.35) * reach
     length, width, thick = 0.6 * reach, 1.2 * reach, 0.03 * reach
     things: list[tuple[Shape, Sequence[float]]] = [(Box([length, width, thick]), [x, 0.0, top])]
@@ -184,7 +184,7 @@ def table_under(reach: float, rng: np.random.Generator) -> Layout:
 
 
 def table_pick(reach: float, rng: np.random.Generator) -> Layout:
-    """A table with things standing close together; from between some of them to between others."""
+    """Return a table with things standing close together; from between some of them to between others."""
     x, top = 0.55 * reach, rng.uniform(-0.05, 0.05) * reach
     things: list[tuple[Shape, Sequence[float]]] = [
         (Box([0.7 * reach, 1.4 * reach, 0.03 * reach]), [x, 0.0, top - 0.015 * reach])

@@ -60,7 +60,7 @@ class Place:
     axes: FloatArray
 
     def at(self, x: float, y: float, z: float, turn: FloatArray | None = None) -> Pose:
-        """A pose at job coordinates, turned in the tool's own axes by a rotation (3, 3)."""
+        """Return a pose at job coordinates, turned in the tool's own axes by a rotation (3, 3)."""
         rotation = self.pose.rotation
         if rotation is not None and turn is not None:
             rotation = rotation @ turn
@@ -69,13 +69,13 @@ class Place:
 
 @cache
 def robot_of(arm: str) -> Robot:
-    """The arm, loaded once."""
+    """Return the arm, loaded once."""
     return load_robot(arm)
 
 
 @cache
 def places(arm: str) -> tuple[Place, ...]:
-    """All places of an arm that its working posture can be moved to."""
+    """Return all places of an arm that its working posture can be moved to."""
     made = (_place(robot_of(arm), *which) for which in product(REACHES, AZIMUTHS, (True, False)))
     return tuple(place for place in made if place is not None)
 

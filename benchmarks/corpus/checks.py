@@ -157,7 +157,7 @@ def _from_line(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatA
 
 
 def _from_polyline(points: FloatArray, start: FloatArray, motion: PolylineMotion, end: FloatArray) -> FloatArray:
-    """The distances (N,) of points (N, 3) from the nearest line; none near a corner that is cut."""
+    """Return the distances (N,) of points (N, 3) from the nearest line; none near a corner that is cut."""
     corners = [start, *(pose.position for pose in motion.poses), end]
     away: FloatArray = np.min([_from_line(points, first, last) for first, last in pairwise(corners)], axis=0)
     near = np.min([np.linalg.norm(points - corner, axis=1) for corner in corners[1:-1]], axis=0)
@@ -165,7 +165,7 @@ def _from_polyline(points: FloatArray, start: FloatArray, motion: PolylineMotion
 
 
 def _from_spline(points: FloatArray, start: FloatArray, motion: SplineMotion, end: FloatArray) -> FloatArray:
-    """The distances (N,) of points (N, 3) from the natural cubic spline that scipy makes of the poses."""
+    """Return the distances (N,) of points (N, 3) from the natural cubic spline that scipy makes of the poses."""
     through = np.array([start, *(pose.position for pose in motion.poses), end])
     knots = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(through, axis=0), axis=1)))
     dense = CubicSpline(knots, through, bc_type="natural")(np.linspace(0.0, knots[-1], 2_000))

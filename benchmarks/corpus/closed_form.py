@@ -33,7 +33,7 @@ def straight_times(robot: Robot, positions: FloatArray) -> dict[Law, float]:
 
 
 def _s_curve(v: float, a: float, j: float) -> float:
-    """The time of the seven phases over a length of 1 (the same book, section 3.4)."""
+    """Return the time of the seven phases over a length of 1 (the same book, section 3.4)."""
     ramp = a / j + v / a if v * j > a * a else 2.0 * np.sqrt(v / j)
     if v * ramp <= 1.0:
         return 1.0 / v + ramp

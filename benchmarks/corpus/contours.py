@@ -54,7 +54,7 @@ COUNTS = (50, 80, 120, 50, 200, 80, 120, 300, 50, 500, 80, 1000)
 
 
 def deburring(place: Place, variant: int) -> Draft:
-    """A dense, uneven polyline around a freeform edge: lines with blends, or joint motions passed through."""
+    """Return a dense, uneven polyline around a freeform edge: lines with blends, or joint motions passed through."""
     count, joint = COUNTS[variant % 12], variant % 3 == 2
     speed = (0.05, 0.2)[variant % 2]
     rng = np.random.default_rng(variant)
@@ -81,7 +81,7 @@ def contour(t: FloatArray) -> FloatArray:
 
 
 def spraying(place: Place, variant: int) -> Draft:
-    """A raster over a panel: long strokes and short steps, by blends, by half circles, or with stops."""
+    """Return a raster over a panel: long strokes and short steps, by blends, by half circles, or with stops."""
     strokes, turning, speed = (4, 6, 10)[variant % 3], variant // 3 % 3, (0.3, 0.8)[variant % 2]
     pitch = 0.3 / strokes
     tilt = rotation_y((0.0, 0.3)[variant % 2])
@@ -102,7 +102,7 @@ def spraying(place: Place, variant: int) -> Draft:
 
 
 def inspection(place: Place, variant: int) -> Draft:
-    """A probe or a camera around a part: only the position counts, or the tool tilts at every view."""
+    """Return a probe or a camera around a part: only the position counts, or the tool tilts at every view."""
     views, free = (3, 6, 12, 24)[variant % 4], variant % 3 != 2
     passing = (STOP, THROUGH)[variant // 4 % 2]
     dwell = 0.1 if passing is STOP else 0.0

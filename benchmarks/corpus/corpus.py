@@ -59,7 +59,7 @@ SETTLING = 0.5
 
 
 def names(family: str | None = None) -> list[str]:
-    """Names of all jobs of the installed arms, or of a family's."""
+    """Return names of all jobs of the installed arms, or of a family's."""
     families = VARIANTS if family is None else [family]
     return [
         f"{name}-{variant:02d}-{arm}" for name in families for variant in range(VARIANTS[name]) for arm in INSTALLED
@@ -67,12 +67,12 @@ def names(family: str | None = None) -> list[str]:
 
 
 def back_ends_of(name: str) -> tuple[str, ...]:
-    """Names of the back ends that can do a job: those that keep what it asks for."""
+    """Return names of the back ends that can do a job: those that keep what it asks for."""
     return ONLY_BY.get(name.split("-")[0], BACK_ENDS)
 
 
 def backend_of(kind: str, job: Job) -> BackEnd:
-    """A back end as it is asked for a job."""
+    """Return a back end as it is asked for a job."""
     knows_torques = job.problem.robot.has_dynamics or all(job.problem.payloads)
     made: dict[str, BackEnd] = {
         "cubic": Cubic(),

@@ -25,7 +25,7 @@ TINY = (0.0, 1e-15, 1e-12, 1e-9, 1e-6)
 
 
 def swing(place: Place, *shares: float) -> FloatArray:
-    """The posture, every joint moved by a part of its own of 0.4 rad or 0.1 m."""
+    """Return the posture, every joint moved by a part of its own of 0.4 rad or 0.1 m."""
     robot = place.robot
     pattern = np.resize([1.0, -0.6, 0.8, 0.5, -0.7, 0.9, 0.3], robot.dof)
     reach = np.where(robot.is_angle, 0.4, 0.1)
@@ -34,7 +34,7 @@ def swing(place: Place, *shares: float) -> FloatArray:
 
 
 def repeats(place: Place, variant: int) -> Draft:
-    """The same move again and again, by joints or lines; sent home where it is at home already."""
+    """Return the same move again and again, by joints or lines; sent home where it is at home already."""
     times, kind = (2, 5, 15)[variant % 3], variant // 3 % 4
     if kind < 2:
         programme = Programme(place)
@@ -114,7 +114,7 @@ def near_equal(place: Place, variant: int) -> Draft:
 
 
 def still_joints(place: Place, variant: int) -> Draft:
-    """Some joints stand still, exactly or but for rounding, while the others pass waypoints."""
+    """Return some joints stand still, exactly or but for rounding, while the others pass waypoints."""
     apart, kind = TINY[variant % 5], variant // 5 % 4
     transition = THROUGH if kind % 2 else STOP
     dof = place.robot.dof
@@ -129,7 +129,7 @@ def still_joints(place: Place, variant: int) -> Draft:
 
 
 def one_direction(place: Place, variant: int) -> Draft:
-    """All waypoints on one straight line in joint space: passed, it takes as long as without them."""
+    """Return all waypoints on one straight line in joint space: passed, it takes as long as without them."""
     count, passed = (1, 2, 10, 40)[variant % 4], variant // 4 % 2 == 0
     uneven = variant // 8 % 2 == 1
     shares = np.linspace(-1.0, 1.0, count + 2)
@@ -212,7 +212,7 @@ def start_is_goal(place: Place, variant: int) -> Draft:
 
 
 def fixed_axis(place: Place, variant: int) -> Draft:
-    """A palletiser's arm: one axis of the wrist cannot move, and the tool stays down."""
+    """Return a palletiser's arm: one axis of the wrist cannot move, and the tool stays down."""
     robot, kind = place.robot, variant % 3
     fixed = {"kuka_kr16_l6_2": 3, "ngv_refuelling_arm": 3, "ur5": 4, "panda": 2}.get(robot.id, robot.dof - 1)
     held = float(place.posture[fixed])
@@ -235,7 +235,7 @@ def fixed_axis(place: Place, variant: int) -> Draft:
 
 
 def with_ranges(place: Place) -> Robot:
-    """The robot; joints without position limits get some, half a turn to either side of the posture."""
+    """Return the robot; joints without position limits get some, half a turn to either side of the posture."""
     joints = (
         joint if np.isfinite(joint.upper) else replace(joint, kind="revolute", lower=q - np.pi, upper=q + np.pi)
         for joint, q in zip(place.robot.joints, place.posture.tolist(), strict=True)

@@ -58,7 +58,7 @@ def round_nozzle(place: Place, variant: int) -> Draft:
 
 
 def gripping_anywhere(place: Place, variant: int) -> Draft:
-    """Bars that may be taken anywhere along them, a little askew, and put down anywhere on a strip."""
+    """Return bars that may be taken anywhere along them, a little askew, and put down anywhere on a strip."""
     width, askew = (0.02, 0.05)[variant % 2] * place.size, (0.05, 0.2)[variant // 2 % 2]
     region = Region(y=(-width, width), rotation_x=(-askew, askew)) if place.pose.rotation is not None else None
     programme = Programme(place)
@@ -110,7 +110,7 @@ def along_a_rail(place: Place, variant: int) -> Draft:
 
 
 def past_a_switch(place: Place, variant: int) -> Draft:
-    """Joint motions that pass a waypoint at a velocity that is asked there."""
+    """Return joint motions that pass a waypoint at a velocity that is asked there."""
     share, robot = (0.02, 0.05, 0.1)[variant % 3], place.robot
     velocity = np.where(np.isfinite(robot.limit("velocity")), robot.limit("velocity"), 1.0)
     lower, upper = robot.limit("lower"), robot.limit("upper")
@@ -124,7 +124,7 @@ def past_a_switch(place: Place, variant: int) -> Draft:
 
 
 def full_cups(place: Place, variant: int) -> Draft:
-    """A tray along lines whose corners are cut: its acceleration and its jerk are limited."""
+    """Return a tray along lines whose corners are cut: its acceleration and its jerk are limited."""
     acceleration, jerk = (0.5, 1.5)[variant % 2], (2.0, 10.0)[variant // 2 % 2]
     programme = Programme(place, place.at(-0.1, -0.1, 0.0))
     for x, y in ((0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)):
@@ -134,7 +134,7 @@ def full_cups(place: Place, variant: int) -> Draft:
 
 
 def teaching(place: Place, variant: int) -> Draft:
-    """A programme at a speed override, with the tool no faster than 250 mm/s."""
+    """Return a programme at a speed override, with the tool no faster than 250 mm/s."""
     override = (0.03, 0.1, 0.3)[variant % 3]
     programme = Programme(place)
     for y, z in ((-0.15, 0.0), (0.15, 0.0)):
@@ -147,7 +147,7 @@ def teaching(place: Place, variant: int) -> Draft:
 
 
 def downhill(place: Place, variant: int) -> Draft:
-    """An arm that may go faster one way than the other, and brake harder than it gathers speed."""
+    """Return an arm that may go faster one way than the other, and brake harder than it gathers speed."""
     share, harder = (0.2, 0.6)[variant % 2], (0.3, 0.8, 1.0)[variant // 2 % 3]
     programme = Programme(place)
     for k in (1.0, -0.5, 0.7):

@@ -20,7 +20,7 @@ PALLETS = ((2, 2, 1), (2, 1, 2), (3, 2, 1), (1, 3, 2), (2, 1, 3), (3, 1, 1))
 
 
 def palletising(place: Place, variant: int) -> Draft:
-    """From a conveyor to the slots of a pallet and back, every second layer turned by a quarter."""
+    """Return a palletising job from a conveyor to slots and back, with every second layer turned by a quarter."""
     columns, rows, layers = PALLETS[variant % 6]
     speed = (1.0, 0.5, 0.2)[variant % 3]
     quarter = 0.2 if place.robot.id == "date_sorting_arm" else DOWN  # its wrist does not turn about the vertical
@@ -40,7 +40,7 @@ def palletising(place: Place, variant: int) -> Draft:
 
 
 def pick_and_place(place: Place, variant: int) -> Draft:
-    """One part from here to there, the gripper closing and opening, by joint motions or by lines only."""
+    """Return one part from here to there, the gripper closing and opening, by joint motions or by lines only."""
     lines, dwell = variant % 2 == 1, (0.2, 0.0, 0.5)[variant % 3]
     far, share = (0.2, 0.35, 0.05)[variant // 2 % 3], (0.0, 0.5, 1.0)[variant % 3]
     programme = Programme(place)
@@ -56,7 +56,7 @@ def pick_and_place(place: Place, variant: int) -> Draft:
 
 
 def bin_picking(place: Place, variant: int) -> Draft:
-    """Parts that lie tilted in a bin: in along the tool's axis, out straight up, to a drop point."""
+    """Return parts that lie tilted in a bin: in along the tool's axis, out straight up, to a drop point."""
     rng = np.random.default_rng(variant)
     tilts = rng.integers(-3, 4, (4, 2)) * 0.1
     programme = Programme(place)
@@ -115,7 +115,7 @@ DIRECTIONS = ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), (1.0, 0.0, 0.
 
 
 def machine_tending(place: Place, variant: int) -> Draft:
-    """Out of a stretched home position in a straight line, into the machine, out again, and straight home."""
+    """Return out of a stretched home position in a straight line, into the machine, out again, and straight home."""
     home = np.array(STRETCHED[place.robot.id])
     home[0] += (0.0, -0.3, 0.9)[variant // 6 % 3]
     programme = Programme(place, home)

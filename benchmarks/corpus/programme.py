@@ -63,7 +63,7 @@ class Programme:
             self.joints(place.posture if first is None else first, **options)
 
     def blend(self, radius: float) -> Transition:
-        """A blend whose radius is given in lengths of a job."""
+        """Return a blend whose radius is given in lengths of a job."""
         return BlendTransition(radius * self.place.size)
 
     def joints(self, position: FloatArray, **options: Any) -> None:
@@ -132,7 +132,7 @@ class Programme:
         self.waypoints[-1] = replace(self.waypoints[-1], payload=self._part(share), put_down=not share)
 
     def problem(self, limits: Limits | None = None, carries: float = 0.0) -> PlanningProblem:
-        """The programme as a planning problem.
+        """Return the programme as a planning problem.
 
         Args:
             limits: Of the whole.
@@ -151,7 +151,7 @@ class Programme:
         )
 
     def _part(self, share: float) -> Payload | None:
-        """Something as heavy as a share of what the arm can carry; None: of nothing."""
+        """Return something as heavy as a share of what the arm can carry; None: of nothing."""
         return Payload(share * PAYLOADS[self.place.robot.id], (0.0, 0.0, 0.05 * self.place.size)) if share else None
 
     def _add(self, waypoint: AnyWaypoint) -> None:

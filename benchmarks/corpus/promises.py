@@ -75,7 +75,7 @@ def is_continuous(result: Plan, derivatives: int) -> None:
 
 
 def robots_on_segments(result: Plan) -> list[Robot]:
-    """The robot with the tool whose motion each segment is, and with what it carries there."""
+    """Return the robot with the tool whose motion each segment is, and with what it carries there."""
     robot, with_tools = result.problem.robot, []
     for waypoint in result.problem.waypoints:
         robot = robot if waypoint.tool is None else robot.with_tool(waypoint.tool)

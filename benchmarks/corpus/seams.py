@@ -70,7 +70,7 @@ def arc(place: Place, variant: int) -> Draft:
 
 
 def weave(place: Place, variant: int) -> Draft:
-    """A zigzag across the joint, every tip rounded or stopped at."""
+    """Return a zigzag across the joint, every tip rounded or stopped at."""
     speed, tips = SPEEDS[variant % 6], (8, 20, 40)[variant // 6 % 3]
     width, pitch = 0.006, 0.15 / tips
     torch = rotation_y(TILTS[variant % 3])

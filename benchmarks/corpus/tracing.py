@@ -35,7 +35,7 @@ LARGEST_JUMP = 0.3
 
 
 def tool_at(robot: Robot, position: FloatArray) -> Pose:
-    """The tool's pose at a joint position (joints,)."""
+    """Return the tool's pose at a joint position (joints,)."""
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, position)
     placement = pin.updateFramePlacement(robot.model, data, robot.tool_frame_id)
@@ -43,7 +43,7 @@ def tool_at(robot: Robot, position: FloatArray) -> Pose:
 
 
 def reach(robot: Robot, pose: Pose, start: FloatArray) -> FloatArray | None:
-    """The joint position (joints,) near `start` that meets a pose; None: Newton's method does not find one."""
+    """Return the joint position (joints,) near `start` that meets a pose; None: Newton's method does not find one."""
     model, data, q = robot.model, robot.data, start.copy()
     rows = 3 if pose.rotation is None else 6
     free = robot.limit("upper") > robot.limit("lower")
@@ -78,7 +78,7 @@ def trace(robot: Robot, poses: Sequence[Pose], start: FloatArray) -> FloatArray 
 
 
 def on_line(start: Pose, end: Pose, step: float = TRACE_STEP) -> list[Pose]:
-    """Poses from `start` (not counted) to `end` on a straight line, turning about one axis."""
+    """Return poses from `start` (not counted) to `end` on a straight line, turning about one axis."""
     distance = float(np.linalg.norm(end.position - start.position))
     turn = np.zeros(3)
     if start.rotation is not None and end.rotation is not None:
@@ -94,7 +94,7 @@ def on_line(start: Pose, end: Pose, step: float = TRACE_STEP) -> list[Pose]:
 
 
 def on_circle(start: Pose, via: FloatArray, end: Pose, step: float = TRACE_STEP) -> list[Pose]:
-    """Poses from `start` (not counted) to `end` on the arc by way of `via` (3,), turning about one axis."""
+    """Return poses from `start` (not counted) to `end` on the arc by way of `via` (3,), turning about one axis."""
     center, radius, axes, angle = circle(start.position, via, end.position)
     turn = np.zeros(3)
     if start.rotation is not None and end.rotation is not None:

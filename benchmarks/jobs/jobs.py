@@ -50,7 +50,7 @@ class Worker:
         self._start()
 
     def plan(self, name: str, kind: str) -> dict[str, Any]:
-        """The record of one job by one back end."""
+        """Return the record of one job by one back end."""
         outcome = "died"
         try:
             self._channel.send((name, kind))

@@ -19,7 +19,7 @@ Record = dict[str, Any]
 
 
 def judge(records: list[Record]) -> list[Record]:
-    """The records, each with `faults`, a list of pairs of a kind and what it is."""
+    """Return the records, each with `faults`, a list of pairs of a kind and what it is."""
     durations = {(it["job"], it["backend"]): it["duration"] for it in records if it["outcome"] == "planned"}
     return [{**it, "faults": list(_faults(it, job(it["job"]), durations))} for it in records]
 
@@ -70,7 +70,7 @@ def _slow(record: Record, asked: Job, durations: dict[tuple[str, str], float]) -
 
 
 def _best(kind: str, asked: Job, durations: dict[tuple[str, str], float]) -> tuple[float, str]:
-    """The least duration, s, of the back ends that keep no less than this one, and whose it is."""
+    """Return the least duration, s, of the back ends that keep no less than this one, and whose it is."""
     kept = enforced(backend_of(kind, asked))
     others = [
         (duration, other)

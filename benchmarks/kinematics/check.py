@@ -61,7 +61,7 @@ def check(robot: Robot, count: int, seed: int) -> dict[str, dict[str, Any]]:
 
 
 def random_poses(robot: Robot, product: PlainProduct, name: str, count: int, rng: np.random.Generator) -> list[Pose]:
-    """Poses of one class of requests."""
+    """Return poses of one class of requests."""
     lower = np.maximum(robot.limit("lower"), -np.pi)
     upper = np.minimum(robot.limit("upper"), np.pi)
     q = rng.uniform(lower, upper, (count, robot.dof))
@@ -95,7 +95,7 @@ class PlainProduct:
         self.axes = [t[3:] if joint.is_angle else t[:3] for t, joint in zip(twists, robot.joints, strict=True)]
 
     def __call__(self, positions: FloatArray) -> FloatArray:
-        """(N, 4, 4) at joint positions (N, joints)."""
+        """Return transforms (N, 4, 4) at joint positions (N, joints)."""
         T = np.eye(4)
         for i, (constant, axis) in enumerate(zip(self.constants, self.axes, strict=True)):
             moved = np.tile(np.eye(4), (len(positions), 1, 1))
@@ -109,7 +109,7 @@ class PlainProduct:
         return np.asarray(T @ self.tool)
 
     def errors(self, answers: list[tuple[Pose, FloatArray]]) -> FloatArray:
-        """(answers,): the larger of distance (m) and angle (rad) from the pose; infinite outside the limits."""
+        """Return (answers,): the larger of distance (m) and angle (rad) from the pose; infinite outside the limits."""
         if not answers:
             return np.empty(0)
         q = np.array([position for _, position in answers])

@@ -50,7 +50,7 @@ OPTIONS = InverseKinematicsOptions(TOLERANCE, TOLERANCE)
 
 
 def measure(poses: int, checks: int) -> dict[str, Any]:
-    """Rates, times (s) and residuals of every solver on every arm."""
+    """Return rates, times (s) and residuals of every solver on every arm."""
     where = machine()
     arms = [arm for arm in ARMS if arm in catalogue_ids()]
     absent = [f"the arm {arm}: its package example-robot-data" for arm in ARMS if arm not in arms]
@@ -140,7 +140,7 @@ def _planner(robot: Robot) -> Solver:
 
 
 def _damped_least_squares(robot: Robot) -> Solver:
-    """The loop of Pinocchio's own example, with a clip to the limits and ten random starts."""
+    """Return the loop of Pinocchio's own example, with a clip to the limits and ten random starts."""
     model, data, frame = robot.model, robot.data, robot.tool_frame_id
     lower, upper = robot.limit("lower"), robot.limit("upper")
     low, high = np.maximum(lower, -np.pi), np.minimum(upper, np.pi)

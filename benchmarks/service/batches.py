@@ -66,7 +66,7 @@ cores."""
 
 
 def measure(items: int, only: Sequence[str] = ()) -> dict[str, Any]:
-    """All figures, of the places whose names have these words; times in s, rates in 1/s, memory in MB.
+    """Return all figures, of the places whose names have these words; times in s, rates in 1/s, memory in MB.
 
     The bare loop runs before and after each batch, which is held against the mean of the two: the speed of a machine
     that others use, too, changes by a third within minutes.

@@ -58,7 +58,7 @@ HEAD_LIMIT = 4096
 
 
 def response_length(received: memoryview) -> int | None:
-    """Length of the whole response in bytes; None while its head is not complete."""
+    """Return length of the whole response in bytes; None while its head is not complete."""
     head, end, _ = bytes(received[:HEAD_LIMIT]).lower().partition(b"\r\n\r\n")
     if not end:
         return None

@@ -35,7 +35,7 @@ MEGABYTE = 1e6
 
 
 def measure(seconds: float, requests: int, starts: int) -> dict[str, Any]:
-    """All figures; times in s, memory in bytes.
+    """Return all figures; times in s, memory in bytes.
 
     Args:
         seconds: Length of each load.
@@ -74,7 +74,7 @@ def _start_to_ready(log: Path) -> float:
 
 
 def _latency(port: int, requests: list[bytes], count: int) -> dict[str, Any]:
-    """One client, one request at a time: what comes on top of the plan, and where it goes."""
+    """Return one client, one request at a time: what comes on top of the plan, and where it goes."""
     connection = Connection(port)
     stages: dict[str, list[float]] = {name: [] for name in (*STAGES, "hand_over", "transport", "added", "client_total")}
     size = 0
@@ -97,7 +97,7 @@ def _latency(port: int, requests: list[bytes], count: int) -> dict[str, Any]:
 
 
 def _server_timing(head: bytes) -> dict[str, float]:
-    """Entries of the `Server-Timing` header, s."""
+    """Return entries of the `Server-Timing` header, s."""
     if not head.startswith(b"HTTP/1.1 200"):
         raise RuntimeError(f"the service answered\n{head.decode()}")
     lines = head.decode().lower().split("\r\n")
@@ -129,7 +129,7 @@ def _cpu_seconds(processes: list[psutil.Process]) -> float:
 
 
 def _memory(service: psutil.Process) -> dict[str, Any]:
-    """Of the largest worker and of the server process: resident, proportional and unique memory, bytes."""
+    """Return memory of the largest worker and of the server: resident, proportional and unique, bytes."""
     workers = [_memory_of(worker) for worker in workers_of(service)]
     return {"worker": max(workers, key=lambda memory: memory["rss"]), "server": _memory_of(service)}
 
@@ -140,7 +140,7 @@ def _memory_of(process: psutil.Process) -> dict[str, int]:
 
 
 def _in_process(requested: list[bytes]) -> dict[str, Any]:
-    """The library alone, on one core: plans and renders to JSON, a second."""
+    """Return the library alone, on one core: plans and renders to JSON, a second."""
     robot = load_robot(ROBOT)
     requests = [PlanRequest.model_validate_json(body) for body in requested]
     problems = [(to_planning_problem(request, robot), to_backend(request.backend)) for request in requests]

@@ -57,7 +57,7 @@ class Outcome(NamedTuple):
 
 
 def measure(seconds: float) -> dict[str, Any]:
-    """All figures; times in s, rates in 1/s. Each load lasts that long."""
+    """Return all figures; times in s, rates in 1/s. Each load lasts that long."""
     where = machine()
     cheap = [http_request(body) for body in bodies(load_robot(ROBOT).middle.tolist())]
     costly = [http_request(body) for body in _costly_bodies()]

@@ -31,7 +31,7 @@ class Machine(NamedTuple):
 
 
 def has_namespaces() -> bool:
-    """Whether machines can have networks of their own: root and `ip` make them."""
+    """Tell whether machines can have networks of their own: root and `ip` make them."""
     return os.geteuid() == 0 and shutil.which("ip") is not None
 
 

@@ -8,7 +8,7 @@ import psutil
 
 
 def workers_of(service: psutil.Process) -> list[psutil.Process]:
-    """The processes that work for a service: forked from a child of it or, in former versions, its children."""
+    """Return the processes that work for a service: forked from a child of it or, in former versions, its children."""
     children = service.children()
     forked = [worker for child in children if _runs("forkserver", child) for worker in child.children()]
     return forked or [child for child in children if _runs("spawn_main", child)]

@@ -157,7 +157,7 @@ async def _send_a_batch(client: httpx.AsyncClient, rng: random.Random) -> None:
 
 
 def is_flat(quantity: dict[str, float]) -> bool:
-    """Whether a quantity did not grow."""
+    """Tell whether a quantity did not grow."""
     return quantity["last"] <= (1.0 + GROWTH) * quantity["first"] + 2.0
 
 

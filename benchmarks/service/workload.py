@@ -15,7 +15,7 @@ SPREAD = 0.1
 
 
 def bodies(middle: list[float], seed: int = 0) -> list[bytes]:
-    """The request bodies, about the joint position `middle`."""
+    """Return the request bodies, about the joint position `middle`."""
     rng = random.Random(seed)  # noqa: S311 - no secret
     duration = (ROWS - 1) * SAMPLE_PERIOD / (WAYPOINTS - 1)
     requests = []
@@ -38,5 +38,5 @@ def http_request(body: bytes) -> bytes:
 
 
 def http_get(path: str) -> bytes:
-    """A request without a body as it goes over the wire."""
+    """Return a request without a body as it goes over the wire."""
     return f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode()

@@ -66,7 +66,7 @@ class Peer:
     promises: tuple[str, ...] = ("velocity", "acceleration")
 
     def solver(self, robot: Robot) -> Solver:
-        """Its solver for a robot; an error of the library is a refusal."""
+        """Return its solver for a robot; an error of the library is a refusal."""
         solve = self.make(robot)
 
         def answer(positions: FloatArray) -> Motion | None:

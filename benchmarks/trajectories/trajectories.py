@@ -77,7 +77,7 @@ class Case:
 
 
 def measure(count: int) -> dict[str, Any]:
-    """Durations, use of the limits, errors at the waypoints and compute times of every solver; SI units."""
+    """Return durations, use of the limits, errors at the waypoints and compute times of every solver; SI units."""
     where = machine()
     seven = SEVEN_JOINTS if SEVEN_JOINTS in catalogue_ids() else WITHOUT_IT
     lists = cases((arm(SIX_JOINTS), arm(seven)), count)
@@ -94,7 +94,7 @@ def measure(count: int) -> dict[str, Any]:
 
 
 def arm(name: str) -> Robot:
-    """An arm of the catalogue without torque limits, which the other libraries do not know."""
+    """Return an arm of the catalogue without torque limits, which the other libraries do not know."""
     robot = load_robot(name)
     return replace(robot, joints=tuple(replace(joint, torque=np.inf) for joint in robot.joints))
 
@@ -163,7 +163,7 @@ def _planner(robot: Robot, backend: BackEnd, transition: str) -> Solver:
 
 
 def _judge(case: Case, solve: Solver) -> dict[str, Any]:
-    """One answer to one list; without a duration where there was none."""
+    """Return one answer to one list; without a duration where there was none."""
     start = time.process_time()
     motion = solve(case.positions)
     judged: dict[str, Any] = {"waypoints": len(case.positions), "compute": time.process_time() - start}
@@ -226,7 +226,7 @@ def _summary(
 
 
 def _quantiles(values: list[float]) -> dict[str, float] | None:
-    """Least, median, 99 of 100 and largest; None of no values."""
+    """Return least, median, 99 of 100 and largest; None of no values."""
     if not values:
         return None
     least, p50, p99, most = np.quantile(values, [0.0, 0.5, 0.99, 1.0]).tolist()

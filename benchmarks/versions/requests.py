@@ -83,7 +83,7 @@ class Kind:
 
 
 def uploads() -> list[bytes]:
-    """The arms without masses, hence without torques, as robots to add to a service."""
+    """Return the arms without masses, hence without torques, as robots to add to a service."""
     return [
         orjson.dumps({"kind": "urdf", "id": _massless(arm), "urdf": plain_urdf(load_robot(arm)), "tip_frame": "tool"})
         for arm in _arms()
@@ -91,7 +91,7 @@ def uploads() -> list[bytes]:
 
 
 def kinds() -> Iterator[Kind]:
-    """Every kind of request that is compared, always the same ones."""
+    """Yield every kind of request that is compared, always the same ones."""
     for arm in _arms():
         robot = load_robot(arm)
         for backend in BACK_ENDS:
@@ -151,7 +151,7 @@ def _pose_waypoints(robot: Robot, count: int, seed: int) -> list[dict[str, Any]]
 
 
 def _blended_lines(robot: Robot, count: int, seed: int) -> list[dict[str, Any]]:
-    """A joint waypoint and straight lines from there, up and down along each axis by turns."""
+    """Return a joint waypoint and straight lines from there, up and down along each axis by turns."""
     rng = np.random.default_rng(seed)
     moves = rng.uniform(0.5 * MOVE, MOVE, (count, 3)) * np.where(np.arange(count) % 2, 1.0, -1.0)[:, None]
     lines = [
@@ -200,7 +200,7 @@ def _kinematics_kind(robot: Robot, name: str, path: str, bodies: list[dict[str, 
 
 
 def _walk(robot: Robot, count: int, seed: int) -> FloatArray:
-    """Joint positions (count, joints) about home, each near the one before."""
+    """Return joint positions (count, joints) about home, each near the one before."""
     rng, positions = np.random.default_rng(seed), [np.zeros(robot.dof)]
     for _ in range(count - 1):
         there = positions[-1] + rng.uniform(-STRIDE, STRIDE, robot.dof)
@@ -219,7 +219,7 @@ def _duration(_: Document, answer: Document) -> float:
 
 
 def _effort_of(robot: Robot) -> Cost:
-    """The integral of the squared shares of the torque limits, s, by the trapezoidal rule on the samples."""
+    """Return the integral of the squared shares of the torque limits, s, by the trapezoidal rule on the samples."""
     limits = robot.limit("torque")
 
     def effort(_: Document, answer: Document) -> float:
@@ -247,5 +247,5 @@ def _way_of(robot: Robot) -> Cost:
 
 
 def _distances(_: Document, answer: Document) -> float:
-    """The sum of the distances of the tool from the base, m."""
+    """Return the sum of the distances of the tool from the base, m."""
     return float(np.linalg.norm([pose["position"] for pose in answer["poses"]], axis=1).sum())

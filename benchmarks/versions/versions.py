@@ -83,7 +83,7 @@ class Version:
 
 
 def measure(other: Path, seconds: float, only: Sequence[str] = ()) -> dict[str, Any]:
-    """The ratios of times and costs of every kind of request.
+    """Return the ratios of times and costs of every kind of request.
 
     Args:
         other: The folder of the other checkout.
@@ -103,7 +103,7 @@ def measure(other: Path, seconds: float, only: Sequence[str] = ()) -> dict[str, 
 
 
 def compare(kind: Kind, versions: Sequence[Version], seconds: float) -> dict[str, Any]:
-    """The figures of one kind: times in s, and now's as multiples of before's."""
+    """Return the figures of one kind: times in s, and now's as multiples of before's."""
     answers = [[version.ask(kind.path, body)[1] for version in versions] for body in kind.bodies]
     answered = [i for i, pair in enumerate(answers) if None not in pair]
     rounds: list[list[list[float]]] = []
@@ -138,7 +138,7 @@ def _cost(kind: Kind, i: int, answer: bytes | None) -> float:
 
 
 def _ratios(pairs: FloatArray) -> FloatArray:
-    """Now's values (N,) as multiples of before's, of pairs (N, 2); 1 where both are zero."""
+    """Return now's values (N,) as multiples of before's, of pairs (N, 2); 1 where both are zero."""
     before, now = pairs.T
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(before == now, 1.0, now / before)

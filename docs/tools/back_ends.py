@@ -69,7 +69,7 @@ class Case:
     changes: dict[str, Any]
 
     def request(self, timed: bool) -> dict[str, Any]:
-        """The request, with the published durations or without any."""
+        """Return the request, with the published durations or without any."""
         request: dict[str, Any] = json.loads((EXAMPLES / self.file).read_bytes()) | self.changes
         if not timed:
             for waypoint in request["waypoints"]:
@@ -103,14 +103,14 @@ CASES = (
 
 
 def back_ends() -> Iterator[dict[str, Any]]:
-    """Every back end as a request has it."""
+    """Yield every back end as a request has it."""
     for kind in BACKENDS:
         for options in VARIANTS.get(kind, ({},)):
             yield {"kind": kind, **options}
 
 
 def document(skipped: Sequence[str] = ()) -> str:
-    """The whole document, without the rows of some kinds of back ends."""
+    """Return the whole document, without the rows of some kinds of back ends."""
     asked = [backend for backend in back_ends() if backend["kind"] not in skipped]
     parts = [HEADER]
     for case in CASES:
@@ -155,7 +155,7 @@ def measure(request: dict[str, Any]) -> Measured:
 
 
 def measure_all(request: dict[str, Any], asked: Sequence[dict[str, Any]]) -> list[Measured | Refused]:
-    """The same waypoints through several back ends."""
+    """Return the same waypoints through several back ends."""
     rows: list[Measured | Refused] = []
     for backend in asked:
         try:
@@ -166,7 +166,7 @@ def measure_all(request: dict[str, Any], asked: Sequence[dict[str, Any]]) -> lis
 
 
 def acceleration_step(trajectory: Trajectory) -> float:
-    """Largest step of a joint's acceleration between pieces, and to rest before and after."""
+    """Return largest step of a joint's acceleration between pieces, and to rest before and after."""
     second = differentiate(trajectory.coefficients, 2)
     rest = np.zeros((1, second.shape[1]))
     starts = np.concatenate([second[..., 0], rest])
@@ -175,13 +175,13 @@ def acceleration_step(trajectory: Trajectory) -> float:
 
 
 def label_of(backend: dict[str, Any]) -> str:
-    """Kind and options."""
+    """Return kind and options."""
     options = [f"{name} = {json.dumps(value)}" for name, value in backend.items() if name != "kind"]
     return ", ".join([backend["kind"], *options])
 
 
 def summary(published: Measured, same: Sequence[Measured | Refused], best: Sequence[Measured | Refused]) -> str:
-    """The best of each column in words."""
+    """Return the best of each column in words."""
     at_same, at_best = ([row for row in rows if isinstance(row, Measured)] for rows in (same, best))
     fast = min(at_best, key=by_duration)
     within_jerk = min((row for row in at_best if row.keeps_jerk), key=by_duration)
@@ -206,12 +206,12 @@ def _times_as_fast(row: Measured, duration: float) -> str:
 
 
 def by_duration(row: Measured) -> float:
-    """To find the fastest; rounded, so that of equals the first is taken."""
+    """Return the duration of a row for sorting, rounded so that the first of equal rows wins."""
     return round(row.figures.duration, 6)
 
 
 def table(published: Measured, rows: Sequence[Measured | Refused]) -> str:
-    """The figures of some plans, and below them why others were refused."""
+    """Return the figures of some plans, and below them why others were refused."""
     planned = [row for row in rows if isinstance(row, Measured)]
     first = _cells(replace(published, label=f"published: {published.label}"), published.figures)
     rules = [" --- "] + [" ---: "] * (len(COLUMNS) - 1)
@@ -228,7 +228,7 @@ def _cells(row: Measured, published: Figures) -> list[str]:
 
 
 def _compared(value: float | None, reference: float | None) -> str:
-    """A value, and as a multiple of the published one unless they look the same."""
+    """Return a value, and as a multiple of the published one unless they look the same."""
     if value is None or reference is None:
         return "-"
     text = _rounded(value)
@@ -238,7 +238,7 @@ def _compared(value: float | None, reference: float | None) -> str:
 
 
 def _rounded(value: float) -> str:
-    """To three significant digits."""
+    """Round a number to three significant digits."""
     if abs(value) < ZERO:
         return "0"
     if np.isinf(value):

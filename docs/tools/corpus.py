@@ -91,7 +91,7 @@ one back end to take the best.""",
 
 
 def document(before: Results, after: Results) -> str:
-    """The page."""
+    """Return the page."""
     plans = sum(map(len, before.values()))
     parts = [
         HEADER.format(jobs=len(before), plans=plans, patience=MOST_SECONDS),
@@ -155,7 +155,7 @@ def _by_both(before: Results, after: Results) -> Iterator[str]:
 
 
 def _rest(after: Results) -> Iterator[str]:
-    """All plans with which something is wrong, by what it is."""
+    """Yield all plans with which something is wrong, by what it is."""
     found: dict[str, list[str]] = {}
     for job, own in after.items():
         for kind, result in own.items():

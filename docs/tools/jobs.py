@@ -70,7 +70,7 @@ ten again and compare.
 
 
 def document(draws: bool = False) -> str:
-    """The page; its pictures are drawn, too, if asked."""
+    """Return the page; its pictures are drawn, too, if asked."""
     sections = [HEADER]
     for job in runpy.run_path(str(ROOT / "examples/jobs.py"))["JOBS"]:
         solved = plan_request(read_request((ROOT / f"examples/jobs/{job.__name__}.json").read_bytes()))
@@ -167,7 +167,7 @@ def _frame(axis: Axes3D, points: FloatArray) -> None:
 
 
 def _links(robot: Robot, position: FloatArray) -> FloatArray:
-    """The places (joints + 2, 3) of base, joints and tool, m."""
+    """Return the places (joints + 2, 3) of base, joints and tool, m."""
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, position)
     joints = [placement.translation for placement in list(data.oMi)[1:]]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Check:
-    """The worst of one quantity over the trajectory.
+    """The largest value of one quantity over the trajectory.
 
     Attributes:
         quantity: The quantity, one of `planner.quantities.MEASURES`.
@@ -28,8 +28,8 @@ class Check:
         time: Time of the peak, s.
         method: `exact` (extrema of polynomials), `bounded` (no value exceeds the peak at any time) or `sampled`.
         enforced: Whether the back end promises to keep the limit.
-        bounded: False where the quantity below jumps, so that this one has an impulse there that no peak
-            measures (the jerk of a cubic at its ends).
+        bounded: False: the next lower derivative jumps, so this quantity has an impulse without a finite peak. An
+            example is the jerk of a cubic at its ends.
         lower: Where the method is `bounded`, a value that is reached at `time`: the true peak is between this and
             `peak`. None: another method.
         own_unit: Unit of a further quantity, which is not one of `MEASURES`; None: it is one of them.
@@ -81,14 +81,14 @@ class Certificate:
     """The check of a trajectory against every limit.
 
     Attributes:
-        satisfied: Whether every enforced limit is kept; of a plan, and where positions are to be met: every waypoint is
-            met to 1e-6 rad or m, too.
+        satisfied: Whether every enforced limit is kept. For a plan, or with given positions, every waypoint is also met
+            to 1e-6 rad or m.
         waypoint_error: Largest distance of a joint from its waypoint at the waypoint's arrival, rad or m.
-        continuity: `C0`, `C1`, ...: the derivatives that are continuous, counting rest before and after, or the
-            motion that is asked there; `none`.
+        continuity: `C0`, `C1`, ...: the continuous derivatives, with rest or the requested motion before and after; or
+            `none`.
         checks: One a quantity, in the order of `QUANTITIES`.
-        clearance: How near the robot comes to itself and to what is around it; None: that was not asked.
-        speed_zones: How fast it is near objects, in each of the zones that are asked.
+        clearance: The clearances of the robot from itself and from objects; None: not requested.
+        speed_zones: The highest speed in each requested speed zone.
     """
 
     satisfied: bool
@@ -99,7 +99,7 @@ class Certificate:
     speed_zones: tuple[SpeedZoneCheck, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the certificate in plain values, ready for JSON; without clearance and zones that were not asked."""
+        """Return the certificate in plain values, ready for JSON, without clearance and zones unless requested."""
         checks = (
             {k: v for k, v in vars(check).items() if k not in ("own_unit", "lower") or v is not None}
             for check in self.checks

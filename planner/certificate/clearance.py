@@ -1,4 +1,4 @@
-"""The proof that a trajectory keeps clear of itself and of what is around the robot, at all times."""
+"""The proof that a trajectory keeps its clearance from the robot itself and from objects, at all times."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 CLEARANCE_TOLERANCE = 1e-3
-"""How well clearances are measured unless something else is asked, m: what cells are measured to."""
+"""Default accuracy of clearances, m: the measuring accuracy of cells."""
 
 SAMPLES_BEFORE_CONTACT = 256
 """Number of times at which a pair that is too near is looked at to tell when it first is."""
@@ -36,7 +36,7 @@ BISECTIONS = 30
 
 @dataclass(frozen=True)
 class Clearance:
-    """How near two things come to each other on a trajectory.
+    """The smallest distance between two links or objects on a trajectory.
 
     Attributes:
         lower: m: proved at all times, rounding included, to be no more than what there is.
@@ -44,8 +44,8 @@ class Clearance:
         time: When that was, s.
         pair: Names of the links or objects.
         method: How it is known; the bounds hold between all samples.
-        shapes: Whether all shapes of the links are those of the robot's `model`, or one is an `estimate`.
-        uncertainty: By how much the machine may be nearer than its estimated shapes, m.
+        shapes: `model`: all shapes of the links come from the robot's model; `estimate`: at least one is estimated.
+        uncertainty: Largest distance of the machine's surface outside its estimated shapes, m.
 
     Examples:
         >>> import planner
@@ -67,7 +67,7 @@ class ClearanceReport:
     """The clearances of a trajectory, which keeps every margin up to `planner.scene.CONTACT_TOLERANCE`.
 
     Attributes:
-        itself: Between parts of the arm and what it carries; None: none are held against each other.
+        itself: Between links of the arm and its carried objects; None: no such pairs are checked.
         scene: Between those and objects; None: none are. On motions on which a pair may touch, since something is taken
             or put down at their ends, that pair is left out.
         contacts: Between such pairs on such motions; None: there are none.
@@ -110,10 +110,10 @@ class ClearanceReport:
 def certify_clearance(
     checker: CollisionChecker, trajectory: Trajectory, tolerance: float | None = CLEARANCE_TOLERANCE
 ) -> ClearanceReport | None:
-    """Prove that a trajectory keeps every margin; None: there is nothing to be held against anything.
+    """Prove that a trajectory keeps every margin; None: there is no pair to check.
 
     Args:
-        checker: The robot and what is around it.
+        checker: The robot and its obstacles.
         trajectory: A trajectory from any source.
         tolerance: How well the clearances are measured, m; None: not at all, only the margins are proved.
 
@@ -126,10 +126,10 @@ def certify_clearance(
 
 
 def segment_checkers(problem: PlanningProblem, positions: FloatArray) -> tuple[CollisionChecker, ...]:
-    """Return what the robot and its surroundings are on each segment, the same object where nothing changes.
+    """Return the collision checker of each segment, the same object where nothing changes.
 
     Args:
-        problem: What is asked, free of faults.
+        problem: The problem, free of faults.
         positions: (waypoints, joints), of the waypoints, rad or m.
     """
     if problem.scene is None:
@@ -140,15 +140,15 @@ def segment_checkers(problem: PlanningProblem, positions: FloatArray) -> tuple[C
 def certify_clearance_along(
     checkers: Sequence[CollisionChecker], trajectory: Trajectory, tolerance: float | None = CLEARANCE_TOLERANCE
 ) -> ClearanceReport | None:
-    """Prove that a trajectory keeps every margin where what the robot carries changes on its way.
+    """Prove that a trajectory keeps every margin while the carried objects change.
 
     Args:
-        checkers: The robot and what is around it on each segment; one: on all of them.
+        checkers: The robot and its obstacles on each segment; one: on all of them.
         trajectory: A trajectory from any source.
         tolerance: See `certify_clearance`.
 
     Raises:
-        PlanningError: See `certify_clearance`; times, segments and waypoints are those of the whole.
+        PlanningError: See `certify_clearance`; times, segments and waypoints refer to the whole.
     """
     report: ClearanceReport | None = None
     for checker, part, begin in _parts(checkers, trajectory):
@@ -160,10 +160,10 @@ def certify_clearance_along(
 def _certified_part(
     checker: CollisionChecker, part: Trajectory, begin: float, tolerance: float | None
 ) -> ClearanceReport:
-    """Prove that a part of a trajectory, which begins at a time, s, keeps every margin; times are those of the part.
+    """Prove that a part of a trajectory keeps every margin; times of the result start at the part.
 
     Raises:
-        PlanningError: See `certify_clearance`; times are those of the whole.
+        PlanningError: See `certify_clearance`; times refer to the whole.
     """
     found = clearances(checker, part, tolerance=tolerance)
     if found.hit is not None:
@@ -226,7 +226,7 @@ def _nearer_of(one: Clearance | None, other: Clearance | None) -> Clearance | No
 
 
 def report_of(checker: CollisionChecker, found: Clearances) -> ClearanceReport:
-    """Return what was found of each kind of pairs."""
+    """Build the report of the clearances of each kind of pairs."""
 
     def part(kind: int) -> Clearance | None:
         near, lower = found.nearest[kind], float(found.lower[kind])
@@ -244,7 +244,7 @@ def report_of(checker: CollisionChecker, found: Clearances) -> ClearanceReport:
 
 
 def _collision(checker: CollisionChecker, part: Trajectory, begin: float, hit: Nearest) -> Collision:
-    """Return the refusal of a part of a trajectory with a pair that is too near, from when on it is."""
+    """Build the refusal of a part of a trajectory with a pair below its margin, with the first time."""
     (start,) = part.evaluate(np.zeros(1), [0])
     at_start = clearances(checker, edge(start[0], start[0])).hit
     if at_start is not None:
@@ -263,7 +263,7 @@ def _collision(checker: CollisionChecker, part: Trajectory, begin: float, hit: N
 
 
 def refuse_collision_at(checker: CollisionChecker, position: FloatArray, waypoint: int) -> None:
-    """Refuse a posture (joints,) of a waypoint that does not keep a margin.
+    """Refuse the joint position (joints,) of a waypoint if it does not keep a margin.
 
     Raises:
         StartInCollision: It is that of the first waypoint.
@@ -318,7 +318,7 @@ def _fields(checker: CollisionChecker, hit: Nearest, position: FloatArray, time:
 
 
 def _first_contact(checker: CollisionChecker, trajectory: Trajectory, hit: Nearest) -> float:
-    """Return when a pair is first seen to be nearer than its margin, by samples up to a time when it is, s."""
+    """Return the first sampled time, s, at which a pair is below its margin."""
     times = np.linspace(0.0, hit.time, SAMPLES_BEFORE_CONTACT)
     postures = checker.bodies.at(trajectory.evaluate(times, [0])[0])
 
@@ -339,6 +339,6 @@ def _first_contact(checker: CollisionChecker, trajectory: Trajectory, hit: Neare
 
 
 def at_rest(position: FloatArray) -> Trajectory:
-    """Return the trajectory that rests at a posture (joints,) for a second."""
+    """Return the trajectory that rests at a joint position (joints,) for a second."""
     ends = np.array([0.0, 1.0])
     return Trajectory(np.ones(1), position[None, :, None], np.zeros(1, dtype=int), ends, ends)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 DURATION_ERROR = "duration_error"
-"""The quantity of the check: by how much a duration differs from the requested one, or falls short of a minimum, s."""
+"""The quantity of the check: the difference of a duration from the requested one, or its lack of a minimum, s."""
 
 
 def certify_durations(trajectory: Trajectory, waypoints: Sequence[AnyWaypoint], whole: float | None) -> list[Check]:

@@ -1,4 +1,4 @@
-"""How far poses of the tool are outside of the region that a motion leaves open: geometry of the certificate's own."""
+"""Distances of tool poses from a tolerance region, with geometry of the certificate's own."""
 
 from __future__ import annotations
 
@@ -13,21 +13,20 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 NAMES = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
-"""The freedoms of a region, shifts before turns."""
+"""The coordinates of a region, shifts before turns."""
 
 
 def misses_of_region(
     region: Region, points: FloatArray, axes: FloatArray, positions: FloatArray, rotations: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Distances (N,), m, and angles (N,), rad, of the tool from the poses of a region.
+    """Compute distances (N,), m, and angles (N,), rad, of the tool from the poses of a region.
 
-    The angles of R = Rx(a) Ry(b) Rz(c) that lie outside of their ranges are put to their ends; what is left is the
-    angle from there.
+    Angles of R = Rx(a) Ry(b) Rz(c) outside their ranges are clipped to the ends; the result is the remaining angle.
 
     Args:
-        region: What is left open.
-        points: Positions (N, 3) that are asked, m.
-        axes: Rotations (N, 3, 3) that are asked.
+        region: The tolerance region.
+        points: Requested positions (N, 3), m.
+        axes: Requested rotations (N, 3, 3).
         positions: Positions (N, 3) of the tool, m.
         rotations: Rotations (N, 3, 3) of the tool.
     """
@@ -41,9 +40,9 @@ def nearest_in_region(
     """Return the positions (N, 3), m, and rotations (N, 3, 3) in a region that are nearest to the tool.
 
     Args:
-        region: What is left open.
-        points: Positions (N, 3) that are asked, m.
-        axes: Rotations (N, 3, 3) that are asked.
+        region: The tolerance region.
+        points: Requested positions (N, 3), m.
+        axes: Requested rotations (N, 3, 3).
         positions: Positions (N, 3) of the tool, m.
         rotations: Rotations (N, 3, 3) of the tool.
     """

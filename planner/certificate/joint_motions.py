@@ -1,4 +1,4 @@
-"""The checks of how far tool and joints go from straight joint motions, where a back end is free to leave them."""
+"""Checks of the deviation of tool and joints from straight joint motions, for back ends that may leave them."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ def certify_joint_motions(
 ) -> list[Check]:
     """Find the largest distances of the tool and of the joints from straight joint motions.
 
-    A posture is as far from another as the joint that is farthest, and as far from a motion as from the nearest posture
-    of it. The limits are enforced from stop to stop. Where a waypoint is passed, any smooth motion leaves the straight
-    ones.
+    The distance of two joint positions is the largest of any joint. The distance from a motion is the distance from its
+    nearest joint position. The limits are enforced from stop to stop: at a passed waypoint, any smooth motion leaves
+    the straight ones.
 
     Args:
         trajectory: The trajectory to be checked.
         dynamics: The robot with its tool on each segment.
-        waypoints: The waypoints as they are asked.
+        waypoints: The requested waypoints.
         positions: (waypoints, joints), their joint positions, rad or m.
         allowed: The largest distances that are allowed.
 
@@ -73,7 +73,7 @@ def certify_joint_motions(
 
 
 def _check(quantity: str, joint: str | None, found: tuple[float, float], limit: float | None, stops: bool) -> Check:
-    """Return the check of a segment where the largest distance and its time were found, from stop to stop or not."""
+    """Return the check of a segment from its largest distance and time; enforced from stop to stop only."""
     away, time = found
     return Check(
         quantity=quantity,

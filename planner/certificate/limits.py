@@ -1,7 +1,7 @@
 """The exact check of a trajectory against its limits.
 
-With the back ends it shares arithmetic that has brute-force tests of its own, and nothing else: polynomials and their
-extrema, and the kinematics and dynamics of the robot.
+It shares with the back ends only arithmetic with brute-force tests: polynomials and their extrema, and the
+kinematics and dynamics of the robot.
 
 Positions, velocities, accelerations and jerks are polynomials: the certificate finds their extrema. Torque and the
 motion of the tool are no polynomials: Taylor models bound them at all times. Further quantities are sampled. Each check
@@ -41,8 +41,10 @@ MOST_CONTINUOUS = 4
 """Order of the highest derivative whose continuity is looked into, less than `DERIVATIVES`."""
 
 MISS = 1e-6
-"""Distance of a joint from its waypoint, rad or m, from which on it is missed: a micrometre at the end of an arm
-of 1 m."""
+"""Distance of a joint from its waypoint, rad or m, above which the waypoint is missed.
+
+It is a micrometre at the end of an arm of 1 m.
+"""
 
 
 def certificate_of(
@@ -65,8 +67,8 @@ def certificate_of(
         waypoint_positions: Positions (waypoints, joints), rad or m, to be met at the trajectory's arrivals; NaN: not to
             be met.
         more_checks: Checks of other things than these limits.
-        ends: The motion before and after the trajectory that is asked; None: rest.
-        dynamics: The robot with its payload and tool on each segment; None: those of `robot` on all.
+        ends: The requested motion before and after the trajectory; None: rest.
+        dynamics: The robot with its payload and tool on each segment; None: `robot` on all segments.
     """
     derivatives = derivatives_on_unit_time(trajectory, DERIVATIVES)
     still = np.zeros(robot.dof)
@@ -91,7 +93,7 @@ def unless_missed(certificate: Certificate) -> Certificate:
 
 
 def continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:
-    """Return the highest k such that derivatives 0 to k are continuous, with what is asked before and after; -1: none.
+    """Return the highest k with continuous derivatives 0 to k, including the given end states; -1: none.
 
     Args:
         derivatives: The `DERIVATIVES` of a trajectory.
@@ -299,7 +301,7 @@ def _of_torque(check: Check, joint: int, torque: FloatArray, used: FloatArray) -
 def _held_at_changes(check: Check, trajectory: Trajectory, dynamics: SegmentDynamics, limits: SegmentLimits) -> Check:
     """Return the check of torque, or that of rest where the payload changes if it uses more.
 
-    While the robot rests there, its limits are those of the segment before, its payload that of either segment.
+    During the rest, the limits of the segment before hold, with the payload of either segment.
     """
     last = len(limits.torque.upper) - 1
     for waypoint, robot in dynamics.changes:

@@ -35,13 +35,13 @@ class Line:
         return cls(*_turns(start, None, end, 0.5), start.position, end.position - start.position)
 
     def nearest(self, points: FloatArray) -> FloatArray:
-        """Shares (N,) of the ways at which the lines are nearest to points (N, 3); 0.5 where there is no way."""
+        """Return fractions (N,) of the lines nearest to points (N, 3); 0.5 for a line of no length."""
         squared = (self.way**2).sum(axis=1)
         along = ((points - self.origin) * self.way).sum(axis=1)
         return np.where(squared > 0.0, np.clip(along / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0), 0.5)
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Positions (N, 3), m, and rotations (N, 3, 3) at shares (N,) of the ways; None: none is asked."""
+        """Return positions (N, 3), m, and rotations (N, 3, 3) at fractions (N,) of the lines; None: no orientation."""
         return self.origin + u[:, None] * self.way, _turned(self.start, self.turns, u)
 
 
@@ -81,7 +81,7 @@ class Circle:
         return cls(*_turns(start, via, end, at_via / at_end), center, x, y, at_end)
 
     def nearest(self, points: FloatArray) -> FloatArray:
-        """Shares (N,) of the ways at which the arcs are nearest to points (N, 3)."""
+        """Return fractions (N,) of the arcs nearest to points (N, 3)."""
         angles = _angles_about(self.center, self.x, self.y, points)
         # Beyond the arc: nearer to its end, or to its start.
         end = np.where(angles < (self.end_angle + 2.0 * np.pi) / 2.0, self.end_angle, 0.0)
@@ -89,20 +89,20 @@ class Circle:
         return nearest
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Positions (N, 3), m, and rotations (N, 3, 3) at shares (N,) of the ways; None: none is asked."""
+        """Return positions (N, 3), m, and rotations (N, 3, 3) at fractions (N,) of the arcs; None: no orientation."""
         angles = (u * self.end_angle)[:, None]
         return self.center + np.cos(angles) * self.x + np.sin(angles) * self.y, _turned(self.start, self.turns, u)
 
 
 def _angles_about(center: FloatArray, x: FloatArray, y: FloatArray, points: FloatArray) -> FloatArray:
-    """Angles (N,), rad, from 0 to 2 pi, of points (N, 3) in the plane of x and y, each (N, 3) or (3,)."""
+    """Return angles (N,), rad, from 0 to 2 pi, of points (N, 3) in the plane of x and y."""
     spokes = points - center
     angles: FloatArray = np.arctan2((spokes * y).sum(axis=-1), (spokes * x).sum(axis=-1)) % (2.0 * np.pi)
     return angles
 
 
 def _turns(start: Pose, via: Pose | None, end: Pose, u: float) -> tuple[FloatArray | None, FloatArray]:
-    """Give the rotation (3, 3) at the start, None if any will do, and the turns (2, 3) by way of a third pose at u."""
+    """Return the start rotation (3, 3) or None, and the turns (2, 3) through a third pose at u."""
     if start.rotation is None or end.rotation is None:
         return None, np.zeros((2, 3))
     whole = rotation_vector(start.rotation.T @ end.rotation)
@@ -113,7 +113,7 @@ def _turns(start: Pose, via: Pose | None, end: Pose, u: float) -> tuple[FloatArr
 
 
 def _turned(start: FloatArray | None, turns: FloatArray, u: FloatArray) -> FloatArray | None:
-    """Rotations (N, 3, 3) at shares (N,) of the ways, from `start` (N, 3, 3) by `turns` (N, 2, 3)."""
+    """Return rotations (N, 3, 3) at fractions (N,), from `start` (N, 3, 3) by `turns` (N, 2, 3)."""
     if start is None:
         return None
     rotations: FloatArray = start @ rotations_from_vectors(turns[:, 0] * u[:, None] + turns[:, 1] * (u * u)[:, None])
@@ -121,6 +121,6 @@ def _turned(start: FloatArray | None, turns: FloatArray, u: FloatArray) -> Float
 
 
 def angles_of(rotations: FloatArray) -> FloatArray:
-    """Angles (N,), rad, of rotations (N, 3, 3)."""
+    """Return the angles (N,), rad, of rotations (N, 3, 3)."""
     angles: FloatArray = np.linalg.norm(rotation_vectors(rotations), axis=1)
     return angles

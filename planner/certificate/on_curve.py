@@ -35,8 +35,8 @@ TINY = 1e-300
 def parameters_on(curve: PiecewisePolynomial, samples: FloatArray) -> FloatArray:
     """Find the parameters (N,) of samples (N, joints) on a curve.
 
-    The first guess is by how far the joints have travelled, as if the samples went from end to end. Where they do not,
-    because an end of the curve is blended, the nearest point of the whole curve is taken.
+    The first guess comes from the travel of the joints, as if the samples covered the whole curve. If they do not,
+    because an end of the curve is blended, the nearest point of the whole curve is used.
 
     Args:
         curve: Joint positions over u from 0 to 1.

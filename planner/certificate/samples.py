@@ -27,8 +27,11 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 Interpolation = Literal["linear", "cubic", "quintic"]
-"""What a controller runs from sample to sample: straight lines through positions, cubics that meet velocities too, or
-quintics that meet accelerations as well. ROS 2's joint_trajectory_controller chooses by the columns that it is sent."""
+"""The interpolation of a controller between samples: `linear` in position, `cubic` with velocities, `quintic` with
+accelerations.
+
+ROS 2's joint_trajectory_controller chooses it by the columns that it receives.
+"""
 
 SHORTEST_STEP = 1e-20
 """The shortest time between two samples, s: times near 1 s differ by ten thousand times as much. The derivatives over
@@ -45,8 +48,10 @@ REPORTED_OF: Mapping[Interpolation, frozenset[str]] = {
     "cubic": JERKS,
     "quintic": frozenset(),
 }
-"""The quantities that have impulses where samples meet, so that no limit can be enforced: straight lines make positions
-alone continuous, cubics velocities too, quintics accelerations too."""
+"""The quantities with impulses where samples meet, so that no limit can be enforced.
+
+Straight lines are continuous in position only, cubics also in velocity, quintics also in acceleration.
+"""
 
 
 def certify_samples(
@@ -62,9 +67,9 @@ def certify_samples(
 ) -> Certificate:
     """Check samples of any origin against the limits of a robot, as a controller would run them.
 
-    The interpolation between samples is checked exactly, and enforced up to the quantity that it bounds: straight lines
-    have to keep the limits of position and velocity, cubics those of acceleration and torque too, quintics that of
-    jerk too. Speeds of the tool are enforced always.
+    The interpolation between samples is checked exactly, and enforced up to the quantity that it bounds. Straight lines
+    must keep the limits of position and velocity, cubics also of acceleration and torque, quintics also of jerk. Speeds
+    of the tool are always enforced.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
@@ -72,15 +77,15 @@ def certify_samples(
         position: (N, joints), rad or m.
         velocity: (N, joints), rad/s or m/s.
         acceleration: (N, joints), rad/s^2 or m/s^2; only with velocities.
-        limits: Limits that are asked besides, no wider than the robot's.
-        interpolation: What the controller runs; None: what the columns that are given allow, as ROS 2's
-            joint_trajectory_controller does it.
+        limits: Additional limits, no wider than the robot's.
+        interpolation: The controller's interpolation; None: by the given columns, like ROS 2's
+            joint_trajectory_controller.
         ends: The motion before the first sample and after the last; None: rest.
 
     Raises:
-        MissingDynamics: Torque limits are asked of a robot without inertias.
-        InvalidProblem: Shapes that do not fit, numbers that are none, times that do not increase, limits wider than
-            the robot's, an interpolation that needs columns which are missing.
+        MissingDynamics: The limits include torques, and the robot has no inertias.
+        InvalidProblem: Shapes that do not fit, numbers that are not finite, times that do not increase, or limits wider
+            than the robot's. Or the interpolation needs missing columns.
     """
     faults = list(limit_faults(robot, limits, ("limits",)))
     try:
@@ -96,11 +101,11 @@ def certify_samples(
 def certify_interpolation(
     robot: Robot, trajectory: Trajectory, law: Interpolation, limits: Limits, ends: EndStates | None = None
 ) -> Certificate:
-    """Check samples that were `interpolated` by a law; see `certify_samples`.
+    """Check `interpolated` samples; see `certify_samples`.
 
     Raises:
         InvalidProblem: The limits are wider than the robot's.
-        MissingDynamics: Torque limits are asked of a robot without inertias.
+        MissingDynamics: The limits include torques, and the robot has no inertias.
     """
     if faults := list(limit_faults(robot, limits, ("limits",))):
         raise InvalidProblem(faults)
@@ -118,7 +123,7 @@ def interpolated(
     acceleration: ArrayLike | None = None,
     interpolation: Interpolation | None = None,
 ) -> Trajectory:
-    """Make samples of any origin the trajectory that a controller runs through them, which begins at 0 s.
+    """Convert samples of any origin to the trajectory of a controller through them, which begins at 0 s.
 
     Args:
         robot: The robot whose joints they are of.
@@ -126,8 +131,8 @@ def interpolated(
         position: (N, joints), rad or m.
         velocity: (N, joints), rad/s or m/s.
         acceleration: (N, joints), rad/s^2 or m/s^2; only with velocities.
-        interpolation: What the controller runs; None: what the columns that are given allow, as ROS 2's
-            joint_trajectory_controller does it.
+        interpolation: The controller's interpolation; None: by the given columns, like ROS 2's
+            joint_trajectory_controller.
 
     Raises:
         InvalidProblem: Shapes that do not fit, numbers that are none, times that do not increase, an interpolation that
@@ -194,10 +199,10 @@ def _sample_faults(
 
 
 def interpolant(interpolation: Interpolation, lengths: FloatArray, derivatives: Sequence[FloatArray]) -> FloatArray:
-    """Return what a controller runs between samples: coefficients (N - 1, joints, order).
+    """Return a controller's polynomials between samples: coefficients (N - 1, joints, order).
 
     Args:
-        interpolation: What it runs.
+        interpolation: The interpolation.
         lengths: (N - 1,), s.
         derivatives: The positions, velocities and accelerations at the samples, as many of them as the interpolation
             meets or more; each (N, joints).

@@ -1,4 +1,4 @@
-"""What a controller makes of the samples of a trajectory: each interpolation, held against the trajectory's limits."""
+"""Checks of a trajectory's samples under each interpolation of a controller, against the trajectory's limits."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ better than that."""
 
 @dataclass(frozen=True)
 class SampleCertificate:
-    """The check of what a controller makes of samples.
+    """The check of a controller's interpolation of samples.
 
     Attributes:
-        interpolation: What it runs from sample to sample.
+        interpolation: The interpolation from sample to sample.
         certificate: The check of that.
     """
 
@@ -43,12 +43,12 @@ class SampleCertificate:
 
 @dataclass(frozen=True)
 class Overshoot:
-    """What a controller exceeds between samples that are good themselves.
+    """A limit that a controller exceeds between samples within the limits.
 
     Attributes:
         quantity: `velocity` or `acceleration`.
         joint: Index of the joint.
-        ratio: How much of the limit is used.
+        ratio: The ratio to the limit.
         time: Start of the interval, s.
     """
 
@@ -65,13 +65,14 @@ def certify_sampling(
     time: FloatArray,
     ends: EndStates | None = None,
 ) -> list[SampleCertificate]:
-    """Check what a controller makes of the samples of a trajectory, by each interpolation.
+    """Check a trajectory's samples under each interpolation of a controller.
 
-    The interpolation is held against the limits in force at each time, and its distance from the waypoints is found.
+    The function checks the interpolation against the limits in force at each time, and measures its distance from the
+    waypoints.
 
     Args:
         dynamics: The robot, with its tool and payloads.
-        trajectory: What is sampled.
+        trajectory: The sampled trajectory.
         limits: Limits of each of its segments.
         time: (N,), s, strictly increasing, from 0 to the duration.
         ends: The motion before and after; None: rest.
@@ -103,20 +104,21 @@ def worst_overshoot(
     velocity: FloatArray,
     continuous: Collection[str],
 ) -> Overshoot | None:
-    """Find what cubics between the samples of a trajectory exceed because the samples are far apart.
+    """Find the limit that cubics between a trajectory's samples exceed because the samples are far apart.
 
-    What is continuous comes nearer to the trajectory as samples do. Where the trajectory's acceleration jumps, a cubic
-    exceeds it by up to two thirds, however near the samples are: it begins with the mean of the trajectory's
-    acceleration over the interval, weighted by 4 - 6 u, and the mean of |4 - 6 u| is 5/3. That
-    `certify_sampling` tells. Peaks of cubics have a closed form, which costs little beside a plan.
+    Continuous quantities approach the trajectory as samples get closer. Where the trajectory's acceleration jumps, a
+    cubic exceeds it by up to two thirds at any sample distance. Its initial acceleration is the mean of the
+    trajectory's over the interval, weighted by 4 - 6 u. The mean of |4 - 6 u| is 5/3. `certify_sampling` reports this.
+    Peaks of cubics have a closed form, which costs little beside a plan.
 
     Args:
-        trajectory: What is sampled.
-        limits: Limits of each of its segments; an interval has the wider of those at its two ends.
+        trajectory: The sampled trajectory.
+        limits: Limits of each of its segments; an interval has the wider limits of its two ends.
         time: (N,), s.
         position: (N, joints) at these times.
         velocity: (N, joints) at these times.
-        continuous: What the trajectory has without jumps, of `velocity` and `acceleration`: what is looked at.
+        continuous: The continuous quantities of the trajectory, of `velocity` and `acceleration`; only these are
+            checked.
 
     Returns:
         The worst of what exceeds its limit by more than `OVERSHOOT`; None: there is none.

@@ -41,7 +41,7 @@ class SpeedZoneCheck:
         intervals: When it is in the zone, from and to, s; at all other times it is proved to be further away.
         method: How it is known; the bounds hold between all samples.
         lower: m/s: a point of the robot is that fast at this time; the highest speed is between this and the peak.
-        link: Name of the link, or of what is carried, that this is a point of; `tool`: the tool centre point.
+        link: Name of the link or carried object with this point; `tool`: the tool centre point.
         exceeded: When a point may be faster than is allowed, from and to, s; at all other times none is.
 
     Examples:
@@ -85,11 +85,11 @@ class SpeedZoneCheck:
 def certify_speed_zones(
     zones: Sequence[SpeedZone], checkers: Sequence[CollisionChecker], robots: Sequence[Robot], trajectory: Trajectory
 ) -> tuple[SpeedZoneCheck, ...]:
-    """Bound how fast a robot is in each of its speed zones.
+    """Bound the speed of a robot in each of its speed zones.
 
     Args:
         zones: The zones.
-        checkers: The robot and what is around it on each segment; one: on all of them.
+        checkers: The robot and its obstacles on each segment; one: on all of them.
         robots: The robot with its tool on each segment; one: on all of them.
         trajectory: A trajectory from any source.
     """
@@ -116,7 +116,7 @@ def refuse_too_fast(checks: Sequence[SpeedZoneCheck]) -> None:
 
 
 _Part = tuple["CollisionChecker", "Bodies", PiecewisePolynomial, float]
-"""A part of a trajectory on which nothing changes: what is around, what moves, the motion, when it begins, s."""
+"""A part of a trajectory without changes: its checker, its moving bodies, its motion and its start, s."""
 
 
 def _parts(checkers: Sequence[CollisionChecker], robots: Sequence[Robot], trajectory: Trajectory) -> Iterator[_Part]:

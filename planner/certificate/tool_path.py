@@ -48,15 +48,17 @@ SAMPLES = np.linspace(0.0, 1.0, 9)
 """Unit times at which pieces are looked at that may have the worst deviation."""
 
 NEAR_WORST = 0.25
-"""Share of the worst deviation found first from which on a piece may have the worst: within a piece a deviation is
-smooth, and what it is at an end it is on the next piece, too."""
+"""Fraction of the largest deviation found first above which a piece may have the largest one.
+
+Within a piece a deviation is smooth, and its value at an end is also its value on the next piece.
+"""
 
 WORTH_A_LOOK = 1e-3
-"""Share of what is allowed below which a deviation found first is left as it is: four times as much is as little."""
+"""Fraction of the allowed deviation below which a first result is final; four times as much is still small."""
 
 
 class _Deviation(NamedTuple):
-    """The deviation of a sample from the path that is asked.
+    """The deviation of a sample from the requested path.
 
     Attributes:
         quantity: Name of the check that it belongs to.
@@ -78,17 +80,17 @@ def certify_tool_path(
     solved: Sequence[SolvedWaypoint],
     targets: Sequence[Target],
 ) -> list[Check]:
-    """Find the worst deviation from the lines and circles asked, and the largest distance from blended corners.
+    """Find the largest deviations from the requested lines and circles, and the largest distances from blended corners.
 
-    Within the radius of a blend the tool may leave its line or circle; at the middle of the blend, where it passes the
-    waypoint, it has to be within the radius.
+    Within the radius of a blend the tool may leave its line or circle. At the middle of the blend, where it passes the
+    waypoint, it must be within the radius.
 
     Args:
         trajectory: The trajectory to be checked.
         robots: The robot with the tool of each waypoint.
-        waypoints: The waypoints as they are asked.
+        waypoints: The requested waypoints.
         solved: The solved waypoints, with the curves that their motions follow.
-        targets: What the request says of the tool at the waypoints.
+        targets: The request's targets of the tool at the waypoints.
     """
     worst: dict[str, _Deviation] = {}
     for deviation in _deviations(trajectory, robots, waypoints, solved, targets):
@@ -184,7 +186,7 @@ def _deviations(
 
 
 def _near_worst(found: tuple[FloatArray, FloatArray | None], allowed: FloatArray) -> np.ndarray:
-    """Return which samples (N,) come near to the worst distance or angle, by what is allowed (N, 2)."""
+    """Return which samples (N,) are near the largest ratio of distance or angle to the allowed one (N, 2)."""
     near = np.zeros(len(allowed), dtype=bool)
     for values, limits in zip(found, allowed.T, strict=True):
         if values is not None:
@@ -195,7 +197,7 @@ def _near_worst(found: tuple[FloatArray, FloatArray | None], allowed: FloatArray
 def _path_deviations(
     distances: FloatArray, angles: FloatArray | None, allowed: FloatArray, times: FloatArray
 ) -> Iterator[_Deviation]:
-    """Return the worst distance (N,) and angle (N,) from paths by what is allowed (N, 2), at times (N,)."""
+    """Yield the largest ratio of distances (N,) and of angles (N,) to the allowed ones (N, 2), at times (N,)."""
     yield _worst("path_position_deviation", distances, allowed[:, 0], times)
     if angles is not None:
         yield _worst("path_orientation_deviation", angles, allowed[:, 1], times)
@@ -208,7 +210,7 @@ def _worst(quantity: str, values: FloatArray, limits: FloatArray, times: FloatAr
 
 
 def _path(waypoint: AnyWaypoint, start: Pose, end: Pose) -> Line | Circle:
-    """Return line or circle asked to a waypoint from where it starts to where it ends."""
+    """Return the requested line or circle to a waypoint, from its start to its end."""
     if isinstance(waypoint.motion, CircularMotion):
         return Circle.through(start, waypoint.motion.via, end)
     return Line.between(start, end)
@@ -259,19 +261,19 @@ def _samples(trajectory: Trajectory, dynamics: SegmentDynamics, pieces: np.ndarr
 def _distances(
     path: Line | Circle, positions: FloatArray, rotations: FloatArray, tolerances: FloatArray
 ) -> tuple[FloatArray, FloatArray | None]:
-    """Distances (N,), m, and angles (N,), rad, of the tool from the points of its paths that are nearest by tolerances.
+    """Compute distances (N,), m, and angles (N,), rad, from the nearest points of paths, relative to tolerances.
 
-    Gauss and Newton's method finds these points, from those that are nearest by position.
+    The Gauss-Newton method finds these points, starting from the points nearest in position.
 
     Args:
-        path: The path asked at each sample.
+        path: The requested path at each sample.
         positions: Positions (N, 3) of the tool, m.
         rotations: Rotations (N, 3, 3) of the tool.
         tolerances: Tolerances (N, 2), m and rad.
     """
 
     def missed(u: FloatArray) -> FloatArray:
-        """Return the deviations (N, 3 or 6) of the tool from the path at shares (N,) of it, by their tolerances."""
+        """Return the tool's deviations (N, 3 or 6) from the path at fractions (N,), relative to their tolerances."""
         position, rotation = path.poses(u)
         parts = [(position - positions) / tolerances[:, :1]]
         if rotation is not None:
@@ -291,7 +293,7 @@ def _distances(
 def _misses(
     asked: FloatArray, turned: FloatArray | None, positions: FloatArray, rotations: FloatArray
 ) -> tuple[FloatArray, FloatArray | None]:
-    """Distances (N,), m, and angles (N,), rad, of the tool from positions (N, 3) and rotations (N, 3, 3) asked."""
+    """Return distances (N,), m, and angles (N,), rad, of the tool from requested positions and rotations."""
     distances: FloatArray = np.linalg.norm(asked - positions, axis=1)
     return distances, None if turned is None else angles_of(turned.transpose(0, 2, 1) @ rotations)
 

@@ -35,20 +35,20 @@ def certify(
 ) -> Certificate:
     """Check a trajectory against the limits of a robot.
 
-    A quantity that jumps has no bounded derivative: the jerk of a cubic cannot keep a limit, for its acceleration
-    jumps at the ends, where the robot is at rest before and after. Leave such a quantity out of `enforced`.
+    A quantity that jumps has no bounded derivative. The jerk of a cubic cannot keep a limit, because its acceleration
+    jumps at the ends, next to rest. Leave such a quantity out of `enforced`.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         trajectory: A trajectory from a plan, scaled, or made in any other way.
-        limits: Limits that are asked besides, no wider than the robot's.
+        limits: Additional limits, no wider than the robot's.
         enforced: The quantities of `QUANTITIES` whose limits decide whether the certificate is satisfied.
-        positions: (waypoints, joints), where the trajectory is to be at its `arrivals`; None: not asked.
+        positions: (waypoints, joints), required positions at the `arrivals`; None: not checked.
         ends: The motion before the trajectory and after it; None: rest.
 
     Raises:
         InvalidProblem: Another number of joints than the robot's, or limits wider than the robot's.
-        MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
+        MissingDynamics: The limits include torques of a robot whose torques are unknown.
         ValueError: An unknown quantity, positions of another shape, or coefficients that are no numbers.
     """
     if unknown := set(enforced) - set(QUANTITIES):
@@ -74,17 +74,17 @@ def certify(
 def certify_polynomials(
     robot: Robot, trajectory: Trajectory, *, limits: Limits = Limits(), ends: EndStates | None = None
 ) -> Certificate:
-    """Check a trajectory of unknown origin: all limits have to be kept, those of jerk where accelerations never jump.
+    """Check a trajectory of unknown origin against all limits; of jerk, if accelerations never jump.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         trajectory: Made in any way.
-        limits: Limits that are asked besides, no wider than the robot's.
+        limits: Additional limits, no wider than the robot's.
         ends: The motion before the trajectory and after it; None: rest.
 
     Raises:
         InvalidProblem: Another number of joints than the robot's, or limits wider than the robot's.
-        MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
+        MissingDynamics: The limits include torques of a robot whose torques are unknown.
         ValueError: Coefficients that are no numbers.
     """
     certificate = certify(robot, trajectory, limits=limits, ends=ends)

@@ -1,7 +1,7 @@
-"""The check that every waypoint is met: its target anew from the request and from where the trajectory comes.
+"""The check that the trajectory meets every waypoint, with targets derived anew from the request.
 
-With the search for joint positions it shares nothing but forward kinematics and the words of the request: no target, no
-choice and no error of the search is believed.
+It shares only forward kinematics and the request with the search for joint positions. It trusts no target, no choice
+and no error of the search.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 PASSING_VELOCITY = "passing_velocity_error"
-"""The quantity of the check: how far a joint's velocity is from the one that is asked, rad/s or m/s."""
+"""The quantity of the check: difference of a joint's velocity from the requested one, rad/s or m/s."""
 
 CLOSE_ENOUGH = 1e-6
-"""Distance from an asked velocity, as a share of the largest of all joints there, that rounding may leave."""
+"""Rounding error of a requested velocity, relative to the largest of all joints there."""
 
 TURN = 2.0 * np.pi
 """A whole turn, rad."""
@@ -43,13 +43,13 @@ TURN = 2.0 * np.pi
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """What the request says of the tool at one waypoint, where the trajectory comes as it does.
+    """The target of the tool at one waypoint, by the request and the trajectory before it.
 
     Attributes:
         pose: The pose requested; of a region its nearest; without a rotation any orientation will do.
-        start: The pose from which a motion goes on, and a relative waypoint: that requested, and what the request
-            leaves open as it is reached.
-        tolerance: How far the tool may be from it, m and rad.
+        start: The start pose of a motion or a relative waypoint: the requested pose, with its open coordinates as
+            reached.
+        tolerance: Largest deviation of the tool from it, m and rad.
         is_open: Whether something of the pose is left open.
     """
 
@@ -76,13 +76,14 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class MetWaypoints:
-    """How the waypoints of a problem are met by a trajectory.
+    """The waypoints of a problem compared with a trajectory.
 
     Attributes:
-        targets: What the request says of the tool at each waypoint; none where it says nothing of the tool.
-        positions: (waypoints, joints), rad or m, that are to be met at the arrivals; NaN of those that are blended, and
-            where the request asks for a pose, but for the external axes that it fixes.
-        errors: The distance, m, and the angle, rad, from the target of each waypoint; None: no orientation is asked.
+        targets: The target of the tool at each waypoint; None: the request has none.
+        positions: (waypoints, joints), required joint positions at the arrivals, rad or m. NaN at blended waypoints and
+            at pose waypoints, except for external axes that the request fixes.
+        errors: The distance, m, and the angle, rad, from the target of each waypoint; None: no orientation is
+            requested.
         checks: The worst of each kind.
     """
 
@@ -95,14 +96,14 @@ class MetWaypoints:
 def certify_waypoints(
     trajectory: Trajectory, problem: PlanningProblem, corners: FloatArray, blended: Collection[int]
 ) -> MetWaypoints:
-    """Compare the positions of a trajectory at the arrivals with what is requested of every waypoint.
+    """Compare the positions of a trajectory at the arrivals with the requested waypoints.
 
-    A relative waypoint goes on from the pose requested before it. Where that leaves something open, it goes on from
-    what is reached there, whose tolerance then adds to its own.
+    A relative waypoint starts from the requested pose before it. Open coordinates of that pose count as reached; its
+    tolerance then adds to the waypoint's own.
 
     Args:
         trajectory: The trajectory to be checked.
-        problem: What it is for; waypoints that were fixed since count as they are requested.
+        problem: Its problem; waypoints fixed later count as requested.
         corners: Joint positions (waypoints, joints) of the waypoints, which count only where those are blended.
         blended: Indices of the waypoints that are not to be met.
     """
@@ -212,7 +213,7 @@ def _moved(before: Target, waypoint: RelativeWaypoint, reached: Pose, tolerance:
 
 
 def _error(pose: Pose, reached: Pose) -> tuple[float, float | None]:
-    """Return the distance, m, and the angle, rad, of the tool from a pose; no angle if no orientation is requested."""
+    """Return the tool's distance, m, and angle, rad, from a pose; no angle without a requested orientation."""
     distance = float(np.linalg.norm(pose.position - reached.position))
     if pose.rotation is None:
         return distance, None
@@ -222,7 +223,7 @@ def _error(pose: Pose, reached: Pose) -> tuple[float, float | None]:
 def _checks(
     checked: list[tuple[int, tuple[float, float | None], tuple[float, float]]], arrivals: FloatArray
 ) -> list[Check]:
-    """Return the checks of the waypoints that are farthest off, by what is allowed."""
+    """Return the checks of the waypoints with the largest deviations, relative to the allowed ones."""
     found = []
     for column, quantity in enumerate(("waypoint_position_error", "waypoint_orientation_error")):
         known = [
@@ -240,15 +241,15 @@ def _checks(
 def certify_passages(
     trajectory: Trajectory, joint_names: Sequence[str], passed_at: Mapping[int, FloatArray]
 ) -> list[Check]:
-    """Hold the velocities at waypoints against those asked.
+    """Check the velocities at waypoints against the requested ones.
 
     Args:
         trajectory: The trajectory to be checked.
         joint_names: The names of its joints.
-        passed_at: The velocities (joints,), rad/s or m/s, that are asked, by the segment that begins at the waypoint.
+        passed_at: The requested velocities (joints,), rad/s or m/s, by the segment that begins at the waypoint.
 
     Returns:
-        The check of the joint and the waypoint that are farthest off; none if no velocity is asked.
+        The check of the joint and waypoint with the largest deviation; none without a requested velocity.
     """
     if not passed_at:
         return []

@@ -1,4 +1,4 @@
-"""A way around what is near a robot: joint motions that are proved free, one after the other."""
+"""Free motions: collision-free paths of proved straight joint motions."""
 
 from planner.free_motion.way import Way, find_way
 

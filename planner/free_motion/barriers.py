@@ -76,10 +76,7 @@ def find_barrier(
 
 
 def _blocking_objects(robot: Robot, checker: CollisionChecker, start: FloatArray, end: float, joints: int) -> set[str]:
-    """Return the names of the objects at a barrier between a start (joints,) and an end position of the first joint.
-
-    Intervals of the second joint are halved until a link collides in all of each, or in the middle of one no link does.
-    """
+    """Return the names of the objects at a barrier between a start (joints,) and a position of the first joint."""
     count = min(int(np.ceil(abs(end - start[0]) / STEP)) + 1, MOST_POSITIONS)
     first = np.linspace(start[0], end, count)
     names: list[set[str]] = [set() for _ in first]
@@ -113,7 +110,7 @@ def _second_range(robot: Robot) -> tuple[float, float]:
 def _overlaps(
     checker: CollisionChecker, positions: FloatArray, half: float, joints: int
 ) -> tuple[FloatArray, FloatArray, list[str]]:
-    """Find the pair at each of some joint positions (N, dof) that collides in the widest interval of the second joint.
+    """Find for each joint position (N, dof) the pair that collides in the widest interval of the second joint.
 
     Args:
         checker: The arm and its scene.
@@ -122,8 +119,8 @@ def _overlaps(
         joints: Number of joints that move the checked links.
 
     Returns:
-        The overlap of the pair beyond its margin (N,), m, the largest change of it in the interval (N,), m, and the
-        names of the objects.
+        The overlap (N,) of the pair beyond its margin, m; the largest change (N,) of it in the interval, m; the names
+        of the objects.
     """
     bodies, still = checker.bodies, np.zeros_like(positions)
     moved_by_others = bodies.is_moved[:, joints:].any(axis=1)

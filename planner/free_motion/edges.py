@@ -17,22 +17,26 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MOST_LOOKED_AT = 400
-"""The postures, and the distances, that are looked at of each motion before it counts as not free: ten times what most
-take, some 20 ms. One that passes so near an object that it takes more is no way to go."""
+"""The largest number of joint positions, and of distances, checked on a motion before it counts as not free.
+
+It is ten times the usual number, and takes some 20 ms. A motion so close to an object is unsuitable anyway.
+"""
 
 LOOK_EVERY = 0.1
-"""The distance of the postures, rad or m, at which motions are looked at to begin with: few of those that collide are
-left for the proof, and it takes a hundredth of its time."""
+"""The distance of the joint positions, rad or m, of the first check of a motion.
+
+Few colliding motions pass it, and it takes a hundredth of the time of the proof.
+"""
 
 FINEST_LOOK = 0.0125
-"""The distance, rad or m, below which it is not halved any more where a proof fails: some 10 mm for an arm of 1 m."""
+"""The distance, rad or m, below which the check is not refined when a proof fails: some 10 mm for an arm of 1 m."""
 
 MOST_COUNTS_KEPT = 64
 """Number of counts of joint positions on a motion of which a process keeps the order."""
 
 
 class FreeEdges:
-    """Looks at straight joint motions, counts them, and proves those that a way consists of.
+    """Checks of straight joint motions, with a count, and proofs of the motions of a path.
 
     Attributes:
         checked: How many motions have been looked at.
@@ -55,22 +59,22 @@ class FreeEdges:
         return self.checked < self.most and monotonic() < self.until
 
     def keep_room(self, room: float, most: float) -> None:
-        """Go on with motions that seem to keep clear by so much more than they have to, m, until so many in all."""
+        """Require an additional clearance, m, of the following motions, until a total number of checks."""
         self._room, self.most = room, most
 
     def has_room(self, positions: FloatArray) -> bool:
-        """Whether one of some joint positions (positions, joints) seems to keep clear."""
+        """Tell whether one of some joint positions (positions, joints) seems to keep the clearance."""
         return any(not self._sees_collision(position[None]) for position in positions)
 
     def levers(self, positions: FloatArray) -> FloatArray:
-        """Measure how far from each joint's axis, at postures (N, joints), what it moves goes (N, joints), m.
+        """Measure the largest distance (N, joints) of the moved bodies from each joint's axis, m.
 
         It is 1 where a joint slides something, and 0 where it moves nothing.
         """
         return np.asarray(self._checker.bodies.at(positions).levers.max(axis=1, initial=0.0), dtype=np.float64)
 
     def seems_free(self, start: FloatArray, end: FloatArray) -> bool:
-        """Whether no collision is seen on the straight motion between two joint positions (joints,)."""
+        """Tell whether the straight motion between two joint positions (joints,) shows no collision."""
         self.checked += 1
         shares = _shares(float(np.linalg.norm(end - start)), self._look_every)
         return not self._sees_collision(start + shares[:, None] * (end - start))
@@ -97,12 +101,12 @@ class FreeEdges:
         return min(int(failed.time), count - 1)
 
     def is_free(self, start: FloatArray, end: FloatArray) -> bool:
-        """Whether it is proved that the straight motion between two joint positions (joints,) keeps all margins."""
+        """Tell whether the straight motion between two joint positions (joints,) provably keeps all margins."""
         return self.seems_free(start, end) and self.first_unproved(np.stack([start, end])) is None
 
 
 def _shares(length: float, every: float) -> FloatArray:
-    """Return shares (n,) of a motion at which it is looked at: its end first, then the ones far from all before."""
+    """Return fractions (n,) of a motion to check: its end first, then those far from all before."""
     return _spread(max(1, int(np.ceil(length / every))))
 
 

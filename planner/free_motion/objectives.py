@@ -1,4 +1,4 @@
-"""What a way is made better by: of a timed trajectory exactly, and of a way without time about."""
+"""Objectives of free motions: exact for a trajectory, estimated for a path without time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def value_of(objective: Objective, path: JointPath, trajectory: Trajectory) -> f
     """Compute the value of a trajectory, see `planner.problems.motion_around.Objective`.
 
     Args:
-        objective: What is computed.
+        objective: The objective.
         path: The path that the trajectory goes along, with its limits and dynamics.
         trajectory: The path with time on it.
     """
@@ -59,11 +59,11 @@ def effort_rates(
 
 
 class Estimate:
-    """What a way will cost, about: as if it went along straight legs at full speed and turned at full acceleration.
+    """The estimated cost of a path, with straight legs at full speed and corners at full acceleration.
 
-    A leg takes as long as its slowest joint at its velocity limit. At each corner, and at both ends, the velocities
-    change by u in max|u / a|, half of which is time lost, as where straight legs are joined by parabolas (Craig,
-    Introduction to Robotics, section 7.3); on short ways all is slower by the factor that makes the sum least.
+    A leg takes as long as its slowest joint at its velocity limit. At each corner, and at both ends, a change u of the
+    velocities takes max|u / a|, half of which is lost time, as for straight legs joined by parabolas. See Craig,
+    Introduction to Robotics, section 7.3. On short paths everything is slower by the factor that minimises the sum.
     """
 
     def __init__(self, objective: Objective, path: JointPath, segment: int) -> None:
@@ -97,7 +97,7 @@ class Estimate:
         return float(held * slower + 0.5 * bent / slower)
 
     def farthest(self, cost: float) -> FloatArray:
-        """Return how far the joints (joints,) travel at most on a way that costs no more, rad or m, about."""
+        """Return the estimated largest travel of the joints (joints,) on a path within a cost, rad or m."""
         if self._objective == "effort":
             return np.full(len(self._velocity), np.inf)
         return self._velocity * cost if self._objective == "duration" else np.full(len(self._velocity), cost)

@@ -27,10 +27,10 @@ CUT = 0.2
 """The share of changes by which a corner is cut; by the rest a part of the way is."""
 
 LEAST_SHIFT = 0.01
-"""How far a corner is moved along a joint at least, rad or m: a standard deviation."""
+"""Smallest standard deviation of the shift of a corner along a joint, rad or m."""
 
 LARGEST_SHIFT = 0.6
-"""How far it is moved at most, rad or m; small shifts are tried as often as large ones."""
+"""Largest standard deviation of it, rad or m; small and large ones are equally likely."""
 
 FEW_JOINTS = 0.3
 """The share of the joints along which corners are moved where it is not along all."""
@@ -40,11 +40,11 @@ SOME_JOINTS_SHARE = 0.5
 
 
 class Change(NamedTuple):
-    """A way that is changed.
+    """A changed path.
 
     Attributes:
         positions: (positions, joints), rad or m: all of it.
-        first: The position at which what is new begins.
+        first: Index of the position where the change begins.
         last: The position at which it ends.
     """
 
@@ -61,12 +61,12 @@ def refined(
     rng: np.random.Generator,
     tries: int,
 ) -> FloatArray:
-    """Change a way while that costs less and seems free; its ends stay.
+    """Change a path while its cost falls and it seems free; its ends stay.
 
     Args:
         edges: Looks at the motions; nothing is tried once its budget is spent.
         positions: (positions, joints), rad or m.
-        cost: What a way costs.
+        cost: The cost of a path.
         within: The lowest and the highest positions (joints,) of corners.
         rng: Source of the changes.
         tries: The number of changes that are tried.
@@ -85,7 +85,7 @@ def refined(
 
 
 def _changed(positions: FloatArray, within: tuple[FloatArray, FloatArray], rng: np.random.Generator) -> Change | None:
-    """Move a corner, leave it out, cut it, or go straight between two points of the way; None: they are on one leg."""
+    """Move, omit or cut a corner, or join two points of the path; None: they are on one leg."""
     corner, kind = int(rng.integers(1, len(positions) - 1)), rng.random()
     if kind < MOVED:
         return Change(_moved(positions, corner, within, rng), corner - 1, corner + 1)

@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 STEP = 0.75
-"""The longest edge, rad (a metre counts as a radian): about what a posture in the open has of free space around it."""
+"""The longest edge, rad (a metre counts as a radian): about the free space around a joint position in the open."""
 
 FIRST_RADIUS = 4.0 * STEP
-"""How far from a node random positions may be, rad or m, once something was in the way from it towards one of them."""
+"""Largest distance of random positions from a node, rad or m, after a motion from the node was blocked."""
 
 LEAST_RADIUS = STEP
-"""How far they always may be."""
+"""Smallest such distance."""
 
 CHANGE = 0.1
 """The share by which that gets less each time that something is in the way, and more each time that nothing is."""
@@ -28,11 +28,13 @@ DRAWN = 64
 """The number of random positions that are drawn for one within such a radius; if none is, the first is taken."""
 
 POSTURES = 64
-"""The number of random postures at which it is measured how far joints move the robot."""
+"""The number of random joint positions for measuring the effect of each joint on the robot."""
 
 LEAST_WEIGHT = 0.05
-"""What a joint weighs at least, as a share of what the weightiest does: a tree that is led towards a position comes
-nearer to it with each step, also where only a joint has to turn that moves hardly anything."""
+"""Smallest weight of a joint, relative to the largest.
+
+A tree then approaches a position with each step, even if only a joint with little effect has to turn.
+"""
 
 
 class Meeting(NamedTuple):
@@ -48,12 +50,12 @@ class Meeting(NamedTuple):
 
 
 class Trees:
-    """Two trees: what the start leads to, and what leads to one of the goals.
+    """Two trees: positions reachable from the start, and positions that lead to one of the goals.
 
-    What is near to what is measured by how far the robot moves: a radian of a joint weighs as much as its lever, the
-    largest distance from its axis of what it moves, in the mean of random postures (a metre of one that slides weighs
-    1 m). Where all joints weigh the same, it is mostly the wrist that decides from where a tree grows, and an arm that
-    has to be drawn out of something is pushed against it again and again.
+    Distances measure the movement of the robot. The weight of a joint, per radian, is its mean lever over random joint
+    positions: the largest distance of its moved bodies from its axis. A metre of a prismatic joint weighs 1 m. With
+    equal weights, mostly the wrist decides where a tree grows. An arm inside a narrow place would then hit the same
+    object again and again.
 
     Attributes:
         from_start: The tree whose root is the start.
@@ -78,7 +80,7 @@ class Trees:
         self.from_start, self.from_goals = Tree(start[None], weights), Tree(goals, weights)
 
     def find_way(self, rng: np.random.Generator) -> Meeting | None:
-        """Grow the trees until they meet on a way that is proved free; a motion that is not is cut from its tree.
+        """Grow the trees until they meet on a proved path; cut unproved motions from their tree.
 
         Args:
             rng: Source of the random positions.
@@ -125,9 +127,9 @@ class Trees:
     def _drawn(self, tree: Tree, rng: np.random.Generator) -> tuple[int, FloatArray]:
         """Draw a random position (joints,), and the row from which a tree goes towards it.
 
-        It is the first of some that is not beyond the radius of what is nearest to it (Jaillet, Yershova, LaValle and
-        Simeon, Adaptive tuning of the sampling domain for dynamic-domain RRTs, IROS 2005): where a tree has been held
-        up, it is not sent in the same direction for ever.
+        It is the first random position within the radius of its nearest node. So a blocked tree is not sent in the same
+        direction forever. See Jaillet, Yershova, LaValle and Simeon, Adaptive tuning of the sampling domain for
+        dynamic-domain RRTs, IROS 2005.
         """
         targets = rng.uniform(*self._within, (DRAWN, len(self._within[0])))
         origins = tree.nearest(targets)

@@ -17,16 +17,17 @@ FRUITLESS_CUTS = 20
 """The number of cuts in a row without a gain after which a way counts as short."""
 
 LEAST_GAIN = 0.01
-"""The share of what it replaces by which a cut has to be shorter, to be worth a proof."""
+"""The smallest relative gain of a cut that is worth a proof."""
 
 LEAST_LEG = 0.05
-"""The length of a leg, rad or m, below which a waypoint is left out where the way without it is free: to turn twice
-within so little costs time."""
+"""The length of a leg, rad or m, below which a waypoint is omitted if the path without it is free.
+
+Two turns within so short a leg cost time.
+"""
 
 
 ATTEMPTS = 3
-"""How often a way is made shorter, with a closer look each time that this is not proved free, before it stays as it was
-found."""
+"""Number of attempts to shorten a path, each with a finer check, before the path stays unchanged."""
 
 
 def lengths(positions: FloatArray) -> FloatArray:
@@ -77,7 +78,7 @@ def _without_detours(edges: FreeEdges, positions: FloatArray) -> FloatArray:
 
 
 def _cut(edges: FreeEdges, positions: FloatArray, first: float, second: float) -> FloatArray | None:
-    """Go straight between two points of a way, given as shares of its length; None: that is no gain, or not free."""
+    """Join two points of a path, given as fractions of its length; None: no gain, or not free."""
     legs = lengths(positions)
     passed = np.append(0.0, np.cumsum(legs))
     where = np.array([first, second]) * passed[-1]

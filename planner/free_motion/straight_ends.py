@@ -43,11 +43,11 @@ def find_way_with_straight_ends(
     options: InverseKinematicsOptions,
     most_checks: int,
 ) -> Way | None:
-    """Find a free way that ends, and if need be begins, with a straight line along the tool's z axis.
+    """Find a free path that ends, and if necessary begins, with a straight line along the tool's z axis.
 
     Args:
         robots: The arm with the tool that it has at the start, and with the one that it has at the goals.
-        checker: The arm and what is around it.
+        checker: The arm and its obstacles.
         start: (joints,), rad or m, within the limits.
         goals: (goals, joints), within the limits: any of them will do.
         options: The tolerances of the lines, and the seed of the search.

@@ -14,16 +14,15 @@ ROOT = -1
 
 
 class Tree:
-    """Joint positions that can be reached from one of the roots, or that lead to one.
+    """Joint positions reachable from one of the roots, or that lead to one.
 
     Attributes:
         positions: (nodes, joints), rad or m: the roots, then the others in the order in which they were found.
-        radii: (nodes,), rad or m: how far from each of them random positions may be, for it to go towards them;
-            infinite to begin with.
+        radii: (nodes,), rad or m: largest distance of a random position for growing from each node; infinite at first.
     """
 
     def __init__(self, roots: FloatArray, weights: FloatArray) -> None:
-        """Begin with roots (roots, joints), and what a radian or metre of each joint weighs in distances (joints,)."""
+        """Begin with roots (roots, joints) and the weights (joints,) of a radian or metre of each joint."""
         self._rows, self._radii, self._weights = np.array(roots, dtype=np.float64), np.full(len(roots), np.inf), weights
         self._origins = [ROOT] * len(roots)
 
@@ -47,7 +46,7 @@ class Tree:
         return np.asarray(cdist(positions, self.positions, "sqeuclidean", w=self._weights**2).argmin(axis=1))
 
     def add(self, position: FloatArray, origin: int) -> int:
-        """Add a joint position (joints,) that a free motion joins with the one of a row, and return its own row."""
+        """Add a joint position (joints,) joined to a given row by a free motion; return its row."""
         row = len(self)
         if row == len(self._rows):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])

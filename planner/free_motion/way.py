@@ -23,12 +23,16 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 AROUND = np.pi
-"""How far beyond the start and the goals the way is sought, rad or m, as far as the limits allow: it may go around the
-other way, but by no whole turns more."""
+"""Extent of the search beyond the start and the goals, rad or m, within the limits.
+
+A path may take the other direction, but makes no additional whole turns.
+"""
 
 ROOM = 0.005
-"""How much more than its margins a way should keep at first, m: what is a little away from everything is proved sooner,
-and stays free where its corners are cut."""
+"""Additional clearance of a path at first, m.
+
+Such a path is proved faster, and stays free when its corners are cut.
+"""
 
 SHARE_WITH_ROOM = 0.25
 """The share of the motions that are looked at for a way with that much room, before one with less will do."""
@@ -39,15 +43,15 @@ WayStatus = Literal["found", "start_not_free", "no_goal_free", "enclosed", "budg
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """A way along straight joint motions, or how far the search for one came.
+    """A path of straight joint motions, or the partial result of the search.
 
     Attributes:
         status: `found`; `start_not_free` or `no_goal_free`: there is not enough room at an end of it;
             `enclosed`: it is proved that no path exists; or `budget_spent`: as many motions as allowed were looked at.
-        positions: (positions, joints), rad or m, from the start to a goal, proved to be free between neighbours; if
-            none was found, as far as the tree from the start came towards those of the goals.
+        positions: (positions, joints), rad or m, from the start to a goal, proved free between neighbours. Without a
+            complete path, the part of the start's tree that comes closest to the goals' trees.
         goal: Number of the goal that it leads to, or that is nearest to where it ends.
-        left: How far its end is from the nearest position that leads to a goal, rad or m; 0 where it was found.
+        left: Distance of its end from the nearest position that leads to a goal, rad or m; 0 for a complete path.
         checks: The number of motions that were looked at.
         barrier: The proof that no path exists; None: there is none.
     """
@@ -70,11 +74,11 @@ def find_way(
     seed: int = 0,
     in_narrow: Callable[[], Way | None] | None = None,
 ) -> Way:
-    """Find a free way: the straight motion to a goal if it is free, the nearest goal first, or one around.
+    """Find a free path: the straight motion to a goal, the nearest first, or a detour.
 
     Args:
         robot: The arm, whose position limits the way keeps.
-        checker: The arm and what is around it.
+        checker: The arm and its obstacles.
         start: (joints,), rad or m, within the limits.
         goals: (goals, joints), within the limits: any of them will do.
         most_checks: The largest number of checked motions.

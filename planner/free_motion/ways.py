@@ -48,22 +48,24 @@ AS_GIVEN = JointMotion("as_given")
 """The motion to a joint position that was found: no other whole turn of a joint will do."""
 
 LONGEST_TRAVEL = 1e3
-"""The farthest that a joint may travel in a free motion, rad or m: a motion is looked at posture by posture, ten to a
-radian, and a million radians would want more memory than there is."""
+"""The largest travel of a joint in a free motion, rad or m.
+
+A motion is checked at ten joint positions per radian, and a million radians would exceed the memory.
+"""
 
 MOST_GOALS = 12
-"""The most joint positions of a goal region that a free motion may end at, besides those of the pose chosen in it."""
+"""The most joint positions in a tolerance region that a free motion may end at, besides the chosen pose."""
 
 GOALS_APART = 0.4
-"""How far these are from each other at least, rad or m."""
+"""The smallest distance between these, rad or m."""
 
 
 @dataclass(frozen=True)
 class Gain:
-    """What was gained by making a way better.
+    """The gain of an optimisation of a detour.
 
     Attributes:
-        objective: What the way was made better by.
+        objective: The objective of the optimisation.
         first: Its value with the first way, see `planner.problems.motion_around.Objective`.
         last: Its value with the best way, no larger.
         candidates: The number of other ways that were timed.
@@ -79,15 +81,15 @@ class Gain:
 
 @dataclass(frozen=True, eq=False)
 class FoundWay:
-    """The way that was found for a free motion.
+    """The path found for a free motion.
 
     Attributes:
         waypoint: Index of the waypoint that the motion leads to.
         positions: (corners + 2, joints), rad or m: where it begins, the corners on the way, and where it ends.
         transition: How the corners are passed.
-        lead: (waypoints, joints), rad or m: the joint positions of the waypoints before its start on which the pose
-            there depends, because they leave something open that a relative move goes on from.
-        gain: What was gained by making it better; None: that was not asked.
+        lead: (waypoints, joints), rad or m: the joint positions of earlier waypoints that the pose at its start depends
+            on. A relative move continues from their open coordinates.
+        gain: The gain of its optimisation; None: not requested.
     """
 
     waypoint: int
@@ -98,7 +100,7 @@ class FoundWay:
 
     @property
     def has_corners(self) -> bool:
-        """Whether the way is none that is straight."""
+        """Whether the path is not straight."""
         return len(self.positions) > 2
 
     def slower(self) -> FoundWay | None:
@@ -113,10 +115,10 @@ def free_waypoints(problem: PlanningProblem) -> list[int]:
 
 
 def with_ways(problem: PlanningProblem, ways: Sequence[FoundWay]) -> PlanningProblem:
-    """Return the problem with joint motions from corner to corner in the place of free motions, where there are any.
+    """Replace free motions by joint motions from corner to corner of their paths.
 
-    What a way begins and ends with is asked as the joint position that was found, and so are the waypoints on which
-    the pose at its start depends: nothing may choose another configuration there.
+    The start and the end of a path become joint waypoints, and so do the waypoints that the pose at its start depends
+    on. This fixes their configurations.
     """
     if not ways:
         return problem
@@ -169,10 +171,10 @@ def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
 
 
 class EndsOfWay(NamedTuple):
-    """What a way is sought between.
+    """The ends of the search for a path.
 
     Attributes:
-        checker: The robot and what is around it on the way.
+        checker: The robot and its obstacles.
         start: (joints,), rad or m.
         goals: (goals, joints): any of them will do; the one that was chosen for the waypoint comes first.
         lead: (waypoints, joints), see `FoundWay`.
@@ -185,10 +187,10 @@ class EndsOfWay(NamedTuple):
 
 
 def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int) -> EndsOfWay:
-    """Return what the way to a waypoint is sought between.
+    """Return the ends of the search for the path to a waypoint.
 
     Args:
-        problem: What is asked.
+        problem: The requested problem.
         before: The ways of all free motions before.
         index: Of the waypoint that the free motion leads to.
 
@@ -308,7 +310,7 @@ def apart(
 def _refusal(
     problem: PlanningProblem, checker: CollisionChecker, index: int, way: Way, start: FloatArray, goals: FloatArray
 ) -> NoPathFound:
-    """Return why no way was found, and how far the search came.
+    """Build the refusal of a search without a path, with its farthest point.
 
     Raises:
         Collision: There is not enough room at an end of it.

@@ -1,10 +1,10 @@
 """All solutions of a pose at once, for arms whose axes allow it; for many poses in a few array operations.
 
-Three kinds of arm are known by trying: three joints that bring a point somewhere (Pieper 1968); six joints, the last
-three axes of which meet in a point; six, the second to fourth axis parallel and the last two meeting. The
-angles come from the geometric subproblems of Paden (1986) and Kahan, on the screws at joint position 0.
+The module recognises three kinds of arm. Three joints move a point (Pieper 1968). The last three of six axes meet in a
+point. Or the second to fourth of six axes are parallel, and the last two meet. The angles come from the geometric
+subproblems of Paden (1986) and Kahan, on the screws at joint position 0.
 
-What comes out are candidates: the inverse kinematics polish and confirm each with Pinocchio.
+The results are candidates: the inverse kinematics refines and confirms each with Pinocchio.
 """
 
 from __future__ import annotations
@@ -178,12 +178,13 @@ class ThreeParallel:
 
 
 class ThreeJoints:
-    """Three revolute joints that bring a point to a place.
+    """Three revolute joints that move a point to a place.
 
-    With d from the first axis to a point of the second and v from there to the point, turned by the third joint alone,
-    u = Rot2 v must have the right height along the first axis and the right distance from it. Both are linear in the
-    part of u across the second axis, which the second joint does not lengthen: K u = g(q3), |u| = |v(q3)|. That is a
-    quartic in tan(q3 / 2); where K is singular (the first two axes meet or are parallel) a quadratic and a sign.
+    Let d lead from the first axis to a point of the second. Let v lead from there to the point, turned by the third
+    joint alone. Then u = Rot2 v must have the right height along the first axis and the right distance from it. Both
+    are linear in the part of u across the second axis, which the second joint does not lengthen: K u = g(q3), |u| =
+    |v(q3)|. That is a quartic in tan(q3 / 2); where K is singular (the first two axes meet or are parallel) a quadratic
+    and a sign.
     """
 
     def __init__(self, screws: Screws, point: FloatArray) -> None:
@@ -231,9 +232,9 @@ class ThreeJoints:
 
 
 class TurnAndSlides:
-    """A joint that turns and two that slide, which bring a point to a place.
+    """One revolute and two prismatic joints that move a point to a place.
 
-    What the slides must do is known by its height along the axis of the turn and by the distance from that axis.
+    Its height along the axis of rotation and its distance from that axis determine the slides.
     """
 
     def __init__(self, screws: Screws, point: FloatArray) -> None:
@@ -278,7 +279,7 @@ class _Axis:
         return _Wave(number, conjugate, complex(self.along @ direction))
 
     def turned(self, vector: ComplexArray | FloatArray, direction: ComplexArray | FloatArray) -> _Wave:
-        """Return the product of a direction (3,) with a vector (3,) turned by the joint, as a function of exp(i q)."""
+        """Return the product of a direction (3,) with the turned vector (3,), as a function of exp(i q)."""
         wave = self.seen(direction)
         number, conjugate = vector @ self.across, vector @ self.across.conj()
         return _Wave(wave.number * number, wave.conjugate * conjugate, wave.constant * complex(vector @ self.along))
@@ -303,14 +304,14 @@ class _Wave(NamedTuple):
         return value
 
     def angles(self, value: FloatArray) -> FloatArray:
-        """Return the angles q (..., 2) at which a function that is real has a value (...) at z = exp(i q), h = 1."""
+        """Return the angles q (..., 2) at which a real function has a value (...), z = exp(i q), h = 1."""
         return _angles_to_height(np.asarray(2.0 * self.number), value - complex(self.constant).real)
 
 
 def _moved(
     screws: Screws, point: FloatArray, positions: FloatArray, rotations: FloatArray | None
 ) -> tuple[FloatArray, ...]:
-    """Return the rotations (N, 3, 3) of the tip since joint position 0, and where (N, 3) it takes a point."""
+    """Return the rotations (N, 3, 3) of the tip since joint position 0, and the moved point (N, 3)."""
     assert rotations is not None  # noqa: S101 - six joints are asked for poses
     turns = rotations @ screws.rotation.T
     return turns, positions + turns @ (point - screws.position)
@@ -323,14 +324,14 @@ def _meeting_point(axes: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _frame_about(axis: FloatArray) -> FloatArray:
-    """Two directions (2, 3) that make a right-handed frame with an axis."""
+    """Return two directions (2, 3) that form a right-handed frame with an axis."""
     first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     first /= np.linalg.norm(first)
     return np.array([first, np.cross(axis, first)])
 
 
 def _turned(cross: FloatArray, angle: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Vectors (..., 3) turned about an axis, by Rodrigues' formula."""
+    """Turn vectors (..., 3) about an axis, by Rodrigues' formula."""
     across = vectors @ cross.T
     turned: FloatArray = (
         vectors + np.sin(angle)[..., None] * across + (1.0 - np.cos(angle))[..., None] * across @ cross.T
@@ -357,7 +358,7 @@ def _angles_to_height(number: ComplexArray, height: FloatArray) -> FloatArray:
 
 
 def _joined(*angles: FloatArray) -> FloatArray:
-    """Candidates (N, most, joints) of angles (N, ...) that broadcast against the fourth."""
+    """Combine angles (N, ...) that broadcast against the fourth into candidates (N, most, joints)."""
     joined = np.empty((*angles[3].shape, len(angles)))
     for joint, values in enumerate(angles):
         joined[..., joint] = values
@@ -365,7 +366,7 @@ def _joined(*angles: FloatArray) -> FloatArray:
 
 
 def _argument(numbers: ComplexArray) -> FloatArray:
-    """Arguments (...), rad, of complex numbers (...); `np.angle` takes three times as long for a few."""
+    """Return the arguments (...), rad, of complex numbers (...); `np.angle` takes three times as long for a few."""
     argument: FloatArray = np.arctan2(numbers.imag, numbers.real)
     return argument
 
@@ -381,7 +382,7 @@ def _circle(angle: FloatArray) -> FloatArray:
 
 
 def _roots(forms: FloatArray) -> FloatArray:
-    """Return the angles q (N, 4) with x^T Q x = 0, x = (cos q, sin q, 1), for quadratic forms Q (N, 3, 3)."""
+    """Solve x^T Q x = 0, x = (cos q, sin q, 1), for angles q (N, 4)."""
     Q = IN_HALF_TANGENT.T @ forms @ IN_HALF_TANGENT
     least = np.maximum(LEAST * np.abs(Q).max(axis=(1, 2)), np.finfo(float).tiny)
     leading = np.where(np.abs(Q[:, 2, 2]) < least, least, Q[:, 2, 2])

@@ -1,7 +1,7 @@
 """Names of the branches of the inverse kinematics: on which side shoulder, elbow and wrist are.
 
-The words are those of Lee and Ziegler (1984), each by the sign of one quantity that is zero only where the arm is
-singular, so that a name changes only where the arm passes a singularity.
+The terms come from Lee and Ziegler (1984). Each is the sign of one quantity that is zero only where the arm is
+singular. So a name changes only at a singularity.
 """
 
 from __future__ import annotations
@@ -32,19 +32,28 @@ Elbow = Literal["up", "down"]
 Wrist = Literal["flip", "no_flip"]
 
 SINGULAR_SIDE = 1e-6
-"""Sine of the wrist's angle, and share of the arm's length that its wrist centre is in front of the first axis, below
-which a posture is singular: about as near as the inverse kinematics brings the tool to any pose."""
+"""Limit of singular joint positions: sine of the wrist angle, and distance of the wrist centre from axis 1 relative to
+the arm's length.
+
+It is about the accuracy of the inverse kinematics.
+"""
 
 NO_SIDES = np.array([SINGULAR_SIDE, 0.5 * SAME_SOLUTION, SINGULAR_SIDE])
-"""The quantities of shoulder, m, elbow and wrist up to which a posture is on neither side."""
+"""The quantities of shoulder, m, elbow and wrist up to which a joint position is on neither side."""
 
 NEARLY = 1e-4
-"""Sine of the angle between axes that count as parallel, and distance of axes that count as meeting, as a share of the
-arm's length: robot models give angles to so many digits (1.5708)."""
+"""Sine of the angle of axes that count as parallel, and relative distance of axes that count as meeting.
+
+Robot models give angles with few digits (1.5708).
+"""
 
 SHIFT = 0.03
-"""Angle, rad, and share of the arm's length by which a posture has to be off a singular one to prove a configuration:
-more than axes that count as parallel or meeting by `NEARLY` shift singular postures, some square root of it."""
+"""Distance from a singular joint position that proves a configuration: an angle, rad, and a fraction of the arm's
+length.
+
+It exceeds the shift of singular joint positions by axes that are parallel or meet only up to `NEARLY`, some square root
+of it.
+"""
 
 POINT_JOINTS = 3
 """Number of joints of an arm that brings a point of the tool somewhere, however it is turned."""
@@ -59,7 +68,7 @@ BYTES = 1024
 """Memory of what tells the configurations of one robot apart, bytes, about."""
 
 MOST_BYTES = 2**18
-"""Memory of what is kept of robots, those last used, bytes."""
+"""Largest memory of cached data of the robots last used, bytes."""
 
 BEHIND = ("left", "down", "flip")
 """The names of shoulder, elbow and wrist where their quantities are negative."""
@@ -70,19 +79,19 @@ AHEAD = ("right", "up", "no_flip")
 
 @dataclass(frozen=True)
 class Configuration:
-    """The sides on which shoulder, elbow and wrist of an arm are; what one asks, or what a posture has.
+    """The branches of shoulder, elbow and wrist, either requested or of a joint position.
 
-    - `shoulder`: the sign of x, the coordinate of the wrist centre in the frame that turns with the first joint, along
-      the normal of the first two axes. Where axis 2 is off axis 1, `right` is the side of axis 2 (in KUKA's words the
-      basic area, `left` the overhead area). Where the plane of the links is further off axis 1 than axis 2, as in a UR
-      or a PUMA, `right` is the side on which that plane is to the right of axis 1, seen from there towards the wrist
-      centre, with the arm upright. Where axes and links meet, `right` is where the second joint, turned forwards,
-      lifts the wrist centre; and of a joint that slides, where it goes out.
-    - `elbow`: `up` where the elbow is above the line from axis 2 to the wrist centre (of a UR to axis 4), seen from the
-      side so that the wrist centre is in front of axis 1, which points upwards, against gravity. Its quantity is the
-      sine of the angle between the links.
-    - `wrist`: `no_flip` where sin(q5 - q5*) is positive, q5* the angle at which axes 4, 5 and 6 lie in one plane, that
-      of the two nearest to joint position 0 (the negative one of -pi/2 and pi/2). Of most arms q5* = 0: `flip` is a
+    - `shoulder`: the sign of x. It is a coordinate of the wrist centre in the frame of the first joint, along the
+      normal of the first two axes. If axis 2 has an offset from axis 1, `right` is the side of axis 2 (KUKA's basic
+      area; `left` is the overhead area). If the plane of the links has a larger offset than axis 2, as in a UR or a
+      PUMA, the plane decides. `right` then means that the plane is to the right of axis 1, seen towards the wrist
+      centre, with the arm upright. If axes and links meet, `right` is the side where the second joint, turned forwards,
+      lifts the wrist centre. For a prismatic joint, it is the side where the joint extends.
+    - `elbow`: `up` means that the elbow is above the line from axis 2 to the wrist centre (of a UR to axis 4). The view
+      is from the side, with the wrist centre in front of axis 1, which points upwards, against gravity. Its quantity is
+      the sine of the angle between the links.
+    - `wrist`: `no_flip` means that sin(q5 - q5*) is positive. At q5*, axes 4, 5 and 6 lie in one plane. Of two such
+      angles it is the one nearest to joint position 0, or -pi/2 of -pi/2 and pi/2. For most arms q5* = 0: `flip` is a
       fifth joint between -pi and 0.
 
     Examples:
@@ -92,8 +101,8 @@ class Configuration:
         [Configuration(shoulder='right', elbow='up', wrist='no_flip')]
 
     Attributes:
-        shoulder: None: either, where it is asked. Of a posture: it is singular there and belongs to both, or the arm
-            has no such name.
+        shoulder: None in a request: either side. None of a joint position: it is singular and belongs to both sides, or
+            the arm has no such name.
         elbow: Likewise; None at a singular shoulder, too.
         wrist: Likewise.
     """
@@ -108,7 +117,7 @@ class Configuration:
 
     @property
     def names(self) -> dict[str, str]:
-        """The names by part, without those that are None."""
+        """The names by part, without None."""
         named = {field.name: getattr(self, field.name) for field in fields(self)}
         return {part: name for part, name in named.items() if name is not None}
 
@@ -117,7 +126,7 @@ class Configuration:
         return replace(self, **{field.name: None for field in fields(self) if field.name not in parts})
 
     def allows(self, other: Configuration) -> bool:
-        """Whether a posture with the names `other` is one that is asked by these."""
+        """Tell whether these requested names allow a joint position with the names `other`."""
         found = other.names
         return all(found.get(part, name) == name for part, name in self.names.items())
 
@@ -126,8 +135,8 @@ def configurations(robot: Robot, positions: ArrayLike) -> list[Configuration]:
     """Name the configurations of joint positions.
 
     Args:
-        robot: The robot. Of an arm with three joints the tool's point stands for the wrist centre; external axes that
-            carry the arm do not count, and which way is up, for the elbow, is said where they are at 0.
+        robot: The robot. For an arm with three joints, the tool's point replaces the wrist centre. External axes do not
+            count; the upward direction for the elbow is taken with them at 0.
         positions: (N, joints), rad or m.
     """
     q = np.asarray(positions, dtype=np.float64).reshape(-1, robot.dof)
@@ -139,13 +148,13 @@ def configurations(robot: Robot, positions: ArrayLike) -> list[Configuration]:
 
 
 def named_parts(robot: Robot) -> tuple[str, ...]:
-    """Return the parts, of shoulder, elbow and wrist, by which the configurations of a robot are told apart."""
+    """Return the parts, of shoulder, elbow and wrist, that distinguish the configurations of a robot."""
     sides = _parts_of(robot).sides(robot.middle[None, len(robot.external_axes) :])[0].tolist()
     return tuple(field.name for field, side in zip(fields(Configuration), sides, strict=True) if not np.isnan(side))
 
 
 def keeps_configuration(robot: Robot, position: FloatArray, velocity: FloatArray, time: float) -> bool:
-    """Whether no motion from a position that takes so long changes the configuration or meets a singular posture.
+    """Tell whether no motion of a given time from a position changes the configuration or meets a singularity.
 
     A pose has at most one solution of a configuration, whole turns aside, if the arm has all three names and no slides:
     x and the wrist's angle are given up to their signs, and two links reach a point with the elbow up or down. So two
@@ -165,7 +174,7 @@ def keeps_configuration(robot: Robot, position: FloatArray, velocity: FloatArray
 
 
 def straight_wrist(robot: Robot) -> float | None:
-    """Return the position, rad, of joint `WRIST` at which the wrist of a robot is singular; None: it has no such wrist.
+    """Return the position, rad, of joint `WRIST` with a singular wrist; None: it has no such wrist.
 
     Half turns from there it is singular, too. With external axes the joint is another one, and the answer is None.
     """
@@ -173,7 +182,7 @@ def straight_wrist(robot: Robot) -> float | None:
 
 
 def in_configuration(robot: Robot, solutions: Iterable[FloatArray], wanted: Configuration) -> tuple[FloatArray, ...]:
-    """Those of some joint positions (joints,) that have a configuration, or belong to it and to another."""
+    """Select the joint positions (joints,) that have a configuration, or belong to it and to another."""
     solutions = tuple(solutions)
     if not wanted.names or not solutions:
         return solutions
@@ -189,7 +198,7 @@ class _Links:
         offset: From axis 1 to axis 2, m.
         carried: (links,), m, at joint position 0: what joint 2 turns, what joints 2 and 3 turn, and so on.
         senses: (links,): 1, or -1 of a joint whose axis points the other way than that of joint 2.
-        aside: How far the plane of the links is off axis 1, m: to the right of it where x points forwards.
+        aside: Offset of the plane of the links from axis 1, m: to the right of it if x points forwards.
     """
 
     offset: complex
@@ -199,7 +208,7 @@ class _Links:
 
     @classmethod
     def between(cls, screws: Screws, points: Sequence[FloatArray], up: FloatArray) -> _Links | None:
-        """Return the links from point to point (3,), m: on axes 2, 3 and so on, the last one the wrist centre.
+        """Return the links between points (3,), m: on axes 2, 3 and so on, then the wrist centre.
 
         Args:
             screws: The arm.
@@ -252,9 +261,9 @@ class _Links:
         return max(SINGULAR_SIDE * self.length, 0.5 * SAME_SOLUTION * abs(self.aside))
 
     def keep(self, position: FloatArray, velocity: FloatArray, time: float) -> bool:
-        """Whether shoulder and elbow stay on their sides on every motion from a position that takes so long.
+        """Tell whether shoulder and elbow keep their sides on every motion of a given time from a position.
 
-        A joint that turns by an angle moves what it carries by no more than angle times length. By the inequality of
+        A revolute joint moves the links behind it by at most its angle times their length. By the inequality of
         Cauchy and Schwarz x changes by at most the time times the norm of the lengths carried times the velocities.
 
         Args:
@@ -271,16 +280,16 @@ class _Links:
 
 
 def _off_half_turns(angle: float) -> float:
-    """How far an angle is from the nearest multiple of pi, rad."""
+    """Return the distance of an angle from the nearest multiple of pi, rad."""
     return abs(math.remainder(angle, math.pi))
 
 
 class _Slide(NamedTuple):
-    """Two joints that slide behind one that turns: how far they bring the wrist centre in front of its axis.
+    """Two prismatic joints behind a revolute one, and the distance of the wrist centre in front of its axis.
 
     Attributes:
-        offset: How far it is there at joint position 0, m.
-        ways: (2,): how far it goes by each joint.
+        offset: This distance at joint position 0, m.
+        ways: (2,): change of the distance with each joint.
     """
 
     offset: float
@@ -312,7 +321,7 @@ class _Parts(NamedTuple):
     straight: float | None = None
 
     def sides(self, positions: FloatArray) -> FloatArray:
-        """Return the quantities (N, 3) of shoulder, elbow and wrist, 0 where singular; NaN of what the arm has not."""
+        """Return the quantities (N, 3) of shoulder, elbow and wrist; 0: singular; NaN: the arm has none."""
         sides = np.full((len(positions), 3), np.nan)
         if self.links is not None:
             sides[:, 0], sides[:, 1] = self.links.sides(positions)
@@ -363,7 +372,7 @@ def _common_point(screws: Screws, first: int) -> FloatArray | None:
 
 
 def _straight(screws: Screws) -> float:
-    """Return the fifth joint, rad in [-pi / 2, pi / 2), at which axes 4, 5 and 6 lie in one plane."""
+    """Return the fifth joint, rad in [-pi / 2, pi / 2), with axes 4, 5 and 6 in one plane."""
     fourth, fifth, sixth = screws.axes[3:]
     normal = np.cross(fourth, fifth)
     angle = float(np.arctan2(-(normal @ sixth), normal @ np.cross(fifth, sixth)))

@@ -110,10 +110,10 @@ class Target:
         return descend(self.arm, self.positions, self.rotations, starts, box, *patience, enough)
 
     def slide(self, start: FloatArray, reference: FloatArray, velocity: FloatArray, box: Box) -> FloatArray:
-        """Move along a continuum of solutions to where no small motion on it comes nearer to the reference.
+        """Move along a continuum of solutions to a local minimum of the distance from the reference.
 
-        Minimises |(q - reference) / velocity| over the joint positions that leave the tool where it is: each step
-        follows the way to the reference within the solutions' tangent space, and a descent brings the tool back.
+        The function minimises |(q - reference) / velocity| over the joint positions with the same tool pose. Each step
+        leads towards the reference within the tangent space of the solutions. Then a descent brings the tool back.
         Where there is no continuum, nothing moves.
 
         Args:

@@ -23,9 +23,11 @@ AT_REST = 1e-9
 """Speed of the tool, m/s, up to which its path has no direction that an acceleration could be across."""
 
 TIGHTEST_BEND = 1e-4
-"""Least radius, m, that a bend of the tool's path counts with where its centripetal acceleration is limited: lines and
-circles are followed as closely as that. What turns within less, almost at rest, does so in a moment that no samples
-show, and without going anywhere."""
+"""Least radius, m, of a bend of the tool's path for the limit on centripetal acceleration.
+
+It is the accuracy of lines and circles. A tighter bend, almost at rest, is too short for any sample, and the tool
+hardly moves.
+"""
 
 VELOCITIES = ("tcp_linear_velocity", "tcp_angular_velocity")
 """The quantities that are velocities of the tool, the linear one first."""
@@ -176,7 +178,7 @@ def tool_velocities(robot: Robot, positions: ArrayLike, velocities: ArrayLike) -
 def tool_accelerations(
     robot: Robot, positions: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute how the velocity of the tool changes at many states of the joints.
+    """Compute the accelerations of the tool at many states of the joints.
 
     Args:
         robot: The robot, with its tool.
@@ -185,8 +187,8 @@ def tool_accelerations(
         accelerations: (N, joints), rad/s^2 or m/s^2.
 
     Returns:
-        The derivatives by time of the linear velocity (N, 3), m/s^2, of the tool's origin, and of the angular velocity
-        (N, 3), rad/s^2, of the tool, both in the base's axes. Gravity is not in them.
+        The derivatives by time of the linear velocity (N, 3), m/s^2, of the tool's origin, and of its angular velocity
+        (N, 3), rad/s^2. Both are in the base's axes, without gravity.
     """
     q, v, a = (np.asarray(values, dtype=np.float64) for values in (positions, velocities, accelerations))
     return screws_of(robot).rates(robot.tool_in_tip.translation, q, v, a)
@@ -195,7 +197,7 @@ def tool_accelerations(
 def tool_jerks(
     robot: Robot, positions: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike, jerks: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute how the acceleration of the tool changes at many states of the joints.
+    """Compute the jerks of the tool at many states of the joints.
 
     Args:
         robot: The robot, with its tool.
@@ -205,8 +207,8 @@ def tool_jerks(
         jerks: (N, joints), rad/s^3 or m/s^3.
 
     Returns:
-        The second derivatives by time of the linear velocity (N, 3), m/s^3, of the tool's origin, and of the angular
-        velocity (N, 3), rad/s^3, of the tool, both in the base's axes.
+        The second derivatives by time of the linear velocity (N, 3), m/s^3, of the tool's origin, and of its angular
+        velocity (N, 3), rad/s^3. Both are in the base's axes.
     """
     states = (positions, velocities, accelerations, jerks)
     q, v, a, j = (np.asarray(values, dtype=np.float64) for values in states)
@@ -231,7 +233,7 @@ def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> 
 class JointStates:
     """States of the joints, and the motion of the tool in them, computed once it is used.
 
-    The derivatives by time may be those of a path q(s) by s, too: then s' is 1 and s'' is 0.
+    The derivatives may also be derivatives of a path q(s) by s: then s' is 1 and s'' is 0.
 
     Attributes:
         robot: The robot, with its tool.
@@ -268,8 +270,8 @@ class JointStates:
     def tool_rate(self, quantity: str) -> FloatArray:
         """Return the magnitudes (N,) of one of `TCP_ORDERS`, m and rad by powers of s.
 
-        The centripetal acceleration is that of the tool centre point across its path, |v x a| / |v|, but no more than
-        v^2 by the radius `TIGHTEST_BEND`.
+        The centripetal acceleration is the acceleration of the tool centre point across its path, |v x a| / |v|. It is
+        at most v^2 divided by the radius `TIGHTEST_BEND`.
         """
         if quantity == CENTRIPETAL:
             on_path = self.tool_on_path[0]
@@ -283,7 +285,7 @@ class JointStates:
 def tool_poses_on(
     dynamics: SegmentDynamics, segments: np.ndarray, positions: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Positions (N, 3), m, and rotations (N, 3, 3) of the tool in the base frame.
+    """Compute the positions (N, 3), m, and rotations (N, 3, 3) of the tool in the base frame.
 
     Args:
         dynamics: The robot on each segment.

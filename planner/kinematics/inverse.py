@@ -1,6 +1,6 @@
-"""Inverse kinematics: the solution nearest to a reference, all solutions, or why there is none.
+"""Inverse kinematics: the solution nearest to a reference, all solutions, or the reason for having none.
 
-Where it is known at which joint positions the robot keeps clear of what is around it, these go before all others.
+In a scene, collision-free solutions come before all others.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class InverseKinematicsResult:
         status: `solved`, or why not.
         position: (joints,), rad or m: the solution, or the joint position of the nearest pose found.
         pose: The tool's pose at `position`, by forward kinematics.
-        position_error: Distance of `pose` from the pose asked, m.
-        orientation_error: Angle between them, rad; None: no orientation was asked.
+        position_error: Distance of `pose` from the requested pose, m.
+        orientation_error: Angle between them, rad; None: the request has no orientation.
         manipulability: The manipulability at `position`.
         configuration: The names of the configuration of `position`.
         joint: With `joint_position_limit`: the joint that would have to leave its limits.
@@ -69,8 +69,9 @@ def inverse_kinematics(
 ) -> InverseKinematicsResult:
     """Solve for a joint position that brings the tool to `pose`; with a reference, for the one nearest to it.
 
-    Nearest counts in time: the joints' distances are divided by their velocity limits. `nearest_solution` says what is
-    promised for which arm. The answer is verified by forward kinematics and depends on nothing but the arguments.
+    The distance is a time: the joints' distances divided by their velocity limits. `nearest_solution` describes the
+    guarantee for each kind of arm. The answer is verified by forward kinematics and depends on nothing but the
+    arguments.
 
     Args:
         robot: The robot, with its tool.
@@ -100,8 +101,8 @@ def inverse_kinematics_many(
 ) -> list[InverseKinematicsResult]:
     """Solve a sequence of poses, each for the joint position nearest to that of the pose before it.
 
-    The answers are those of `inverse_kinematics`, one pose after the other, each with the last solution as its
-    reference. Of an arm with a closed form, many poses take a fraction of the time of as many calls.
+    The results equal `inverse_kinematics`, one pose after the other, each with the last solution as its reference. Of
+    an arm with a closed form, many poses take a fraction of the time of as many calls.
 
     Args:
         robot: The robot, with its tool.
@@ -150,8 +151,8 @@ def all_solutions(
         pose: The tool's pose in the base frame; without a rotation, the position alone counts.
         options: Tolerances, reference and seed.
         reference: (joints,), rad or m; None: `options.reference`, or the middle of the limits.
-        is_free: Tells at which joint positions (N, joints) the robot keeps clear, see `inverse_kinematics`: these come
-            first, and of a continuum more are sought where there is none among the first.
+        is_free: Function that tells which joint positions (N, joints) are collision-free, see `inverse_kinematics`.
+            These come first. If none of a continuum's first solutions is free, more are sought.
 
     Returns:
         The solutions, each (joints,), rad or m; none where the pose cannot be reached.
@@ -186,7 +187,7 @@ def _solutions(search: Search, reference: FloatArray | None, is_free: IsFree | N
 
 
 def free_first(solutions: Sequence[FloatArray], is_free: IsFree) -> tuple[FloatArray, ...]:
-    """Return solutions (joints,), those at which the robot keeps clear first, in the order that they had."""
+    """Sort solutions (joints,): collision-free ones first, otherwise in the given order."""
     order = np.argsort(~is_free(np.array(solutions)), kind="stable")
     return tuple(solutions[k] for k in order.tolist())
 
@@ -194,14 +195,7 @@ def free_first(solutions: Sequence[FloatArray], is_free: IsFree) -> tuple[FloatA
 def with_free_ones(
     search: Search, solutions: tuple[FloatArray, ...], is_free: IsFree, reference: FloatArray | None = None
 ) -> tuple[FloatArray, ...]:
-    """Return all solutions (joints,) of a pose, with more of a continuum where the robot keeps clear at none of them.
-
-    Args:
-        search: For the pose.
-        solutions: One or more, as `all_solutions` finds them.
-        is_free: See `inverse_kinematics`.
-        reference: (joints,), rad or m, see `all_solutions`.
-    """
+    """Return all solutions (joints,) of a pose, with more of a continuum if none is collision-free."""
     robot = search.robot
     if is_free(np.array(solutions)).any() or is_isolated(robot, search.pose, solutions[0]):
         return solutions
@@ -243,7 +237,7 @@ def _answer(search: Search, solution: FloatArray | None) -> InverseKinematicsRes
 
 
 def _failure(search: Search) -> InverseKinematicsResult:
-    """Why there is no solution, and the nearest pose found."""
+    """Build the result without a solution: the reason, and the nearest pose found."""
     robot, pose, beyond, nearest = search.robot, search.pose, search.beyond_the_limits(), search.nearest()
     if beyond is None:
         return _result(robot, pose, nearest, "unreachable_waypoint")
@@ -254,7 +248,7 @@ def _failure(search: Search) -> InverseKinematicsResult:
 def _results(
     robot: Robot, searches: Sequence[Search], solutions: Sequence[FloatArray | None]
 ) -> list[InverseKinematicsResult]:
-    """Answers with the poses, by Pinocchio's forward kinematics, and the manipulability that belong to solutions."""
+    """Build results with the poses, by Pinocchio's forward kinematics, and the manipulability of solutions."""
     solved = [k for k, solution in enumerate(solutions) if solution is not None]
     if len(solved) < MANY:
         return [_answer(search, solution) for search, solution in zip(searches, solutions, strict=True)]

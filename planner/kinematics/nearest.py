@@ -23,14 +23,16 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 JUMP = 0.5
-"""rad or m: where no closed form tells all isolated solutions, what a descent from the reference finds without moving a
-joint by more counts as the nearest."""
+"""Largest movement of a joint in a descent from the reference, rad or m, whose result counts as the nearest solution.
+
+It applies to arms without a closed form for all isolated solutions.
+"""
 
 CLOSE = 0.02
 """m and rad: where the reference misses the pose by more, no descent from it can prove that it found the nearest."""
 
 NEAR = 0.3
-"""m and rad: the same for arms whose solutions are told apart by the names of their configurations."""
+"""m and rad: the same for arms whose solutions have named configurations."""
 
 FAR = 1.0
 """m and rad: where the reference misses the pose by more, a descent from it rarely ends without a jump."""
@@ -63,7 +65,7 @@ CONFIRMED = 1e-5
 """Error, m or rad, up to which a candidate that is not singular counts as a solution without a descent."""
 
 MANY = 8
-"""Poses from which on it pays to find the candidates of all together."""
+"""Number of poses above which finding all candidates together is faster."""
 
 HELD_AT = 32
 """Positions at which an end joint of a redundant arm is held, besides the reference's."""
@@ -72,13 +74,12 @@ HELD_AT = 32
 def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None:
     """Return the solution nearest to the reference (joints,); None if none is found.
 
-    - Isolated solutions of an arm with a closed form are all compared, unless a descent from the reference finds one
-      of which it is proved that no other is as near.
-    - Of a continuum, the answer is a solution from which no small motion along the continuum comes nearer. It is looked
-      for on the parts of the continuum that come nearest by a closed form with an end joint held at many positions, or
-      by descents from a table.
-    - Of any other arm, what a descent from the reference finds without a jump is the answer; where it jumps, the
-      nearest of what descents from a table find.
+    - For an arm with a closed form, all isolated solutions are compared, unless a descent finds one that is provably
+      the nearest.
+    - Of a continuum, the answer is a local minimum of the distance along the continuum. The search covers its nearest
+      parts. A closed form with an end joint fixed at many positions gives these, or descents from a table.
+    - For any other arm, the answer is the result of a descent from the reference without a jump. If it jumps, the
+      answer is the nearest result of descents from a table.
     """
     redundant = search.robot.dof > search.rows
     target = search.target
@@ -95,7 +96,7 @@ def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None
 
 
 def _near_by(search: Search, reference: FloatArray, *, proved: bool) -> FloatArray | None:
-    """Find by a descent from the reference what is the nearest solution, by proof or for want of a jump; None: no."""
+    """Find the nearest solution by a descent, with proof or without a jump; None: not found."""
     start = np.minimum(np.maximum(reference, search.lower), search.upper)
     velocity = counted_velocity(search.robot.limit("velocity"))
     named = proved and search.rows == 6 and keeps_configuration(search.robot, reference, velocity, 0.0)
@@ -152,7 +153,7 @@ def _of_closed_form(search: Search, candidates: FloatArray, reference: FloatArra
 
 
 def _touching(search: Search, starts: FloatArray, J: FloatArray, reference: FloatArray) -> FloatArray:
-    """Joint positions (N, joints) on the lines that touch continua at singular ones, nearest to the reference first."""
+    """Return joint positions (N, joints) on tangents of continua at singular ones, nearest to the reference first."""
     free = np.linalg.svd(J)[2][:, -1]
     free = free / np.abs(free).max(axis=1, keepdims=True)
     line = np.linspace(-np.pi, np.pi, SAMPLES_ALONG)[:, None] * free[:, None]
@@ -207,15 +208,15 @@ def _slid(search: Search, solution: FloatArray, reference: FloatArray) -> FloatA
 
 
 def _is_only_one_near(search: Search, solution: FloatArray, reference: FloatArray) -> bool:
-    """Whether no other solution can be as near to the reference.
+    """Prove that no other solution is as near to the reference.
 
-    Along a motion d from a solution, column i of the position's Jacobian changes by at most sum_j H_ij |d_j|, H_ij
-    being the largest lever of the later of two joints that turn (1 where the later one slides), and axis i by the sum
-    of |d_j| over the joints before it. So another solution needs J d = r with |r| <= |d|^T H |d| / 2 for the position
-    and 3/4 (sum |d_i|)^2 for the rotation. In units of the time T = |d / v| that is 1 <= T (a h + b w), where v are the
-    velocities by which times are measured, V = diag(v), h the largest eigenvalue of V H V / 2, w = 3/4 |v|^2, and a and
-    b are the norms of V^-1 J^-1 for position and rotation. A nearer solution is no further than twice the time from the
-    reference.
+    Let d be a motion from a solution. Column i of the position's Jacobian changes by at most sum_j H_ij |d_j|. Here
+    H_ij is the largest lever of the later of two revolute joints, or 1 if the later one is prismatic. Axis i changes by
+    the sum of |d_j| over the joints before it. So another solution needs J d = r. There |r| <= |d|^T H |d| / 2 for the
+    position and |r| <= 3/4 (sum |d_i|)^2 for the rotation. In units of the time T = |d / v| that is 1 <= T (a h + b w).
+    It uses the velocities v that define times and V = diag(v). Here h is the largest eigenvalue of V H V / 2, w = 3/4
+    |v|^2, and a and b are the norms of V^-1 J^-1 for position and rotation. A nearer solution is no further than twice
+    the time from the reference.
     """
     robot = search.robot
     v = counted_velocity(robot.limit("velocity"))
@@ -232,9 +233,9 @@ def _is_only_one_near(search: Search, solution: FloatArray, reference: FloatArra
 
 
 def nearest_in_turn(searches: Sequence[Search], reference: FloatArray | None) -> list[FloatArray | None]:
-    """Find for each search the solution nearest to that of the one before it; None where none is found.
+    """Find for each search the solution nearest to the solution before; None: not found.
 
-    The answers are those of `nearest_solution`, one after the other; where one fails, its reference serves the next. Of
+    The results equal `nearest_solution`, one after the other; if one fails, its reference serves the next. Of
     an arm with a closed form the candidates of all poses are found and checked together, and the chosen ones polished.
 
     Args:
@@ -267,7 +268,7 @@ class _Together:
     Attributes:
         plain: (N,), bool: whether every candidate of a pose solves it, and none is nearly singular.
         candidates: (N, most, joints).
-        outside: (N, most): infinite for what is no candidate within the limits, else 0.
+        outside: (N, most): infinite for entries that are no candidates within the limits, else 0.
     """
 
     def __init__(self, searches: Sequence[Search]) -> None:

@@ -11,16 +11,16 @@ Preference = Literal["continuous", "near_reference", "manipulability", "far_from
 
 @dataclass(frozen=True)
 class InverseKinematicsOptions:
-    """The options by which poses are solved.
+    """Options of the inverse kinematics.
 
     Attributes:
         tolerance_position: Largest distance of the tool from its pose, m.
         tolerance_orientation: Largest angle of the tool from its orientation, rad.
         reference: Joint position that the way through the solutions starts from; None: it may start anywhere.
         seed: Seed of the random starts; the same seed gives the same answer.
-        prefer: Which of several solutions a waypoint takes, and which posture of an arm with joints to spare, or with a
-            freedom of its goal. `continuous`: that on the shortest way through the whole list. `near_reference`: the
-            one nearest to the reference, in time at full speed. `manipulability`: the one furthest from a singularity.
+        prefer: The preference among several solutions, also of a redundant arm or a tolerance region. `continuous`: the
+            solution on the shortest path through the whole list. `near_reference`: the solution nearest to the
+            reference, in time at full speed. `manipulability`: the solution furthest from a singularity.
             `far_from_limits`: the one whose worst joint is nearest to the middle of its limits. `arm`: the one for
             which external axes move least from the waypoint before: the arm reaches alone, and follows motions alone,
             wherever it can. Motions of the tool go

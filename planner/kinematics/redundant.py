@@ -32,7 +32,7 @@ class EndJointHeld:
         return 0 if self.whole is None else -1
 
     def __call__(self, position: FloatArray, rotation: FloatArray, held: FloatArray) -> FloatArray:
-        """Candidates (N, joints) for one pose of the tip, finite all of them.
+        """Return candidates (N, joints) for one pose of the tip, all of them finite.
 
         Args:
             position: (3,), m.

@@ -85,7 +85,7 @@ class Screws:
         return Screws(self.axes[::-1], self.points[::-1], self.is_angle[::-1], np.zeros(3), np.eye(3))
 
     def poses(self, positions: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Compute where a point of the tip frame is (N, 3), and how the tip is turned (N, 3, 3), in the base's axes.
+        """Compute the positions (N, 3) of a point of the tip and its rotations (N, 3, 3), in base axes.
 
         Args:
             positions: (N, joints).
@@ -120,7 +120,7 @@ class Screws:
 
 
 def screws_of(robot: Robot) -> Screws:
-    """Return the robot's screws, read when they are first asked for; robots with equal kinematics share them."""
+    """Return the robot's screws from a cache; robots with equal kinematics share them."""
     return _known.get(robot.kinematic_content, lambda: Screws.of(robot))
 
 

@@ -66,7 +66,7 @@ SINGULAR = 1e-6
 
 
 class Search:
-    """The search for one pose, and the best of what it has tried."""
+    """The search for one pose, with its best result so far."""
 
     def __init__(self, robot: Robot, pose: Pose, options: InverseKinematicsOptions) -> None:
         self.robot, self.pose, self.options = robot, pose, options
@@ -175,8 +175,8 @@ class Search:
 def search_all(searches: Sequence[Search], reference: FloatArray, *, thorough: bool = True) -> list[list[FloatArray]]:
     """Find for every search all isolated solutions, or a spread of a continuum, turned to lie nearest to the reference.
 
-    The searches are of one robot and within the same limits. A closed form, where the arm has one, gives all
-    candidates; what is found that way and is isolated is all there is. Else many descents are run at once.
+    The searches are of one robot and within the same limits. A closed form, if the arm has one, gives all candidates,
+    so its isolated solutions are complete. Otherwise many descents run at once.
     """
     found: dict[Search, list[FloatArray]] = {}
     for free in (False, True):
@@ -200,13 +200,13 @@ def wide_spread(search: Search) -> list[FloatArray]:
 
 
 def is_isolated(robot: Robot, pose: Pose, position: FloatArray) -> bool:
-    """Return whether no motion of the joints leaves the tool where it is asked to be."""
+    """Return whether no joint motion keeps the tool at its pose."""
     J = jacobian(robot, position)[: 3 if pose.rotation is None else 6]
     return bool(np.linalg.matrix_rank(J, tol=SINGULAR) == robot.dof)
 
 
 def pose_errors(pose: Pose, reached: Pose) -> tuple[float, float | None]:
-    """Distance (m) and angle (rad) between the pose asked and the one reached; no angle if none was asked."""
+    """Return distance (m) and angle (rad) between the requested and reached pose; no angle without orientation."""
     distance = float(np.linalg.norm(pose.position - reached.position))
     if pose.rotation is None or reached.rotation is None:
         return distance, None
@@ -267,7 +267,7 @@ def _by_descents(group: list[Search], reference: FloatArray, thorough: bool) -> 
 
 
 def _misses_some(search: Search, reached: FloatArray) -> bool:
-    """Whether nothing was reached, or a solution by one descent only: then others are likely unseen (Good 1953)."""
+    """Tell whether solutions are probably missing: none, or one found by a single descent (Good 1953)."""
     if len(reached) == 0:
         return True
     near = distances(search.robot, reached[:, None], reached) < SAME_SOLUTION
@@ -325,7 +325,7 @@ def targets(group: Sequence[Search]) -> Target:
 
 
 def _distinct(robot: Robot, positions: list[FloatArray], apart: float) -> list[FloatArray]:
-    """Return joint positions without those that are closer in every joint to one before, whole turns aside."""
+    """Return joint positions without those closer in every joint to an earlier one, whole turns aside."""
     if not positions:
         return []
     near = distances(robot, np.array(positions)[:, None], np.array(positions)) < apart

@@ -23,7 +23,7 @@ ROWS = 4096
 """Configurations in a table: about 2 MB and 15 ms for a robot with six joints."""
 
 TURN_IN_REACHES = 0.5
-"""What a turn by 1 rad counts beside a distance, in standard deviations of the tip's position."""
+"""Weight of a turn by 1 rad against a distance, in standard deviations of the tip's position."""
 
 LEAST_REACH = 1e-6
 """m: of a tip that moves by less the position does not matter."""
@@ -32,7 +32,7 @@ DAMPING = 1e-4
 """Damping of the Newton step of every row, so that a row at a singularity predicts no wild step."""
 
 OUTSIDE = 2.0
-"""What a predicted joint position outside the limits costs, for each rad or m of the predicted step."""
+"""Cost of a predicted joint position outside the limits, for each rad or m of the predicted step."""
 
 
 MOST_BYTES = 2**26
@@ -40,10 +40,10 @@ MOST_BYTES = 2**26
 
 
 class SeedTable:
-    """Random configurations of a robot within its limits, and what Newton's step makes of each for a given pose.
+    """Random joint positions of a robot within its limits, each with its Newton step to a given pose.
 
-    Both the likeness of a row's pose to the one asked and, with (R - R^T) / 2 for the logarithm of a rotation, Newton's
-    step from the row to it are linear in the pose asked: two small matrix products find and improve the starts.
+    The similarity of a row's pose to the requested one is linear in the requested pose. So is Newton's step to it, with
+    (R - R^T) / 2 for the logarithm of a rotation. Two small matrix products therefore find and improve the starts.
 
     The rows hold the pose of the tip, not of the tool, so that one table serves the robot with any tool.
     """
@@ -76,7 +76,7 @@ class SeedTable:
         return self._closed_form if target.rotations is not None else closed_form(self.screws, target.point)
 
     def starts(self, tip: pin.SE3, count: int) -> FloatArray:
-        """Return starts (count, joints) for this pose of the tip, those that promise the shortest way first."""
+        """Return starts (count, joints) for this pose of the tip, the predicted nearest first."""
         pose = np.empty(13, dtype=np.float32)
         pose[:3], pose[3:12], pose[12] = tip.translation, tip.rotation.ravel(), 1.0
         rows = np.argpartition(self._likeness @ pose, ROWS - count)[ROWS - count :]
@@ -95,7 +95,7 @@ class SeedTable:
 
 
 def seed_table(robot: Robot) -> SeedTable:
-    """Return the robot's table, made when it is first asked for; robots with equal kinematics share one."""
+    """Return the robot's table from a cache; robots with equal kinematics share one."""
     return _tables.get(robot.kinematic_content, lambda: SeedTable(robot))
 
 
@@ -105,14 +105,14 @@ def random_configurations(robot: Robot, count: int, seed: int) -> FloatArray:
 
 
 def searched_box(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Bounds (joints,) within which solutions are looked for: of angles one turn at most, of open lengths 1 m about."""
+    """Return bounds (joints,) of the search: one turn of an angle at most, about 1 m of open lengths."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     reach = np.where(robot.is_angle, np.pi, np.where(np.isfinite(upper - lower), np.inf, 1.0))
     return np.maximum(lower, robot.middle - reach), np.minimum(upper, robot.middle + reach)
 
 
 def _errors_per_pose(positions: FloatArray, rotations: FloatArray) -> FloatArray:
-    """Linear maps (rows, 6, 13) from a pose (p, R, 1) to what each row's pose lacks of it, linear over angular."""
+    """Return linear maps (rows, 6, 13) from a pose (p, R, 1) to each row's error, linear over angular."""
     errors = np.zeros((len(positions), 6, 13))
     errors[:, :3, :3] = np.eye(3)
     errors[:, :3, 12] = -positions

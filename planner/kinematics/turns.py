@@ -1,4 +1,4 @@
-"""Joint positions that differ by whole turns, and how far apart two are."""
+"""Joint positions that differ by whole turns, and their distances."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ TURN = 2.0 * np.pi
 def nearest_turn(robot: Robot, positions: FloatArray, reference: FloatArray) -> FloatArray:
     """Turn every angle of configurations (..., joints) to lie nearest to `reference` within its limits.
 
-    An angle that no turn brings within its limits is turned as near to these as it gets: if it is outside by rounding
-    alone, that can be mended.
+    An angle that no turn brings within its limits is turned as close to them as possible. The caller can correct an
+    excess of rounding.
     """
     lower, upper = robot.limit("lower"), robot.limit("upper")
     fewest, most = turns_within(robot, positions)
@@ -34,7 +34,7 @@ def nearest_turn(robot: Robot, positions: FloatArray, reference: FloatArray) -> 
 
 
 def turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Fewest and most whole turns (..., joints) that keep positions (..., joints) within the limits; 0 of lengths.
+    """Return the fewest and most whole turns (..., joints) within the limits; 0 for prismatic joints.
 
     Fewest is more than most for an angle that no turn brings within its limits.
     """
@@ -68,7 +68,7 @@ def with_whole_turns(
 
 
 def by_distance(robot: Robot, solutions: Sequence[FloatArray] | FloatArray, reference: FloatArray) -> list[FloatArray]:
-    """Nearest to the reference first, in time at the velocity limits."""
+    """Sort solutions by time from the reference at the velocity limits, the nearest first."""
     if len(solutions) == 0:
         return []
     times = travel_times(robot, np.array(solutions), reference)
@@ -76,7 +76,7 @@ def by_distance(robot: Robot, solutions: Sequence[FloatArray] | FloatArray, refe
 
 
 def travel_times(robot: Robot, positions: FloatArray, reference: FloatArray) -> FloatArray:
-    """Norms (...), s, of the times that joints take at their velocity limits from positions (..., joints)."""
+    """Return the norms (...), s, of the joints' times at their velocity limits from positions (..., joints)."""
     away = (positions - reference) / counted_velocity(robot.limit("velocity"))
     times: FloatArray = np.sqrt((away * away).sum(axis=-1))
     return times
@@ -91,5 +91,5 @@ def distances(robot: Robot, positions: FloatArray, others: FloatArray) -> FloatA
 
 
 def counted_velocity(limit: FloatArray) -> FloatArray:
-    """Velocity limits to measure motions of joints by: a joint without one counts as if its were 1 rad/s or m/s."""
+    """Return velocity limits as weights of joint motions; without a limit, 1 rad/s or 1 m/s."""
     return np.where(np.isfinite(limit), limit, 1.0)

@@ -1,4 +1,4 @@
-"""The workspace: where the tool can be within the position limits, and how far that goes."""
+"""The workspace: the positions of the tool within the position limits, and their extremes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ITERATIONS = 100
 """Newton steps of one ascent; ten are the rule."""
 
 HALVINGS = 40
-"""Halvings of a step before there is none that leads up."""
+"""Halvings of a step before the ascent ends."""
 
 FLAT = 1e-9
 """Curvature (relative to the largest) that counts as none: the step there goes as far as it may."""
@@ -87,8 +87,8 @@ class Objective:
 def workspace(robot: Robot, samples: int = DRAWS, seed: int = 0) -> Workspace:
     """Sample the workspace, and find its extremes.
 
-    The best samples are only where the search for the extremes starts: from each a Newton ascent within the
-    position limits goes up to an extreme, to rounding error. The answer depends on nothing but the arguments.
+    The search for the extremes starts at the best samples. From each, a Newton ascent within the position limits
+    reaches an extreme, to rounding error. The answer depends on nothing but the arguments.
 
     Args:
         robot: The robot, with its tool.
@@ -145,11 +145,11 @@ def _reach(robot: Robot, q: FloatArray) -> Extreme:
 
 
 def _ascend(robot: Robot, objective: Objective, q: FloatArray, longest: float) -> FloatArray:
-    """Return the joint position where Newton's method within the box ends.
+    """Return the final joint position of Newton's method within the box.
 
-    Steps divide by the magnitude of the curvatures, so that they lead up from a saddle too (Dauphin et al. 2014);
-    along an axis without curvature they are as long as `longest`, rad or m. A joint that presses against its limit
-    is taken out of the step, the others are projected on the box (Bertsekas 1982).
+    Steps divide by the magnitude of the curvatures, so that they lead up from a saddle too (Dauphin et al. 2014). Along
+    an axis without curvature they have the length `longest`, rad or m. A joint that presses against its limit takes no
+    part in the step; the others are projected on the box (Bertsekas 1982).
     """
     lower, upper = robot.limit("lower"), robot.limit("upper")
     value = objective.value(tool_pose(robot, q).position)
@@ -175,10 +175,10 @@ def _ascend(robot: Robot, objective: Objective, q: FloatArray, longest: float) -
 
 
 def _derivatives(robot: Robot, objective: Objective, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Gradient (joints,) and Hessian (joints, joints) of the objective in the joint positions.
+    """Compute the gradient (joints,) and the Hessian (joints, joints) of the objective in the joint positions.
 
-    The position's second derivative by joints i <= j is w_i x v_j, of the columns w of the angular and v of the
-    linear Jacobian: joint i turns all that joint j moves.
+    The position's second derivative by joints i <= j is w_i x v_j, with the columns w of the angular and v of the
+    linear Jacobian. Joint i turns everything behind joint j.
     """
     p, J = tool_pose(robot, q).position, jacobian(robot, q)
     v, w = J[:3], J[3:]

@@ -1,4 +1,4 @@
-"""Time laws s(t) along a curve q(s), and the motions q(s(t)) that follow from them."""
+"""Time-scaling functions s(t) along a curve q(s), and the motions q(s(t))."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class ScaledCurve(NamedTuple):
 
 
 def split_at_knots(law: PiecewisePolynomial, knots: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:
-    """Return a time law over several segments, with a breakpoint wherever one ends.
+    """Split a time-scaling function over several segments at the ends of the segments.
 
     Args:
         law: s(t), ascending.
@@ -80,10 +80,10 @@ def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
 def compose(
     curve: PiecewisePolynomial, law: PiecewisePolynomial, tolerance: float
 ) -> tuple[PiecewisePolynomial, np.ndarray]:
-    """Return q(s(t)) in quintics of time, and the piece (pieces,) of the law that each belongs to.
+    """Return q(s(t)) in quintics of time, and the piece (pieces,) of s(t) that each belongs to.
 
     The quintics meet position, velocity and acceleration at both of their ends. They are halved until they keep to the
-    curve within the tolerance. Where the acceleration of the curve or of the law jumps, so does theirs.
+    curve within the tolerance. Where the acceleration of the curve or of s(t) jumps, so does theirs.
 
     Args:
         curve: q(s).
@@ -117,15 +117,15 @@ def compose(
 def _split_pieces(
     law: PiecewisePolynomial, knots: FloatArray, s: FloatArray
 ) -> tuple[np.ndarray, FloatArray, FloatArray]:
-    """Return pieces of a law cut where it passes knots: index of the piece, local start and end of each part, all (N,).
+    """Cut the pieces of s(t) at knots; return the index and the local ends of each part, all (N,).
 
-    These moments are found by bisection, as the law ascends. A knot that only rounding tells from an end of a piece is
-    that end; two knots may be as near to each other as waypoints are, 1e-10 of the curve.
+    The function finds these times by bisection, as s(t) ascends. A knot within rounding of an end of a piece is that
+    end. Two knots may be as close as waypoints, 1e-10 of the curve.
 
     Args:
-        law: The time law.
+        law: The time-scaling function s(t).
         knots: Path positions (knots,), ascending.
-        s: Path positions (pieces + 1,) at the breakpoints of the law.
+        s: Path positions (pieces + 1,) at the breakpoints of s(t).
     """
     margins = ROUNDING * s[1:]
     first = np.searchsorted(knots, s[:-1] + margins, side="right")

@@ -1,4 +1,4 @@
-"""What a change of a law of motion is computed with: the spline that it is, and the limits that are linear in it."""
+"""The input of a retiming: its spline, and the limits that are linear in it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 GRIDPOINTS = np.array([0.0, 0.5, 1.0])
-"""Gridpoints of each interval, as shares of it, at which its limits are held. Next to rest the middle tells what the
-ends cannot."""
+"""Gridpoints of each interval, as fractions of it, at which its limits apply.
+
+Next to rest, the middle shows violations that the ends do not.
+"""
 
 WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
 """Weights of Simpson's rule at these gridpoints."""
@@ -26,7 +28,7 @@ class LinearLimits:
         by_b: Coefficients (limits, points) of b.
         by_a: Coefficients (limits, points) of a.
         by_c: Coefficients (limits, points) of c.
-        offset: What is there at rest, (limits, points).
+        offset: The value at rest, (limits, points).
         constant: The part of each bound (limits, points) that does not depend on b.
         inverse: The part of each bound (limits, points) that goes with 1 / sqrt(b): that of a jerk.
     """

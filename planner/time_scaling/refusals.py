@@ -33,7 +33,7 @@ class BindingLimit(NamedTuple):
 
     @property
     def named(self) -> str:
-        """What the limit is called in a sentence."""
+        """The name of the limit in a sentence."""
         match self.quantity:
             case _ if self.quantity == RAMPS:
                 return "the acceleration and deceleration times"
@@ -48,10 +48,10 @@ class BindingLimit(NamedTuple):
 def infeasible_duration_error(
     asked: float, too_short: Mapping[int, float], binding: BindingLimit
 ) -> InfeasibleDuration:
-    """Return the error where durations are too short.
+    """Build the refusal of durations that are too short.
 
     Args:
-        asked: The duration asked of the first segment that is too short, s.
+        asked: The requested duration of the first segment with too short a duration, s.
         too_short: Durations, s, that will do if applied together, by segment, the first one at fault first.
         binding: The limit that takes more time.
     """
@@ -117,10 +117,11 @@ def refuse_what_gravity_exceeds(
 
 
 def duration_of_run(path: JointPath, run: Run) -> float:
-    """Return the duration asked of a run as a whole, s; NaN: none.
+    """Return the requested duration of a segment group as a whole, s; NaN: none.
 
     Raises:
-        InvalidProblem: It is asked of one of several segments: this back end cannot say when it passes a waypoint.
+        InvalidProblem: Only one of several segments has a duration; this back end cannot set the times of passed
+            waypoints.
     """
     asked = path.durations[run.segments]
     if len(asked) > 1 and not np.isnan(asked).all():

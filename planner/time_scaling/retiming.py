@@ -1,23 +1,23 @@
-"""The fastest change of a law of motion within limits on speed, acceleration, jerk and torque.
+"""The fastest retiming of a motion within limits on speed, acceleration, jerk and torque.
 
-A law is retimed: where it was at time x, the new one is after b(x)^(-1/2) of the time. With a = b' / 2 and c = b'' / 2
-all that is limited is linear in (b, a, c), but for the jerk, which is linear times sqrt(b). For a joint q(x):
+A retiming multiplies the speed of a motion at its time x by sqrt(b(x)). With a = b' / 2 and c = b'' / 2, all limited
+quantities are linear in (b, a, c), except the jerk, which is linear times sqrt(b). For a joint q(x):
 
-    velocity^2       q'^2 b
-    acceleration     q'' b + q' a
-    jerk             (q''' b + 3 q'' a + q' c) sqrt(b)
-    torque           m(q, q') a + h(q, q', q'') b + gravity(q)
+    - velocity^2       q'^2 b
+    - acceleration     q'' b + q' a
+    - jerk             (q''' b + 3 q'' a + q' c) sqrt(b)
+    - torque           m(q, q') a + h(q, q', q'') b + gravity(q)
 
 A jerk limit J reads |linear| <= J / sqrt(b). The right-hand side is convex: its tangents lie below it, so that a step
-that keeps the linearised limit keeps the limit (Debrouwere et al., Time-optimal path following for robots with
-convex-concave constraints using sequential convex programming, IEEE Transactions on Robotics 29, 2013). The new
+within the linearised limit is within the limit. See Debrouwere et al., Time-optimal path following for robots with
+convex-concave constraints using sequential convex programming, IEEE Transactions on Robotics 29, 2013. The new
 duration, the integral of 1 / sqrt(b), is convex. So an interior-point method that starts within the limits remains
-there, and whenever it ends it leaves a law that keeps them. The same holds for other convex aims, like the integral of
-the squared torques, and with durations that are to be met: as their times are convex, too, Newton's steps come to them
-from the slow side.
+there, and its result always keeps them. The same holds for other convex objectives, such as the integral of the squared
+torques. It also holds for requested durations: they are convex, too, and Newton's steps approach them from the slow
+side.
 
-b is a quadratic spline. Each interval has one unknown, the middle Bezier point of its parabola; the value at a node
-lies on the line between those of the two intervals that meet there.
+b is a quadratic spline. Each interval has one unknown, the middle Bezier point of its parabola. The value at a node
+lies on the line between the points of its two intervals.
 """
 
 from __future__ import annotations
@@ -37,8 +37,10 @@ FIRST_SHARE = 0.9
 """Share of the largest constant b within the limits that the search begins with: it has to begin inside of them."""
 
 START_WINDOWS = (0.01, 0.02, 0.05)
-"""Shares of all intervals over which a start of the search is smoothed on either side, tried in turn: one that follows
-the limits saves a quarter of its steps where these differ along the way."""
+"""Fractions of all intervals over which a start of the search is smoothed on either side, tried in turn.
+
+A start that follows the limits saves a quarter of the steps where the limits differ along the path.
+"""
 
 LARGEST_START = 1e6
 """Largest b of such a start, as a multiple of the least: near rest there is hardly a limit."""
@@ -51,16 +53,16 @@ MOST_STEPS = 80
 
 
 def of_duration(widths: FloatArray) -> Objective:
-    """Return the duration, s, of a law of intervals of some widths (intervals,), s, as the objective."""
+    """Return the duration, s, of intervals of some widths (intervals,), s, as the objective."""
     return Objective((WEIGHTS[:, None] * widths).ravel())
 
 
 class AskedDurations(NamedTuple):
-    """Durations of parts of a law that are to be met.
+    """Requested durations of parts of a motion.
 
     Attributes:
         weights: Weights (parts, points), s, in the sums of 1 / sqrt(b) that stand for the durations.
-        durations: The asked durations (parts,), s.
+        durations: The requested durations (parts,), s.
     """
 
     weights: FloatArray
@@ -68,12 +70,12 @@ class AskedDurations(NamedTuple):
 
     @classmethod
     def of_parts(cls, widths: FloatArray, parts: np.ndarray, durations: FloatArray) -> AskedDurations:
-        """Return the durations asked of parts of a law, by whether (parts, intervals) an interval belongs to one."""
+        """Return requested durations of parts of a motion, with a mask (parts, intervals) of their intervals."""
         weights = (WEIGHTS[:, None] * widths * parts[:, None]).reshape(len(parts), len(WEIGHTS) * len(widths))
         return cls(weights, durations)
 
     def missed(self, b: FloatArray) -> FloatArray:
-        """Return the excess (parts,), s, of the durations over those that are asked."""
+        """Return the excess (parts,), s, over the requested durations."""
         missed: FloatArray = self.weights @ b**-0.5 - self.durations
         return missed
 
@@ -85,7 +87,7 @@ class AskedDurations(NamedTuple):
 
 
 class Retiming(NamedTuple):
-    """The result of a search for the best law.
+    """The result of a search for the best retiming.
 
     Attributes:
         unknowns: The unknowns (intervals + 2,) of the spline b.
@@ -99,16 +101,16 @@ class Retiming(NamedTuple):
 def fastest_retiming(
     widths: FloatArray, limits: LinearLimits, tolerance: float, asked: AskedDurations | None = None
 ) -> FloatArray:
-    """Find the unknowns (intervals + 2,) of the fastest law within limits; see `best_retiming`."""
+    """Find the unknowns (intervals + 2,) of the fastest retiming within limits; see `best_retiming`."""
     start = _start(widths, limits)
     return best_retiming(widths, limits, of_duration(widths), asked, tolerance, start=start).unknowns
 
 
 def _start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
-    """Return a start (intervals + 2,) for a search for the fastest law, up to a factor: as smooth as it has to be.
+    """Return a smooth start (intervals + 2,) for the search for the fastest retiming, up to a factor.
 
-    It is what the limits would allow at each gridpoint if b were constant, the least of it near each interval, smoothed
-    by moving averages.
+    It is the largest constant b that the limits allow at each gridpoint, the least near each interval, smoothed by
+    moving averages.
     """
     spline, weights = QuadraticSpline(widths), of_duration(widths).weights
     best = np.ones(len(widths) + 2)
@@ -142,20 +144,20 @@ def best_retiming(
     *,
     begins_evenly: bool = False,
 ) -> Retiming:
-    """Find the best law within limits.
+    """Find the best retiming within limits.
 
     The method is a primal-dual interior-point method (Nocedal and Wright, Numerical Optimization, 2006, ch. 19)
     without slack variables.
 
     Args:
-        widths: Lengths (intervals,), s, of the intervals of the old law's time.
+        widths: Lengths (intervals,), s, of the intervals of the old time.
         limits: Limits at the first gridpoints of all intervals, then at the second ones, and so on. They allow rest.
         objective: The objective, at the same gridpoints.
-        asked: Durations to be met; None: none.
+        asked: Requested durations; None: none.
         tolerance: Gap between the objective and its lower bound, relative, that may be left.
         steps: Newton steps, at most.
         start: Unknowns (intervals + 2,) that the search begins with, up to a factor; None: b is constant.
-        begins_evenly: Whether a is 0 at the start, so that the acceleration there is that of the old law times b.
+        begins_evenly: Whether a is 0 at the start, so that the acceleration there is the old one times b.
     """
     spline = QuadraticSpline(widths, begins_evenly=begins_evenly)
     asked = asked or AskedDurations.of_parts(widths, np.empty((0, len(widths)), dtype=bool), np.empty(0))

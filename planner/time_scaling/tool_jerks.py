@@ -1,9 +1,9 @@
-"""Limits of the tool's jerk along a law of motion as limits that are linear in its retiming.
+"""Limits of the tool's jerk along a motion as limits that are linear in its retiming.
 
-A law that is retimed by b(x), see `retiming.py`, has the jerk (p''' b + 3 p'' a + p' c) sqrt(b) of the tool, whose
-motion before is p(x). Its magnitude is within a limit if it is within a polyhedron in the sphere of that radius.
-Corners of the polyhedron are along p', along the part of p'' across that, across both, and halfway between these:
-there nothing is lost, between them up to 11 % of the jerk, 4 % of the time.
+A tool motion p(x) retimed by b(x), see `retiming.py`, has the jerk (p''' b + 3 p'' a + p' c) sqrt(b). Its magnitude is
+within a limit if the jerk is within a polyhedron in the sphere of that radius. Corners of the polyhedron are along p',
+along the part of p'' across that, across both, and halfway between these. The bound is exact in these directions;
+between them it loses up to 11 % of the jerk, 4 % of the time.
 """
 
 from __future__ import annotations
@@ -29,8 +29,10 @@ NORMALS = np.array(
         for signs in product((1.0, -1.0), repeat=2)
     ]
 )
-"""Normals (24, 3) of the pairs of parallel faces of the polyhedron, divided by their distance from the middle: its 26
-corners have 1, 2 or 3 coordinates that are not 0, and these are equal."""
+"""Normals (24, 3) of the pairs of parallel faces of the polyhedron, divided by their distance from the middle.
+
+Its 26 corners have 1, 2 or 3 coordinates other than 0, and these are equal.
+"""
 
 
 class JerkRows(NamedTuple):
@@ -52,7 +54,7 @@ class JerkRows(NamedTuple):
 def jerk_rows(
     robot: Robot, limited: Collection[str], q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray
 ) -> JerkRows:
-    """Compute the rows at N states of a law before it is retimed.
+    """Compute the rows at N states of a motion before its retiming.
 
     Args:
         robot: The robot, with its tool.
@@ -75,7 +77,7 @@ def jerk_rows(
 
 
 def _in_own_axes(first: FloatArray, second: FloatArray, third: FloatArray) -> FloatArray:
-    """Return vectors (N, 3) in the axes that they span (3, N, 3): Gram and Schmidt's process, each axis of the rest."""
+    """Return vectors (N, 3) in their own axes (3, N, 3), by Gram-Schmidt orthogonalisation."""
     rest, axes = np.stack([first, second, third]), []
     parts = np.zeros_like(rest)
     least = ROUNDING * np.linalg.norm(rest, axis=2).max()

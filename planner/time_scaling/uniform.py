@@ -86,17 +86,17 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
 def scaled_to_duration(
     path: JointPath, run: Run, asked: float, pieces: SegmentedPolynomial, enforced: frozenset[str]
 ) -> SegmentedPolynomial:
-    """Give the motion of a run stretched evenly, to the duration asked of it or to the shortest that keeps its limits.
+    """Stretch a segment group's motion uniformly to its requested duration, or to the shortest within the limits.
 
     Args:
         path: The path, with its limits.
         run: One of its runs.
-        asked: The duration of the run, s; NaN: the shortest.
+        asked: The duration of the segment group, s; NaN: the shortest.
         pieces: The motion of the run, in any time.
         enforced: The quantities whose limits are kept.
 
     Raises:
-        InfeasibleDuration: The asked duration is too short.
+        InfeasibleDuration: The requested duration is too short.
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
     own = float(pieces.lengths.sum())

@@ -24,14 +24,16 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-SHORT = 0.05
-"""Travel of every joint, rad or m, up to which one step leads from knot to knot whatever its share of the piece: the
-Jacobian hardly changes on it, so that no detour is missed."""
+BATCH_STEP_TRAVEL = 0.05
+"""Largest travel of every joint, rad or m, for which one step may span any part of a piece.
 
-MOST_HALVINGS = 8
+The Jacobian hardly changes on it, so no detour is missed.
+"""
+
+MOST_STEP_HALVINGS = 8
 """Times that steps are halved until the tolerance is kept: what needs shorter ones is followed from knot to knot."""
 
-MOST_ITERATIONS = 8
+MOST_NEWTON_STEPS = 8
 """Newton steps until all knots are solved: from a good guess three are enough."""
 
 
@@ -115,7 +117,7 @@ class Batch:
             good &= np.abs(after.q - ahead).max(axis=1) < MOST_CORRECTION
         begin, end = np.zeros(count), np.ones(count)
         kept = []
-        for _ in range(MOST_HALVINGS):
+        for _ in range(MOST_STEP_HALVINGS):
             going = good[lines]
             lines, begin, end, before, after = (
                 lines[going],
@@ -127,7 +129,7 @@ class Batch:
             h = end - begin
             coefficients = quintic_hermite(h, before[:3], after[:3])
             close = self._are_close(lines, begin, h, coefficients)
-            close &= (h <= longest) | (self._travels(h, coefficients) <= SHORT)
+            close &= (h <= longest) | (self._travels(h, coefficients) <= BATCH_STEP_TRAVEL)
             kept.append((lines[close], begin[close], h[close], coefficients[close]))
             rough = ~close
             if not rough.any():
@@ -157,7 +159,7 @@ class Batch:
     def _solve(self, lines: np.ndarray, u: FloatArray, guesses: FloatArray) -> tuple[FloatArray, np.ndarray]:
         """Return the joint positions (N, joints) at shares u (N,) of lines (N,) near guesses, and which are solved."""
         q = guesses.copy()
-        for _ in range(MOST_ITERATIONS):
+        for _ in range(MOST_NEWTON_STEPS):
             missing, J = self._missing(lines, u, q)
             solved = np.abs(missing).max(axis=1) < SOLVED
             step, fine = _inverse(J, missing)
@@ -200,7 +202,7 @@ class Batch:
         return _States(q, first, second, np.linalg.slogdet(J)[0]), fine
 
     def _are_close(self, lines: np.ndarray, begin: FloatArray, h: FloatArray, coefficients: FloatArray) -> np.ndarray:
-        """Which pieces (N,) keep the tool within the tolerances of their lines."""
+        """Tell which pieces (N,) keep the tool within the tolerances of their lines."""
         at = PROBES[:, None] * h
         q = horner(coefficients, at[..., None]).reshape(-1, self.robot.dof)
         reached, turned = self.screws.poses(q, self.point)

@@ -28,19 +28,20 @@ FOUND = 1e-12
 """The step, rad or m and share of the path, at which that point is found."""
 
 SMALLEST_SHARE = 1e-3
-"""How much of the path, on either side of that point, the tool needs to leave the orientation and to come back."""
+"""Smallest part of the path, on either side of the singularity, over which the tool leaves the orientation and returns.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Deviated:
-    """A path whose orientation turns off from that of another one, and back.
+    """A path whose orientation leaves another path's orientation and returns to it.
 
     It is exp(w(u) t) R(u), w from 0 at the ends to 1 at one point, where its first two derivatives vanish.
 
     Attributes:
         path: The other path, with a rotation.
         most: The parameter u where it turns off most.
-        turn: (3,), rad, in the base's axes: by how much.
+        turn: (3,), rad, the rotation, in the base's axes.
     """
 
     path: PosePath
@@ -49,7 +50,7 @@ class Deviated:
 
     @property
     def breakpoints(self) -> FloatArray:
-        """Those of the other path."""
+        """The breakpoints of the other path."""
         return self.path.breakpoints
 
     def pose(self, u: float) -> Pose:
@@ -67,21 +68,21 @@ class Deviated:
 
     @property
     def angle(self) -> float:
-        """How far it turns off, rad."""
+        """The angle of the rotation, rad."""
         return float(np.linalg.norm(self.turn))
 
     def _share(self, u: float) -> tuple[float, float]:
-        """Return the share w of the turn at u and its derivative: quintics 10 x^3 - 15 x^4 + 6 x^5 from either end."""
+        """Return the fraction w of the rotation at u and its derivative; w is a quintic from either end."""
         length = self.most if u < self.most else self.most - 1.0
         x = min(max((u if u < self.most else u - 1.0) / length, 0.0), 1.0)
         return x**3 * (10.0 - 15.0 * x + 6.0 * x * x), 30.0 * (x * (1.0 - x)) ** 2 / length
 
 
 def through_singular_wrist(robot: Robot, path: PosePath, lost: Lost) -> Deviated | None:
-    """Return the path that goes right through the singularity of the wrist near the point where another one got lost.
+    """Return the path through the wrist singularity near the point where another path got lost.
 
-    There axes 4 and 6 are parallel and the tool is where the path has it, turned by the least angle (Gauss-Newton in
-    the other joints and u, the orientation in the sense of least squares).
+    At the singularity, axes 4 and 6 are parallel and the tool is on the path, turned by the least angle. Gauss-Newton
+    finds it in the other joints and u, with the orientation in the sense of least squares.
 
     Returns:
         None: the arm has no such wrist, the path no orientation, or it is not singular within the path.

@@ -27,7 +27,7 @@ LOOKS_AHEAD = 8
 
 
 def limit_error(name: str, robot: Robot, u: float, position: FloatArray, joint: int) -> JointPositionLimit:
-    """Why a motion ends at a position limit of a joint, after u of the way at a position (joints,)."""
+    """Build the refusal of a motion that reaches a position limit of a joint at u, at a position (joints,)."""
     lower, upper = robot.limit("lower")[joint], robot.limit("upper")[joint]
     value, limited = float(position[joint]), robot.joint_names[joint]
     limit = float(lower if value < (lower + upper) / 2.0 else upper)
@@ -47,7 +47,7 @@ def lost_error(
     options: InverseKinematicsOptions,
     singularity: Singularity,
 ) -> PlanningError:
-    """Why the joints cannot follow a motion along its path any further: out of reach, or a singularity."""
+    """Build the refusal of a motion that the joints cannot follow further: out of reach, or a singularity."""
     where = f"after {lost.u:.1%} of the way" if lost.u > 0.0 else "at its start"
     ahead = min(1.0, lost.u + LOOK_AHEAD)
     for u in (ahead, *np.linspace(ahead, 1.0, LOOKS_AHEAD + 1)[1:].tolist()):
@@ -61,7 +61,7 @@ def lost_error(
 
 
 def configuration_error(name: str, robot: Robot, reached: FloatArray, given: FloatArray) -> ConfigurationChange:
-    """Why a motion that reaches a position (joints,) does not end at the one given (joints,)."""
+    """Build the refusal of a motion that ends at a joint position (joints,) other than the given one (joints,)."""
     joint = int(np.argmax(np.abs(reached - given)))
     turned = robot.joint_names[joint]
     return ConfigurationChange(

@@ -41,21 +41,20 @@ LONGEST_STEP = 0.25
 """The longest step from knot to knot, as a share of a piece of the path, so that no detour is missed."""
 
 SHORT = 0.05
-"""Travel of the joint that goes furthest, rad or m, up to which one step may lead over all of a piece: the Jacobian
-hardly changes on it."""
+"""Largest travel of a joint, rad or m, for which one step may cover a whole piece: the Jacobian hardly changes."""
 
 SHORTEST_TURN = 1e-2
-"""What the steepest joint turns, rad or m, in the step in u below which the path is given up as lost."""
+"""Travel of the steepest joint, rad or m, in the step in u below which the path counts as lost."""
 
 GROWTH = 1.6
 """The factor on the step after a knot that the tolerance allowed."""
 
 MOST_CORRECTION = 0.15
-"""How far a joint may be, rad or m, from where the last knot pointed: further away may be another branch."""
+"""Largest distance of a joint from the extrapolation of the last knot, rad or m; beyond may be another branch."""
 
 NEAR_END = 1e-3
-"""How near to a given end a joint must be bound, rad or m, for the last knot to be sought from there: at a singular
-posture the pose alone does not say where the idle joints are."""
+"""Distance of a joint from a given end, rad or m, below which the last knot is sought from that end. At a singular
+joint position, the pose alone does not determine the idle joints."""
 
 SOLVED = 1e-11
 """The error, m and rad, at which a knot is solved."""
@@ -64,14 +63,15 @@ MOST_ITERATIONS = 12
 """The most Newton steps until a knot is solved."""
 
 AHEAD = 1e-4
-"""The step in u of the difference quotient for the second derivative, and how far a joint may go in it, rad or m."""
+"""The step in u of the difference quotient for the second derivative, and the largest travel of a joint in it, rad or
+m."""
 
 FAR_AHEAD = 1e-2
-"""The same at a singular posture: far enough for the arm to be singular no more."""
+"""The same at a singular joint position: far enough to leave the singularity."""
 
 STEEP = 1e3
-"""How far a joint may go, rad or m, where the tool goes 1 m or rad, if it is not to be slowed down: for a joint of
-3 rad/s the tool would have to go at 3 mm/s."""
+"""Travel of a joint, rad or m, for 1 m or 1 rad of the tool above which the path counts as singular. A joint of 3 rad/s
+would limit the tool to 3 mm/s."""
 
 GENTLE = 20.0
 """The same where the tool may leave its orientation rather than be slowed down: a joint of 3 rad/s lets it go at
@@ -87,11 +87,11 @@ ALONG_LOST = 1e-5
 """The share of its speed with which the tool may go in a lost direction: more, and a joint would have to jump."""
 
 LEAST_TURN = 1e-3
-"""How much a lost direction must turn, rad by rad of joint motion, to decide how fast the idle joints go."""
+"""Smallest rotation of a lost direction, rad per rad of joint motion, that determines the speed of the idle joints."""
 
 CROSSED = 1e-6
-"""How near the tool passes, m and rad, to a pose where the arm is singular if it goes right through: as near as the
-inverse kinematics brings it to any pose."""
+"""Distance of the tool, m and rad, from a singular pose below which the motion passes through it. The inverse
+kinematics reaches every pose only to this accuracy."""
 
 CROSSING_STEPS = 30
 """Bisections in the search for the point where a path crosses a singularity."""
@@ -99,12 +99,12 @@ CROSSING_STEPS = 30
 
 @dataclass(frozen=True, eq=False)
 class Lost:
-    """The point where a joint path ended before the path of the tool did.
+    """The point where the joints could not follow the tool's path further.
 
     Attributes:
         u: The last parameter of the path that was reached.
         position: (joints,), there.
-        curve: What was followed until then, perhaps no piece at all.
+        curve: The joint path until then, possibly without pieces.
     """
 
     u: float
@@ -137,17 +137,17 @@ def follow(
 ) -> PiecewisePolynomial | Lost:
     """Follow the path with the tool from the joint position `start`, without a jump and without a detour.
 
-    The joint path q(u) solves forward(q) = X(u). At its knots q is solved by Newton's method, q' from J q' = X', and
-    q'' by differences of q'; between them it is the quintic that has these values at both ends, so that it is C2. A
-    knot is kept only if that quintic is within the tolerance of X. Position limits are not looked at.
+    The joint path q(u) solves forward(q) = X(u). At its knots, Newton's method gives q, J q' = X' gives q', and
+    differences of q' give q''. Between the knots it is the quintic with these values at both ends, so it is C2. A knot
+    is kept only if that quintic is within the tolerance of X. Position limits do not count.
 
-    At a singular posture a path with bounded joint derivatives exists if the tool does not go in the direction that is
-    lost there. Which way the idle joints then take follows from the second derivative: W^T (X'' - J' q') = 0, W the
-    lost directions. Where it leaves that open, too, as in a wrist that stays stretched, they take the shortest.
+    At a singular joint position a path with bounded joint derivatives exists if the tool does not move in a lost
+    direction. The second derivative then determines the motion of the idle joints: W^T (X'' - J' q') = 0, W the lost
+    directions. If it does not, as in a wrist that stays stretched, they take the shortest motion.
 
-    An arm with more joints than the tool has directions keeps the component of its joint position in the null space
-    of the start (or changes it evenly to that of `end`), which makes q(u) a function of u alone. So does an arm that is
-    singular all along the path, if it would not come to `end` otherwise.
+    A redundant arm keeps its component in the null space of the start, or changes it linearly to the component of
+    `end`. This makes q(u) a function of u alone. An arm that is singular along the whole path does the same, if it
+    would not reach `end` otherwise.
 
     Args:
         robot: The robot, with its tool.
@@ -155,7 +155,7 @@ def follow(
         start: (joints,), at the start of the path.
         end: (joints,), where the joint path should end, if that is known.
         tolerance: m and rad.
-        steepest: How far a joint may go, rad or m, where the tool goes 1 m or rad.
+        steepest: Largest travel of a joint, rad or m, for 1 m or rad of the tool.
         still: Names of the joints to spare that are to stand still, or to go evenly to where they are in `end`.
 
     Returns:
@@ -176,11 +176,10 @@ def follow(
 
 
 class Follower:
-    """Follows one path, from knot to knot; the arguments are those of `follow`, which says how.
+    """The follower of one path, from knot to knot; for the arguments and the method see `follow`.
 
     Args:
-        free: (n, joints), the joint motions that are kept even besides those of the tool; None: the null space of the
-            start.
+        free: (n, joints), joint motions kept besides the tool's motion; None: the null space of the start.
     """
 
     near_end = NEAR_END
@@ -234,7 +233,7 @@ class Follower:
         return _curve(knots)
 
     def _is_outside(self, _q: FloatArray) -> bool:
-        """Whether the joint position (joints,) has left its limits, where these are looked at."""
+        """Tell whether the joint position (joints,) has left its limits, if limits count."""
         return False
 
     def _next(self, last: _Knot, u: float) -> _Knot | None:
@@ -251,7 +250,7 @@ class Follower:
         return knot if last.handedness * knot.handedness >= 0.0 or self._crosses(last, knot) else None
 
     def _crosses(self, start: _Knot, end: _Knot) -> bool:
-        """Whether the path goes right through the singularity between two knots, and not past it to another branch."""
+        """Tell whether the path crosses a singularity between two knots, instead of passing it to another branch."""
         coefficients, before, after = _curve([start, end]).coefficients[0], start.u, end.u
         for _ in range(CROSSING_STEPS):
             u = 0.5 * (before + after)
@@ -268,7 +267,7 @@ class Follower:
         return False
 
     def _is_close(self, start: _Knot, end: _Knot) -> bool:
-        """Whether the quintic between two knots keeps to the path."""
+        """Tell whether the quintic between two knots keeps to the path."""
         piece = _curve([start, end])
         for probe in PROBES:
             at = probe * (end.u - start.u)
@@ -295,7 +294,7 @@ class Follower:
         return None
 
     def _missing(self, u: float, pose: Pose, q: FloatArray) -> FloatArray:
-        """Return how far q (joints,) is from the path at u: the change of the tool, and that in the null space."""
+        """Return the error of q (joints,) at u: the change of the tool, and the change in the null space."""
         here = tool_pose(self.robot, q)
         missing = np.zeros(self.rows + len(self.free))
         if len(self.free):
@@ -352,7 +351,7 @@ class Follower:
     def _with_idle_joints(
         self, u: float, q: FloatArray, rate: FloatArray, lost: FloatArray, idle: FloatArray
     ) -> FloatArray | None:
-        """Return the rate (joints,) at a singular posture, idle joints included; None: no rate keeps to the path.
+        """Return the rate (joints,) at a singular joint position, with idle joints; None: no rate keeps to the path.
 
         Args:
             u: Parameter of the path.

@@ -59,11 +59,10 @@ def follow_lines(
     tolerances: FloatArray,
     steepest: FloatArray,
 ) -> FollowedPieces:
-    """Follow the first lines of a chain as `follow` does, as long as they are ordinary.
+    """Follow the first lines of a chain as `follow` does, up to the first line that needs special care.
 
-    A line is not if it comes near a singularity, if it needs very short steps, or
-    if it does not end where it is expected to: it and all that come after it are left to `follow`. Position limits are
-    not looked at.
+    Such a line comes near a singularity, needs very short steps, or ends at an unexpected joint position. It and all
+    lines after it are left to `follow`. Position limits do not count.
 
     Args:
         robot: The robot, with its tool, of no fewer joints than the tool has directions.
@@ -73,7 +72,7 @@ def follow_lines(
             directions ends where its null space takes it.
         are_given: (lines,), whether such a joint position is exactly the end.
         tolerances: (lines, 2), m and rad.
-        steepest: (lines,), how far a joint may go, rad or m, where the tool goes 1 m or rad.
+        steepest: (lines,), largest travel of a joint, rad or m, for 1 m or rad of the tool.
     """
     batch = _Lines(robot, lines, start, tolerances, steepest)
     return batch.follow(batch.solve_ends(guesses, are_given))
@@ -161,7 +160,7 @@ class _Lines(Batch):
         return np.asarray(self.twists[lines])
 
     def solve_ends(self, guesses: FloatArray, are_given: np.ndarray) -> int:
-        """Solve the ends, and so the starts, of the lines; the number of lines, from the first on, that have one."""
+        """Solve the ends, and so the starts, of the lines; return the number of leading lines with a solution."""
         count = len(self.ends)
         if not self.idle:
             every, one = np.arange(count), np.ones(count)

@@ -40,12 +40,12 @@ BARE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class OffsetPath:
-    """A path whose poses are off those of another one, by offsets that are nought at its ends.
+    """A path that differs from another path by offsets, which are zero at the ends.
 
     Attributes:
         path: The other path, with a rotation.
         region: What may be off.
-        offsets: (pieces, freedoms, 6), over u from 0 to 1, m or rad.
+        offsets: (pieces, coordinates, 6), over u from 0 to 1, m or rad.
     """
 
     path: PosePath
@@ -54,7 +54,7 @@ class OffsetPath:
 
     @property
     def breakpoints(self) -> FloatArray:
-        """Those of the other path, and those of the offsets."""
+        """The breakpoints of the other path and of the offsets."""
         return np.union1d(self.path.breakpoints, self.offsets.breakpoints[1:-1])
 
     def pose(self, u: float) -> Pose:
@@ -86,21 +86,21 @@ def by_freedoms(
     end: FloatArray,
     options: InverseKinematicsOptions,
 ) -> OffsetPath | None:
-    """Return the path with the offsets at which the joints are nearest to the straight way from start to end.
+    """Return the path with the offsets that bring the joints nearest to the straight motion from start to end.
 
-    They are sought at some nodes one after the other, within the position limits: of the postures there the one that is
-    nearest to the straight way, by the ranges of the joints and in the sense of least squares.
+    The function solves some nodes one after the other, within the position limits. At each it takes the joint position
+    nearest to the straight motion, by least squares relative to the joints' ranges.
 
     Args:
-        robot: The robot, with its tool; with its freedoms it has more joints than the tool has directions.
+        robot: The robot, with its tool; together with the region's coordinates it is redundant.
         path: The path as it is written.
-        region: What is left open of its poses.
+        region: The tolerance region of its poses.
         start: (joints,), at its start.
         end: (joints,), at its end.
         options: How poses are solved.
 
     Returns:
-        None: no posture was found at a node.
+        None: no joint position was found at a node.
     """
     free = with_freedoms(robot, region.ranges)
     span = robot.limit("upper") - robot.limit("lower")
@@ -135,7 +135,7 @@ def by_freedoms(
 
 
 def _smooth(offsets: FloatArray) -> PiecewisePolynomial:
-    """Return quintics through offsets (nodes, freedoms) at even u, whose derivatives at nodes are by differences."""
+    """Return quintics through offsets (nodes, coordinates) at even u, with derivatives by differences."""
     step = 1.0 / (len(offsets) - 1)
     slopes = np.gradient(offsets, step, axis=0, edge_order=2)
     bends = np.diff(offsets, 2, axis=0) / step**2
@@ -146,7 +146,7 @@ def _smooth(offsets: FloatArray) -> PiecewisePolynomial:
 
 
 def _without_overshoot(offsets: FloatArray) -> PiecewisePolynomial:
-    """Return quintics through offsets (nodes, freedoms) at even u, without curvature at the nodes.
+    """Return quintics through offsets (nodes, coordinates) at even u, without curvature at the nodes.
 
     Their slopes there are the harmonic means of those beside them (Fritsch and Butland 1984).
     """

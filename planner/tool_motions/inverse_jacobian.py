@@ -24,10 +24,10 @@ inverting a larger one, rounding moves a joint by less than 1e-8 rad."""
 
 
 def inverse_step(J: FloatArray, change: FloatArray, zero: float) -> tuple[FloatArray, bool]:
-    """Give the smallest joint step (joints,) that makes a small change of the tool, and whether J is all but singular.
+    """Return the smallest joint step (joints,) for a small change of the tool, and whether J is nearly singular.
 
-    How far the joints go for some other change, with a share in every direction, tells how near J is to singular.
-    Singular values below the share `zero` of the largest are taken for none.
+    The joint step for another change, with components in every direction, shows whether J is nearly singular. Singular
+    values below the fraction `zero` of the largest count as zero.
     """
     rows, joints = J.shape
     if rows == joints:
@@ -61,10 +61,10 @@ def null_space(J: FloatArray) -> FloatArray:
 
 
 def kept_motions(robot: Robot, J: FloatArray, still: Collection[str] = ()) -> FloatArray:
-    """Return the joint motions (n, joints), of length one, that an arm with more joints than J has rows can keep.
+    """Return the unit joint motions (n, joints) that a redundant arm can keep.
 
-    They are those of joints that are to stand still, and of joints without room to move in, as many as can be spared,
-    and the null space of J and these.
+    They are the motions of joints that stand still or have no range, as many as possible, and the null space of J and
+    these.
 
     Args:
         robot: The arm.

@@ -20,19 +20,19 @@ FIRST_STEP = 0.5
 """The longest step along the solutions, rad or m."""
 
 SHORTEST_STEP = 1e-5
-"""The step, rad or m, below which no lower cost is sought: no controller tells such postures apart."""
+"""The step, rad or m, below which the search ends; no controller resolves smaller ones."""
 
 HALVINGS = 0.5 ** np.arange(6)
 """The steps that are compared at once, by the longest of them."""
 
 RANDOM_WAYS = 24
-"""Number of random directions besides those of the basis: where costs have kinks, those of the basis may all ascend."""
+"""Number of random directions besides the basis: where costs have kinks, all directions of the basis may ascend."""
 
 MOST_STEPS = 200
 """The most steps: about forty are needed."""
 
 NO_GAIN = 1e-9
-"""The cost by which a posture has to be better, in the unit of the cost."""
+"""The smallest gain of a joint position that counts, in the unit of the cost."""
 
 
 def least_cost(
@@ -43,9 +43,9 @@ def least_cost(
 ) -> FloatArray:
     """Return a solution of least cost near `start` (joints,), itself a solution.
 
-    Steps go in the null space of the Jacobian, in the direction of least predicted cost of its basis and some random
-    ones, and each is brought back to the pose. They become shorter where none pays (a compass search: Kolda, Lewis and
-    Torczon 2003), so that costs may have kinks.
+    Each step is in the null space of the Jacobian, in the direction of least predicted cost among its basis and some
+    random ones. Then the solution returns to the pose. Steps become shorter if none reduces the cost, so costs may have
+    kinks. This is a compass search (Kolda, Lewis and Torczon 2003).
 
     Args:
         search: The pose, and the arm.

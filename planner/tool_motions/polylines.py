@@ -23,8 +23,10 @@ GAUSS = 0.5 * np.array(np.polynomial.legendre.leggauss(24)) + np.array([[0.5], [
 """Gauss's nodes on [0, 1] and their weights, (2, nodes): as many integrate a turn by half a circle to 1e-15."""
 
 SHARPEST = 3.0
-"""Angle, rad, of a corner from which on it is taken for one where the tool turns back: the curve that cuts it would be
-as short as a twentieth of the blend, and the tool would all but stop."""
+"""Angle of a corner, rad, above which the tool counts as turning back.
+
+The blend curve would be only a twentieth of the blend long, and the tool would nearly stop.
+"""
 
 
 class _Lines(NamedTuple):
@@ -63,18 +65,18 @@ class _Lines(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
-    """A path straight from pose to pose, its corners cut, at one speed along u.
+    """A path of straight lines from pose to pose, with blended corners, at one speed along u.
 
-    A corner is cut by a curve over the way s, m, that turns by angle (3 x^2 - 2 x^3), x = s / length. So its curvature
-    is nought at both ends, and the path C2. The tool turns from R1(s), which the straight line before would go on with,
-    to R2(s), with which the line after begins: R = R1 exp(w log(R1^T R2)), w = 10 x^3 - 15 x^4 + 6 x^5.
+    The curve of a corner, over its length s, m, turns by angle (3 x^2 - 2 x^3), x = s / length. So its curvature is
+    zero at both ends, and the path is C2. The tool turns from R1(s), the continuation of the line before, to R2(s), the
+    continuation of the line after. The rotation is R = R1 exp(w log(R1^T R2)), w = 10 x^3 - 15 x^4 + 6 x^5.
 
     Attributes:
         lines: The straight lines from pose to pose.
         line: (pieces,), index of the line on which each piece begins; a corner ends on the next one.
         begins: (pieces,), m, the way on that line up to there.
         lengths: (pieces,), m.
-        reaches: (pieces,), m: how far before a corner its curve begins, and after it ends; 0 of a straight piece.
+        reaches: (pieces,), m: distance of the ends of a corner's curve from the corner; 0 for a straight piece.
         angles: (pieces,), rad, by which the direction turns.
         sides: (pieces, 3), unit: at right angles to the line, to the side where the next one goes; nought where it goes
             straight on.
@@ -96,7 +98,7 @@ class Polyline:
             start: Where it begins.
             between: Where its corners are.
             end: Where it ends. Without a rotation in both, any orientation will do.
-            blend: How far from a corner it leaves the straight line, m; less where half of a line is shorter.
+            blend: Distance from a corner at which it leaves the straight line, m; at most half of the line.
 
         Raises:
             NoPath: It turns back at a pose, or see `via_poses`.

@@ -19,7 +19,7 @@ COLLINEAR = 1e-6
 
 
 UNUSED_ORIENTATION = "an orientation is asked on the way to a waypoint that asks for none"
-"""What is said of the orientation of a pose on a path whose end leaves it open."""
+"""Message about the orientation of a pose on a path whose end has no orientation."""
 
 
 class NoPath(ValueError):
@@ -76,7 +76,7 @@ class Turn:
 
     @classmethod
     def by_way_of(cls, start: FloatArray, via: FloatArray, end: FloatArray, u: float) -> Turn:
-        """Smoothly through the rotation `via` at `u`."""
+        """Build the smooth turn through the rotation `via` at `u`."""
         half, whole = rotation_vector(start.T @ via), rotation_vector(start.T @ end)
         second = (half - u * whole) / (u * u - u)
         return cls(start, whole - second, second)
@@ -107,7 +107,7 @@ class Line:
 
     @property
     def breakpoints(self) -> FloatArray:
-        """Those of a smooth path."""
+        """The ends of the path, which is smooth between them."""
         return ONE_PIECE
 
     @cached_property
@@ -140,7 +140,7 @@ class Reversed:
 
     @property
     def breakpoints(self) -> FloatArray:
-        """Those of the path, counted from its end."""
+        """The breakpoints of the path, counted from its end."""
         return 1.0 - self.path.breakpoints[::-1]
 
     def pose(self, u: float) -> Pose:
@@ -202,7 +202,7 @@ class Arc:
 
     @property
     def breakpoints(self) -> FloatArray:
-        """Those of a smooth path."""
+        """The ends of the path, which is smooth between them."""
         return ONE_PIECE
 
     def pose(self, u: float) -> Pose:

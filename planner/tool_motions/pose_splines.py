@@ -33,8 +33,10 @@ FOUND = 1e-13
 """The step, as a share of the whole curve, at which the parameter is found."""
 
 SLOWEST = 0.05
-"""The least speed of the curve by the chords' length, as a share of its mean, up to which it turns back there: the tool
-would have to turn on the spot."""
+"""Least speed of the curve over the chords' length, relative to its mean, below which it counts as turning back.
+
+The tool would have to turn on the spot.
+"""
 
 SMALLEST_QUATERNION = 0.3
 """The least norm of the spline of quaternions: they are 0.7 in the middle of half a turn, and tell no rotation at 0."""
@@ -84,7 +86,7 @@ class PoseSpline:
         return breakpoints
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Positions (N, 3), m, and rotations (N, 3, 3) at parameters (N,); None: none is asked."""
+        """Return positions (N, 3), m, and rotations (N, 3, 3) at parameters (N,); None: no orientation."""
         (values,) = self._evaluate(u, 1)
         return values[:, :3], rotations_from_quaternions(values[:, 3:]) if values.shape[1] > 3 else None
 
@@ -150,7 +152,7 @@ class PoseSpline:
         return [horner(coefficients[pieces], at) for coefficients in self._derivatives[:orders]]
 
     def _ill_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Give the pieces on which the curve all but stands still, and those on which its quaternions are too short."""
+        """Return the pieces where the curve almost stops, and the pieces whose quaternions are too short."""
         shares = np.linspace(0.0, 1.0, 2 * PARTS + 1)
         at = (self.curve.lengths[:, None] * shares)[..., None]
         speeds = np.linalg.norm(horner(self._derivatives[1][:, None, :3], at), axis=2)
@@ -173,7 +175,7 @@ def _speed(speeds: FloatArray, pieces: np.ndarray, at: FloatArray) -> FloatArray
 
 
 def _length(speeds: FloatArray, pieces: np.ndarray, starts: FloatArray, spans: FloatArray) -> FloatArray:
-    """Return the lengths (N,), m, of parts of pieces (N,), from points (N,) on by spans (N,) of the chords' length."""
+    """Return the lengths (N,), m, of parts of pieces (N,), from points (N,) over spans (N,)."""
     at = starts[:, None] + spans[:, None] * 0.5 * (GAUSS[0] + 1.0)
     velocities = horner(speeds[pieces][:, None], at[..., None])
     lengths: FloatArray = np.linalg.norm(velocities, axis=2) @ (0.5 * GAUSS[1]) * spans

@@ -48,7 +48,7 @@ def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, Float
 
 
 def shares_of_range(robot: Robot, positions: FloatArray) -> FloatArray:
-    """How far joints are from the middle of their limits, as a share of half the range: from -1 to 1 at the limits.
+    """Return positions of joints relative to the middle and half range of their limits: -1 to 1.
 
     A joint without limits is never near one, and neither is a joint that has no room to move in: they count 0.
 

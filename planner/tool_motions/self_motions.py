@@ -21,8 +21,10 @@ NEAR_LIMIT = 0.8
 """The share of half its range from where on a joint is moved away from its position limit."""
 
 REPULSION = 20.0
-"""How fast a joint at its limit is moved away from it, as a multiple of the speed of the joints: what is left of that
-in a self-motion is a joint's share in it squared, a seventh on average."""
+"""Speed at which a joint moves away from its limit, as a multiple of the joints' speed.
+
+A self-motion contains the square of the joint's component in it, a seventh on average.
+"""
 
 SURELY_OUTSIDE = 1.01
 """The share of half its range at which a joint has left its limits for good, and the path is given up as lost."""
@@ -50,7 +52,7 @@ def follow_by_self_motions(
         start: (joints,), at the start of the path.
         end: (joints,), where the joint path should end, if that is known.
         tolerance: m and rad.
-        steepest: How far a joint may go, rad or m, where the tool goes 1 m or rad.
+        steepest: Largest travel of a joint, rad or m, for 1 m or rad of the tool.
 
     Returns:
         The joint path over u from 0 to 1, or where it got lost: that may be just outside of the position limits.

@@ -1,4 +1,4 @@
-"""Every motion of the tool by its kind: what it is called, and the path of the tool from pose to pose."""
+"""Tool motions by kind: their names, and the paths of the tool from pose to pose."""
 
 from __future__ import annotations
 

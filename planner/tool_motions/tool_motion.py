@@ -50,8 +50,10 @@ if TYPE_CHECKING:
     from planner.tool_motions.pose_paths import PosePath
 
 WORTH_A_WARNING = 100.0
-"""How far a joint goes, rad or m, where the tool goes 1 m or rad, if that is worth a warning: at 3 rad/s of the joint
-the tool goes at 30 mm/s."""
+"""Travel of a joint, rad or m, for 1 m or 1 rad of the tool above which a warning says so.
+
+With a joint at 3 rad/s, the tool moves at 30 mm/s.
+"""
 
 SLOWEST = 1e-9
 """The smallest motion of the tool, m and rad, by which that of a joint is divided."""
@@ -60,20 +62,20 @@ SHARE_OF_DEVIATION = 0.9
 """The share of the tolerance of the orientation that a path through a singular wrist may use up."""
 
 MOST_ENDS = 4
-"""The most solutions at the end of a motion, the nearest ones, that it is tried to lead to by its freedoms."""
+"""The most solutions at the end of a motion, the nearest ones, that its tolerance region is used to reach."""
 
 
 @dataclass(frozen=True, eq=False)
 class AskedMotion:
-    """A motion of the tool along a curve, as a waypoint asks for it.
+    """A requested motion of the tool along a curve.
 
     Attributes:
         robot: The arm with its tool.
         options: How poses are solved.
         index: Index of the waypoint where the motion ends.
         waypoint: The waypoint itself.
-        before: The pose asked at the waypoint before.
-        after: The pose asked at the waypoint itself.
+        before: The requested pose at the waypoint before.
+        after: The requested pose at the waypoint itself.
         pinned_ends: Joint positions (n, joints), at one of which it is to end, where external axes are pinned there;
             None: it may end anywhere.
     """
@@ -143,7 +145,7 @@ class ToolMotion:
         path: Poses of the tool over u from 0 to 1.
         curve: Joint positions over the same u.
         end: (joints,), rad or m, where the motion ends.
-        warning: What is to be said of a singularity near its path; None: nothing.
+        warning: The warning of a singularity near its path; None: none.
     """
 
     path: PosePath
@@ -188,7 +190,7 @@ def follow_motion(asked: AskedMotion, start: FloatArray) -> ToolMotion | Refused
 
 
 def follow_chain(asked: Sequence[AskedMotion], start: FloatArray, guesses: FloatArray) -> list[ToolMotion]:
-    """Follow motions of the tool, each of which starts where the one before ends, all at once.
+    """Follow consecutive tool motions, all at once.
 
     Args:
         asked: The motions.
@@ -230,7 +232,7 @@ def follow_chain(asked: Sequence[AskedMotion], start: FloatArray, guesses: Float
 
 
 def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
-    """Follow the path of the tool from a joint position (joints,) at its start, by its freedoms where it has to be."""
+    """Follow the tool's path from a joint position (joints,); use its tolerance region if necessary."""
     ends: list[FloatArray | None] = [*asked.given_ends(start)] or [None]
     results = (_follow_as_written(asked, start, path, end) for end in ends)
     result = first = next(results)
@@ -243,13 +245,13 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
 
 
 def _follow_by_freedoms(asked: AskedMotion, start: FloatArray, path: PosePath, region: Region) -> ToolMotion | None:
-    """Follow the path with an arm that has the freedoms as joints behind its tool; None: not to any end that is tried.
+    """Follow the path with the region's coordinates as joints behind the tool; None: no tried end works.
 
     Args:
         asked: The motion.
         start: (joints,), at its start.
         path: The path as it is written, which the tool is on at both ends.
-        region: What is left open in between.
+        region: The tolerance region between the ends.
     """
     robot, ends = asked.robot, asked.given_ends(start)
     if not ends:
@@ -278,7 +280,7 @@ def _follow_by_freedoms(asked: AskedMotion, start: FloatArray, path: PosePath, r
 def _follow_as_written(
     asked: AskedMotion, start: FloatArray, path: PosePath, given: FloatArray | None
 ) -> ToolMotion | RefusedMotion:
-    """Follow the path of the tool from a joint position (joints,) at its start to one that is given, if it is."""
+    """Follow the given path from a joint position (joints,) at its start to the given one, if any."""
     robot = asked.robot
     if _stands_still(path) and (given is None or np.abs(given - start).max() <= POSITION_TOLERANCE):
         return ToolMotion(path, PiecewisePolynomial(np.ones(1), start[None, :, None]), start)
@@ -317,7 +319,7 @@ def _followed(
     motion: CartesianMotion,
     still: Collection[str],
 ) -> tuple[PiecewisePolynomial | Lost, float]:
-    """Follow the path from a joint position (joints,), and say how far the tool turns off it on purpose, rad."""
+    """Follow the path from a joint position (joints,); return its deliberate rotation from the path, rad, too."""
     tolerance = motion.tolerance_position, motion.tolerance_orientation
     is_redundant = robot.dof > len(path.twist(0.0))
     if motion.singularity == "deviate":
@@ -342,7 +344,7 @@ def _followed(
 
 
 def _warning(asked: AskedMotion, path: PosePath, curve: PiecewisePolynomial, deviation: float) -> PlanWarning | None:
-    """Return what is to be said of a motion that goes through a singularity or near to one."""
+    """Return the warning of a motion through a singularity or near one."""
     if deviation > 0.0:
         how = "goes right through a singularity of the wrist"
         return PlanWarning("orientation_deviates", f"{asked.name} {how}, for which it turns off by {deviation:.3g} rad")
@@ -372,7 +374,7 @@ def _allowed(waypoints: Sequence[AnyWaypoint]) -> tuple[FloatArray, FloatArray]:
 
 
 def _stands_still(path: PosePath) -> bool:
-    """Whether a line has no length, and the tool does not turn on it."""
+    """Tell whether a line has no length, and the tool does not turn on it."""
     if not isinstance(path, Line):
         return False
     distance, angle = pose_errors(path.pose(0.0), path.pose(1.0))

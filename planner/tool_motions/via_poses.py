@@ -1,4 +1,4 @@
-"""The poses that a polyline or spline of the tool goes by: what is open is filled in, what is repeated left out."""
+"""Poses of a polyline or spline of the tool: missing rotations filled in, repeated poses left out."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 SHORTEST = 1e-6
-"""Distance of two poses, m, as a share of the whole way, from which on they are two: nearer ones, with the tool turned,
-would have it turn where it is."""
+"""Distance of two different poses, m, relative to the whole path.
+
+Closer ones, with the tool turned, would make it turn on the spot.
+"""
 
 
 class ViaPoses(NamedTuple):
@@ -43,19 +45,18 @@ class ViaPoses(NamedTuple):
 
 
 def via_poses(start: Pose, between: Sequence[Pose], end: Pose) -> ViaPoses:
-    """Put the poses of a motion in a row.
+    """List the poses of a motion.
 
-    A rotation that is left open is that which the shortest turn from the neighbour before that has one to the next one
-    has there, by the way between them.
+    The rotation of a pose without one is interpolated on the shortest turn between the nearest poses with a rotation,
+    by length of the path.
 
     Args:
         start: The pose of the waypoint before.
-        between: Those of the motion.
+        between: The poses of the motion.
         end: The pose of the waypoint that it leads to. Without a rotation in both, any orientation will do.
 
     Raises:
-        NoPath: A rotation is asked on a way whose end leaves it open, the tool would have to turn where it is, or it
-            goes nowhere.
+        NoPath: A pose has a rotation but the end has none, the tool would turn on the spot, or the path has no length.
     """
     is_open = start.rotation is None or end.rotation is None
     for k, pose in enumerate(between):
@@ -83,7 +84,7 @@ def via_poses(start: Pose, between: Sequence[Pose], end: Pose) -> ViaPoses:
 
 
 def _filled(rotations: Sequence[FloatArray | None], lengths: FloatArray) -> FloatArray:
-    """Return the rotations (N, 3, 3), of which the first and the last are known, with those in between filled in."""
+    """Interpolate missing rotations (N, 3, 3) between known ones; the first and the last are known."""
     at = np.concatenate([[0.0], np.cumsum(lengths)])
     known = [k for k, rotation in enumerate(rotations) if rotation is not None]
     filled = [np.asarray(rotations[0])]

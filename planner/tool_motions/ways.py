@@ -1,4 +1,4 @@
-"""How far one motion takes the tool from the way of another, whenever it is there."""
+"""Distance between the tool's path in one motion and the path of another motion, regardless of time."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from planner.trajectories.polynomials import PiecewisePolynomial
 
 CHORDS = 512
-"""Number of chords that stand for a way of the tool: of a turn of an arm of 1 m they are 12 mm long and off by 0.02 mm,
-which is counted."""
+"""Number of chords that approximate a path of the tool.
+
+A turn of an arm of 1 m has chords of 12 mm with an error of 0.02 mm, which the bounds include.
+"""
 
 ROWS = 1024
 """Number of positions whose distances are computed at once, which bounds the memory that it takes."""
@@ -26,10 +28,10 @@ FIRST_SAMPLES = 65
 """Number of samples of a motion to begin with, so many that none of its turns is missed."""
 
 KNOWN_TO = 1e-4
-"""Distance, m, by which the true one may be less than what is found: less than anybody asks."""
+"""Distance, m, by which the bound may exceed the true distance; it is below all requested accuracies."""
 
 KNOWN_SHARE = 0.005
-"""Share of the distance by which the true one may be less than what is found, if that is more."""
+"""Fraction of the distance by which the bound may exceed the true distance, if that is more."""
 
 KNOWN_OF_WAY = 1e-5
 """The same as a share of the length of the way: of a joint that turns fifty times it would take a million samples."""
@@ -44,21 +46,21 @@ MOST_HALVINGS = 24
 def farthest_from_way(
     robot: Robot, motion: PiecewisePolynomial, first: float, last: float, way: FloatArray
 ) -> tuple[float, float]:
-    """Bound how far a motion takes the tool from a way, wherever on it that is.
+    """Bound the largest distance of the tool from a path during a motion.
 
-    Between two samples the tool is no further away than at one of them and half of its path in between, which is taken
-    for straight there. Samples are put in between wherever that could matter; how far chords are off the way is added.
+    Between two samples the tool is no further away than at one of them plus half of its path in between, which counts
+    as straight. The function adds samples wherever that could matter, and adds the error of the chords.
 
     Args:
         robot: The robot, with its tool.
         motion: Joint positions by time.
-        first: Time from which on it is looked at, s.
+        first: Start of the interval of time, s.
         last: Time until which it is looked at, s.
         way: (`CHORDS` + 1, joints), positions along the way.
 
     Returns:
-        The distance, m: no less than the true one, by 0.1 mm, half a percent or a hundred-thousandth of the length of
-        the way more at most; and the time of it, s.
+        The distance, m, and its time, s. The distance is at least the true one. It exceeds it by at most 0.1 mm, half a
+        percent, or a hundred-thousandth of the length of the path.
     """
     return _farthest(lambda positions: tool_poses(robot, positions)[0], _distances, motion, first, last, way)
 
@@ -66,9 +68,9 @@ def farthest_from_way(
 def joints_farthest_from_way(
     motion: PiecewisePolynomial, first: float, last: float, way: FloatArray
 ) -> tuple[float, float]:
-    """Bound how far a motion takes any joint from a way, wherever on it that is.
+    """Bound the largest distance of any joint from a path during a motion.
 
-    A posture is as far from another as the joint that is farthest; see `farthest_from_way`.
+    The distance of two joint positions is the largest of any joint; see `farthest_from_way`.
 
     Returns:
         The distance, rad or m: no less than the true one, by as much more at most as there; and its time, s.
@@ -84,13 +86,13 @@ def _farthest(
     last: float,
     way: FloatArray,
 ) -> tuple[float, float]:
-    """Bound how far the points of a motion are from those of a way.
+    """Bound the distance of the points of a motion from the points of a path.
 
     Args:
         points_at: The points (N, dimensions) of joint positions (N, joints).
         distances: The distances (N,) of points from the polygon through others, of the norm that is meant.
         motion: Joint positions by time.
-        first: Time from which on it is looked at, s.
+        first: Start of the interval of time, s.
         last: Time until which it is looked at, s.
         way: (`CHORDS` + 1, joints), positions along the way.
     """

@@ -64,7 +64,7 @@ class RunningService:
         wait_until(ready, timeout)
 
     def line_of(self, request_id: str) -> dict[str, Any]:
-        """The line of a request in the log, where it stands soon after the answer."""
+        """Return the line of a request in the log, where it stands soon after the answer."""
 
         def found() -> list[dict[str, Any]]:
             return [line for line in self.logged() if line.get("request_id") == request_id]

@@ -17,7 +17,7 @@ def joint(*position: float, **more: Any) -> dict[str, Any]:
 
 
 def plan_request(**changes: Any) -> dict[str, Any]:
-    """Two joint waypoints of the arm with three joints."""
+    """Return two joint waypoints of the arm with three joints."""
     return {
         "robot": "three_dof_arm",
         "waypoints": [joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5)],
@@ -47,7 +47,7 @@ def dh_joint(**changes: Any) -> dict[str, Any]:
 
 
 def dh_robot(**changes: Any) -> dict[str, Any]:
-    """A planar arm with two links of 0.4 m and 0.3 m."""
+    """Return a planar arm with two links of 0.4 m and 0.3 m."""
     return {
         "kind": "dh",
         "id": "planar_arm",
@@ -62,7 +62,7 @@ def urdf_robot(links: str, **changes: Any) -> dict[str, Any]:
 
 
 def urdf_chain(joints: int) -> str:
-    """A chain of revolute joints, each 0.1 m above the one before."""
+    """Return a chain of revolute joints, each 0.1 m above the one before."""
     links = "".join(f'<link name="l{i}"/>' for i in range(joints + 1))
     return links + "".join(urdf_joint(i, f"l{i}", f"l{i + 1}") for i in range(joints))
 

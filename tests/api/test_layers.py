@@ -65,7 +65,7 @@ def imports_of(source: str) -> frozenset[str]:
 
 
 def needed(*modules: str) -> set[str]:
-    """All files of `api/` that these need, themselves among them."""
+    """Return all files of `api/` that these need, themselves among them."""
     seen: set[str] = set()
     left = set(modules)
     while left:

@@ -41,7 +41,7 @@ def run(examples: list[Example], name: str) -> list[str]:
 
 
 def with_outputs(page: str, printed: list[str]) -> str:
-    """The page with what the examples print below them."""
+    """Return the page with what the examples print below them."""
     outputs = iter(printed)
 
     def block(found: re.Match[str]) -> str:

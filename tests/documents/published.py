@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 
 def document(name: str) -> dict[str, Any]:
-    """One document's numbers; keys that begin with `computed_` or `corrected_` are not as printed."""
+    """Return one document's numbers; keys that begin with `computed_` or `corrected_` are not as printed."""
     content: dict[str, Any] = json.loads((DATA / f"{name}.json").read_text(encoding="utf-8"))
     return content
 
 
 def homogeneous(axis: str | None = None, angle: float = 0.0, shift: Sequence[float] = (0, 0, 0)) -> FloatArray:
-    """(4, 4): a shift, m, then a turn about `axis`, rad."""
+    """Return (4, 4): a shift, m, then a turn about `axis`, rad."""
     c, s = np.cos(angle), np.sin(angle)
     rotations: dict[str | None, list[list[float]]] = {
         None: [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -53,7 +53,7 @@ def modified_dh(rows: list[tuple[float, float, float]], q: FloatArray) -> FloatA
 
 
 def matrix(pose: Pose) -> FloatArray:
-    """(4, 4) of a pose with a rotation."""
+    """Return (4, 4) of a pose with a rotation."""
     T = np.eye(4)
     T[:3, :3] = pose.rotation
     T[:3, 3] = pose.position
@@ -61,17 +61,17 @@ def matrix(pose: Pose) -> FloatArray:
 
 
 def pose_of(T: FloatArray) -> Pose:
-    """The pose of a (4, 4)."""
+    """Return the pose of a (4, 4)."""
     return Pose(T[:3, 3].copy(), T[:3, :3].copy())
 
 
 def angle_between(R: FloatArray, S: FloatArray) -> float:
-    """Angle between two rotations, rad; from the chord |R - S|, which is exact for small angles too."""
+    """Return angle between two rotations, rad; from the chord |R - S|, which is exact for small angles too."""
     return float(2.0 * np.arcsin(min(np.linalg.norm(R - S) / np.sqrt(8.0), 1.0)))
 
 
 def gantry() -> Robot:
-    """Three prismatic axes x, y, z, m: its joint trajectories are straight Cartesian lines."""
+    """Return three prismatic axes x, y, z, m: its joint trajectories are straight Cartesian lines."""
     links, joints, parent = ['<link name="base"/>'], [], "base"
     for axis, xyz in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1")):
         links.append(f'<link name="{axis}"/>')

@@ -58,13 +58,13 @@ def robot() -> Robot:
 
 
 def joints_of(point: dict[str, Any]) -> FloatArray:
-    """(6,) in the order of the chain: theta1, l1, l2, theta2, theta3, theta4; rad and m."""
+    """Return (6,) in the order of the chain: theta1, l1, l2, theta2, theta3, theta4; rad and m."""
     theta1, theta2, theta3, theta4 = (np.radians(point[f"theta{i}_deg"]) for i in range(1, 5))
     return np.array([theta1, point["l1_mm"] / 1000.0, point["l2_mm"] / 1000.0, theta2, theta3, theta4])
 
 
 def chain(q: FloatArray) -> FloatArray:
-    """(4, 4): the product of the document's transforms, 2A3 with l2 in the y row (E26)."""
+    """Return (4, 4): the product of the document's transforms, 2A3 with l2 in the y row (E26)."""
     theta1, l1, l2, theta2, theta3, theta4 = q
     return (
         homogeneous("z", theta1, (0, 0, 0.8))
@@ -78,7 +78,7 @@ def chain(q: FloatArray) -> FloatArray:
 
 
 def document_jacobian(q: FloatArray) -> FloatArray:
-    """(6, 6) of Section 5.5, m, with element (2, 5) of E27 and the columns of E28 corrected."""
+    """Return (6, 6) of Section 5.5, m, with element (2, 5) of E27 and the columns of E28 corrected."""
     (s1, s2, s3), (c1, c2, c3) = np.sin(q[[0, 3, 4]]), np.cos(q[[0, 3, 4]])
     l2, b = q[2], 0.15
     reach = b + b * c3 + l2
@@ -168,7 +168,7 @@ def test_e31_largest_static_torque_is_on_theta_2_then_on_theta_3(robot: Robot) -
 
 
 def transition(i: int, backend: Trapezoidal | None = None, duration: float = 30.0) -> Plan:
-    """Transition i as a straight Cartesian line: 30 s, of which 10 s accelerating and 10 s braking."""
+    """Return transition i as a straight Cartesian line: 30 s, of which 10 s accelerating and 10 s braking."""
     start, end = (tuple(x / 1000.0 for x in TRANSITIONS[i][key]) for key in ("start_mm", "end_mm"))
     waypoints = (JointWaypoint(position=start), JointWaypoint(position=end, duration=duration))
     return plan(PlanningProblem(gantry(), waypoints), backend or Trapezoidal(acceleration_time=10.0))

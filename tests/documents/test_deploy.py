@@ -33,7 +33,7 @@ CONTAINER = POD["containers"][0]
 
 
 def texts(value: Any) -> Iterator[str]:
-    """All keys and texts in a document."""
+    """Yield all keys and texts in a document."""
     if isinstance(value, dict):
         for name, inner in value.items():
             yield str(name)

@@ -73,7 +73,7 @@ def test_every_command_runs(shown: Figure, tmp_path: Path) -> None:
 
 @cache
 def joint_cubics(case: str, joint: str) -> tuple[FloatArray, FloatArray]:
-    """Ends (segments + 1,), s, and coefficients (segments, 4) by the document's formula, degrees."""
+    """Return ends (segments + 1,), s, and coefficients (segments, 4) by the document's formula, degrees."""
     segments = CASES[case]["cubics"][joint]["segments"]
     ends = np.cumsum([0.0, *(segment["duration_s"] for segment in segments)])
     return ends, np.array([segment["computed_angle_coefficients_deg"] for segment in segments])
@@ -140,7 +140,7 @@ def test_figures_4_2_and_4_3_end_at_the_points(number: str, case: str, tmp_path:
 
 
 def tool_line(axis: str, order: int) -> Callable[[FloatArray], FloatArray]:
-    """The published pieces of the first movement set, mm, in local time (E25), and what rests between them."""
+    """Return the published pieces of the first movement set, mm, in local time (E25), and what rests between them."""
     pieces = SETS[0]["corrected_piecewise"]
     breaks = np.array([0.0, *pieces["breakpoints_s"]])
     polynomials = [np.polynomial.Polynomial(np.atleast_1d(piece)).deriv(order) for piece in pieces[axis]]
@@ -210,14 +210,14 @@ def test_figures_6_to_8_have_the_arm_at_the_points_of_table_2(
 
 
 def share(time: FloatArray) -> FloatArray:
-    """The share of the way of Section 7: T = 30, t1 = 10, t2 = 20 s."""
+    """Return the share of the way of Section 7: T = 30, t1 = 10, t2 = 20 s."""
     time = np.clip(time, 0.0, 30.0)
     rising, steady = 0.0025 * time**2, 0.25 + 0.05 * (time - 10.0)
     return np.where(time < 10.0, rising, np.where(time < 20.0, steady, 1.0 - 0.0025 * (30.0 - time) ** 2))
 
 
 def rate(time: FloatArray) -> FloatArray:
-    """Its derivative, 1/s."""
+    """Return its derivative, 1/s."""
     return np.clip(np.minimum(0.005 * time, 0.005 * (30.0 - time)), 0.0, 0.05)
 
 
@@ -300,7 +300,7 @@ ALTERNATIVE = np.array([-150.0, 150.0, 1050.0]), np.array([0.0, 400.0, 1200.0])
 
 
 def smooth(time: FloatArray) -> FloatArray:
-    """The polynomial of degree 5 from 0 to 1 that begins and ends at rest, in 30 s."""
+    """Return the polynomial of degree 5 from 0 to 1 that begins and ends at rest, in 30 s."""
     tau = np.clip(time / 30.0, 0.0, 1.0)
     return np.asarray(tau**3 * (10.0 - 15.0 * tau + 6.0 * tau**2))
 

@@ -26,7 +26,7 @@ def planned(name: str) -> Plan:
 
 
 def speeds(plan: Plan, segment: int) -> Any:
-    """The tool's speed at 1,000 times of a segment, m/s."""
+    """Return the tool's speed at 1,000 times of a segment, m/s."""
     trajectory = plan.trajectory
     time = np.linspace(trajectory.departures[segment], trajectory.arrivals[segment + 1], 1_000)
     return np.linalg.norm(tool_velocities(plan.path.robot, *trajectory.evaluate(time, (0, 1)))[0], axis=1)

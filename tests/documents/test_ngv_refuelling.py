@@ -65,7 +65,7 @@ def joint_table(case: str) -> FloatArray:
 
 
 def planned(case: str, q_deg: FloatArray | None = None) -> Plan:
-    """The case study's joint table with the published durations, under the cubic."""
+    """Return the case study's joint table with the published durations, under the cubic."""
     positions = np.radians(joint_table(case) if q_deg is None else q_deg).tolist()
     durations = [None, *CASES[case]["segments"]["durations_s"]]
     waypoints = tuple(JointWaypoint(position=tuple(q), duration=T) for q, T in zip(positions, durations, strict=True))
@@ -83,7 +83,7 @@ def segment_of(case: str, joint: str, i: int) -> dict[str, Any]:
 
 
 def right_angles(case: str, joint: str, i: int) -> list[float]:
-    """The published coefficients to 3 decimals, degrees, with E9 and E10 repaired."""
+    """Return the published coefficients to 3 decimals, degrees, with E9 and E10 repaired."""
     segment = segment_of(case, joint, i)
     key = (case, joint, segment["segment"])
     return CORRECTED_ANGLES[key][1] if key in CORRECTED_ANGLES else segment["published_angle_coefficients_deg"]

@@ -43,12 +43,12 @@ def robot() -> Robot:
 
 
 def position_of(q: FloatArray) -> FloatArray:
-    """(3,), m, by a plain D-H product."""
+    """Return (3,), m, by a plain D-H product."""
     return (modified_dh(D_H, q) @ homogeneous(shift=(L2, 0.0, 0.0)))[:3, 3]
 
 
 def closed_form(target: FloatArray) -> FloatArray:
-    """(4, 3), rad: the four cases of Table 2.1, in full precision, theta1 by atan2 (E22)."""
+    """Return (4, 3), rad: the four cases of Table 2.1, in full precision, theta1 by atan2 (E22)."""
     x, y, z = target
     r = np.linalg.norm(target)
     theta1, phi = np.arctan2(y, x), np.arctan2(-z, np.hypot(x, y))
@@ -66,7 +66,7 @@ def closed_form(target: FloatArray) -> FloatArray:
 
 
 def apart(q: FloatArray, other: FloatArray) -> float:
-    """Largest difference of two joint positions, whole turns aside, rad."""
+    """Return largest difference of two joint positions, whole turns aside, rad."""
     return float(np.abs(np.angle(np.exp(1j * (q - other)))).max())
 
 

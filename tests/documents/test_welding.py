@@ -29,7 +29,7 @@ D_H = [(0, 0.45, 90), (0, 0.68, 0), (0, 0, 90), (0.7, 0, -90), (0, 0, 90), (0, 0
 
 
 def move_of(parameters: dict[str, float], kind: str) -> Move:
-    """The move of Table II, from its printed parameters."""
+    """Return the move of Table II, from its printed parameters."""
     angle = {key[:-4]: float(np.radians(value)) for key, value in parameters.items() if key.endswith("_deg")}
     if kind == "cylindrical":
         return CylindricalMove(r=parameters["r_m"], l=parameters["l_m"], **angle)
@@ -47,7 +47,7 @@ def waypoints() -> tuple[PoseWaypoint | RelativeWaypoint, ...]:
 
 
 def reached(q: FloatArray) -> FloatArray:
-    """(4, 4), by a plain D-H product."""
+    """Return (4, 4), by a plain D-H product."""
     base = homogeneous(shift=(0.0, 0.0, BASE_HEIGHT))
     return base @ standard_dh([(d, a, np.radians(alpha)) for d, a, alpha in D_H], q)
 
@@ -124,7 +124,7 @@ def test_plan_is_certified(welding: Plan) -> None:
 
 
 def straight(robot_id: str) -> tuple[PoseWaypoint | RelativeWaypoint, ...]:
-    """The sequence with a straight line to every point but the first."""
+    """Return the sequence with a straight line to every point but the first."""
     first, *others = waypoints()
     return first, *(replace(waypoint, motion=LinearMotion()) for waypoint in others)
 

@@ -39,7 +39,7 @@ LONG = (
 
 
 def back_ends(k: int) -> tuple[str, ...]:
-    """The back ends of a job of the suite."""
+    """Return the back ends of a job of the suite."""
     kinds = back_ends_of(SUITE[k])
     if kinds != BACK_ENDS:
         return kinds if NAME == "soak" else kinds[k % 2 :: 2]

@@ -10,7 +10,7 @@ LINK_RADII = (0.22, 0.19, 0.14, 0.14, 0.08, 0.08, 0.055)
 
 
 def capsule_arm() -> Robot:
-    """The arm of the catalogue with capsules along its kinematics in place of its outline."""
+    """Return the arm of the catalogue with capsules along its kinematics in place of its outline."""
     robot = load_robot("kuka_kr16_2")
     assert robot.collision is not None
     return replace(robot, collision=replace(robot.collision, elements=(), link_radii=LINK_RADII))
@@ -20,5 +20,5 @@ CAPSULE_ARM = capsule_arm()
 
 
 def arm_of_capsules(id: str) -> Robot:
-    """An arm of the catalogue, the KR 16-2 with capsules."""
+    """Return an arm of the catalogue, the KR 16-2 with capsules."""
     return CAPSULE_ARM if id == CAPSULE_ARM.id else load_robot(id)

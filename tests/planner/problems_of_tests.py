@@ -81,7 +81,7 @@ OPTIONS_OF: dict[str, dict[str, object]] = {"min_effort": {"knots": 8, "max_join
 
 
 def backend_of(kind: str) -> BackEnd:
-    """The back end of a kind, with options by which it takes no longer than the others."""
+    """Return the back end of a kind, with options by which it takes no longer than the others."""
     return BACKENDS[kind](**OPTIONS_OF.get(kind, {}))
 
 
@@ -98,7 +98,7 @@ def try_on_random(examples: int, part: int, problem: st.SearchStrategy[PlanningP
 
 
 def random_position(robot: Robot, rng: np.random.Generator) -> tuple[float, ...]:
-    """Within the limits; within half a turn where there are none."""
+    """Return within the limits; within half a turn where there are none."""
     lower = np.maximum(robot.limit("lower"), -np.pi)
     upper = np.minimum(robot.limit("upper"), np.pi)
     return tuple(rng.uniform(lower, upper).tolist())
@@ -157,7 +157,7 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
 
 
 def _actions(waypoints: list[AnyWaypoint], drawn: list[int]) -> tuple[Action, ...]:
-    """Outputs and waits at waypoints, and outputs at the start by distance and time, by the numbers drawn."""
+    """Return outputs and waits at waypoints, and outputs at the start by distance and time, by the numbers drawn."""
     actions: list[Action] = []
     for number in drawn:
         at = AtWaypoint(number % len(waypoints))
@@ -171,7 +171,7 @@ def _actions(waypoints: list[AnyWaypoint], drawn: list[int]) -> tuple[Action, ..
 
 
 def _ranges(robot: Robot, quantity: str, shares: tuple[float, float] | None) -> tuple[tuple[float, float], ...] | None:
-    """The joints' limits, every second one of them turned around; None: as the robot has them."""
+    """Return the joints' limits, every second one of them turned around; None: as the robot has them."""
     if shares is None:
         return None
     limits = np.minimum(robot.limit(quantity), 1e3).tolist()
@@ -180,7 +180,7 @@ def _ranges(robot: Robot, quantity: str, shares: tuple[float, float] | None) -> 
 
 @st.composite
 def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
-    """Poses around a random joint position, by motions and transitions of all kinds, for a kind of back end."""
+    """Return poses around a random joint position, by motions and transitions of all kinds, for a kind of back end."""
     robot = load_robot(draw(st.sampled_from(ARMS_OF.get(kind, ARMS))))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     first = 0.7 * np.array(random_position(robot, rng)) + 0.3 * robot.middle

@@ -87,7 +87,7 @@ def test_a_torque_that_is_none_at_every_sample_of_a_coarse_grid_is_seen(
 
 
 def spindle(turns: float, limits: Limits, transition: Transition) -> PlanningProblem:
-    """The last joint of an arm without position limits turns while the others move a little, past a waypoint."""
+    """Return a problem whose last joint, without position limits, turns on the way past a waypoint."""
     robot = load_robot("ngv_refuelling_arm")
     way = np.array([0.3, 0.2, -0.3, 0.1, 0.2, 2.0 * np.pi * turns])
     first, half, last = (tuple(robot.middle + share * way) for share in (0.0, 0.5, 1.0))
@@ -114,7 +114,7 @@ def test_a_spindle_turns_hundreds_of_times(backend: type[BackEnd], limits: str, 
 
 
 def turned_far(turned: float, limits: Limits, transition: Transition) -> PlanningProblem:
-    """All joints of an arm without position limits turn, at different speeds, past a waypoint half the way."""
+    """Return a problem in which all joints without position limits turn far, past a waypoint half the way."""
     robot = load_robot("ngv_refuelling_arm")
     way = turned * np.array([1.0, -0.9, 0.8, 0.7, -0.6, 0.5])
     half = JointWaypoint(position=tuple(robot.middle + 0.5 * way), transition=transition)

@@ -126,7 +126,7 @@ def _is_in(region: Region, asked: Pose, reached: Pose) -> None:
 
 
 def _from_curve(point: FloatArray, poses: list[Pose], motion: PolylineMotion | SplineMotion) -> float:
-    """From the natural spline of scipy; or from the nearest line of a polyline, but for its corners."""
+    """Return the distance from scipy's natural spline, or from the nearest line of a polyline except at its corners."""
     points = np.array([pose.position for pose in poses])
     chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
     if isinstance(motion, SplineMotion):

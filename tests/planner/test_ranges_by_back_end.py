@@ -27,7 +27,7 @@ VELOCITY, ACCELERATION, JERK = (ROBOT.limit(quantity)[0] for quantity in ("veloc
 
 
 def first_joint(velocity: tuple[float, float], acceleration: tuple[float, float]) -> Limits:
-    """Limits of the first joint, as shares of those of the robot; the others keep theirs."""
+    """Return limits of the first joint, as shares of those of the robot; the others keep theirs."""
 
     def ranges(quantity: str, shares: tuple[float, float]) -> tuple[tuple[float, float], ...]:
         own = ROBOT.limit(quantity)
@@ -37,7 +37,7 @@ def first_joint(velocity: tuple[float, float], acceleration: tuple[float, float]
 
 
 def along(*travels: float) -> list[JointWaypoint]:
-    """The first joint alone moves, and passes what lies between."""
+    """Return the first joint alone moves, and passes what lies between."""
     positions = START[0] + np.concatenate([[0.0], np.cumsum(travels)])
     return [
         JointWaypoint((float(q), *START[1:]), transition=ThroughTransition() if 0 < k < len(travels) else PASSED)
@@ -49,7 +49,7 @@ PASSED = JointWaypoint(START).transition
 
 
 def least_time(start: float, end: float, limits: Limits, rates: tuple[FloatArray, FloatArray]) -> float:
-    """Of the first joint between two states, each its velocity and acceleration, by one call of the package."""
+    """Return the least time of the first joint between two states, by one call of the package ruckig."""
     target, output = ruckig.InputParameter(1), ruckig.Trajectory(1)
     assert limits.velocity_range
     assert limits.acceleration_range

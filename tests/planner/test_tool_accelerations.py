@@ -34,7 +34,7 @@ ALL: list[BackEnd] = [*(backend_of(kind) for kind in sorted(BACKENDS) if kind !=
 
 
 def differences(result: Plan, count: int = 500, step: float = 1e-4) -> dict[str, FloatArray]:
-    """Of positions and rotations of the tool at three times each, within one piece of the trajectory."""
+    """Return differences of tool positions and rotations at three times each, within one piece of the trajectory."""
     trajectory = result.trajectory
     middles = np.linspace(0.0, trajectory.duration, count + 2)[1:-1]
     pieces = trajectory.locate(np.array([middles - step, middles + step]).ravel())[0].reshape(2, -1)
@@ -56,7 +56,7 @@ def differences(result: Plan, count: int = 500, step: float = 1e-4) -> dict[str,
 
 
 def _turns(poses: list[Pose], others: list[Pose]) -> FloatArray:
-    """The rotation vectors, for small angles, in the base's axes."""
+    """Return the rotation vectors, for small angles, in the base's axes."""
     turns = [after.rotation @ before.rotation.T for before, after in zip(poses, others, strict=True)]
     return np.array([[r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]] for r in turns]) / 2.0
 

@@ -171,7 +171,7 @@ def use_request(page: Page, text: str) -> None:
 
 
 def seconds(page: Page) -> float:
-    """The time that is shown, s."""
+    """Return the time that is shown, s."""
     return float(page.locator("output.time").inner_text().split(" ")[0])
 
 

@@ -83,7 +83,7 @@ def violations(page: Page) -> list[str]:
 
 
 def long_request() -> dict[str, Any]:
-    """300 waypoints with 6 joints in about 20,000 samples."""
+    """Return 300 waypoints with 6 joints in about 20,000 samples."""
     positions = [[0.5 * ((i * j) % 7 - 3) / 3 for j in range(1, 7)] for i in range(300)]
     first, *rest = ({"kind": "joint", "position": position} for position in positions)
     waypoints = [first, *(waypoint | {"duration": 1.0} for waypoint in rest)]
@@ -91,7 +91,7 @@ def long_request() -> dict[str, Any]:
 
 
 def bundle() -> tuple[int, int]:
-    """The bytes of the page's files, compressed, without those of three and with them."""
+    """Return the bytes of the page's files, compressed, without those of three and with them."""
     files = {file.name: file.stat().st_size for file in (ROOT / "api/built_page/assets").glob("*.gz")}
     three = sum(size for name, size in files.items() if name.startswith(("stage-", "objects-")))
     return sum(files.values()) - three, sum(files.values())
@@ -231,7 +231,7 @@ def test_the_theme_is_switched_and_kept(browser: Browser, service: RunningServic
 
 
 def brightness(page: Page) -> float:
-    """The mean of red, green and blue of what is behind all."""
+    """Return the mean of red, green and blue of what is behind all."""
     colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
     red, green, blue = (float(value) for value in re.findall(r"[\d.]+", colour)[:3])
     return (red + green + blue) / 3.0

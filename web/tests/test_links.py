@@ -117,7 +117,7 @@ def test_a_malformed_link_is_said_in_a_sentence(browser: Browser, service: Runni
 
 
 def mutants() -> Iterator[Any]:
-    """Malformed requests: a field of a waypoint, or of the whole, is something else."""
+    """Yield malformed requests: a field of a waypoint, or of the whole, is something else."""
     request = json.loads((ROOT / "examples/slow_beside_a_walkway.json").read_text())
     for value in (None, [None], {"kind": "word"}, 5):
         for name in ("scene", "speed_zones", "limits"):

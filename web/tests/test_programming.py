@@ -186,7 +186,7 @@ def test_the_plots_are_zoomed_together_and_shown_whole_again(page: Page) -> None
     width = box["width"]
 
     def ends() -> list[float]:
-        """The times at the left and the right end of both plots."""
+        """Return the times at the left and the right end of both plots."""
         times = []
         for plot in plots:
             for at in (1, width - 2):

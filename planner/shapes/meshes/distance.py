@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from planner.shapes.shape import Shape
     from planner.spatial import FloatArray
 
-INSIDE = 0.5
+INSIDE_WINDING = 0.5
 """Winding number above which a point is inside a mesh: it is 1 inside and 0 outside."""
 
 
@@ -29,7 +29,7 @@ def distance_from_mesh(mesh: Mesh, shape: Shape, rotation: FloatArray, translati
             surface, coal.Transform3s.Identity(), shape.geometry, at, coal.DistanceRequest(), coal.DistanceResult()
         )
     )
-    return 0.0 if distance <= 0.0 or winding_number(mesh, np.asarray(translation)) > INSIDE else distance
+    return 0.0 if distance <= 0.0 or winding_number(mesh, np.asarray(translation)) > INSIDE_WINDING else distance
 
 
 def winding_number(mesh: Mesh, point: FloatArray) -> float:

@@ -75,7 +75,7 @@ def mesh_pieces(name: str, data: bytes, scale: Sequence[float] = (1.0, 1.0, 1.0)
     """Read a mesh and cut it into convex pieces, once for the same content.
 
     Args:
-        name: Name of the file, whose end says what it is: `.stl`, `.obj` or `.dae`.
+        name: Name of the file, whose suffix gives the format: `.stl`, `.obj` or `.dae`.
         data: Its bytes.
         scale: Factors of x, y and z.
 

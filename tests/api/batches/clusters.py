@@ -41,7 +41,7 @@ class Cluster:
             self.processes[name] = subprocess.Popen(command, cwd=self.folder, env=environment, stderr=log, stdout=log)
 
     def planning_processes(self, name: str) -> list[psutil.Process]:
-        """The processes of a machine that have no further ones of their own."""
+        """Return the processes of a machine that have no further ones of their own."""
         found = psutil.Process(self.processes[name].pid).children(recursive=True)
         return [process for process in found if not process.children() and "forkserver" in " ".join(process.cmdline())]
 

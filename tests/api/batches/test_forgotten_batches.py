@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 def ended_batch(connection: Connection) -> str:
-    """The id of a batch with a plan and a refusal, which is the last to need a robot."""
+    """Return the id of a batch with a plan and a refusal, which is the last to need a robot."""
     bounds = Bounds(ids=1, ids_of_owner=1, size=1000, size_of_owner=1000)
     ROBOTS.add(connection, "", "arm", RobotContent("x", b"definition", b"{}", b"{}"), "me", bounds)
     arrival = begin_batch(connection, "me", None, "service", BatchBounds(1, 1, 1000))

@@ -32,13 +32,13 @@ A back end that is not time-optimal has to hurry for the first; the second leave
 
 @cache
 def pairs(count: int | None) -> list[Row]:
-    """The first rows that combine every pair of levels; None: all."""
+    """Return the first rows that combine every pair of levels; None: all."""
     return list(islice(Covering(factors(), refused()).rows(), count))
 
 
 @cache
 def triples(count: int | None) -> list[Row]:
-    """The first rows that combine every triple inside a group, all else plain; None: all.
+    """Return the first rows that combine every triple inside a group, all else plain; None: all.
 
     What else a row has may hide a fault of three levels, or refuse the request before it shows.
     """
@@ -56,7 +56,7 @@ def add_robots(client: httpx.Client, known: Known) -> None:
 
 
 def is_planned(client: httpx.Client, known: Known, row: Row, seed: list[int]) -> bool:
-    """Whether the request of a row is planned in the end; the judges fail where an answer is wrong."""
+    """Tell whether the request of a row is planned in the end; the judges fail where an answer is wrong."""
     robot = known[row["robot"]][0]
     return any(_is_planned(client, robot, row, np.random.default_rng([*seed, draw])) for draw in range(DRAWS))
 

@@ -103,7 +103,7 @@ class Covering:
                 wanted[place] = False
 
     def _completed(self, row: Row, *, is_plain: bool = False) -> Row | None:
-        """The row with a level of every other factor that is there; None: its levels are refused together."""
+        """Return the row with a level of every other factor that is there; None: its levels are refused together."""
         for name, factor in self.factors.items():
             if name in row or not all(row.get(need) in levels for need, levels in factor.needs.items()):
                 continue
@@ -135,7 +135,7 @@ class Covering:
             self.triples[np.ix_(numbers, numbers, numbers)] = False
 
     def _closed(self, row: Row, added: list[tuple[str, str]]) -> Row | None:
-        """A row with more values and all that they need; None: they contradict each other or the row."""
+        """Return a row with more values and all that they need; None: they contradict each other or the row."""
         row, open_needs = dict(row), dict[str, set[str]]()
         for name, level in added:
             if row.setdefault(name, level) != level:
@@ -162,7 +162,7 @@ class Covering:
         return any(all(row.get(name) in levels for name, levels in rule.items()) for rule in self.refused)
 
     def _is_cut_off(self, row: Row) -> bool:
-        """Whether a factor of a row has no place beside another one of it."""
+        """Tell whether a factor of a row has no place beside another one of it."""
         return any(
             need in row and row[need] not in levels for name in row for need, levels in self.factors[name].needs.items()
         )

@@ -45,17 +45,17 @@ RESTING = {"dwell": ["given"], "action": ["wait"], "carries": ["payload", "put_d
 
 @cache
 def schema() -> dict[str, Any]:
-    """The JSON schema of plan requests."""
+    """Return the JSON schema of plan requests."""
     return PlanRequest.model_json_schema()
 
 
 def kinds(union: str) -> tuple[str, ...]:
-    """The kinds of a discriminated union."""
+    """Return the kinds of a discriminated union."""
     return tuple(schema()["$defs"][union]["discriminator"]["mapping"])
 
 
 def choices(definition: str, name: str | None = None) -> tuple[str, ...]:
-    """The strings that a definition, or one of its properties, may be."""
+    """Return the strings that a definition, or one of its properties, may be."""
     node = schema()["$defs"][definition]
     node = node if name is None else node["properties"][name]
     while "$ref" in node:
@@ -65,7 +65,7 @@ def choices(definition: str, name: str | None = None) -> tuple[str, ...]:
 
 
 def backends() -> tuple[str, ...]:
-    """Every back end, and every option of it: `toppra`, `toppra jerk_limited`, `ruckig synchronization time`."""
+    """Return every back end, and every option of it: `toppra`, `toppra jerk_limited`, `ruckig synchronization time`."""
     found = []
     for kind, reference in schema()["$defs"]["Backend"]["discriminator"]["mapping"].items():
         found.append(kind)
@@ -77,7 +77,7 @@ def backends() -> tuple[str, ...]:
 
 
 def factors() -> list[Factor]:
-    """All factors of a request, those that others need first."""
+    """Return all factors of a request, those that others need first."""
     limits = tuple(schema()["$defs"]["Limits"]["properties"])
     regions = ("rotation_z alone", *schema()["$defs"]["Region"]["properties"], "all")
     found = [
@@ -112,7 +112,7 @@ def factors() -> list[Factor]:
 
 
 def plain_factors() -> list[Factor]:
-    """The factors, those without a group with their first level alone."""
+    """Return the factors, those without a group with their first level alone."""
     return [factor if factor.group else factor._replace(levels=factor.levels[:1]) for factor in factors()]
 
 
@@ -149,7 +149,7 @@ def _of_motion(k: int) -> list[Factor]:
 
 
 def refused() -> list[Mapping[str, Collection[str]]]:
-    """Levels that the words of the schema and of the documentation refuse together."""
+    """Return levels that the words of the schema and of the documentation refuse together."""
     curved = [kind for kind in kinds("Motion") if kind != "joint"]
     initial, final = ["ruckig initial_velocity", "ruckig initial_acceleration"], ["ruckig final_velocity"]
     without_velocities = [one for one in backends() if one.split()[0] not in ("cubic", "quintic", "ruckig", "auto")]

@@ -54,7 +54,7 @@ Known = dict[str, tuple[Robot, list[dict[str, Any]]]]
 
 @cache
 def robots() -> Known:
-    """Each robot of the factor, which has a named position, with the requests that add it."""
+    """Return each robot of the factor, which has a named position, with the requests that add it."""
     made = {}
     for name in ROBOTS:
         base, bodies, axes = _base(name)
@@ -80,14 +80,14 @@ def _base(name: str) -> tuple[Robot, list[dict[str, Any]], list[dict[str, Any]]]
 
 
 def middle(robot: Robot) -> np.ndarray:
-    """The joint position furthest from singularities of some in the middle of the limits."""
+    """Return the joint position furthest from singularities of some in the middle of the limits."""
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
     shares = np.random.default_rng(1).uniform(0.3, 0.7, (200, robot.dof))
     return max(lower + shares * (upper - lower), key=lambda posture: manipulability(robot, posture))
 
 
 def manipulability(robot: Robot, posture: np.ndarray) -> float:
-    """The least singular value of the Jacobian of the tool, or of its position."""
+    """Return the least singular value of the Jacobian of the tool, or of its position."""
     data, rows = robot.model.createData(), 3 if robot.is_position_only or robot.dof < 6 else 6
     jacobian = pin.computeFrameJacobian(robot.model, data, posture, robot.tip_frame_id, pin.LOCAL_WORLD_ALIGNED)
     return float(np.linalg.svd(jacobian[:rows], compute_uv=False)[-1])
@@ -101,11 +101,11 @@ class Combined(Plans):
         self.row = row
 
     def has(self, name: str, level: str = "given") -> bool:
-        """Whether a factor has a level."""
+        """Tell whether a factor has a level."""
         return self.row.get(name, NONE) == level
 
     def request(self) -> dict[str, Any]:
-        """The request."""
+        """Return the request."""
         row = self.row
         request: dict[str, Any] = {
             "robot": self.robot.id,
@@ -153,7 +153,7 @@ class Combined(Plans):
         return {**request, "waypoints": waypoints}
 
     def _is_far(self, k: int) -> bool:
-        """Whether a goal leaves the robot a choice that does not hang on what is near."""
+        """Tell whether a goal leaves the robot a choice that does not hang on what is near."""
         is_open = self.has(f"goal {k}", "position") or self.has(f"free {k}", "all")
         return is_open and not any(self.row[f"motion {i}"] in TOOL_MOTIONS for i in (k, min(k + 1, COUNT - 1)))
 
@@ -172,7 +172,7 @@ class Combined(Plans):
         return {"kind": kind, name: value[0] if value else OPTIONS[name]}
 
     def _limits(self, names: list[str]) -> dict[str, Any]:
-        """Limits by their names, each with a value that slows, but not by much."""
+        """Return limits by their names, each with a value that slows, but not by much."""
         made: dict[str, Any] = {}
         for name in names:
             quantity, _, form = name.rpartition("_")
@@ -291,7 +291,7 @@ class Combined(Plans):
         return made
 
     def _aside(self, start: pin.SE3, end: pin.SE3, count: int) -> list[pin.SE3]:
-        """Poses between two, beside the straight line, in order."""
+        """Return poses between two, beside the straight line, in order."""
         poses = [pin.SE3.Interpolate(start, end, k / (count + 1.0)) for k in range(1, count + 1)]
         off = np.cross(end.translation - start.translation, self.random.normal(size=3))
         for pose in poses:

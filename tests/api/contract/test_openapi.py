@@ -65,7 +65,7 @@ def document(service: RunningService) -> dict[str, Any]:
 
 
 def nodes(value: Any) -> Iterator[dict[str, Any]]:
-    """Every object in the document."""
+    """Yield every object in the document."""
     if isinstance(value, dict):
         yield value
         value = list(value.values())
@@ -193,7 +193,7 @@ UNITS = re.compile(r"\b(rad|m|s|kg|N|J|MiB|bytes|1e-9 s)\b|[Uu]nit|times as|numb
 
 
 def numbers(schema: dict[str, Any]) -> bool:
-    """Whether a property is a number, or an array of numbers."""
+    """Tell whether a property is a number, or an array of numbers."""
     variants = [schema, *schema.get("anyOf", ())]
     return any(
         variant.get("type") in ("number", "integer") or (variant.get("type") == "array" and numbers(variant["items"]))
@@ -202,7 +202,7 @@ def numbers(schema: dict[str, Any]) -> bool:
 
 
 def rows(schema: dict[str, Any]) -> bool:
-    """Whether a property is an array of arrays."""
+    """Tell whether a property is an array of arrays."""
     arrays = [variant for variant in (schema, *schema.get("anyOf", ())) if variant.get("type") == "array"]
     return any(array["items"].get("type") == "array" for array in arrays)
 
@@ -247,7 +247,7 @@ def test_what_is_not_explained_is_found() -> None:
 
 
 def sentence(schema: dict[str, Any]) -> bool:
-    """Whether there is a description that begins and ends as a sentence does."""
+    """Tell whether there is a description that begins and ends as a sentence does."""
     text = schema.get("description", "")
     return bool(re.match(r"[A-Z0`]|null|sqrt", text)) and text.endswith(".") and len(text.split()) > 1
 

@@ -181,7 +181,7 @@ def test_sigterm_drains(start_service: Callable[..., RunningService]) -> None:
 
 
 def unfinished_body(service: RunningService) -> socket.socket:
-    """A client that has sent the first byte of a body."""
+    """Return a client that has sent the first byte of a body."""
     url = httpx.URL(service.url)
     client = socket.create_connection((url.host, url.port or 80), 30.0)
     head = b"POST /v1/trajectories HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"

@@ -25,7 +25,7 @@ class Answered:
         self.coefficients = np.array(padded).transpose(1, 0, 2)
 
     def derivatives(self, pieces: np.ndarray, since: np.ndarray, orders: int = 4) -> list[np.ndarray]:
-        """Positions, velocities, accelerations and jerks, each (N, joints), at times (N,) on pieces (N,)."""
+        """Return positions, velocities, accelerations and jerks, each (N, joints), at times (N,) on pieces (N,)."""
         values, own = [], self.coefficients[pieces]
         for _ in range(orders):
             values.append(np.einsum("njp,np->nj", own, since[:, None] ** np.arange(own.shape[2])))
@@ -33,7 +33,7 @@ class Answered:
         return values
 
     def at(self, times: np.ndarray, orders: int = 1) -> list[np.ndarray]:
-        """Positions and their derivatives, each (N, joints), at times (N,) since the start."""
+        """Return positions and their derivatives, each (N, joints), at times (N,) since the start."""
         pieces = np.clip(np.searchsorted(self.breakpoints, times, "right") - 1, 0, len(self.coefficients) - 1)
         return self.derivatives(pieces, times - self.breakpoints[pieces], orders)
 
@@ -75,5 +75,5 @@ def segments(request: dict[str, Any], answer: dict[str, Any]) -> Iterator[Segmen
 
 
 def times_of(answer: dict[str, Any]) -> dict[int, dict[str, Any]]:
-    """The waypoints of an answer by their indices in the request, without the corners of ways around."""
+    """Return the waypoints of an answer by their indices in the request, without the corners of ways around."""
     return {row["index"]: row for row in answer["waypoints"] if row["choice"] != "way_around"}

@@ -37,7 +37,7 @@ REFUSED_BY_SCENES = ("collision", "start_in_collision", "clearance_unproved")
 
 
 def stands_as_asked(waypoint: dict[str, Any]) -> bool:
-    """Whether a start is a joint position, and everything is where the scene has it."""
+    """Tell whether a start is a joint position, and everything is where the scene has it."""
     return waypoint["kind"] == "joint" and not is_handled([waypoint])
 
 

@@ -19,7 +19,7 @@ MOST_PAIRS = 256_000
 
 
 def distance_to(shape: dict[str, Any]) -> Distance:
-    """The distance from a shape, in its own frame; of meshes that from their surface."""
+    """Return the distance from a shape, in its own frame; of meshes that from their surface."""
     match shape["kind"]:
         case "sphere":
             return lambda points: np.linalg.norm(points, axis=1) - shape["radius"]
@@ -54,12 +54,12 @@ def _beyond_axis(points: np.ndarray, length: float) -> np.ndarray:
 
 
 def _from_excess(beyond: np.ndarray) -> np.ndarray:
-    """The distance from a product of sets, by how far points are beyond each, (N, sets)."""
+    """Return the distance from a product of sets, by how far points are beyond each, (N, sets)."""
     return np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(beyond.max(axis=1), 0.0)
 
 
 def _from_hull(vertices: np.ndarray) -> Distance:
-    """The distance from a convex hull; from its corners, which are no nearer than it, if it is flat."""
+    """Return the distance from a convex hull; from its corners, which are no nearer than it, if it is flat."""
     try:
         hull = ConvexHull(vertices)
     except (QhullError, ValueError):

@@ -47,11 +47,11 @@ class Draws:
         return items[int(self.random.integers(len(items)))]
 
     def between(self, least: float, most: float) -> float:
-        """As often a hundredth as a tenth of the largest."""
+        """Draw a number between two ends, uniform in its logarithm."""
         return float(np.exp(self.random.uniform(np.log(least), np.log(most))))
 
     def limits(self, share: float) -> dict[str, Any]:
-        """Limits of joints by value or by direction, of the tool, and scales; each with this probability."""
+        """Return limits of joints by value or by direction, of the tool, and scales; each with this probability."""
         asked: dict[str, Any] = {}
         quantities = ("velocity", "acceleration", "jerk", *(["torque"] if self.robot.has_dynamics else []))
         for quantity in quantities:
@@ -75,7 +75,7 @@ class Draws:
         return {"mass": self.between(1e-3, 8.0), "center_of_mass": center.tolist(), "inertia": moments.tolist()}
 
     def velocity(self) -> list[float]:
-        """Of each joint, a share of its limit."""
+        """Draw velocities of all joints, each a fraction of its limit."""
         shares = self.random.uniform(-0.3, 0.3, self.robot.dof)
         return (shares * self.between(0.05, 1.0) * np.minimum(self.robot.limit("velocity"), 1e4)).tolist()
 

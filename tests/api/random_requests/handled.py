@@ -50,7 +50,7 @@ def stages(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> Ite
 
 
 def is_handled(waypoints: list[dict[str, Any]]) -> bool:
-    """Whether anything is taken or put down at some waypoints."""
+    """Tell whether anything is taken or put down at some waypoints."""
     return any(waypoint.get("attach") or waypoint.get("detach") for waypoint in waypoints)
 
 
@@ -87,6 +87,6 @@ def _frame(robot: Robot, request: dict[str, Any], held: dict[str, Any], position
 
 
 def _holders(robot: Robot, around: Surroundings, held: dict[str, Any]) -> set[str]:
-    """Names of what moves with what holds a thing, and of what else may touch it."""
+    """Return names of what moves with what holds a thing, and of what else may touch it."""
     joint = robot.model.frames[robot.model.getFrameId(held.get("link") or robot.tip_frame)].parentJoint
     return {body.name for body in around.bodies if body.joint == joint} | set(held.get("touch_links", []))

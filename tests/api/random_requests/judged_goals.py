@@ -128,14 +128,14 @@ def _arrives(
 
 
 def _is_turn_open(robot: Robot, waypoints: list[dict[str, Any]], k: int) -> bool:
-    """Whether a relative waypoint, or the last one before that is not relative, asks for a position alone."""
+    """Tell whether a relative waypoint, or the last one before that is not relative, asks for a position alone."""
     while waypoints[k]["kind"] == "relative":
         k -= 1
     return robot.is_position_only or (waypoints[k]["kind"] == "pose" and not waypoints[k]["pose"].get("orientation"))
 
 
 def _moved(start: pin.SE3, asked: dict[str, Any]) -> pin.SE3:
-    """The pose of the tool after a relative move."""
+    """Return the pose of the tool after a relative move."""
     move = asked["move"]
 
     def shift(x: float, z: float) -> pin.SE3:
@@ -196,7 +196,7 @@ def _keeps_to_curve(
 
 
 def _off_polyline(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distances (N,) of points (N, 3) from the nearest of the lines between corners (M, 3)."""
+    """Return distances (N,) of points (N, 3) from the nearest of the lines between corners (M, 3)."""
     starts, ways = corners[:-1], np.diff(corners, axis=0)
     squares = np.maximum((ways**2).sum(axis=1), 1e-300)
     shares = np.clip(((points[:, None] - starts) * ways).sum(axis=2) / squares, 0.0, 1.0)
@@ -204,7 +204,7 @@ def _off_polyline(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def _off_circle(points: np.ndarray, three: np.ndarray) -> np.ndarray:
-    """Distances (N,) of points (N, 3) from the circle through three."""
+    """Return distances (N,) of points (N, 3) from the circle through three."""
     a, b = three[1] - three[0], three[2] - three[0]
     normal = np.cross(a, b)
     middle = three[0] + np.cross((a @ a) * b - (b @ b) * a, normal) / (2.0 * (normal @ normal))

@@ -28,7 +28,7 @@ ON_TOOL = 100
 
 
 def bounds_of(robot: Robot, quantity: str, given: list[dict[str, Any]]) -> tuple[np.ndarray, np.ndarray]:
-    """The lower and the upper limit of each joint: the narrowest of all that are given, times all scales."""
+    """Return the lower and the upper limit of each joint: the narrowest of all that are given, times all scales."""
     lower, upper = -robot.bounds(quantity)[0], robot.bounds(quantity)[1]
     lower, upper = (np.minimum(side, robot.limit(quantity)) for side in (lower, upper))
     for limits in given:
@@ -107,7 +107,7 @@ def _tool_holds(
     joint, where = frame.parentJoint, frame.placement * placement(tool)
 
     def motions(times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Velocities and accelerations of the tool, linear over angular, each (N, 6)."""
+        """Return velocities and accelerations of the tool, linear over angular, each (N, 6)."""
         velocities, accelerations = [], []
         for q, v, a in zip(*trajectory.derivatives(pieces, times, 3), strict=True):
             pin.forwardKinematics(robot.model, data, q, v, a)

@@ -63,7 +63,7 @@ def with_remedies(request: dict[str, Any], remedies: list[dict[str, Any]], chose
 
 
 def with_remedy(request: dict[str, Any], remedy: dict[str, Any]) -> dict[str, Any]:
-    """The request with a remedy's change."""
+    """Return the request with a remedy's change."""
     changed = copy.deepcopy(request)
     parent, key = _parent_of(changed, remedy["change"])
     if isinstance(parent, list) and key == len(parent):

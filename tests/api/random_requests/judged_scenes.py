@@ -88,7 +88,7 @@ def speed_holds(
 
 
 def _within(times: np.ndarray, intervals: list[list[float]]) -> np.ndarray:
-    """Whether times (N,) are in any of some intervals, but for rounding."""
+    """Tell whether times (N,) are in any of some intervals, but for rounding."""
     edges = np.array(intervals).reshape(-1, 2)
     inside: np.ndarray = (times[:, None] >= edges[:, 0] - CONTACT) & (times[:, None] <= edges[:, 1] + CONTACT)
     return inside.any(axis=1)
@@ -158,7 +158,7 @@ def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -
 
 
 def at_rest(robot: Robot, position: list[float]) -> list[dict[str, Any]]:
-    """Polynomials of a robot that stays where it is."""
+    """Return polynomials of a robot that stays where it is."""
     pairs = zip(robot.joint_names, position, strict=True)
     return [{"joint": name, "breakpoints": RESTING, "coefficients": [[value]]} for name, value in pairs]
 

@@ -18,7 +18,7 @@ class Operations(Plans):
     """Random operations for a robot."""
 
     def operation(self, request: dict[str, Any], planned: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-        """An operation on a planned trajectory: its path after /v1/, and the request."""
+        """Return an operation on a planned trajectory: its path after /v1/, and the request."""
         if self.validates and "mounting" not in request:
             return "trajectories/validate", self.validation(planned)
         trajectory, duration = {"polynomials": planned["polynomials"]}, planned["duration"]
@@ -82,7 +82,7 @@ class Operations(Plans):
         return asked
 
     def solutions(self) -> tuple[str, dict[str, Any]]:
-        """Poses and joint positions in a scene, of which solutions are asked, or whether they can be reached."""
+        """Return poses and joint positions in a scene, of which solutions are asked, or whether they can be reached."""
         asked: dict[str, Any] = {"robot": self.robot.id, "deadline": 30.0}
         shared = {"tool": (self.choice(TOOLS), 0.2), "mounting": (MOUNTING, 0.1), "frames": (FRAMES, 0.2)}
         asked |= {name: value for name, (value, share) in shared.items() if self.chance(share)}
@@ -116,12 +116,12 @@ class Operations(Plans):
         return asked
 
     def comparison(self, request: dict[str, Any]) -> dict[str, Any]:
-        """A request to plan with two back ends."""
+        """Return a request to plan with two back ends."""
         backends = [request["backend"], self.choice(BACKENDS)]
         return {name: value for name, value in request.items() if name != "backend"} | {"backends": backends}
 
     def points(self) -> list[list[float]]:
-        """A walk of joint positions, smooth or rough, some of them repeated."""
+        """Return a walk of joint positions, smooth or rough, some of them repeated."""
         count, step = 2 + int(self.random.integers(40)), self.between(1e-4, 0.05)
         walk = self.position(None) + np.cumsum(self.random.normal(scale=step, size=(count, self.robot.dof)), axis=0)
         walk = np.clip(walk, self.robot.limit("lower"), self.robot.limit("upper"))

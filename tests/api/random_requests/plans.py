@@ -49,7 +49,7 @@ class Plans(Waypoints, Scenes):
     """Random plan requests for a robot."""
 
     def plan(self) -> dict[str, Any]:
-        """A request to plan, with some of all that may be asked."""
+        """Return a request to plan, with some of all that may be asked."""
         request: dict[str, Any] = {
             "robot": self.robot.id,
             "backend": dict(self.choice(BACKENDS)),
@@ -116,7 +116,7 @@ class Plans(Waypoints, Scenes):
             made |= {"payload": self.payload()} if self.chance(0.5) else {"put_down": True}
 
     def _passing_joints(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Joint positions that are passed, some of them at velocities that are asked."""
+        """Return joint positions that are passed, some of them at velocities that are asked."""
         near = self.position(None)
         request["waypoints"] = [{"kind": "joint", "position": near.tolist()}]
         for _ in range(2 + int(self.random.integers(4))):
@@ -186,7 +186,7 @@ class Plans(Waypoints, Scenes):
             request["actions"] = [{"kind": "set_output", "at": at, "name": "gripper", "value": True}]
 
     def spoiled(self, request: dict[str, Any]) -> dict[str, Any]:
-        """A request with one number, somewhere in it, that is huge, tiny or of the other sign."""
+        """Return a request with one number, somewhere in it, that is huge, tiny or of the other sign."""
         request = copy.deepcopy(request)
         places: list[tuple[Any, Any]] = []
 

@@ -36,7 +36,7 @@ SHAPES = (
 
 
 def arm_of_shapes() -> str:
-    """A URDF document of four joints whose links are cylinders, a box and a ball, with masses."""
+    """Return a URDF document of four joints whose links are cylinders, a box and a ball, with masses."""
     links = [
         LINK.format(k=k, before=k - 1, axis=axis, at=at, half=length / 2.0, mass=4.0 / k, shape=shape)
         for k, (axis, at, length, shape) in enumerate(SHAPES, 1)
@@ -45,7 +45,7 @@ def arm_of_shapes() -> str:
 
 
 def made_up_robot(random: np.random.Generator, name: str) -> tuple[Robot, dict[str, Any] | None]:
-    """A robot for requests, and what to add it with (None: it is in the catalogue), under a name."""
+    """Return a robot for requests, and what to add it with (None: it is in the catalogue), under a name."""
     kind = int(random.integers(8))
     if kind < len(CATALOGUE):
         return load_robot(CATALOGUE[kind]), None

@@ -24,7 +24,7 @@ class Scenes(Draws):
     """Random scenes around a robot."""
 
     def scene(self, request: dict[str, Any], postures: list[np.ndarray]) -> dict[str, Any]:
-        """A scene for a request that passes some postures."""
+        """Return a scene for a request that passes some postures."""
         scene: dict[str, Any] = {"objects": []}
         if self.chance(0.5):
             scene["margin"] = self.choice((0.0, 1e-3, 0.01, 0.05))
@@ -68,7 +68,7 @@ class Scenes(Draws):
         return zones
 
     def _somewhere(self) -> pin.SE3:
-        """A place around the arm: anywhere, or aligned with the axes of its base."""
+        """Return a place around the arm: anywhere, or aligned with the axes of its base."""
         way = self.random.normal(size=3)
         position = way / np.linalg.norm(way) * self.random.uniform(0.4, 1.8)
         if self.chance(0.2):

@@ -103,7 +103,7 @@ class Surroundings:
         return min(max(thing.margin, body.margin), self.near.get((body.name, thing.name), np.inf))
 
     def moved(self, body: Body, positions: np.ndarray) -> np.ndarray:
-        """The core of a body (T, P, 3) in the base frame at postures (T, joints)."""
+        """Return the core of a body (T, P, 3) in the base frame at postures (T, joints)."""
         return self._moved([body], positions)[0]
 
     def _moved(self, bodies: list[Body], positions: np.ndarray) -> list[np.ndarray]:
@@ -118,12 +118,12 @@ class Surroundings:
         ]
 
     def is_touching(self, body: Body, thing: Thing) -> bool:
-        """Whether two things are nearer than their margin where one of them is taken or put down."""
+        """Tell whether two things are nearer than their margin where one of them is taken or put down."""
         near = self.near.get((body.name, thing.name), np.inf)
         return near + ROOM_ON_THE_WAY < max(thing.margin, body.margin)
 
     def least_excess(self, trajectory: Answered, ends: np.ndarray, *, touching: bool) -> tuple[float, float, str]:
-        """The least distance less the margin of a body from a thing; the least distance; and of which pair.
+        """Return the least distance less the margin of a body from a thing; the least distance; and of which pair.
 
         Of pairs that touch where something is taken or put down, or of all others. What may touch anyway is left out.
         Both are no less than the truth, between two times (2,), s.
@@ -163,7 +163,7 @@ class Surroundings:
         return least
 
     def speeds(self, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-        """The highest speeds (T,) of any point of a body's core at postures and velocities (T, joints), m/s."""
+        """Return the highest speeds (T,) of any point of a body's core at postures and velocities (T, joints), m/s."""
         highest = np.zeros(len(positions))
         for row, (position, velocity) in enumerate(zip(positions, velocities, strict=True)):
             pin.forwardKinematics(self.robot.model, self.data, position, velocity)
@@ -174,7 +174,7 @@ class Surroundings:
         return highest
 
     def apart(self, body: Body, thing: Thing, positions: np.ndarray) -> np.ndarray:
-        """Distances (T,) of a body from a thing at postures (T, joints); those of lines exactly."""
+        """Return distances (T,) of a body from a thing at postures (T, joints); those of lines exactly."""
         core = self.moved(body, positions)
         if body.is_line:
             return nearest_on_lines(core[:, 0], core[:, -1], thing.distance) - body.radius
@@ -203,7 +203,7 @@ class Surroundings:
 
 
 def _as_asked(shape: Shape) -> dict[str, Any]:
-    """A shape of a robot as a request would have it."""
+    """Return a shape of a robot as a request would have it."""
     match shape:
         case Sphere():
             return {"kind": "sphere", "radius": shape.radius}
@@ -229,7 +229,7 @@ def _placed(shape: dict[str, Any], where: pin.SE3) -> Distance:
 
 
 def _distance_from_lines(starts: np.ndarray, ends: np.ndarray) -> Distance:
-    """The distance of points (N, 3) from the lines between points (N, 3), each from its own."""
+    """Return the distance of points (N, 3) from the lines between points (N, 3), each from its own."""
     ways = ends - starts
     squares = np.maximum((ways**2).sum(axis=1), 1e-300)
 
@@ -241,7 +241,7 @@ def _distance_from_lines(starts: np.ndarray, ends: np.ndarray) -> Distance:
 
 
 def nearest_on_lines(starts: np.ndarray, ends: np.ndarray, distance: Distance) -> np.ndarray:
-    """The least of a convex function on lines between points (N, 3), by thirds: (N,)."""
+    """Return the least of a convex function on lines between points (N, 3), by thirds: (N,)."""
     low, high = np.zeros(len(starts)), np.ones(len(starts))
 
     def at(share: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from tests.api.random_requests.distances import distance_to
 
 
 def gilbert(point: np.ndarray, vertices: np.ndarray) -> float:
-    """The distance of a point from a convex hull: E. G. Gilbert (1966), doi 10.1137/0304007, its upper bound."""
+    """Return the distance of a point from a convex hull: E. G. Gilbert (1966), doi 10.1137/0304007, its upper bound."""
     nearest = vertices[0] - point
     for _ in range(20_000):
         farther = vertices[(vertices @ nearest).argmin()] - point - nearest

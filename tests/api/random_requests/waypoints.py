@@ -26,7 +26,7 @@ class Waypoints(Draws):
     def waypoint(
         self, near: np.ndarray, request: dict[str, Any], tool: dict[str, Any] | None
     ) -> tuple[dict[str, Any], np.ndarray, dict[str, Any] | None]:
-        """A waypoint after one at a joint position; the joint position near it, and the tool from there on."""
+        """Return a waypoint after one at a joint position; the joint position near it, and the tool from there on."""
         made: dict[str, Any]
         if self.chance(0.07):
             tool = self.choice(TOOLS)
@@ -66,7 +66,7 @@ class Waypoints(Draws):
         return made, near, tool
 
     def _goal(self, start: pin.SE3) -> pin.SE3:
-        """A pose near another one: shifted, along an axis, turned, or the same."""
+        """Return a pose near another one: shifted, along an axis, turned, or the same."""
         shift = self.between(0.005, 0.1) * self.random.normal(size=3)
         turn = self.between(1e-3, 0.5) * self.random.normal(size=3)
         if self.chance(0.3):
@@ -109,7 +109,7 @@ class Waypoints(Draws):
         return region
 
     def _tool_motion(self, kind: str, start: pin.SE3, end: pin.SE3) -> dict[str, Any]:
-        """A motion of the tool between two poses in the frame of the waypoint."""
+        """Return a motion of the tool between two poses in the frame of the waypoint."""
         motion: dict[str, Any] = {"kind": kind, "singularity": self.choice(SINGULARITY)}
         if self.chance(0.2):
             motion["free"] = self.region()
@@ -129,7 +129,7 @@ class Waypoints(Draws):
         return None if self.robot.is_position_only or self.chance(0.6) else str(self.choice(NOTATIONS))
 
     def _between(self, start: pin.SE3, end: pin.SE3, kind: str) -> list[pin.SE3]:
-        """Poses off the straight line, on it, or one of them twice."""
+        """Return poses off the straight line, on it, or one of them twice."""
         count = 1 if kind == "circular" else int(self.random.integers(1, 5))
         length = float(np.linalg.norm(end.translation - start.translation))
         aside = 0.0 if self.chance(0.1) else 0.3 * max(length, 0.01)

@@ -32,7 +32,7 @@ def text(body: str) -> bytes:
 
 
 def plan_text(waypoint: str) -> bytes:
-    """A plan request whose second waypoint is this text: for what Python's JSON cannot write."""
+    """Return a plan request whose second waypoint is this text: for what Python's JSON cannot write."""
     return text(json.dumps(second("HERE")).replace('"HERE"', waypoint))
 
 
@@ -62,7 +62,7 @@ ORIGIN = {"position": [0.0, 0.0, 0.0]}
 
 
 def in_frame(name: str, **changes: Any) -> dict[str, Any]:
-    """A pose in a frame, and what else is asked."""
+    """Return a pose in a frame, and what else is asked."""
     return plan_request(waypoints=[joint(0.1, 0.2, 0.3), pose_waypoint([0.2, 0.0, 0.1], frame=name)], **changes)
 
 

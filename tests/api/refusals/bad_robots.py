@@ -35,7 +35,7 @@ def _document(name: str, finding: str, document: str, **changes: Any) -> Bad:
 
 
 def _chain(name: str, finding: str, old: str, new: str) -> Bad:
-    """A good chain with something replaced everywhere."""
+    """Return a good chain with something replaced everywhere."""
     return _document(name, finding, PLAIN.replace(old, new))
 
 

@@ -14,7 +14,7 @@ VELOCITY = (0.6, 0.8, 0.1, 0.4, 0.0, -0.5)
 
 
 def passing_at(velocity: tuple[float, ...], **more: object) -> PlanningProblem:
-    """Three waypoints, the second one passed at this velocity."""
+    """Return three waypoints, the second one passed at this velocity."""
     start, middle, end = map(JointWaypoint, POSITIONS)
     passed = replace(middle, transition=ThroughTransition(velocity))
     return PlanningProblem(ROBOT, [start, passed, end], **more)

@@ -49,7 +49,7 @@ def test_polynomials_solve_the_boundary_conditions(backend: Cubic | Quintic, ord
 
 
 def shape_peaks(kind: str, duration: float) -> tuple[float, float, float]:
-    """Peak velocity, acceleration and jerk of unit travel in `duration`, from numpy's own polynomials."""
+    """Return peak velocity, acceleration and jerk of unit travel in `duration`, from numpy's own polynomials."""
     order = {"cubic": 4, "quintic": 6}[kind]
     coefficients = boundary_polynomial(order, 1.0, np.zeros(1), np.ones(1))[:, 0]
     law = np.polynomial.Polynomial(coefficients)
@@ -166,7 +166,7 @@ def test_a_duration_too_short_is_refused_with_a_remedy_that_works(kind: str) -> 
 
 
 def worst_on_dense_samples(result: Plan, quantity: str) -> float:
-    """Largest value over its limit on 4,000 samples: torque and tool speed computed outside the certificate."""
+    """Return largest value over its limit on 4,000 samples: torque and tool speed computed outside the certificate."""
     times = np.linspace(0.0, result.trajectory.duration, 4001)
     position, velocity, acceleration = result.trajectory.evaluate(times)
     if quantity == "torque":
@@ -279,5 +279,5 @@ def test_a_trapezoid_under_a_limit_of_the_tools_speed_cruises_at_it() -> None:
 
 
 def replace_limits(result: Plan, of: Plan) -> Plan:
-    """The motion of one plan, under the limits of another."""
+    """Return the motion of one plan, under the limits of another."""
     return replace(result, path=replace(result.path, limits=of.path.limits))

@@ -25,13 +25,13 @@ Shape = Callable[[np.random.Generator, int], FloatArray]
 
 
 def through(robot_id: str, positions: FloatArray, limits: Limits = Limits()) -> PlanningProblem:
-    """The problem of passing all positions."""
+    """Return the problem of passing all positions."""
     waypoints = tuple(JointWaypoint(tuple(position)) for position in positions.tolist())
     return passing(PlanningProblem(load_robot(robot_id), waypoints, limits=limits))
 
 
 def retime(count: int) -> PlanningProblem:
-    """The dense list of the case auto_retime.json, which has 51 waypoints, with that many."""
+    """Return the dense list of the case auto_retime.json, which has 51 waypoints, with that many."""
     t = np.linspace(0.0, 50.0, count)
     rest = np.full_like(t, -1.5)
     lift = 1.5 + 0.2 * (1.0 - np.cos(0.08 * t))

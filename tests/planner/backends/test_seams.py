@@ -50,7 +50,7 @@ class Seam(NamedTuple):
 
 
 def seam(arm: str, start: Pose, angle: float, legs: list[float], radii: list[float], speed: float) -> Seam:
-    """Lines and half circles in turns, tangent to each other, in the horizontal plane.
+    """Return lines and half circles in turns, tangent to each other, in the horizontal plane.
 
     Args:
         arm: From the catalogue.
@@ -78,7 +78,7 @@ def seam(arm: str, start: Pose, angle: float, legs: list[float], radii: list[flo
 
 
 def random_seam(rng: np.random.Generator) -> Seam:
-    """Half of them symmetric, along an axis of the base, in whole millimetres and with a common radius."""
+    """Return half of them symmetric, along an axis of the base, in whole millimetres and with a common radius."""
     arm = str(rng.choice(list(POSTURES)))
     posture = np.array(POSTURES[arm][rng.integers(len(POSTURES[arm]))])
     count, structured = int(rng.choice([1, 3, 5])), rng.uniform() < 0.5

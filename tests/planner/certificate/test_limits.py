@@ -24,7 +24,7 @@ def trajectory_of(lengths: np.ndarray, coefficients: np.ndarray) -> Trajectory:
 
 
 def largest(coefficients: np.ndarray, lengths: np.ndarray, measure: np.ndarray) -> tuple[int, int, float, float]:
-    """Piece, joint, local time and value."""
+    """Return piece, joint, local time and value."""
     polynomials = derivatives_on_unit_time(PiecewisePolynomial(lengths, coefficients), 1)[0]
     piece, joint, u, value = largest_magnitude(polynomials, measure)
     return piece, joint, u * lengths[piece], value

@@ -40,7 +40,7 @@ class KineticEnergy(Constraint):
 
 
 def energies(made: Plan, count: int = 2000) -> FloatArray:
-    """By Pinocchio, at even times."""
+    """Return energies by Pinocchio, at evenly spaced times."""
     robot = made.path.robot
     data = robot.model.createData()
     times = np.linspace(0.0, made.trajectory.duration, count)

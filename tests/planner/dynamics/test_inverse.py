@@ -18,7 +18,7 @@ G = 9.81
 
 
 def two_links() -> Robot:
-    """In a vertical plane: 0.4 m and 0.3 m, 3 kg and 2 kg in their middles, slender rods."""
+    """Return an arm of two slender rods in a vertical plane: 0.4 m, 3 kg, and 0.3 m, 2 kg."""
 
     def rod(length: float, mass: float) -> DHJoint:
         moment = mass * length**2 / 12.0
@@ -59,14 +59,14 @@ def test_two_links_in_closed_form(payload: float) -> None:
 
 
 def placements(robot: Robot, q: FloatArray) -> list[tuple[FloatArray, FloatArray, FloatArray, float, FloatArray]]:
-    """Of each moving body: centre of mass (3,), rotation, inertia about the centre in the body's axes, mass."""
+    """Return for each moving body: centre of mass (3,), rotation, inertia about the centre in the body's axes, mass."""
     pin.forwardKinematics(robot.model, robot.data, q)
     bodies = zip(robot.data.oMi.tolist()[1:], robot.model.inertias.tolist()[1:], strict=True)
     return [(oMi.act(body.lever), oMi.rotation.copy(), body.inertia, body.mass) for oMi, body in bodies]
 
 
 def mass_matrix(robot: Robot, q: FloatArray, h: float = 1e-5) -> FloatArray:
-    """(joints, joints), from the bodies' velocities by central differences."""
+    """Return (joints, joints), from the bodies' velocities by central differences."""
     M = np.zeros((robot.dof, robot.dof))
     here = placements(robot, q)
     ends = [(placements(robot, q + step), placements(robot, q - step)) for step in h * np.eye(robot.dof)]
@@ -83,7 +83,7 @@ def potential(robot: Robot, q: FloatArray) -> float:
 
 
 def lagrange(robot: Robot, q: FloatArray, v: FloatArray, a: FloatArray, h: float = 1e-4) -> FloatArray:
-    """M a + (dM/dt) v - grad(v^T M v / 2 - V)."""
+    """Return m a + (dM/dt) v - grad(v^T M v / 2 - V)."""
     steps = h * np.eye(robot.dof)
     slopes = np.array([(mass_matrix(robot, q + s) - mass_matrix(robot, q - s)) / (2.0 * h) for s in steps])
     lift = np.array([(potential(robot, q + s) - potential(robot, q - s)) / (2.0 * h) for s in steps])

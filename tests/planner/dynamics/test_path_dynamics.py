@@ -19,7 +19,7 @@ def loaded(robot_id: str) -> Robot:
 
 
 def path(s: np.ndarray, amplitudes: np.ndarray, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A sine a joint: q, q' and q'', each (gridpoints, joints)."""
+    """Return a sine a joint: q, q' and q'', each (gridpoints, joints)."""
     angle = s[:, None] * waves
     return amplitudes * np.sin(angle), amplitudes * waves * np.cos(angle), -amplitudes * waves**2 * np.sin(angle)
 
@@ -47,7 +47,7 @@ def test_inertia_and_centripetal_torques_follow_from_the_kinetic_energy(robot_id
     s, step = rng.uniform(0.0, 3.0, 10), 1e-5
 
     def inertia_along(at: np.ndarray) -> np.ndarray:
-        """q'M q', (gridpoints,), by the composite rigid body algorithm."""
+        """Return q'M q', (gridpoints,), by the composite rigid body algorithm."""
         q, first, _ = path(at, amplitudes, waves)
         masses = [pin.crba(robot.model, robot.data, row).copy() for row in q]
         full = [np.triu(mass) + np.triu(mass, 1).T for mass in masses]

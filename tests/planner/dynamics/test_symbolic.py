@@ -18,7 +18,7 @@ PAYLOAD = Payload(4.0, (0.05, -0.02, 0.12), (0.02, 0.03, 0.04))
 
 
 def sliding_arm() -> Robot:
-    """Turns for ever, slides, turns: every kind of joint, on a base that lies on its side."""
+    """Return turns for ever, slides, turns: every kind of joint, on a base that lies on its side."""
 
     def link(kind: str, a: float, alpha: float, lower: float | None = None, upper: float | None = None) -> DHJoint:
         return DHJoint(

@@ -84,7 +84,7 @@ def test_the_tools_rates_are_differences_of_its_poses(result: Plan) -> None:
 
 
 def samples_of_one_piece(result: Plan, h: float, count: int) -> np.ndarray:
-    """Whether (count,) the samples just before and after one, h apart, are on its own piece of the trajectory."""
+    """Tell whether (count,) the samples just before and after one, h apart, are on its own piece of the trajectory."""
     time = h * np.arange(count)
     pieces = [np.searchsorted(result.trajectory.breakpoints, t, side="right") for t in (time - h, time + h)]
     return pieces[0] == pieces[1]

@@ -126,7 +126,7 @@ def read_rapid(program: str) -> Read:
 
 
 def read_fanuc(program: str) -> Read:
-    """J3 counts from the horizontal: the third joint is J3 plus J2."""
+    """Read a Fanuc program; its J3 counts from the horizontal, so the third joint is J3 plus J2."""
     read = Read()
     head, _, rest = program.partition("/MN\r\n")
     statements, _, points = rest.partition("/POS\r\n")

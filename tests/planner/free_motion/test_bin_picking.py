@@ -42,7 +42,7 @@ def box(name: str, size: list[float], center: list[float], turn: float = 0.0) ->
 
 
 def scene() -> planner.Scene:
-    """Five walls, parts, and a gripper of a palm and two fingers."""
+    """Return five walls, parts, and a gripper of a palm and two fingers."""
     half, beside = HEIGHT / 2.0, THICKNESS / 2.0
     x, y = LENGTH / 2.0 + beside, WIDTH / 2.0 + beside
     walls = [

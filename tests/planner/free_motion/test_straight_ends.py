@@ -26,7 +26,7 @@ OUTSIDE = planner.JointWaypoint([1.2, -1.2, 1.4, 0.0, 0.8, 0.0])
 
 
 def window(room: float) -> planner.Scene:
-    """A plate with a window that the rod passes with so much room on each side, m."""
+    """Return a plate with a window that the rod passes with so much room on each side, m."""
     rest = (0.5 - HALF - room) / 2.0
     off = HALF + room + rest
     places = {"left": (0.0, off), "right": (0.0, -off), "top": (off, 0.0), "bottom": (-off, 0.0)}
@@ -43,7 +43,7 @@ def window(room: float) -> planner.Scene:
 
 
 def rod_at(positions: FloatArray) -> FloatArray:
-    """Points on the long edges of the rod (positions, points, 3), m."""
+    """Return points on the long edges of the rod (positions, points, 3), m."""
     corners = [[x, y, z] for x, y in product((-HALF, HALF), repeat=2) for z in np.linspace(0.0, LENGTH, 41)]
     poses = planner.forward_kinematics(ARM, positions)
     return np.array([np.array(corners) @ np.asarray(pose.rotation).T + pose.position for pose in poses])

@@ -15,7 +15,7 @@ from planner.spatial import Pose, rotation_x
 
 @cache
 def robots() -> dict[str, Robot]:
-    """Arms that turn and slide, on rails, loaded, on a wall, and with joints held still."""
+    """Return arms that turn and slide, on rails, loaded, on a wall, and with joints held still."""
     kuka = load_robot("kuka_kr16_2")
     payload = Payload(4.0, (0.05, -0.02, 0.1), (0.02, 0.03, 0.01))
     rail = ExternalAxis("rail", "prismatic", np.array([0.0, 1.0, 0.0]), lower=-2.0, upper=2.0, velocity=1.0)
@@ -30,7 +30,7 @@ def robots() -> dict[str, Robot]:
 
 
 def random_states(robot: Robot, count: int, size: float = 3.0) -> np.ndarray:
-    """Positions, velocities and accelerations, (3, count, joints)."""
+    """Return positions, velocities and accelerations, (3, count, joints)."""
     return np.random.default_rng(count).uniform(-size, size, (3, count, robot.dof))
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def by_parts(bernstein: FloatArray) -> FloatArray:
-    """Bounds (..., pieces, joints) of magnitudes by the Bernstein coefficients of eight parts of each piece."""
+    """Return bounds (..., pieces, joints) of magnitudes by the Bernstein coefficients of eight parts of each piece."""
     order = bernstein.shape[-1]
     powers = bernstein @ np.linalg.inv(bernstein_matrix(order))
     parts = [shifted(powers, k / 8.0) * 8.0 ** -np.arange(order) @ bernstein_matrix(order) for k in range(8)]

@@ -31,7 +31,7 @@ DENSITY = np.array([LEAST_SHARE, OFF_PARABOLA, MOST_PARTS, SAMPLES_PER_RADIAN, F
 
 
 def random_pieces(order: int, pieces: int = 7, joints: int = 3) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths and coefficients of pieces of very different lengths, with values of about 1."""
+    """Return lengths and coefficients of pieces of very different lengths, with values of about 1."""
     rng = np.random.default_rng(order)
     lengths = 10.0 ** rng.uniform(-4.0, 2.0, pieces)
     coefficients = rng.normal(size=(pieces, joints, order)) / lengths[:, None, None] ** np.arange(order)

@@ -31,7 +31,7 @@ def problem(seed: int, count: int, rows: int, bend: float = 1.0) -> Problem:
 
 
 def constant(lengths: np.ndarray, per_u: np.ndarray, rest: float, bound: float) -> Problem:
-    """Limits (limits,) that are the same everywhere, from rest to rest."""
+    """Return limits (limits,) that are the same everywhere, from rest to rest."""
     count, shape = len(lengths), (POINTS, len(lengths), len(per_u))
     limits = PathLimits(
         lengths,

@@ -16,7 +16,7 @@ def objective(program: QuadraticProgram, x: np.ndarray) -> float:
 
 
 def solved(program: QuadraticProgram, start: np.ndarray) -> np.ndarray:
-    """The solution, which is within all limits."""
+    """Return the solution, which is within all limits."""
     x = solve_quadratic_program(program, start, Gap(GAP))
     slacks = np.concatenate([program.bounds - program.matrix @ x, x - program.lower, program.upper - x])
     assert slacks.min() > 0.0
@@ -24,7 +24,7 @@ def solved(program: QuadraticProgram, start: np.ndarray) -> np.ndarray:
 
 
 def random_program(seed: int, kind: str) -> QuadraticProgram:
-    """A program that 0 lies within."""
+    """Return a program that 0 lies within."""
     rng = np.random.default_rng(seed)
     variables, count = int(rng.integers(1, 9)), int(rng.integers(0, 15))
     matrix, bounds = rng.normal(size=(count, variables)), rng.uniform(0.1, 1.0, count)

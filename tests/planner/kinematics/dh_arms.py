@@ -23,7 +23,7 @@ def trans(x: float, y: float, z: float) -> np.ndarray:
 
 
 def ngv_product(q: np.ndarray) -> np.ndarray:
-    """Table 3.1 of document 000, repaired (d3 = 0, d4 = 0.7), as a plain standard D-H product."""
+    """Return table 3.1 of document 000, repaired (d3 = 0, d4 = 0.7), as a plain standard D-H product."""
     rows = [(0, 0.45, 90), (0, 0.68, 0), (0, 0, 90), (0.7, 0, -90), (0, 0, 90), (0, 0, 0)]
     T = np.eye(4)
     for angle, (d, a, alpha) in zip(q, rows, strict=True):
@@ -54,7 +54,7 @@ def arm_of(rows: list[Row]) -> Robot:
 
 
 def twist(rng: np.random.Generator) -> float:
-    """An angle between axes that are neither parallel nor nearly so."""
+    """Return an angle between axes that are neither parallel nor nearly so."""
     return float(rng.choice([-1.0, 1.0]) * rng.uniform(0.4, np.pi - 0.4))
 
 
@@ -84,5 +84,5 @@ def turn_and_slides(rng: np.random.Generator) -> list[Row]:
 
 
 def apart(q: FloatArray, other: FloatArray) -> float:
-    """The largest difference of an angle, whole turns apart."""
+    """Return the largest difference of an angle, whole turns apart."""
     return float(np.abs((q - other + np.pi) % (2.0 * np.pi) - np.pi).max())

@@ -48,7 +48,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def origins(robot: Robot, q: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Origins (3,), m, and z axes (3,) of the joints' frames."""
+    """Return origins (3,), m, and z axes (3,) of the joints' frames."""
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, q)
     placements = data.oMi.tolist()[1:]
@@ -90,7 +90,7 @@ def test_shoulder_and_elbow_are_where_the_links_are(robot_id: str) -> None:
 
 
 def _sense(robot: Robot) -> float:
-    """The sign by which a small positive fifth joint turns axis 6 away from axis 4."""
+    """Return the sign by which a small positive fifth joint turns axis 6 away from axis 4."""
     _, z = origins(robot, np.array([0.0, 0.0, 0.0, 0.0, 0.1, 0.0]))
     return float(np.sign(np.cross(z[3], z[5]) @ z[4]))
 

@@ -25,18 +25,18 @@ ROUNDING = 1e-6
 
 
 def room(robot: Robot, scene: Scene, position: FloatArray) -> float:
-    """The least distance less the margin, m, of an arm of capsules."""
+    """Return the least distance less the margin, m, of an arm of capsules."""
     return float(np.nanmin(distances_over_time(robot, scene, np.zeros(1), at_rest(position)))) - scene.margin
 
 
 def over_the_table(rng: np.random.Generator, count: int) -> list[Pose]:
-    """Poses above the table, some of them too low."""
+    """Return poses above the table, some of them too low."""
     lower, upper = [0.9, -0.5, 0.5, -0.3, 1.5], [1.3, 0.5, 0.95, 0.3, 3.1]
     return [Pose.from_rpy(x[:3], [x[3], x[4], 0.0]) for x in rng.uniform(lower, upper, (count, 5))]
 
 
 def seven_joints() -> Robot:
-    """A shoulder, an elbow and a wrist of three, one, and three joints (standard Denavit-Hartenberg)."""
+    """Return a shoulder, an elbow and a wrist of three, one, and three joints (standard Denavit-Hartenberg)."""
     twists, offsets = [-1, 1, 1, -1, -1, 1, 0], [0.3, 0.0, 0.45, 0.0, 0.45, 0.0, 0.1]
     return Robot.from_dh(
         [

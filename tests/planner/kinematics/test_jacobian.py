@@ -14,7 +14,7 @@ TOOL = Pose(np.array([0.1, -0.2, 0.3]), rotation_from_rpy(0.4, -0.5, 0.6))
 
 
 def differences(robot: Robot, q: FloatArray, h: float = 1e-5) -> FloatArray:
-    """(6, joints) by central differences: of the position, and of the rotation as R' R^T = [w]x."""
+    """Return (6, joints) by central differences: of the position, and of the rotation as R' R^T = [w]x."""
     columns = []
     for step in h * np.eye(robot.dof):
         below, here, above = forward_kinematics(robot, np.array([q - step, q, q + step]))

@@ -37,7 +37,7 @@ def time_of(robot: Robot, q: FloatArray, reference: FloatArray) -> float:
 
 
 def cases(robot: Robot, kind: str, count: int) -> list[tuple[Pose, FloatArray]]:
-    """Poses and references; the same in every run."""
+    """Return poses and references; the same in every run."""
     rng = np.random.default_rng(KINDS.index(kind))
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
     positions, references = rng.uniform(lower, upper, (2, count, robot.dof))
@@ -99,7 +99,7 @@ def test_no_other_solution_is_within_the_time_in_which_the_configuration_is_kept
 
 
 def free_motion(robot: Robot, q: FloatArray) -> FloatArray:
-    """(joints,), of length 1 in time: the motion that leaves the tool of a seven-axis arm where it is."""
+    """Return (joints,), of length 1 in time: the motion that leaves the tool of a seven-axis arm where it is."""
     velocity = robot.limit("velocity")
     motion: FloatArray = np.linalg.svd(jacobian(robot, q) * velocity)[2][-1]
     return motion

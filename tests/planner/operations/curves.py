@@ -26,7 +26,7 @@ def kuka() -> Robot:
 
 @cache
 def planned(kind: str) -> Trajectory:
-    """From rest to rest: one waypoint is passed, at the next the robot stops and waits."""
+    """Plan a motion from rest to rest that passes one waypoint and rests at the next."""
     waypoints = [
         JointWaypoint((0.0, -1.5, 1.5, 0.0, 0.5, 0.0)),
         JointWaypoint((0.4, -1.3, 1.2, 0.1, 0.5, 0.5), transition=ThroughTransition()),
@@ -37,19 +37,19 @@ def planned(kind: str) -> Trajectory:
 
 
 def by_scipy(trajectory: Trajectory, times: FloatArray, order: int = 0) -> FloatArray:
-    """Derivatives (N, joints) of a trajectory at times (N,), by scipy's piecewise polynomials."""
+    """Return derivatives (N, joints) of a trajectory at times (N,), by scipy's piecewise polynomials."""
     breakpoints = np.concatenate([[0.0], np.cumsum(trajectory.lengths)])
     curve = PPoly(trajectory.coefficients.transpose(2, 0, 1)[::-1], breakpoints)
     return np.asarray(curve(times, order))
 
 
 def inner_times(trajectory: Trajectory, count: int = 400) -> FloatArray:
-    """Times that are no breakpoints: there derivatives may jump."""
+    """Return times that are no breakpoints: there derivatives may jump."""
     return (np.arange(count) + 0.5123) * trajectory.duration / count
 
 
 def fastest_by_ruckig(robot: Robot, state: JointState) -> list[float]:
-    """The time that each joint takes by Ruckig's velocity interface, which knows no position limits."""
+    """Return the time that each joint takes by Ruckig's velocity interface, which knows no position limits."""
     asked = ruckig.InputParameter(robot.dof)
     asked.control_interface = ruckig.ControlInterface.Velocity
     asked.synchronization = ruckig.Synchronization.No

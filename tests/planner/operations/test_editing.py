@@ -25,14 +25,14 @@ def scale(trajectory: Trajectory, order: int) -> float:
 
 
 def two_pieces(first: list[float], second: list[float], joints: int = 6) -> Trajectory:
-    """The same polynomial of all joints on two pieces of 1 s."""
+    """Return the same polynomial of all joints on two pieces of 1 s."""
     coefficients = np.tile(np.array([first, second])[:, None], (1, joints, 1))
     ends = np.array([0.0, 2.0])
     return Trajectory(np.ones(2), coefficients, np.zeros(2, dtype=int), ends, ends)
 
 
 def resting(position: FloatArray) -> Trajectory:
-    """One second at a joint position (joints,)."""
+    """Return one second at a joint position (joints,)."""
     ends = np.array([0.0, 1.0])
     return Trajectory(np.ones(1), position[None, :, None], np.zeros(1, dtype=int), ends, ends)
 

@@ -19,7 +19,7 @@ POINTS = [[-0.6, -0.9, 1.2, 0.0, 0.8, 0.0], [0.0, -1.2, 1.4, 0.0, 0.8, 0.0], [0.
 
 
 def beside_the_way(gap: float) -> Scene:
-    """A ball above the tool at the middle point, whose margin leaves so much room to spare there."""
+    """Return a ball above the tool at the middle point, whose margin leaves so much room to spare there."""
     tool = planner.tool_pose(ARM, POINTS[1]).position
     ball = SceneObject("ball", [Sphere(0.1)], Pose(np.add(tool, [0.6, 0.0, 0.0])))
     room = least_distance(ARM, Scene([ball]), retime_trajectory(ARM, np.array(POINTS), planner.Quintic()).trajectory)

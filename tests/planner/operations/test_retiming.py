@@ -25,7 +25,7 @@ LINE = np.linspace(0.0, 1.0, 1000)[:, None] * [1.0, 0.2, 0.1, 0.0, 0.3, 0.0]
 
 
 def smooth(count: int, seed: int = 1) -> FloatArray:
-    """Sines of all joints, of five frequencies at random."""
+    """Return sines of all joints, of five frequencies at random."""
     u, random = np.linspace(0.0, 1.0, count)[:, None], np.random.default_rng(seed)
     return HOME + sum(0.15 / k * random.normal(size=6) * np.sin(np.pi * k * u + k) for k in range(1, 6))
 

@@ -120,7 +120,7 @@ def test_a_zone_that_begins_where_the_motion_is_parallel_to_a_wall(gap: float) -
 
 
 def operations(given: Trajectory) -> dict[str, Callable[[], CertifiedTrajectory]]:
-    """All that keeps the timing of a trajectory, or stops it where it is near to the person."""
+    """Return all that keeps the timing of a trajectory, or stops it where it is near to the person."""
     middle = given.duration / 2.0
     state = JointState(*given.evaluate(middle))
     return {

@@ -18,7 +18,7 @@ MIDDLE = (kuka().limit("lower") + kuka().limit("upper")) / 2.0
 
 
 def is_possible(state: tuple[float, float, float], duration: float, limits: list[float], upper: float) -> bool:
-    """Whether a stop below an upper limit takes no longer, by a linear program of piecewise constant jerks."""
+    """Tell whether a stop below an upper limit takes no longer, by a linear program of piecewise constant jerks."""
     count, (q, v, a) = 120, state
     h, steps = duration / 120, np.arange(121)
     rows = np.zeros((3, count + 1, count))

@@ -23,7 +23,7 @@ from tests.planner.tool_problems import CORNER
 
 
 def distance_from(trajectory: Trajectory, positions: FloatArray) -> float:
-    """The largest distance of joint positions (N, joints) from the path of a trajectory, by dense chords."""
+    """Return the largest distance of joint positions (N, joints) from the path of a trajectory, by dense chords."""
     path = by_scipy(trajectory, np.linspace(0.0, trajectory.duration, 4000))
     starts, chords = path[:-1], np.diff(path, axis=0)
     farthest = 0.0
@@ -58,7 +58,7 @@ LINE = (0.0, -1.5, 1.5, 0.0, 0.5, 0.0), (2.5, -1.2, 1.9, 0.1, 0.5, -0.4)
 
 
 def least_on_line(state: JointState, share: float) -> float:
-    """By Ruckig's velocity interface, for the way along the line, with this share of the limits."""
+    """Return the least time of a stop on the line by Ruckig's velocity interface, with a fraction of the limits."""
     speed = float(np.linalg.norm(state.velocity))
     direction = np.maximum(np.abs(state.velocity / speed), 1e-12)
     asked, found = ruckig.InputParameter(1), ruckig.Trajectory(1)

@@ -18,7 +18,7 @@ DOWN = rotation_from_rpy(np.pi, 0.0, 0.0)
 
 
 def pose_and_line(seed: int) -> planner.PlanningProblem:
-    """A pose among six boxes, and a line of some 0.2 m from it."""
+    """Return a pose among six boxes, and a line of some 0.2 m from it."""
     rng = np.random.default_rng(seed)
     boxes = [
         SceneObject(
@@ -34,7 +34,7 @@ def pose_and_line(seed: int) -> planner.PlanningProblem:
 
 
 def has_a_branch(problem: planner.PlanningProblem) -> bool:
-    """Whether any solution of the first pose, given as joint position, is planned."""
+    """Tell whether any solution of the first pose, given as joint position, is planned."""
     first = problem.waypoints[0]
     assert isinstance(first, planner.PoseWaypoint)
     for solution in all_solutions(load_robot("ur5"), first.pose_in_base):

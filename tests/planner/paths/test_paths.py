@@ -55,7 +55,7 @@ def robot() -> Robot:
 
 
 def tool(robot: Robot, q: Sequence[float] | FloatArray) -> pin.SE3:
-    """By Pinocchio alone."""
+    """Return the tool's pose by Pinocchio alone."""
     if robot.id not in DATA:
         DATA[robot.id] = robot.model.createData()
     data = DATA[robot.id]
@@ -64,7 +64,7 @@ def tool(robot: Robot, q: Sequence[float] | FloatArray) -> pin.SE3:
 
 
 def shifted(robot: Robot, shift: Sequence[float], turn: Sequence[float] = (0.0, 0.0, 0.0)) -> Pose:
-    """The pose at HOME, moved in the base frame and turned in the tool's."""
+    """Return the pose at HOME, moved in the base frame and turned in the tool's."""
     home = tool(robot, HOME)
     return Pose(home.translation + np.array(shift), home.rotation @ rotation_from_rpy(*turn))
 
@@ -74,7 +74,7 @@ def planned(robot: Robot, waypoints: Sequence[AnyWaypoint], kind: str = "cubic",
 
 
 def dense(result: Plan, count: int = 1001) -> tuple[FloatArray, list[pin.SE3]]:
-    """Times (N,) and poses of the tool."""
+    """Return times (N,) and poses of the tool."""
     times = np.linspace(0.0, result.trajectory.duration, count)
     robot = result.path.robot
     return times, [tool(robot, q) for q in result.trajectory.evaluate(times, [0])[0]]
@@ -230,7 +230,7 @@ def fraction_followed(error: PlanningError) -> float:
 
 
 def refused(robot: Robot, waypoints: Sequence[AnyWaypoint], error: type[PlanningError]) -> PlanningError:
-    """The refusal, after every one of its remedies has been applied and has worked."""
+    """Return the refusal, after every one of its remedies has been applied and has worked."""
     with pytest.raises(error) as refusal:
         planned(robot, waypoints)
     assert refusal.value.segment == 0

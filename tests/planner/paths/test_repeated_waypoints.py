@@ -56,7 +56,7 @@ def pose(q: FloatArray, shift: float, transition: Transition = STOP) -> PoseWayp
 
 
 def lists(apart: float) -> dict[str, list[AnyWaypoint]]:
-    """Lists with one waypoint given twice, `apart` from itself in each joint or in position."""
+    """Return lists with one waypoint given twice, `apart` from itself in each joint or in position."""
     beside = CORNER + apart * np.resize([1.0, -1.0], 6)
     blend = BlendTransition(0.02)
     return {

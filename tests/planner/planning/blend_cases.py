@@ -35,7 +35,7 @@ def ball_at(*position: float) -> Scene:
 def along_a_rectangle(
     scene: Scene | None, motion: planner.JointMotion | planner.LinearMotion
 ) -> planner.PlanningProblem:
-    """Out, across and back: waypoints 1 and 2 are blended."""
+    """Return out, across and back: waypoints 1 and 2 are blended."""
     places = ([0.9, -0.5, 0.7], [1.3, -0.5, 0.7], [1.3, 0.5, 0.7], [0.9, 0.5, 0.7])
     poses = [Pose.from_rpy(place, [0.0, np.pi, 0.0]) for place in places]
     blend = BlendTransition(ASKED)

@@ -34,7 +34,7 @@ WITHIN = 0.05
 
 
 def joints(first: str, second: str, balls: dict[str, list[float]]) -> Robot:
-    """A robot with two joints whose links are balls on a line along x."""
+    """Return a robot with two joints whose links are balls on a line along x."""
     links = "".join(
         f"<link name='{name}'>"
         + "".join(
@@ -68,7 +68,7 @@ def ball_at(position: FloatArray) -> FloatArray:
 
 
 def arm_at(position: FloatArray) -> FloatArray:
-    """The centers (..., balls, 2) of the arm's balls."""
+    """Return the centers (..., balls, 2) of the arm's balls."""
     first, both = position[..., 0, None], position.sum(axis=-1)[..., None]
     near, far = np.array(ARM_LINKS["l1"]), np.array(ARM_LINKS["l2"])
     inner = np.stack([near * np.cos(first), near * np.sin(first)], axis=-1)
@@ -82,7 +82,7 @@ def block(name: str, low: tuple[float, float], high: tuple[float, float]) -> pla
 
 
 def is_clear(centers: FloatArray, blocks: list[planner.SceneObject]) -> np.ndarray:
-    """Whether balls (..., balls, 2) keep clear of boxes that stand along the axes."""
+    """Tell whether balls (..., balls, 2) keep clear of boxes that stand along the axes."""
     clear = np.ones(centers.shape[:-2], dtype=bool)
     for thing in blocks:
         half = np.asarray(thing.shapes[0].size)[:2] / 2.0  # type: ignore[attr-defined]

@@ -32,7 +32,7 @@ SAMPLES = 150
 
 
 def blend_warnings(plan: planner.Plan) -> list[planner.PlanWarning]:
-    """The warnings of a plan but for that of its estimated shapes."""
+    """Return the warnings of a plan but for that of its estimated shapes."""
     return [warning for warning in plan.warnings if warning.code != "estimated_shapes"]
 
 

@@ -27,7 +27,7 @@ def refusal_of(problem: planner.PlanningProblem, **options: object) -> PlanningE
 
 
 def beyond(joint: int, by: float) -> planner.JointWaypoint:
-    """A joint position beside the end of the detour."""
+    """Return a joint position beside the end of the detour."""
     position = RIGHT.copy()
     position[joint] += by
     return planner.JointWaypoint(position)

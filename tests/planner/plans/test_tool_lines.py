@@ -39,14 +39,14 @@ def line(x: float, y: float, z: float, turn: float = 0.0, **more: object) -> Rel
 
 
 def value(line: LinePolynomial, t: float, derivative: int = 0) -> FloatArray:
-    """(3,), m, by numpy's polynomials."""
+    """Return (3,), m, by numpy's polynomials."""
     piece = min(int(np.searchsorted(line.breakpoints, t, side="right")) - 1, len(line.breakpoints) - 2)
     since = t - line.breakpoints[piece]
     return np.array([np.polynomial.Polynomial(row).deriv(derivative)(since) for row in line.position[piece]])
 
 
 def tool(problem: PlanningProblem, q: FloatArray) -> FloatArray:
-    """(3,), m, by Pinocchio."""
+    """Return (3,), m, by Pinocchio."""
     model, data = problem.robot.model, problem.robot.model.createData()
     pin.framesForwardKinematics(model, data, q)
     return data.oMf[problem.robot.tool_frame_id].translation.copy()

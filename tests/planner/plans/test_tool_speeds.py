@@ -20,7 +20,7 @@ STEP = 1e-5
 
 
 def around_corners(backend: BackEnd, limits: Limits, duration: float | None = None) -> Plan:
-    """A joint motion, then a polyline around two sharp corners."""
+    """Return a joint motion, then a polyline around two sharp corners."""
     robot = load_robot("kuka_kr16_l6_2")
     home = tool_at(robot, np.array(HOME))
     corners = [Pose(home.position + np.array(shift)) for shift in ((0.0, -0.3, 0.0), (0.0, -0.3, -0.2))]
@@ -31,7 +31,7 @@ def around_corners(backend: BackEnd, limits: Limits, duration: float | None = No
 
 
 def speeds_at(made: Plan, times: FloatArray) -> FloatArray:
-    """By differences, m/s."""
+    """Return tool speeds by differences, m/s."""
     tools = [
         np.array([tool_at(made.path.robot, q).position for q in made.trajectory.evaluate(times + at, [0])[0]])
         for at in (-STEP, STEP)

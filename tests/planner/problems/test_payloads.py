@@ -53,7 +53,7 @@ CARRIED = (None, None, HEAVY, HEAVY, HEAVY, LIGHT, None)
 
 
 def loaded_model(robot: Robot, payload: Payload | None) -> pin.Model:
-    """The model with a box, so to speak, fixed to its flange, as Pinocchio's examples build one."""
+    """Return the model with a box, so to speak, fixed to its flange, as Pinocchio's examples build one."""
     model = robot.model.copy()
     if payload is not None:
         flange = model.frames[model.getFrameId(robot.tip_frame)]

@@ -11,7 +11,7 @@ from planner.robots import Robot
 
 
 def rot(axis: str, angle: float) -> np.ndarray:
-    """4 x 4 rotation about x, y or z."""
+    """Return 4 x 4 rotation about x, y or z."""
     T = np.eye(4)
     i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
     T[i, i] = T[j, j] = np.cos(angle)
@@ -20,26 +20,26 @@ def rot(axis: str, angle: float) -> np.ndarray:
 
 
 def trans(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
-    """4 x 4 translation."""
+    """Return the 4 x 4 translation."""
     T = np.eye(4)
     T[:3, 3] = x, y, z
     return T
 
 
 def product(*factors: np.ndarray) -> np.ndarray:
-    """Of matrices, left to right."""
+    """Multiply matrices from left to right."""
     return reduce(np.matmul, factors, np.eye(4))
 
 
 def frame_pose(robot: Robot, q: np.ndarray, frame: str | None = None) -> np.ndarray:
-    """4 x 4 pose of a frame of the robot, of its tip by default, as Pinocchio has it."""
+    """Return 4 x 4 pose of a frame of the robot, of its tip by default, as Pinocchio has it."""
     pin.framesForwardKinematics(robot.model, robot.data, np.asarray(q, dtype=float))
     frame_id = robot.tip_frame_id if frame is None else robot.model.getFrameId(frame, pin.FrameType.BODY)
     return np.array(robot.data.oMf[frame_id].homogeneous)
 
 
 def numeric_jacobian(robot: Robot, q: np.ndarray, step: float = 1e-6) -> np.ndarray:
-    """6 x n by central differences: linear velocity, then angular velocity, in the base frame."""
+    """Return 6 x n by central differences: linear velocity, then angular velocity, in the base frame."""
     columns = []
     R = frame_pose(robot, q)[:3, :3]
     for j in range(robot.dof):

@@ -49,7 +49,7 @@ LINKAGE = robot(
 
 
 def gripper_at(pinch: float) -> dict[str, float]:
-    """Positions of the joints of the gripper, by the elements of the document."""
+    """Return positions of the joints of the gripper, by the elements of the document."""
     other = -2.5 * pinch + 0.2
     return {"pinch": pinch, "other": other, "bent": 3.0 * other, "lid": -0.5 * (3.0 * other) + 1.0}
 

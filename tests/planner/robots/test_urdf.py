@@ -249,7 +249,7 @@ def test_enormous_limits_are_no_limits() -> None:
 
 
 def sound_arm(lengths: str = "0.3", missing: int | None = None) -> str:
-    """Three joints, one length apart; the link at `missing` has no mass."""
+    """Return three joints, one length apart; the link at `missing` has no mass."""
     names = [f"l{i}" for i in range(5)]
     links = [link(name, "" if i in (0, 4, missing) else INERTIAL) for i, name in enumerate(names)]
     origin = f'<origin xyz="{lengths} 0 0"/>'

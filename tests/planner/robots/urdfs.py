@@ -33,7 +33,7 @@ def robot(*elements: str) -> str:
 
 
 def two_links(inertial: str = "", **changes: str) -> str:
-    """One joint between two links, with something changed."""
+    """Return one joint between two links, with something changed."""
     return robot(link("base"), link("tip", inertial), joint("turn", "base", "tip", **changes))
 
 

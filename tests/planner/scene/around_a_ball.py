@@ -19,7 +19,7 @@ BALL = SceneObject("ball", [Sphere(0.02)], Pose([0.6286, -0.4701, 0.8621]))
 
 
 def effort(robot: Robot, trajectory: planner.Trajectory) -> float:
-    """The integral of the squared torques by their limits, s, by dense samples."""
+    """Return the integral of the squared torques by their limits, s, by dense samples."""
     times = np.linspace(0.0, trajectory.duration, 2001)
     torques = planner.inverse_dynamics(robot, *trajectory.evaluate(times, [0, 1, 2])) / robot.limit("torque")
     return float(np.trapezoid((torques**2).sum(axis=1), times))

@@ -47,7 +47,7 @@ def distances_over_time(robot: Robot, scene: Scene, times: FloatArray, trajector
 
 
 def _nearest_on_segments(ends: FloatArray, distance: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Least value (N,) of a convex function on segments (N, 2, 3), by golden sections."""
+    """Return least value (N,) of a convex function on segments (N, 2, 3), by golden sections."""
     start, way = ends[:, 0], ends[:, 1] - ends[:, 0]
 
     def at(share: FloatArray) -> FloatArray:
@@ -85,7 +85,7 @@ def _nearest_of_points(ends: FloatArray, thing: SceneObject, base: Pose | None) 
 
 
 def point_distance(thing: SceneObject, base: Pose | None = None) -> Callable[[FloatArray], FloatArray]:
-    """Signed distance of points (N, 3) in a base's frame from an object of one simple shape."""
+    """Return signed distance of points (N, 3) in a base's frame from an object of one simple shape."""
     (shape,) = thing.shapes
     assert isinstance(shape, Shape)
     in_world = np.eye(4)

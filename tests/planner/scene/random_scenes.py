@@ -61,7 +61,7 @@ def in_capsules(robot: Robot) -> None:
 
 
 def motion_between(start: FloatArray, end: FloatArray, duration: float = 1.5) -> Trajectory:
-    """A quintic from rest to rest."""
+    """Return a quintic from rest to rest."""
     rise = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]) / duration ** np.arange(6)
     coefficients = np.outer(end - start, rise)
     coefficients[:, 0] += start

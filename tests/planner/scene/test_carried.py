@@ -99,7 +99,7 @@ def room(problem: planner.PlanningProblem, positions: FloatArray, trajectory: pl
 
 
 def is_sound(report: planner.ClearanceReport | None, pairs: list[Apart]) -> bool:
-    """Whether no clearance that is certified is more than samples see, of what touches and of the rest."""
+    """Tell whether no clearance that is certified is more than samples see, of what touches and of the rest."""
     assert report is not None
     parts = {True: report.contacts, False: report.scene}
     for pair in pairs:

@@ -28,7 +28,7 @@ FOLDED = np.array([0.0, 0.6, 2.6, 0.0, 0.5, 0.0])
 
 
 def ahead(distance: float) -> Pose:
-    """A pose in front of the tool at home, along its own z axis."""
+    """Return a pose in front of the tool at home, along its own z axis."""
     pose = planner.tool_pose(KUKA, HOME)
     assert pose.rotation is not None
     return Pose(pose.position + distance * pose.rotation[:, 2], pose.rotation)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def bin_of(size: tuple[float, float, float], wall: float) -> FloatArray:
-    """The closed surface of a bin that is open above, from the origin on: 28 triangles."""
+    """Return the closed surface of a bin that is open above, from the origin on: 28 triangles."""
     (x, y, z), t = size, wall
     outer = [(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)]
     inner = [(t, t), (x - t, t), (x - t, y - t), (t, y - t)]
@@ -30,7 +30,7 @@ def bin_of(size: tuple[float, float, float], wall: float) -> FloatArray:
 
 
 def walls_of_bin(size: tuple[float, float, float], t: float) -> list[FloatArray]:
-    """A bin as five boxes."""
+    """Return a bin as five boxes."""
     x, y, z = size
     return [
         box((0, 0, 0), (x, y, t)),
@@ -42,13 +42,13 @@ def walls_of_bin(size: tuple[float, float, float], t: float) -> list[FloatArray]
 
 
 def shelf() -> FloatArray:
-    """Four boards between two sides."""
+    """Return four boards between two sides."""
     boards = [box((0, 0, z), (1.0, 0.3, z + 0.02)) for z in (0.0, 0.4, 0.8, 1.2)]
     return np.concatenate([*boards, box((0, 0, 0), (0.02, 0.3, 1.2)), box((0.98, 0, 0), (1.0, 0.3, 1.2))])
 
 
 def concave_meshes() -> dict[str, FloatArray]:
-    """Concave meshes by name."""
+    """Return concave meshes by name."""
     turned = np.linalg.qr(np.random.default_rng(7).normal(size=(3, 3)))[0]
     closed, size = bin_of((0.6, 0.4, 0.25), 0.01), (0.6, 0.4, 0.25)
     return {

@@ -16,7 +16,7 @@ QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 
 def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> FloatArray:
-    """The twelve triangles of a box."""
+    """Return the twelve triangles of a box."""
     corners = np.array(low) + CUBE * (np.array(high) - np.array(low))
     faces = [face for a, b, c, d in QUADS for face in ((a, b, c), (a, c, d))]
     return corners[np.array(faces)]
@@ -41,7 +41,7 @@ def tube(radii: list[float], heights: list[float], sides: int = 40, ends: bool =
 
 
 def bodies() -> dict[str, FloatArray]:
-    """Bodies by name: convex, concave, flat, open, thin, tiny, huge, and triangles at random."""
+    """Return bodies by name: convex, concave, flat, open, thin, tiny, huge, and triangles at random."""
     rng = np.random.default_rng(7)
     turned = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     dumbbell = tube([0.06, 0.06, 0.02, 0.02, 0.06, 0.06], [0.0, 0.1, 0.11, 0.4, 0.41, 0.5])
@@ -65,7 +65,7 @@ def bodies() -> dict[str, FloatArray]:
 
 
 def surface_of(triangles: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
-    """All corners, and random points of the triangles and of their edges."""
+    """Return all corners, and random points of the triangles and of their edges."""
     weights = rng.dirichlet(np.ones(3), count)
     weights[::2, 2] = 0.0
     weights /= weights.sum(axis=1, keepdims=True)

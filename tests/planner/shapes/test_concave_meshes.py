@@ -23,7 +23,7 @@ MESHES = concave_meshes()
 
 
 def distances(triangles: FloatArray, points: FloatArray) -> FloatArray:
-    """Distances (N,) of points (N, 3) from triangles (T, 3, 3), each from each."""
+    """Return distances (N,) of points (N, 3) from triangles (T, 3, 3), each from each."""
     least = []
     for point in points:
         nearest = trimesh.triangles.closest_point(triangles, np.tile(point, (len(triangles), 1)))

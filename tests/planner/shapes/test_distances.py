@@ -61,7 +61,7 @@ def points_and_radius(placed: Placed) -> tuple[FloatArray, float, float]:
 
 
 def distance_by_program(first: Placed, second: Placed) -> Truth:
-    """Bounds of the distance of two shapes, 0 where they overlap."""
+    """Return bounds of the distance of two shapes, 0 where they overlap."""
     (a, radius_a, inside_a), (b, radius_b, inside_b) = points_and_radius(first), points_and_radius(second)
     middle = (a.mean(axis=0) + b.mean(axis=0)) / 2.0
     a, b = a - middle, b - middle
@@ -83,7 +83,7 @@ def distance_by_program(first: Placed, second: Placed) -> Truth:
 
 
 def random_pair(rng: np.random.Generator) -> tuple[Placed, Placed]:
-    """Two shapes at random where they are near each other: touching, parallel, aligned, nested or far."""
+    """Return two shapes at random where they are near each other: touching, parallel, aligned, nested or far."""
     kinds = rng.choice(KINDS, 2)
     scales = 10.0 ** rng.uniform(-3.0, 1.0, 2) if rng.random() < 0.3 else np.full(2, 0.3)
     shapes = [shape_of(str(kind), rng, scale) for kind, scale in zip(kinds, scales, strict=True)]

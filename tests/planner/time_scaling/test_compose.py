@@ -17,7 +17,7 @@ ARM = load_robot("three_dof_arm")
 
 
 def blended(turns: float) -> planner.PlanningProblem:
-    """A corner that is rounded, which one joint goes far to."""
+    """Return a corner that is rounded, which one joint goes far to."""
     waypoints = [
         planner.JointWaypoint([0.1, 1.0, 0.5]),
         planner.JointWaypoint([0.1, 1.0, turns], transition=planner.BlendTransition(1e-3)),

@@ -28,7 +28,7 @@ points ask."""
 
 
 def contour(count: int) -> PlanningProblem:
-    """A closed wavy contour of so many points, blended, the tool pointing down."""
+    """Return a closed wavy contour of so many points, blended, the tool pointing down."""
     robot = load_robot("kuka_kr16_2")
     center = tool_pose(robot, [0.0, -1.57, 1.57, 0.0, 1.57, 0.0])
     angles = np.linspace(0.0, 6.0, count)

@@ -28,7 +28,7 @@ SAMPLES = 2_000
 
 
 def use_on_each_segment(path: JointPath, pieces: SegmentedPolynomial) -> dict[int, float]:
-    """The largest share of a torque or tool speed limit."""
+    """Return the largest share of a torque or tool speed limit."""
     q, v, a, _ = sampled(pieces, SAMPLES)
     owners = np.repeat(pieces.segments, SAMPLES)
     linear, angular = tool_speeds(path.robot, q, v)

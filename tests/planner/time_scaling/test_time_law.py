@@ -40,7 +40,7 @@ DENSE = np.linspace(0.0, 1.0, 33)
 
 
 def random_waypoints(robot: Robot, rng: np.random.Generator, kind: str) -> list[AnyWaypoint]:
-    """From a random position: one straight, linear or circular motion, or several, blended or passed through."""
+    """Return random waypoints: one straight, linear or circular motion, or several, blended or passed through."""
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
 
     def position(share: float) -> tuple[float, ...]:
@@ -76,7 +76,7 @@ def first_run(robot: Robot, waypoints: list[AnyWaypoint], limits: Limits | None 
 
 
 def random_run(robot_id: str, kind: str, seed: int, limits: Limits | None = None) -> tuple[JointPath, Run]:
-    """The first of the random runs of a seed that the arm can follow."""
+    """Return the first of the random runs of a seed that the arm can follow."""
     robot, rng = load_robot(robot_id), np.random.default_rng(seed)
     while True:
         try:
@@ -86,7 +86,7 @@ def random_run(robot_id: str, kind: str, seed: int, limits: Limits | None = None
 
 
 def sampled(pieces: SegmentedPolynomial) -> list[np.ndarray]:
-    """Position, velocity, acceleration and jerk (samples, pieces, joints), both ends of all pieces included."""
+    """Return position, velocity, acceleration and jerk (samples, pieces, joints), both ends of all pieces included."""
     tau = DENSE[:, None, None] * pieces.lengths[:, None]
     return [horner(differentiate(pieces.coefficients, k), tau) for k in range(4)]
 

@@ -26,7 +26,7 @@ KEEPING = [(Quintic(), JOINTS), (Quintic(), CORNER), (Ruckig(), JOINTS), (Toppra
 
 
 def differences(result: Plan, count: int = 500, step: float = 1e-5) -> dict[str, FloatArray]:
-    """Of the accelerations of the tool at two times each, within one piece of the trajectory."""
+    """Return differences of tool accelerations at two times each, within one piece of the trajectory."""
     trajectory = result.trajectory
     middles = np.linspace(0.0, trajectory.duration, count + 2)[1:-1]
     pieces = trajectory.locate(np.array([middles - step, middles + step]).ravel())[0].reshape(2, -1)

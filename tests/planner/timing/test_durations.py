@@ -34,7 +34,7 @@ QUICK = [*EVENLY, "auto"]
 
 
 def problem_with(passed: Transition = STOP, **changes: object) -> PlanningProblem:
-    """Four waypoints with a dwell at the first, and what is asked of the third."""
+    """Return four waypoints with a dwell at the first, and what is asked of the third."""
     waypoints = [JointWaypoint(position, transition=passed) for position in POSITIONS]
     waypoints[0] = replace(waypoints[0], transition=STOP, dwell=0.2)
     waypoints[2] = replace(waypoints[2], **changes)  # type: ignore[arg-type] # of any field

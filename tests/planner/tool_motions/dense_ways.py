@@ -18,7 +18,7 @@ THIRDS = 60
 
 
 def tool_positions(robot: Robot, joints: FloatArray) -> FloatArray:
-    """m, (N, 3), at joint positions (N, joints)."""
+    """Return positions (N, 3), m, at joint positions (N, joints)."""
     return np.array([pose.position for pose in forward_kinematics(robot, joints)])
 
 
@@ -30,12 +30,12 @@ class StraightWay:
         self.way = cKDTree(tool_positions(robot, ends[0] + shares[:, None] * (ends[1] - ends[0])))
 
     def distances(self, joints: FloatArray) -> FloatArray:
-        """m, (N,), of the tool at joint positions (N, joints)."""
+        """Return m, (N,), of the tool at joint positions (N, joints)."""
         distances: FloatArray = self.way.query(tool_positions(self.robot, joints))[0]
         return distances
 
     def farthest(self, motion: PiecewisePolynomial) -> float:
-        """m, of the tool on a motion."""
+        """Return m, of the tool on a motion."""
         return float(self.distances(motion.evaluate(self.shares * motion.breakpoints[-1], [0])[0]).max())
 
 
@@ -62,5 +62,5 @@ class StraightPostures:
         return away((first + last) / 2.0)
 
     def farthest(self, motion: PiecewisePolynomial) -> float:
-        """rad or m, of the joints on a motion."""
+        """Return the largest deviation of the joints on a motion, rad or m."""
         return float(self.distances(motion.evaluate(self.shares * motion.breakpoints[-1], [0])[0]).max())

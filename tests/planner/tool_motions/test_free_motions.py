@@ -40,7 +40,7 @@ NARROW_LINES = (3, 5, 10, 12, 15, 25, 28, 35)
 
 
 def line(robot: Robot, seed: int, motion: CartesianMotion) -> PlanningProblem:
-    """To a pose whose turn is free, from within the limits."""
+    """Return a line to a pose with a free rotation, from within the limits."""
     rng, lower, upper = np.random.default_rng(seed), robot.limit("lower"), robot.limit("upper")
     start = HOME[: robot.dof] + rng.uniform(-0.5, 0.5, robot.dof)
     start = np.clip(start, 0.9 * lower + 0.1 * upper, 0.9 * upper + 0.1 * lower)

@@ -71,7 +71,7 @@ def planned(name: str, missed: float, singularity: Singularity, backend: BackEnd
 
 
 def times_of(made: Plan) -> FloatArray:
-    """Times, s, that are dense where the law has many pieces."""
+    """Return times, s, that are dense where the law has many pieces."""
     breakpoints = made.trajectory.breakpoints
     inside = [np.linspace(a, b, 4) for a, b in itertools.pairwise(breakpoints)]
     return np.unique(np.concatenate([np.linspace(0.0, breakpoints[-1], 300), *inside]))

@@ -173,7 +173,7 @@ def test_poses_through_which_there_is_no_path() -> None:
 
 
 def around(robot: Robot, home: FloatArray, size: float = 1.0) -> list[Pose]:
-    """Four corners beside the pose at a joint position, the tool turning, and that pose again."""
+    """Return four corners beside the pose at a joint position, the tool turning, and that pose again."""
     pose = tool_at(robot, home)
     moves = [
         ((0.0, -0.2, 0.0), (0.2, 0.0, 0.0)),
@@ -191,7 +191,7 @@ BACK_ENDS: list[BackEnd] = [Trapezoidal(), Toppra(), Ruckig()]
 
 
 def planned(kind: str, backend: BackEnd) -> Plan:
-    """Around the corners and back to where it began, at a speed."""
+    """Plan a motion around the corners and back to the start, at a constant speed."""
     robot = load_robot("kuka_kr16_l6_2")
     *poses, end = around(robot, HOME)
     goal = PoseWaypoint(end, motion=MOTIONS[kind](poses))

@@ -35,7 +35,7 @@ LINES: list[tuple[str, list[float], list[float]]] = [
 
 
 def keeps_to_line(robot: Robot, waypoints: list[AnyWaypoint], before: Pose, after: Pose) -> FloatArray:
-    """The joint position in which the line ends, after a look at all of it."""
+    """Return the joint position in which the line ends, after a look at all of it."""
     motion = solve_path(PlanningProblem(robot, tuple(waypoints))).waypoints[1].tool_motion
     assert motion is not None
     positions = motion.curve.evaluate(np.linspace(0.0, 1.0, 201), [0])[0]

@@ -54,7 +54,7 @@ SHIFTS = {
 
 
 def shifted(pose: Pose, shift: Sequence[float]) -> Pose:
-    """The pose, moved outwards, aside and up, in the plane of the arm if not aside."""
+    """Return the pose, moved outwards, aside and up, in the plane of the arm if not aside."""
     outwards = pose.position * [1.0, 1.0, 0.0] / np.hypot(*pose.position[:2])
     axes = np.column_stack([outwards, np.cross([0.0, 0.0, 1.0], outwards), [0.0, 0.0, 1.0]])
     return Pose(pose.position + axes @ np.array(shift), pose.rotation)
@@ -70,7 +70,7 @@ def line(pose: Pose) -> PoseWaypoint:
 
 
 def motions(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[ToolMotion]:
-    """The motions of a certified plan."""
+    """Return the motions of a certified plan."""
     made = plan(PlanningProblem(robot, tuple(waypoints)), Cubic())
     assert made.certificate.satisfied
     return [waypoint.tool_motion for waypoint in made.path.waypoints if waypoint.tool_motion is not None]
@@ -249,7 +249,7 @@ def chain_at_limits(robot: Robot, poses: Sequence[Pose], start: FloatArray) -> F
 
 
 def table_2(k: int) -> FloatArray:
-    """Joint positions (joints,) of a row of Table 2, rad and m."""
+    """Return joint positions (joints,) of a row of Table 2, rad and m."""
     point = next(row for row in document("date_sorting")["test_points"]["points"] if row["point"] == k)
     angles = np.radians([point[f"theta{i}_deg"] for i in (1, 2, 3, 4)])
     return np.array([angles[0], point["l1_mm"] / 1e3, point["l2_mm"] / 1e3, *angles[1:]])

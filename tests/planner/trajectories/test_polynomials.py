@@ -52,12 +52,12 @@ def curve_of(kind: str, count: int, joints: int, order: int, rng: np.random.Gene
 
 
 def in_scipy(curve: PiecewisePolynomial) -> PPoly:
-    """The same curve by scipy, which counts powers downwards."""
+    """Return the same curve by scipy, which counts powers downwards."""
     return PPoly(np.moveaxis(curve.coefficients, 2, 0)[::-1], curve.breakpoints, extrapolate=False)
 
 
 def inside(curve: PiecewisePolynomial, per_piece: int = 4) -> np.ndarray:
-    """Points within all pieces, away from the breakpoints, where another rounding would be another piece."""
+    """Return points within all pieces, away from the breakpoints, where another rounding would be another piece."""
     unit = (np.arange(per_piece) + 0.5) / per_piece
     return (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
 

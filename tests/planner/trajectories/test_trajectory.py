@@ -15,7 +15,7 @@ ORDERS = range(5)
 
 
 def trajectory_of(pieces: int, joints: int, order: int, seed: int, shortest: float = 1e-6) -> Trajectory:
-    """Random pieces, some very short; they need not meet at breakpoints."""
+    """Return random pieces, some very short; they need not meet at breakpoints."""
     rng = np.random.default_rng(seed)
     lengths = np.exp(rng.uniform(np.log(shortest), np.log(3.0), pieces))
     times = np.concatenate([[0.0], np.cumsum(lengths)])[:: max(pieces // 3, 1)]
@@ -30,7 +30,7 @@ def trajectory_of(pieces: int, joints: int, order: int, seed: int, shortest: flo
 
 
 def in_scipy(trajectory: Trajectory) -> PPoly:
-    """The same pieces as scipy keeps them: descending powers of the local time, (order, pieces, joints)."""
+    """Return the same pieces as scipy keeps them: descending powers of the local time, (order, pieces, joints)."""
     return PPoly(trajectory.coefficients.transpose(2, 0, 1)[::-1], trajectory.breakpoints)
 
 

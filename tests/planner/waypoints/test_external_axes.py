@@ -47,7 +47,7 @@ def start_pose(name: str) -> Pose:
 
 
 def positions(robot: Robot, *waypoints: JointWaypoint | PoseWaypoint, prefer: str = "continuous") -> FloatArray:
-    """Of all waypoints on the way that is planned."""
+    """Return the positions of all waypoints of the plan."""
     options = InverseKinematicsOptions(prefer=prefer)  # type: ignore[arg-type]
     return plan(PlanningProblem(robot, waypoints, inverse_kinematics=options)).path.positions
 

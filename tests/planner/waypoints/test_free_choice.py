@@ -30,7 +30,7 @@ def keeps_clear(scene: Scene, position: FloatArray) -> bool:
 
 
 def balls(positions: list[FloatArray]) -> Scene:
-    """A ball in the elbow of the arm at each of some joint positions."""
+    """Return a ball in the elbow of the arm at each of some joint positions."""
     elbows = [planner.CollisionChecker(ARM).bodies.at(position[None]).origins[0, ELBOW] for position in positions]
     things = [SceneObject(f"ball_{k}", [Sphere(RADIUS)], Pose(elbow)) for k, elbow in enumerate(elbows)]
     return Scene(things, margin=0.01)

@@ -44,7 +44,7 @@ def robot_of(arm: str) -> Robot:
 
 
 def at(asked: Pose, offsets: dict[str, float]) -> Pose:
-    """By scipy: turns about the axes of the pose, x first, then those that have turned."""
+    """Return the pose at offsets by scipy: turns about the axes of the pose, x first."""
     shift = np.array([offsets.get(name, 0.0) for name in NAMES[:3]])
     turn = Rotation.from_euler("XYZ", [offsets.get(name, 0.0) for name in NAMES[3:]]).as_matrix()
     assert asked.rotation is not None

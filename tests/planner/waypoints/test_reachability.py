@@ -23,7 +23,7 @@ OPTIONS = InverseKinematicsOptions()
 
 
 def elbow_arm() -> Robot:
-    """Two links of 1 m in a plane; the elbow bends by 2.5 rad to either side."""
+    """Return two links of 1 m in a plane; the elbow bends by 2.5 rad to either side."""
     joints = (DHJoint("revolute", a=1.0, lower=-3.0, upper=2.0), DHJoint("revolute", a=1.0, lower=-2.5, upper=2.5))
     return Robot.from_dh(joints)
 
@@ -104,7 +104,7 @@ TABLE = SceneObject("table", [Box([1.0, 2.0, 0.05])], Pose(np.array([1.4, 0.0, 0
 
 
 def is_clear(scene: Scene, position: FloatArray) -> bool:
-    """By closed forms and Pinocchio's kinematics."""
+    """Tell whether joint positions are collision-free, by closed forms and Pinocchio's kinematics."""
     apart = distances_over_time(OVER_A_TABLE, scene, np.zeros(1), at_rest(position))
     return bool(np.nanmin(apart) > scene.margin)
 

@@ -45,12 +45,12 @@ def at(q: FloatArray) -> JointWaypoint:
 
 
 def time_of(robot: Robot, way: Sequence[FloatArray]) -> float:
-    """Of the slowest joint of every motion, s."""
+    """Return the time of the slowest joint of every motion, s."""
     return sum(float((np.abs(b - a) / robot.limit("velocity")).max()) for a, b in itertools.pairwise(way))
 
 
 def turned(robot: Robot, q: FloatArray) -> list[FloatArray]:
-    """The same configuration with every joint turned by up to two turns either way, within its limits."""
+    """Return the same configuration with every joint turned by up to two turns either way, within its limits."""
     ways = itertools.product(*([0.0] if not angle else [-2.0, -1.0, 0.0, 1.0, 2.0] for angle in robot.is_angle))
     lower, upper = robot.limit("lower"), robot.limit("upper")
     candidates = (q + TURN * np.array(way) for way in ways)
@@ -58,7 +58,7 @@ def turned(robot: Robot, q: FloatArray) -> list[FloatArray]:
 
 
 def motion_cost(robot: Robot, start: FloatArray, end: FloatArray, *, turning: bool = False) -> float:
-    """Slowest joint, and a hundredth of all; `turning`: whole turns of joints without limits do not count."""
+    """Return slowest joint, and a hundredth of all; `turning`: whole turns of joints without limits do not count."""
     change = np.abs(end - start)
     if turning:
         change = np.abs((change + np.pi) % TURN - np.pi)
@@ -67,7 +67,7 @@ def motion_cost(robot: Robot, start: FloatArray, end: FloatArray, *, turning: bo
 
 
 def penalty(robot: Robot, q: FloatArray, solutions: Sequence[FloatArray]) -> float:
-    """Of a solution: a hundredth of a second at a limit, and as much at a singularity."""
+    """Return the penalty of a solution: a hundredth of a second at a limit, and as much at a singularity."""
     w, best = yoshikawa(robot, q), max(yoshikawa(robot, other) for other in solutions)
     lower, upper = robot.limit("lower"), robot.limit("upper")
     nearness = 0.0
@@ -134,7 +134,7 @@ def test_joints_without_limits_turn_the_shorter_way(seed: int) -> None:
 
 
 def greedy(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[FloatArray]:
-    """Each waypoint on the branch that is nearest in time to the one before."""
+    """Return each waypoint on the branch that is nearest in time to the one before."""
     way: list[FloatArray] = []
     for waypoint in waypoints:
         if isinstance(waypoint, JointWaypoint):
@@ -242,7 +242,7 @@ def test_a_joint_without_limits_is_where_the_joint_waypoint_behind_it_needs_it()
 
 
 def quarter() -> CartesianMove:
-    """About the base of an arm of one link of 1 m."""
+    """Return a quarter turn about the base of an arm of one link of 1 m."""
     c, s = np.cos(np.pi / 2.0), np.sin(np.pi / 2.0)
     rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     return CartesianMove((-1.0 + c, s, 0.0), rotation)

@@ -82,7 +82,7 @@ def secret_of(key: str) -> str:
 
 
 def wrong(key: str) -> str:
-    """A key with another secret."""
+    """Return a key with another secret."""
     return f"planner_{id_of(key)}_{secret_of(new_key()[1])}"
 
 
@@ -255,7 +255,7 @@ def test_batches_of_another_are_not_there(keyed: Keyed) -> None:
 
 
 def batch_without_end(folder: Path, key: str) -> str:
-    """The id of a batch of a key whose only request another service, which lives for ever, has claimed."""
+    """Return the id of a batch of a key whose only request another service, which lives for ever, has claimed."""
     engine = make_engine(sqlite_url(folder))
     with engine.begin() as connection:
         connection.execute(delete(engines).where(engines.c.id == "elsewhere"))

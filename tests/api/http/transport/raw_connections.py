@@ -26,7 +26,7 @@ def connect(service: RunningService, sent: bytes = b"", source: str = "127.0.0.1
 
 
 def received(client: socket.socket) -> bytes:
-    """Everything until the service ends the connection."""
+    """Return everything until the service ends the connection."""
     parts = []
     with client, suppress(ConnectionError):
         while part := client.recv(65536):
@@ -35,7 +35,7 @@ def received(client: socket.socket) -> bytes:
 
 
 def problem(answer: bytes) -> dict[str, Any]:
-    """The problem document of a raw answer."""
+    """Return the problem document of a raw answer."""
     head, _, body = answer.partition(b"\r\n\r\n")
     assert b"application/problem+json" in head.lower()
     assert b"connection: close" in head.lower()

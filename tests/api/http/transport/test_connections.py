@@ -230,7 +230,7 @@ LARGE = plan_request(waypoints=POSITIONS, sample_period=5e-4)
 
 
 def ask_for_much(service: RunningService) -> socket.socket:
-    """A client with a small buffer of its own, to which 8 MB are being sent."""
+    """Return a client with a small buffer of its own, to which 8 MB are being sent."""
     body = json.dumps(LARGE).encode()
     client = connect(service)
     client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)

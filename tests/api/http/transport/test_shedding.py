@@ -55,7 +55,7 @@ def busy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
 
 
 def answer_of(client: socket.socket) -> tuple[bytes, bytes]:
-    """One answer on a connection that goes on."""
+    """Return one answer on a connection that goes on."""
     answer = b""
     while b"\r\n\r\n" not in answer:
         part = client.recv(65536)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def request_for(**motion: Any) -> dict[str, Any]:
-    """A line past a straight wrist."""
+    """Return a line past a straight wrist."""
     request: dict[str, Any] = json.loads((ROOT / "examples" / "past_a_singularity.json").read_text(encoding="utf-8"))
     request["waypoints"][1]["motion"] = {"kind": "linear", **motion}
     return request

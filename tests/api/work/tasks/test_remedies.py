@@ -28,7 +28,7 @@ POSES = (Pose((0.1, 0.0, 0.0), None),)
 
 
 def remedies_that_help(service: RunningService, request: dict[str, Any]) -> tuple[set[str], set[str]]:
-    """The changes of a refusal, each of which is asked, and its hints."""
+    """Return the changes of a refusal, each of which is asked, and its hints."""
     problem = service.post(PLAN, request).json()
     remedies = problem.get("remedies", [])
     for chosen in range(len(remedies)):

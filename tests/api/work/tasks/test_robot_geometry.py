@@ -112,7 +112,7 @@ def test_robots_of_the_catalogue_have_geometry(service: RunningService) -> None:
 
 
 def zip_with(change: Any) -> str:
-    """An archive of one file whose bytes are changed."""
+    """Return an archive of one file whose bytes are changed."""
     data = bytearray(base64.b64decode(archive({"arm.stl": CUBE})))
     change(data)
     return base64.b64encode(bytes(data)).decode()

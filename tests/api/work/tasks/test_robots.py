@@ -217,7 +217,7 @@ def test_a_group_moves_and_its_state_is_a_waypoint(service: RunningService) -> N
 
 
 def derived_robot(**changes: Any) -> dict[str, Any]:
-    """The planar arm in a cell of its own."""
+    """Return the planar arm in a cell of its own."""
     return {"kind": "derived", "id": "in_cell", "from": "planar_arm", **changes}
 
 

@@ -279,7 +279,7 @@ def test_the_example_is_a_scene_that_requests_may_name(
 
 
 def largest_scenes() -> dict[str, dict[str, Any]]:
-    """The most points and the most objects that the schema promises, out of reach of the robot."""
+    """Return the most points and the most objects that the schema promises, out of reach of the robot."""
     rng = np.random.default_rng(0)
     points = (rng.uniform(-2.0, 2.0, (200_000, 3)) + np.array([6.0, 0.0, 0.0])).round(4).tolist()
     positions = (rng.uniform(-2.0, 2.0, (5000, 3)) + np.array([6.0, 0.0, 0.0])).round(4).tolist()

@@ -21,7 +21,7 @@ TOOL_DOWN = rotation_from_rpy(np.pi, 0.0, 0.0)
 
 
 def slow_seam(speed: float) -> PlanningProblem:
-    """A line, a half circle and a line, tangent to each other, blended within 10 mm; speed in m/s.
+    """Return a line, a half circle and a line, tangent to each other, blended within 10 mm; speed in m/s.
 
     They are those of a UR5 with the limits of the package's URDF, under which the case was met.
     """
@@ -70,7 +70,7 @@ def test_case_slow_seam_within_the_makers_limits(share: float) -> None:
 
 
 def random_seam(rng: np.random.Generator) -> PlanningProblem:
-    """Lines and tangent half circles, 2 to 10 mm/s, blended."""
+    """Return lines and tangent half circles, 2 to 10 mm/s, blended."""
     at, angle = np.array([-0.45, -0.1, 0.15]) + rng.uniform(-0.05, 0.05, 3), rng.uniform(0.0, 2.0 * np.pi)
     waypoints = [PoseWaypoint(Pose(at, TOOL_DOWN))]
     count = int(rng.choice([1, 3, 5, 7]))

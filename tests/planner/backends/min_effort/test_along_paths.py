@@ -75,7 +75,7 @@ def planned(name: str, backend: BackEnd = QUICK, durations: tuple[float | None, 
 
 
 def cost(result: Plan, objective: Objective = "effort", duration: float | None = None) -> float:
-    """By dense samples; of the motion stretched evenly to a duration."""
+    """Return the cost by dense samples, of the motion stretched evenly to a duration."""
     own = result.trajectory.duration
     factor = 1.0 if duration is None else duration / own
     times = np.linspace(0.0, own, 8001)
@@ -90,7 +90,7 @@ def cost(result: Plan, objective: Objective = "effort", duration: float | None =
 
 
 def dense_use(result: Plan) -> FloatArray:
-    """(6,), the largest shares of the limits that are used."""
+    """Return (6,), the largest shares of the limits that are used."""
     times = np.linspace(0.0, result.trajectory.duration, 20001)
     q, v, a, j = result.trajectory.evaluate(times, [0, 1, 2, 3])
     limits = result.path.limits.of(result.trajectory.segments[result.trajectory.locate(times)[0]])
@@ -165,7 +165,7 @@ def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float]
         return rows
 
     def times(b: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Of the intervals, and their derivatives."""
+        """Return the times of the intervals, and their derivatives."""
         speeds = np.sqrt(np.concatenate([[0.0], b, [0.0]]))
         both = speeds[1:] + speeds[:-1]
         by_speed = -2.0 * step / both**2

@@ -64,7 +64,7 @@ def effort(result: Plan) -> float:
 
 
 def by_differences(function: Any, x: FloatArray, step: float = 1e-6) -> FloatArray:
-    """(outputs, len(x))."""
+    """Return (outputs, len(x))."""
     steps = step * np.eye(len(x))
     columns = [(np.array(function(x + d)) - np.array(function(x - d))).ravel() / (2.0 * step) for d in steps]
     return np.array(columns).T

@@ -47,17 +47,17 @@ def deviation(planned: Plan, quantity: str = "tool_deviation") -> Check:
 
 
 def true_deviation(planned: Plan) -> float:
-    """m, of the only segment."""
+    """Return m, of the only segment."""
     return StraightWay(planned.path.robot, planned.path.positions, DENSE).farthest(planned.trajectory)
 
 
 def true_joint_deviation(planned: Plan) -> float:
-    """rad, of the farthest joint on the only segment."""
+    """Return the largest deviation of a joint on the only segment, rad."""
     return StraightPostures(planned.path.positions, DENSE).farthest(planned.trajectory)
 
 
 def farthest_joints(planned: Plan) -> set[str]:
-    """The joints that are farthest from the straight motion, by brute force; often several are as far."""
+    """Return the joints that are farthest from the straight motion, by brute force; often several are as far."""
     (joints,) = planned.trajectory.evaluate(DENSE * planned.trajectory.duration, [0])
     worst = joints[StraightPostures(planned.path.positions, DENSE).distances(joints).argmax()]
     start, goal = planned.path.positions

@@ -28,7 +28,7 @@ ARMS = {
 
 
 def positions(robot: Robot, seed: int, count: int) -> FloatArray:
-    """Random joint positions, not near to the limits."""
+    """Return random joint positions, not near to the limits."""
     lower, upper = (np.clip(robot.limit(side), -np.pi, np.pi) for side in ("lower", "upper"))
     return lower + (upper - lower) * np.random.default_rng(seed).uniform(0.2, 0.8, (count, robot.dof))
 

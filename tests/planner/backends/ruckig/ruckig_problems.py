@@ -16,14 +16,14 @@ RATES = ("velocity", "acceleration", "jerk")
 
 
 def passing(problem: PlanningProblem) -> PlanningProblem:
-    """The same waypoints, the inner ones passed without stopping."""
+    """Return the same waypoints, the inner ones passed without stopping."""
     first, *inner, last = problem.waypoints
     inner = [replace(waypoint, transition=ThroughTransition()) for waypoint in inner]
     return replace(problem, waypoints=(first, *inner, last))
 
 
 def with_durations(problem: PlanningProblem, durations: dict[int, Any]) -> PlanningProblem:
-    """By waypoint."""
+    """Return a problem with durations, given by waypoint."""
     waypoints = [replace(w, duration=durations.get(i, w.duration)) for i, w in enumerate(problem.waypoints)]
     return replace(problem, waypoints=tuple(waypoints))
 
@@ -41,7 +41,7 @@ def one_joint(**limits: float) -> Robot:
 
 
 def line(robot: Robot, *angles: float) -> PlanningProblem:
-    """The first joint to these angles; the others stand still."""
+    """Return the first joint to these angles; the others stand still."""
     waypoints = tuple(JointWaypoint(position=(angle, 0.0, 0.0)) for angle in angles)
     return PlanningProblem(robot, waypoints)
 

@@ -26,13 +26,13 @@ def through_joints(robot: Robot, positions: Sequence[np.ndarray]) -> PlanningPro
 
 
 def through_poses(robot: Robot, places: Sequence[Sequence[float]]) -> PlanningProblem:
-    """Places of the tool, m, pointing down."""
+    """Return places of the tool, m, pointing down."""
     waypoints = tuple(PoseWaypoint(pose=Pose(np.array(place), TOOL_DOWN)) for place in places)
     return passing(PlanningProblem(robot, waypoints))
 
 
 def assert_planned(problem: PlanningProblem) -> float:
-    """Within all limits, never slower than stopping at each waypoint; the duration, s."""
+    """Return within all limits, never slower than stopping at each waypoint; the duration, s."""
     result = plan(problem, Ruckig())
     assert_within_limits(result)
     stops = replace(problem, waypoints=tuple(JointWaypoint(position=tuple(q)) for q in result.path.positions.tolist()))

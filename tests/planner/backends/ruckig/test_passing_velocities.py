@@ -25,7 +25,7 @@ from tests.planner.problems_of_tests import ARMS, problem_of
 
 
 def least_time(robot: Robot, start: tuple[float, ...], end: tuple[float, ...], velocities: np.ndarray) -> float:
-    """Between two states without acceleration, by one call of the package in SI units."""
+    """Return the least time between two states without acceleration, by the package ruckig in SI units."""
     target, output = ruckig.InputParameter(robot.dof), ruckig.Trajectory(robot.dof)
     target.current_position, target.target_position = list(start), list(end)
     target.current_velocity, target.target_velocity = velocities.tolist()

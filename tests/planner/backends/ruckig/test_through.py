@@ -211,5 +211,5 @@ def test_a_straight_line_is_slow_only_where_the_tool_is_fast() -> None:
 
 
 def evenly(result: Plan, orders: list[int]) -> list[np.ndarray]:
-    """2,001 samples of the motion."""
+    """Return 2,001 samples of the motion."""
     return list(result.trajectory.evaluate(np.linspace(0.0, result.trajectory.duration, 2001), orders))

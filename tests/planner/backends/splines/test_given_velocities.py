@@ -29,7 +29,7 @@ fewer = settings(max_examples=max(20, settings.default.max_examples // 5))
 
 
 def some_velocities(seed: int, segments: int, joints: int, size: float, share: float = 0.5) -> FloatArray:
-    """Velocities (segments - 1, joints) at some of the inner waypoints, at one of them at least."""
+    """Return velocities (segments - 1, joints) at some of the inner waypoints, at one of them at least."""
     rng = np.random.default_rng(seed)
     velocities: FloatArray = rng.uniform(-size, size, (segments - 1, joints))
     velocities[rng.uniform(size=segments - 1) > share] = NONE
@@ -38,13 +38,13 @@ def some_velocities(seed: int, segments: int, joints: int, size: float, share: f
 
 
 def parts_of(velocities: FloatArray) -> list[tuple[int, int]]:
-    """First and last waypoint of what lies between velocities that are given."""
+    """Return first and last waypoint of what lies between velocities that are given."""
     cuts = [0, *(np.flatnonzero(~np.isnan(velocities[:, 0])) + 1).tolist(), len(velocities) + 1]
     return list(pairwise(cuts))
 
 
 def reference(positions: FloatArray, durations: FloatArray, velocities: FloatArray, degree: Degree) -> list[PPoly]:
-    """The splines of the parts by scipy, each from time 0 on."""
+    """Return the splines of the parts by scipy, each from time 0 on."""
     at_all, made = np.pad(velocities, ((1, 1), (0, 0))), []
     for first, last in parts_of(velocities):
         times = np.concatenate([[0.0], np.cumsum(durations[first:last])])
@@ -152,7 +152,7 @@ def test_sensitivities_to_durations_are_those_of_differences(degree: Degree, see
 def timed(
     positions: FloatArray, velocities: FloatArray, limits: SegmentLimits, asked: FloatArray, degree: Degree
 ) -> PiecewisePolynomial:
-    """The spline at the durations that are found."""
+    """Return the spline at the durations that are found."""
     spline = PassingSpline(positions, velocities, limits, degree)
     return interpolate(positions, spline.durations(asked), degree, velocities).curve
 
@@ -290,7 +290,7 @@ WAY = np.array([[0.0, 0.0], [0.5, 0.2], [1.0, -0.3]])
 
 
 def wide_limits(segments: int = 2, velocity: float = 1.0) -> SegmentLimits:
-    """Of two joints that may go anywhere."""
+    """Return wide limits of two joints."""
     rates = (np.full((segments, 2), limit) for limit in (velocity, 4.0, 40.0))
     return spline_limits(np.full(2, -INF), np.full(2, INF), *rates)
 

@@ -152,7 +152,7 @@ def test_a_velocity_at_its_limit_is_had_with_and_against_the_motion(backend: Cub
 
 
 def along_a_wave(robot: Robot, count: int) -> PlanningProblem:
-    """Points on a smooth curve, all of them passed with its direction."""
+    """Return points on a smooth curve, all of them passed with its direction."""
     u = np.linspace(0.0, 2.0 * np.pi, count)[:, None]
     phases = np.arange(robot.dof)
     q, dq = robot.middle + 0.4 * np.sin(u + phases), 0.4 * np.cos(u + phases)

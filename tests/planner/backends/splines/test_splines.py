@@ -23,7 +23,7 @@ fewer = settings(max_examples=max(20, settings.default.max_examples // 5))
 
 
 def reference(positions, durations, degree) -> PPoly:
-    """The same spline by scipy."""
+    """Return the same spline by scipy."""
     times = np.concatenate([[0.0], np.cumsum(durations)])
     if degree == 3:
         return CubicSpline(times, positions, bc_type="clamped")

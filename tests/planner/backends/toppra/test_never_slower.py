@@ -53,7 +53,7 @@ def is_no_slower(problem: PlanningProblem) -> None:
 
 @st.composite
 def passing(draw: st.DrawFn) -> PlanningProblem:
-    """Joint waypoints passed without stopping, within the robot's limits or narrower ones."""
+    """Return joint waypoints passed without stopping, within the robot's limits or narrower ones."""
     robot_id = draw(st.sampled_from(("ngv_refuelling_arm", "date_sorting_arm", "three_dof_arm", "kuka_kr16_l6_2")))
     scale = 10.0 ** draw(st.floats(-3.0, 0.0))
     problem = problem_of(robot_id, draw(st.integers(0, 2**32)), draw(st.integers(3, 8)), scale)
@@ -78,7 +78,7 @@ KUKA, HOME = "kuka_kr16_l6_2", (0.2, -1.3, 1.6, 0.3, 0.9, 0.1)
 
 
 def line(robot_id: str, home: tuple[float, ...], step: tuple[float, ...], limits: Limits) -> PlanningProblem:
-    """A straight line of the tool, its orientation kept."""
+    """Return a straight line of the tool, its orientation kept."""
     robot = load_robot(robot_id)
     start = tool_pose(robot, np.array(home))
     end = Pose(start.position + np.array(step), start.rotation)

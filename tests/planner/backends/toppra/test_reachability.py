@@ -38,7 +38,7 @@ def problems(draw: st.DrawFn, bend: float, fewest: int = 1, most: int = 25) -> P
 
 
 def as_limits(problem: Problem) -> tuple[PathLimits, np.ndarray, np.ndarray]:
-    """|a u + b x + c| <= 1 in the middle of the intervals, nowhere throughout, and the rests."""
+    """Return limits |a u + b x + c| <= 1 in the middle of the intervals, and the rests."""
     lengths, (a, b, c), most, rests = problem
     bounds = most[:-1] + (most[1:] - most[:-1]) * np.linspace(0.0, 1.0, PROBES)[:, None]
     parts = ([part] * POINTS for part in (a - lengths[:, None] * b, b, c))
@@ -46,7 +46,7 @@ def as_limits(problem: Problem) -> tuple[PathLimits, np.ndarray, np.ndarray]:
 
 
 def largest(problem: Problem) -> np.ndarray:
-    """The largest x everywhere, by one linear program in x alone: u = (x[i + 1] - x[i]) / (2 d)."""
+    """Return the largest x everywhere, by one linear program in x alone: u = (x[i + 1] - x[i]) / (2 d)."""
     lengths, (a, b, c), most, rests = problem
     count, rows = a.shape
     per_next = a / (2.0 * lengths[:, None])

@@ -75,7 +75,7 @@ def test_every_family_of_paths_takes_the_same_time(name: str) -> None:
 
 
 def line(*positions: float, scale: float = 1.0) -> PlanningProblem:
-    """One joint to and fro, the others with it."""
+    """Return one joint to and fro, the others with it."""
     return joint_problem(KUKA, [[scale * q * (k + 1) / 6.0 for k in range(6)] for q in positions])
 
 

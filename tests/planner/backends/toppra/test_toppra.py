@@ -35,7 +35,7 @@ from tests.planner.backends.toppra.toppra_problems import (
 def independent_optimum(
     robot: Robot, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, step: float, limits: Limits, torque: bool
 ) -> float:
-    """Duration, s, by one linear program in x = s'^2: the largest x everywhere is the fastest motion.
+    """Return duration, s, by one linear program in x = s'^2: the largest x everywhere is the fastest motion.
 
     Args:
         robot: With its payload.

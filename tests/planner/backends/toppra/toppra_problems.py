@@ -21,7 +21,7 @@ KUKA, KUKA_START = "kuka_kr16_l6_2", (0.2, -1.3, 1.6, 0.3, 0.9, 0.1)
 
 
 def through(robot_id: str, seed: int, count: int, scale: float = 1.0, transition: object = None) -> PlanningProblem:
-    """Random joint waypoints, all inner ones passed without stopping."""
+    """Return random joint waypoints, all inner ones passed without stopping."""
     problem = problem_of(robot_id, seed, count, scale)
     passing = transition or ThroughTransition()
     inner = tuple(replace(waypoint, transition=passing) for waypoint in problem.waypoints[1:-1])
@@ -42,7 +42,7 @@ def joint_problem(
 
 
 def tool_problem(transition: object, **fields: object) -> PlanningProblem:
-    """Two lines of the tool with a corner between them, and a circle."""
+    """Return two lines of the tool with a corner between them, and a circle."""
     robot = load_robot(KUKA)
     start = tool_pose(robot, np.array(KUKA_START))
     corner = start.position + np.array([0.0, 0.25, 0.0])
@@ -69,7 +69,7 @@ def robot_limits(robot: Robot, torque_scale: float = 1.0) -> Limits:
 
 
 def worst_ratio(result: Plan, count: int = 10_000) -> float:
-    """Of every limited quantity, on samples evenly spaced in time."""
+    """Return the worst ratio of every limited quantity, on samples evenly spaced in time."""
     trajectory, limits, robot = result.trajectory, result.path.limits, result.path.robot
     times = np.linspace(0.0, trajectory.duration, count)
     pieces, _ = trajectory.locate(times)

@@ -101,7 +101,7 @@ def test_where_few_motions_were_looked_at_a_longer_search_is_offered() -> None:
 
 
 def wall(name: str, x: tuple[float, float], z: tuple[float, float]) -> planner.SceneObject:
-    """A wall in the plane of symmetry of both ends."""
+    """Return a wall in the plane of symmetry of both ends."""
     middle = planner.Pose([sum(x) / 2.0, 0.0, sum(z) / 2.0])
     return planner.SceneObject(name, [Box([x[1] - x[0], 0.1, z[1] - z[0]])], middle)
 

@@ -39,7 +39,7 @@ def hurried(robot: Robot, duration: float, **changes: Any) -> PlanningProblem:
 
 
 def refused(problem: PlanningProblem, kind: str) -> dict[str, list[Remedy]]:
-    """The remedies by the way they go: duration, limits or payload."""
+    """Return the remedies by the way they go: duration, limits or payload."""
     with pytest.raises(InfeasibleDuration) as refusal:
         plan(problem, backend_of(kind))
     ways = defaultdict(list)
@@ -49,7 +49,7 @@ def refused(problem: PlanningProblem, kind: str) -> dict[str, list[Remedy]]:
 
 
 def applied(problem: PlanningProblem, remedies: list[Remedy], share: float = 1.0) -> PlanningProblem:
-    """The problem with the remedies, or with a share of what they say."""
+    """Return the problem with the remedies, or with a share of what they say."""
     for remedy in remedies:
         problem = replace(remedy, value=remedy.value and share * remedy.value).applied_to(problem)
     return problem

@@ -29,7 +29,7 @@ def robot() -> Robot:
 
 
 def largest_gravity(robot: Robot, joint: int) -> float:
-    """On the straight way from START to END, by Pinocchio's own function."""
+    """Return the largest gravity torque on the straight motion from START to END, by Pinocchio's own function."""
     data = robot.model.createData()
     way = np.linspace(START, END, 2001)
     return float(max(abs(pin.computeGeneralizedGravity(robot.model, data, q)[joint]) for q in way))

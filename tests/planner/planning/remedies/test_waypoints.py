@@ -30,7 +30,7 @@ LISTS = min(100, SIZE.examples // 8)
 
 
 def unreachable_list(seed: int) -> PlanningProblem:
-    """Poses in and out of reach, lines that leave it, aligned with the axes in every second list."""
+    """Return poses in and out of reach, lines that leave it, aligned with the axes in every second list."""
     rng = np.random.default_rng(seed)
     robot = load_robot(ARMS[seed % len(ARMS)])
     lower, upper = np.maximum(robot.limit("lower"), -2.0), np.minimum(robot.limit("upper"), 2.0)

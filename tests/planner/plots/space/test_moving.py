@@ -93,7 +93,7 @@ class Drawn:
         return [self.points(text) for text in str(animate.get("values")).split(";")]
 
     def shown(self, group: ET.Element) -> list[bool]:
-        """Whether a group is seen at each of the times."""
+        """Tell whether a group is seen at each of the times."""
         (animate,) = group.findall("{*}animate")
         assert animate.get("attributeName") == "visibility"
         assert animate.get("calcMode") == "discrete"
