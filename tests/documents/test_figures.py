@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from cli import app, plots
+from cli import app
+from cli.work import pictures
 from docs.tools.figures import FIGURES, IMAGES, PAGE, PICTURED, Figure, document
 from tests.documents.published import document as published
 from tests.documents.published import homogeneous, standard_dh
@@ -170,7 +171,7 @@ def test_figures_10_to_12_reach_as_far_as_the_document_says(
     number: str, columns: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No further than 800 mm, no nearer than 43.93 mm (printed 44), and from 650 to 1450 mm above the floor."""
-    monkeypatch.setattr(plots, "WORKSPACE_POINTS", 1500)
+    monkeypatch.setattr(pictures, "WORKSPACE_POINTS", 1500)
     (graph,) = figure(tmp_path, "004", number)
     dots = graph.dots["workspace"]
     assert len(dots) == 1500
