@@ -90,16 +90,6 @@ class MendedPassages:
             late = 0.0
         return late + OUTSIDE * outside.sum(), everyone if late > 0.0 else np.flatnonzero(outside)
 
-    @property
-    def faulty_joints(self) -> np.ndarray:
-        """Whether each joint (joints,) may be to blame for a segment that is to be mended."""
-        faulty = np.zeros(self.shortest.shape[1], dtype=bool)
-        for segment in range(len(self.passages)):
-            worth, joints = self._faults(segment)
-            if worth > 0.0:
-                faulty[joints] = True
-        return faulty
-
     def mend(self) -> None:
         """Slow one joint at one waypoint or at two, the best choice each time, until nothing can be gained."""
         hopeless: set[int] = set()

@@ -237,7 +237,7 @@ struct PassingSearch {
     void run() {
         constexpr double SHARE_TO_BOUNDARY = 0.98;  // of a step: the next one begins inside, too
         constexpr int64_t MOST_STEPS = 30, MOST_SHORTENINGS = 20;
-        constexpr double GAP = 0.15;             // to the optimum, relative: near enough for the sweeps that follow
+        constexpr double GAP = 0.05;             // to the optimum, relative
         constexpr double FIRST_SHARE = 0.5;      // share of the duration that the sum of all barriers is at first
         constexpr double FIRST_CENTRING = 0.2;   // share of the mean complementarity that is the first barrier
         constexpr double LEAST_CENTRING = 0.1;   // and the next one after a Newton step made in full
