@@ -288,7 +288,8 @@ def joined_phases(position: FloatArray, motions: Sequence[list[Phase]]) -> Traje
     if end == 0.0:
         end = SHORTEST_REST
     times = np.unique(np.concatenate([[0.0, end], *starts]))
-    apart = np.diff(times, prepend=-np.inf) > NEGLIGIBLE_SHARE * end
+    shortest = min([end, *map(_ramp, motions)])
+    apart = np.diff(times, prepend=-np.inf) > max(NEGLIGIBLE_SHARE * shortest, np.finfo(float).eps * end)
     times = times[apart]
     times[-1] = end
     coefficients = np.zeros((len(times) - 1, len(motions), 4))
@@ -303,6 +304,13 @@ def joined_phases(position: FloatArray, motions: Sequence[list[Phase]]) -> Traje
                 coefficients[piece, joint] = q, v, a / 2.0, phases[k].jerk / 6.0
     ends = np.array([0.0, end])
     return Trajectory(np.diff(times), coefficients, np.zeros(len(times) - 1, dtype=int), ends, ends)
+
+
+def _ramp(phases: Sequence[Phase]) -> float:
+    """Return the time, s, in which the jerk of a joint reaches its acceleration; infinite: it has no jerk."""
+    steepest = max((abs(phase.jerk) for phase in phases), default=0.0)
+    largest = max((abs(phase.at(t)[2]) for phase in phases for t in (0.0, phase.duration)), default=0.0)
+    return largest / steepest if steepest > 0.0 else np.inf
 
 
 def _position_error(robot: Robot, joint: int, value: float, limit: float, text: str) -> JointPositionLimit:

@@ -11,6 +11,7 @@ from scipy.optimize import linprog
 from planner.errors import InvalidProblem, JointPositionLimit, LimitsUnsatisfiable
 from planner.limits import Limits
 from planner.operations import JointState, stop_joints
+from planner.robots import load_robot
 from tests.planner.operations.curves import by_scipy, fastest_by_ruckig, inner_times, kuka, planned
 
 STILL = np.zeros(6)
@@ -134,6 +135,19 @@ def test_what_rests_keeps_resting_and_what_hardly_moves_stops() -> None:
     turning = stop_joints(kuka(), JointState(MIDDLE, STILL, 0.5 * kuka().limit("acceleration")))
     times = inner_times(turning.trajectory)
     assert (np.abs(by_scipy(turning.trajectory, times, 3)) <= kuka().limit("jerk") * (1 + 1e-9)).all()
+
+
+def test_joints_that_reach_their_peaks_almost_at_once_stop_without_a_jump() -> None:
+    """All joints of a straight motion brake; their phases end within nanoseconds of each other."""
+    position = [0.2139364, 0.53775349, -1.2363321, -1.43407263, -0.95578211, 1.60327615, -1.3458316]
+    velocity = [-2.60568002, 2.21753762, 2.61376327, -0.61349094, 0.96737155, -0.76846345, -2.14125484]
+    acceleration = np.array([-4.18695682, 3.56326684, 4.19994512, -0.985792833, 1.55442804, -1.23481121, -3.44069195])
+    for scale in (1e-4, 1e-6, 1e-8, 0.0):
+        state = JointState(np.array(position), np.array(velocity), scale * acceleration)
+        stop = stop_joints(load_robot("fr3"), state)
+        assert stop.certificate.continuity == "C2"
+        (end,) = stop.trajectory.evaluate(stop.trajectory.duration, [1])
+        assert np.abs(end).max() <= 1e-9
 
 
 def test_states_that_are_refused() -> None:
