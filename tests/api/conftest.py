@@ -120,7 +120,31 @@ def running_service(log: Path, **settings: Any) -> Iterator[RunningService]:
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
     """One service for all tests that leave it as they found it."""
     with running_service(tmp_path_factory.mktemp("service") / "log.jsonl") as running:
+        _SHARED.append((running, stored(running)))
         yield running
+        _SHARED.clear()
+
+
+_SHARED: list[tuple[RunningService, set[str]]] = []
+"""The service of all tests, and the paths of the robots and scenes that it had at its start."""
+
+
+def stored(running: RunningService) -> set[str]:
+    """Return the paths of all robots and scenes of a service."""
+    return {
+        f"/v1/{kind}/{one['id']}"
+        for kind in ("robots", "scenes")
+        for one in running.client.get(f"/v1/{kind}").json()[kind]
+    }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _nothing_is_left() -> Iterator[None]:
+    """Delete the robots and scenes that tests of a module leave in the service of all tests: others list them."""
+    yield
+    for running, first in _SHARED:
+        for path in stored(running) - first:
+            running.client.delete(path)
 
 
 @pytest.fixture(scope="session")
