@@ -227,7 +227,10 @@ class Batch:
 
 
 def _inverse(J: FloatArray, changes: FloatArray) -> tuple[FloatArray, np.ndarray]:
-    """Return the joint steps (N, joints) that make changes (N, joints), and which Jacobians are not near singular."""
+    """Return the joint steps (N, joints) that make changes (N, joints), and which Jacobians are not near singular.
+
+    Near a singularity the step is zero.
+    """
     probe = np.cos(np.arange(J.shape[1]))  # has a share in every direction
     right = np.stack([changes, np.broadcast_to(probe, changes.shape)], axis=2)
     steps: FloatArray = np.full(right.shape, np.inf)
@@ -235,4 +238,4 @@ def _inverse(J: FloatArray, changes: FloatArray) -> tuple[FloatArray, np.ndarray
         steps[:] = np.linalg.solve(J, right)
     with np.errstate(invalid="ignore"):
         fine: np.ndarray = np.abs(steps[..., 1]).max(axis=1) < 1.0 / NEAR_SINGULARITY
-    return steps[..., 0], fine
+    return np.where(fine[:, None], steps[..., 0], 0.0), fine

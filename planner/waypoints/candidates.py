@@ -79,7 +79,7 @@ class Layer:
         return cls(position[None], still, still, np.ones(1), solutions=0)
 
     @classmethod
-    def isolated(cls, robot: Robot, solutions: Sequence[FloatArray], ahead: FloatArray | None) -> Layer:
+    def isolated(cls, robot: Robot, solutions: Sequence[FloatArray], ahead: FloatArray) -> Layer:
         """Return the layer of a pose with isolated solutions.
 
         The layer has every solution twice: free to turn towards the joint position before, and fixed nearest to
@@ -88,14 +88,13 @@ class Layer:
         Args:
             robot: The arm.
             solutions: All solutions, (joints,) each, without whole turns.
-            ahead: (joints,): the next joint position, if known. None: a motion of the tool ends here, at the whole
-                turns nearest to its start.
+            ahead: (joints,): the next joint position, if known.
         """
         branches = np.array(solutions)
         measure = manipulability(robot, branches)
         conditioning = measure / max(float(measure.max()), TINY)
         fewest, most = _turns_within(robot, branches)
-        if ahead is None or not (most > fewest).any():
+        if not (most > fewest).any():
             return cls(branches, fewest, most, conditioning, solutions=len(branches))
         turned, branch = _turned(robot, branches, ahead, fewest, most)
         fixed = np.zeros_like(turned)

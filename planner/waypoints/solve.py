@@ -245,8 +245,7 @@ class _Sequence:
         if options.prefer == "near_reference":
             ahead = np.array(self.options.reference)
         if is_isolated(robot, pose, allowed[0]):
-            towards = pinned.own(ahead) if isinstance(waypoint.motion, JointMotion) else None
-            return self._where_free(Layer.isolated(robot, allowed, towards).on_pins(pinned))
+            return self._where_free(Layer.isolated(robot, allowed, pinned.own(ahead)).on_pins(pinned))
         layer = Layer.continuum(robot, allowed, pinned.own(ahead), pose, options, wanted).on_pins(pinned)
         if (costs := costs_of(robot, options)) is not None:
             best = best_of_continuum(robot, pose, options, allowed, costs, wanted)
