@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from planner.certificate import certify
-from planner.dynamics import inverse_dynamics
+from planner.dynamics import heaviest_mass, inverse_dynamics
 from planner.dynamics.inverse import check_dynamics
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.limits import SMALLEST, Limits, segment_limits
@@ -103,9 +103,11 @@ def max_payload(
     most = min(rating, *(_most_at_samples(robot, body, trajectory, limits) for body in bodies))
     if most == np.inf:
         return MaxPayload(None, None)
-    if (heaviest := worst(most)).satisfied:
-        return MaxPayload(most, "rating") if most == rating else MaxPayload(most, "torque", light.joint, light.time)
-    mass = brentq(lambda mass: (worst(mass).ratio or 0.0) - 1.0, 0.0, most, xtol=SMALLEST, rtol=0.1 * ACCURACY)
+    mass, heaviest = most, worst(most)
+    if heaviest.satisfied and most == rating:
+        return MaxPayload(most, "rating")
+    if not heaviest.satisfied:
+        mass = brentq(lambda mass: (worst(mass).ratio or 0.0) - 1.0, 0.0, most, xtol=SMALLEST, rtol=0.1 * ACCURACY)
     while not (heaviest := worst(mass)).satisfied:
         mass *= 1.0 - 0.5 * ACCURACY
     return MaxPayload(mass, "torque", heaviest.joint, heaviest.time)
@@ -125,8 +127,4 @@ def _most_at_samples(robot: Robot, body: Payload, trajectory: Trajectory, limits
     without, with_unit = (
         inverse_dynamics(robot.with_payload(replace(body, mass=mass)), *states) for mass in (0.0, 1.0)
     )
-    lower, upper = segment_limits(robot, limits, (None,)).bounds("torque")
-    rise = with_unit - without
-    headroom = np.where(rise > 0.0, upper[0] - without, without - lower[0])
-    felt = np.abs(rise) > SMALLEST
-    return float((headroom[felt] / np.abs(rise[felt])).min(initial=np.inf))
+    return heaviest_mass(without, with_unit - without, *segment_limits(robot, limits, (None,)).bounds("torque"))

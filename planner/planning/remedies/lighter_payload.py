@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from planner.dynamics import heaviest_mass
 from planner.errors import Remedy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
+
+    import numpy as np
 
     from planner.fields import FieldPath
     from planner.planning.proofs import Change
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.robots.payload import Payload
     from planner.spatial import FloatArray
-
-LEAST_LEVER = 1e-9
-"""The torque by mass of the payload, N m/kg (N/kg), below which a joint does not feel the payload."""
 
 
 def lighter_payload(
@@ -54,9 +52,7 @@ def lighter_payload(
     for share in shares:
         lighter = []
         for field, mass, per_mass, without, own_limit in measured:
-            felt = np.abs(per_mass) > LEAST_LEVER
-            headroom = share * own_limit - np.sign(per_mass) * without
-            most = float((headroom[felt] / np.abs(per_mass[felt])).min(initial=np.inf))
+            most = heaviest_mass(without, per_mass, -share * own_limit, share * own_limit)
             if most <= 0.0:
                 return
             if most < mass:

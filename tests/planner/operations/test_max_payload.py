@@ -75,6 +75,23 @@ def test_the_mass_is_that_of_bisection_and_uses_the_whole_limit(backend: str) ->
     assert 0.0 <= found.time <= trajectory.duration
 
 
+def test_the_joint_that_holds_the_mass_still_is_named() -> None:
+    """Far aside of the flange the wrist holds it, though the shoulder has the largest share without a payload."""
+    count, position = np.zeros(1, dtype=int), np.array(WAYPOINTS[0])
+    ends = np.array([0.0, 1.0])
+    still = Trajectory(np.ones(1), position[None, :, None], count, ends, ends)
+    found = max_payload(UNRATED, still, center_of_mass=(1.5, 0.0, 0.0))
+    assert found.mass is not None
+    robot = UNRATED.with_payload(Payload(found.mass, (1.5, 0.0, 0.0)))
+    shares = [
+        np.abs(pin.computeGeneralizedGravity(arm.model, arm.model.createData(), position)) / arm.limit("torque")
+        for arm in (UNRATED, robot)
+    ]
+    without, held = (UNRATED.joint_names[int(share.argmax())] for share in shares)
+    assert found.joint == held != without
+    assert shares[1].max() == pytest.approx(1.0, abs=1e-6)
+
+
 def test_any_center_of_mass_within_the_tolerance_is_carried() -> None:
     trajectory = moved("quintic")
     found = max_payload(UNRATED, trajectory, center_of_mass=CENTER, center_of_mass_tolerance=TOLERANCE)
