@@ -197,7 +197,8 @@ def _constraint_checks(
     bounded = SampledConstraints(dynamics, [own for own in limits.constraints if own[0] in KIND_OF], rows)
     if bounded.constraints:
         found = bounded_peaks(bounded, segments, derivatives, lengths)
-        check(bounded, map(_Peak, *(part.tolist() for part in (found.bound, *found._replace(bound=found.reached)[1:]))))
+        parts = found.bound, found.reached, found.pieces, found.units, found.columns
+        check(bounded, map(_Peak, *(part.tolist() for part in parts)))
     sampled = SampledConstraints(dynamics, [own for own in limits.constraints if own[0] not in KIND_OF], rows)
     if sampled.constraints:
 

@@ -312,7 +312,7 @@ class _Sampled:
         self.gridpoints = of + shares / 2.0
         q, dq, ddq = curve.evaluate_on(of, shares * curve.lengths[of])
         states = JointStates(robot, q, dq, ddq)
-        self.speeds = {own: own.values(states) for own in limited if own.follows_path_speed and not own.of_states}
+        self.speeds = {own: own.values(states) for own in limited if own.follows_path_speed}
         self.rows = {own: own.rows(states) for own in limited if own.has_rows}
         if TORQUE in self.rows:
             segments = curve.segments[of]
@@ -330,7 +330,10 @@ class _Sampled:
 
     def speed_use(self, limits: SegmentLimits, q: FloatArray, v: FloatArray) -> FloatArray:
         """Return the shares (points, pieces) of limits that velocities (points, pieces, joints) at positions use."""
-        states, use = JointStates(self.robot, *(x.reshape(-1, q.shape[2]) for x in (q, v, v))), np.zeros(q.shape[:2])
+        use = np.zeros(q.shape[:2])
+        if not self.of_states:
+            return use
+        states = JointStates(self.robot, *(x.reshape(-1, q.shape[2]) for x in (q, v, v)))
         for constraint, bounds in limits.constraints:
             if constraint in self.of_states:
                 shares = constraint.values(states).reshape(*q.shape[:2], -1) / bounds.upper

@@ -163,7 +163,7 @@ class Batch:
             missing, J = self._missing(lines, u, q)
             solved = np.abs(missing).max(axis=1) < SOLVED
             step, fine = _inverse(J, missing)
-            q = q + np.where(fine[:, None], step, 0.0)
+            q = q + step
             if (solved | ~fine).all():
                 break
         return q, solved & fine

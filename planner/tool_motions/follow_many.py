@@ -13,11 +13,7 @@ from planner.kinematics.search import STEADY
 from planner.spatial import rotations_from_vectors
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.batch import Batch, FollowedPieces
-from planner.tool_motions.follow import (
-    LONGEST_STEP,
-    Lost,
-    follow,
-)
+from planner.tool_motions.follow import LONGEST_STEP, Lost, follow
 from planner.tool_motions.inverse_jacobian import kept_motions
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_paths import PosePath
@@ -106,8 +102,9 @@ def follow_at_once(
     The path comes near a singularity or needs very short steps, or the robot has fewer joints than the tool has
     directions. See `follow` for the arguments.
     """
-    steps = 1 if len(path.breakpoints) > MANY_PIECES else STEPS
-    bounds = np.interp(np.arange(steps * (len(path.breakpoints) - 1) + 1) / steps, *_counted(path.breakpoints))
+    count = len(path.breakpoints)
+    steps = 1 if count > MANY_PIECES else STEPS
+    bounds = np.interp(np.arange(steps * (count - 1) + 1) / steps, np.arange(count), path.breakpoints)
     batch = _Pieces(robot, path, bounds, start, end, tolerance, steepest)
     if batch.idle != len(batch.drift) or batch.solve_ends(end) < len(batch.lengths):
         return None
@@ -119,11 +116,6 @@ def follow_at_once(
     scales = np.repeat(batch.lengths, [len(curve.lengths) for curve in followed.curves])
     powers = scales[:, None, None] ** np.arange(coefficients.shape[2])
     return PiecewisePolynomial(lengths * scales, coefficients / powers)
-
-
-def _counted(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the indices of values as numbers, and the values."""
-    return np.arange(len(values), dtype=np.float64), values
 
 
 class _Lines(Batch):
