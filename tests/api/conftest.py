@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import signal
 import socket
 import subprocess
@@ -48,6 +49,11 @@ class RunningService:
 
     def workers(self) -> list[psutil.Process]:
         return workers_of(psutil.Process(self.process.pid))
+
+    def busy_workers(self) -> int:
+        """Return how many workers have something to do."""
+        found = re.findall(r'planner_workers{lane="\w+",state="busy"} (\d+)', self.client.get("/metrics").text)
+        return sum(map(int, found))
 
     def post(self, path: str, body: Any, **options: Any) -> httpx.Response:
         return self.client.post(path, json=body, **options)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from base64 import b64decode
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
@@ -319,22 +318,16 @@ def test_a_batch_leaves_a_worker_to_other_requests(service: RunningService) -> N
 
 def test_a_cancelled_batch_takes_no_worker_any_more(service: RunningService) -> None:
     """Each of its plans takes a minute: the one that has begun is given up, and what is behind it is planned."""
-    wait_until(lambda: busy(service) == 0)
+    wait_until(lambda: service.busy_workers() == 0)
     location = service.post(BATCHES, {"requests": [A_MINUTE] * 4}).headers["Location"]
-    wait_until(lambda: busy(service) == 1)
+    wait_until(lambda: service.busy_workers() == 1)
     assert service.client.delete(location).status_code == 204
     batch = status(service, location)
     assert (batch["status"], batch["counts"]["waiting"]) == ("cancelled", 4)
-    wait_until(lambda: busy(service) == 0, 20.0)
+    wait_until(lambda: service.busy_workers() == 0, 20.0)
     behind = service.post(BATCHES, {"requests": requests(3)}).headers["Location"]
     wait_until(lambda: status(service, behind)["status"] == "completed", 20.0)
     assert status(service, location) == batch and results(service, location) == []
-
-
-def busy(service: RunningService) -> int:
-    """How many workers have something to do."""
-    found = re.search(r'planner_workers{lane="all",state="busy"} (\d+)', service.client.get("/metrics").text)
-    return 0 if found is None else int(found[1])
 
 
 def test_a_cancelled_batch_keeps_what_is_done(service: RunningService) -> None:

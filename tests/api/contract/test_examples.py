@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from pydantic import TypeAdapter
@@ -10,17 +10,17 @@ from pydantic import TypeAdapter
 from api.base.errors import STATUS_OF_CODE
 from api.contract.parts.problem_documents import ProblemDocument
 from api.http.openapi import examples
-from tests.api.conftest import running_service
 from tests.api.contract import recorded_examples
 from tests.api.contract.recorded_examples import differences
 from tests.api.operations import OPERATIONS
 
+if TYPE_CHECKING:
+    from tests.api.conftest import RunningService
+
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """The answers of a service of its own: robots and scenes of other tests would be in its lists."""
-    with running_service(tmp_path_factory.mktemp("examples") / "log.jsonl") as service:
-        return recorded_examples.examples(service)
+def recorded(service: RunningService) -> dict[str, Any]:
+    return recorded_examples.examples(service)
 
 
 def test_answers_are_as_shown(recorded: dict[str, Any]) -> None:

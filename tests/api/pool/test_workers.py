@@ -6,7 +6,6 @@ import json
 import math
 import signal
 import socket
-import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -50,11 +49,6 @@ def stop_workers(service: RunningService) -> None:
         worker.suspend()
 
 
-def busy(service: RunningService) -> int:
-    """How many workers are computing right now."""
-    return sum(worker.cpu_percent(interval=0.1) > 5.0 for worker in service.workers())
-
-
 def test_a_deadline_kills_the_work_and_the_next_request_is_served(one_worker: RunningService) -> None:
     before = {worker.pid for worker in one_worker.workers()}
 
@@ -73,7 +67,7 @@ def test_what_waits_too_long_for_its_deadline_is_refused_at_once(one_worker: Run
     with ThreadPoolExecutor() as threads:
         slow = threads.submit(one_worker.post, INVERSE, slow_request(deadline=4.0))
         threads.submit(one_worker.post, INVERSE, slow_request(deadline=4.0))
-        time.sleep(1.0)  # until the worker has one of them, and the other waits
+        wait_until(lambda: 'planner_queue_jobs{lane="requests"} 1.0' in one_worker.client.get("/metrics").text)
         refused = one_worker.post(PLAN, plan_request(deadline=0.2))
         assert (refused.status_code, refused.json()["code"]) == (503, "overloaded")
         assert int(refused.headers["Retry-After"]) > 0
@@ -85,7 +79,7 @@ def test_what_waits_too_long_for_its_deadline_is_refused_at_once(one_worker: Run
 def test_the_work_of_a_killed_worker_is_repeated_once(one_worker: RunningService) -> None:
     with ThreadPoolExecutor() as threads:
         repeated = threads.submit(one_worker.post, INVERSE, slow_request(deadline=60.0))
-        wait_until(lambda: busy(one_worker) == 1)
+        wait_until(lambda: one_worker.busy_workers() == 1)
         one_worker.workers()[0].kill()
         assert repeated.result().status_code == 200
 
@@ -94,7 +88,7 @@ def test_the_work_of_a_killed_worker_is_repeated_once(one_worker: RunningService
 def test_the_process_that_workers_are_forked_from_may_die(one_worker: RunningService) -> None:
     with ThreadPoolExecutor() as threads:
         repeated = threads.submit(one_worker.post, INVERSE, slow_request(deadline=60.0))
-        wait_until(lambda: busy(one_worker) == 1)
+        wait_until(lambda: one_worker.busy_workers() == 1)
         one_worker.workers()[0].parent().kill()
         assert repeated.result().status_code == 200
     one_worker.wait_ready()
@@ -180,7 +174,7 @@ def test_sigterm_drains(start_service: Callable[..., RunningService]) -> None:
     stop_workers(service)
     with ThreadPoolExecutor() as threads, unfinished_body(service) as client:
         slow = threads.submit(service.post, INVERSE, slow_request(deadline=4.0))
-        time.sleep(1.0)  # until the worker has it
+        wait_until(lambda: service.busy_workers() == 1)
         for process in (*workers, service.process):
             process.send_signal(signal.SIGTERM)
         wait_until(lambda: refuses_connections(service.url))
