@@ -61,7 +61,7 @@ def keyed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
     scopes = {"planner": ["plan"], "admin": ["admin"]}
     with pytest.MonkeyPatch.context() as patch, structlog.testing.capture_logs() as log:
         patch.setenv("PLANNER_DATA_DIRECTORY", folder)
-        patch.setattr("api.base.logs.configure_logs", lambda _level: None)
+        patch.setattr("cli.work.stored.configure_logs", lambda _level: None)
         keys = {}
         for name in NAMES:
             options = [option for scope in scopes.get(name, ()) for option in ("--scope", scope)]
