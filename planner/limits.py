@@ -135,6 +135,15 @@ class SegmentLimits:
             return self.of_tool.get(quantity, np.full(len(self.torque.upper), np.inf))[:, None]
         return self.bounds(quantity).narrower
 
+    def velocity_at(self, robot: Robot, segments: np.ndarray, positions: FloatArray) -> Bounds:
+        """Return the velocity limits (N, joints) in force on segments (N,) at joint positions (N, joints)."""
+        bounds = self.velocity.of(segments)
+        if robot.velocity_conditions is None:
+            return bounds
+        scale = self.further[VELOCITY_AT_POSITION][segments, None]
+        upper, lower = robot.velocity_conditions.allowed(positions)
+        return Bounds(np.maximum(bounds.lower, -scale * lower), np.minimum(bounds.upper, scale * upper))
+
     def along(self, travels: FloatArray) -> SegmentLimits:
         """Return the limits with velocity and acceleration in the direction of straight motions (segments, joints)."""
         return replace(self, velocity=self.velocity.along(travels), acceleration=self.acceleration.along(travels))

@@ -1,10 +1,8 @@
-"""Answers about trajectories and back ends."""
+"""Answers about trajectories."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
-
-from pydantic import Field
+from typing import Literal
 
 from api.contract.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.contract.parts.common import Answer
@@ -309,12 +307,12 @@ class PlanWarning(Answer):
 
 
 class SegmentBounds(Answer):
-    """The lower and upper limits in force of one quantity of the joints; rows are segments."""
+    """The lower and upper limits in force of one quantity of the joints; rows are segments, in `at_samples` samples."""
 
     lower: list[list[float | None]]
-    """The lower limits, shape (segments, joints), in the unit of the samples; null: none."""
+    """The lower limits, shape (rows, joints), in the unit of the samples; null: none."""
     upper: list[list[float | None]]
-    """The upper limits, shape (segments, joints), in the unit of the samples; null: none."""
+    """The upper limits, shape (rows, joints), in the unit of the samples; null: none."""
 
 
 class SegmentLimitsAnswer(Answer):
@@ -333,6 +331,9 @@ class SegmentLimitsAnswer(Answer):
     tool: dict[str, list[float | None]]
     """The limits of the tool by quantity, such as `tcp_linear_velocity`: one value a segment, SI units; null: none. A
     quantity without any limit is absent."""
+    at_samples: dict[str, SegmentBounds] | None = None
+    """The limits at each sample, for quantities whose limits depend on the robot's state, such as `velocity` with
+    velocity curves. They are never wider than the segment's. Absent: no limit depends on the state."""
 
 
 class PlanAnswer(Answer):
@@ -378,23 +379,3 @@ class PlanAnswer(Answer):
     """The SHA-256 of the request, `sha256:...`. It is of the content with the defaults filled in, independent of its
     notation. The content of an uploaded robot is included, because its id may be reused. A catalogue robot counts by
     its id: the catalogue belongs to the version of the service. Equal hashes of one version mean equal answers."""
-
-
-class BackendDescription(Answer):
-    """One back end."""
-
-    kind: str
-    """The kind by which requests name the back end."""
-    summary: str
-    """A summary in one sentence."""
-    options: Annotated[dict[str, Any], Field(description="The JSON Schema of each of the back end's options, by name.")]
-    guarantees: dict[str, Literal["hard", "reported", "none"]]
-    """The promise for each quantity: the limit is kept (`hard`); the value is only reported and may exceed it
-    (`reported`); or unknown (`none`)."""
-
-
-class BackendsAnswer(Answer):
-    """All back ends."""
-
-    backends: list[BackendDescription]
-    """The back ends, in the order of the documentation."""

@@ -1,8 +1,10 @@
-"""Answers about the service itself."""
+"""Answers about the service itself and its back ends."""
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
 
 from api.contract.parts.common import Answer
 
@@ -77,3 +79,23 @@ class Readiness(Answer):
     """The number of workers that there are to be."""
     warm_workers: int
     """The number of workers that have planned once with every back end and run an example of every operation."""
+
+
+class BackendDescription(Answer):
+    """One back end."""
+
+    kind: str
+    """The kind by which requests name the back end."""
+    summary: str
+    """A summary in one sentence."""
+    options: Annotated[dict[str, Any], Field(description="The JSON Schema of each of the back end's options, by name.")]
+    guarantees: dict[str, Literal["hard", "reported", "none"]]
+    """The promise for each quantity: the limit is kept (`hard`); the value is only reported and may exceed it
+    (`reported`); or unknown (`none`)."""
+
+
+class BackendsAnswer(Answer):
+    """All back ends."""
+
+    backends: list[BackendDescription]
+    """The back ends, in the order of the documentation."""

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import Query, Request, Response
 
-from api.contract import answers, requests
+from api.contract import answers, requests, service
 from api.contract import trajectory_operations as operations
 from api.contract.comparisons import ComparisonAnswer
 from api.http.comparison import compare
@@ -122,7 +122,7 @@ async def validate_trajectory(request: Request, body: PlannedBody) -> Response:
     summary="List the back ends with their options and promises.",
     description="For each quantity, a limit is `hard`, only `reported`, or `none`.",
     dependencies=[needs("plan")],
-    responses=returns(answers.BackendsAnswer, codes=WORKER_CODES, shared=True) | NOT_MODIFIED,
+    responses=returns(service.BackendsAnswer, codes=WORKER_CODES, shared=True) | NOT_MODIFIED,
 )
 async def list_backends(request: Request) -> Response:
     """Answer GET /v1/backends."""

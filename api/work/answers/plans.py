@@ -9,6 +9,7 @@ import numpy as np
 
 from api.work.answers.values import pose_answer
 from planner.certificate.sampling import worst_overshoot
+from planner.constraints import VELOCITY_AT_POSITION
 from planner.dynamics import SegmentDynamics
 from planner.export import ExportOptions
 from planner.kinematics import configurations, manipulability
@@ -100,7 +101,7 @@ def as_dict(plan: Plan, options: AnswerOptions) -> dict[str, Any]:
             {**vars(report), "slow": list(map(vars, report.slow))} for report in tool_speed_reports(plan)
         ]
     if "limits" in options.include:
-        answer["limits"] = _limits(plan)
+        answer["limits"] = _limits(plan, samples)
     if "sample_checks" in options.include:
         answer["sample_checks"] = _sample_checks(plan.certify_samples(samples.time))
     if options.request_hash is not None:
@@ -209,15 +210,19 @@ def _polynomials(joint_names: tuple[str, ...], trajectory: Trajectory) -> list[d
     ]
 
 
-def _limits(plan: Plan) -> dict[str, Any]:
-    """Return the limits of each segment; infinite ones become null."""
+def _limits(plan: Plan, samples: Samples) -> dict[str, Any]:
+    """Return the limits of each segment, and state-dependent limits at each sample; infinite ones become null."""
     limits = plan.path.limits
     lower, upper = (np.broadcast_to(side, limits.torque.upper.shape).copy() for side in limits.position)
-    written = {"position": {"lower": lower, "upper": upper}}
+    written: dict[str, Any] = {"position": {"lower": lower, "upper": upper}}
     for quantity in ("velocity", "acceleration", "jerk", "torque"):
         bounds = limits.bounds(quantity)
         written[quantity] = {"lower": bounds.lower.copy(), "upper": bounds.upper.copy()}
-    return written | {"tool": dict(limits.of_tool)}
+    written |= {"tool": dict(limits.of_tool)}
+    if VELOCITY_AT_POSITION in limits.further:
+        bounds = limits.velocity_at(plan.path.robot, samples.segment, samples.position)
+        written |= {"at_samples": {"velocity": {"lower": bounds.lower, "upper": bounds.upper}}}
+    return written
 
 
 def _action(timed: TimedAction) -> dict[str, Any]:

@@ -5,7 +5,7 @@ import type { PlanAnswer, Robot } from '../service/types';
 import { axisRange, shareOf } from '../plots/curves';
 import { locate, positionAt } from './samples';
 import { short } from './units';
-import { bandOf, limitUse } from './use';
+import { bandsOf, limitUse } from './use';
 
 const still = { quaternion_xyzw: [0, 0, 0, 1] };
 const joint = { lower: -1, upper: 2, velocity: 2, acceleration: 4, jerk: null, torque: null, provenance: {} };
@@ -48,7 +48,7 @@ describe('the chain', () => {
 });
 
 describe('limits', () => {
-  test('are those that the answer states for the segment', () => {
+  test('are those that the answer states for the segment, or for the sample where they depend on the state', () => {
     const none = { lower: [[null, null]], upper: [[null, null]] };
     const velocity = {
       lower: [
@@ -60,12 +60,18 @@ describe('limits', () => {
         [3, null],
       ],
     };
-    const answer = {
-      limits: { position: none, velocity, acceleration: none, jerk: none, torque: none, tool: {} },
-    } as unknown as PlanAnswer;
-    expect(bandOf(answer, 'velocity', 0, 1)).toEqual({ lower: -0.5, upper: 3 });
-    expect(bandOf(answer, 'velocity', 1, 1)).toEqual({ lower: null, upper: null });
-    expect(bandOf({} as PlanAnswer, 'velocity', 0, 0)).toEqual({ lower: null, upper: null });
+    const samples = { time: [0, 1, 2], segment: [0, 1, 1] };
+    const limits = { position: none, velocity, acceleration: none, jerk: none, torque: none, tool: {} };
+    const answer = { samples, limits } as unknown as PlanAnswer;
+    const narrow = { lower: -0.5, upper: 3 };
+    const unlimited = { lower: null, upper: null };
+    expect(bandsOf(answer, 'velocity', 0)).toEqual([{ lower: -1, upper: 1 }, narrow, narrow]);
+    expect(bandsOf(answer, 'velocity', 1)).toEqual([{ lower: -2, upper: 2 }, unlimited, unlimited]);
+    expect(bandsOf({ samples } as unknown as PlanAnswer, 'velocity', 0)).toEqual([unlimited, unlimited, unlimited]);
+    const falling = { lower: [[-1], [-1], [-1]], upper: [[3], [2], [1]] };
+    const curved = { samples, limits: { ...limits, at_samples: { velocity: falling } } } as unknown as PlanAnswer;
+    expect(bandsOf(curved, 'velocity', 0).map(({ upper }) => upper)).toEqual([3, 2, 1]);
+    expect(bandsOf(curved, 'position', 0)[0]).toEqual(unlimited);
   });
 
   test('are used from -100 % to 100 %', () => {

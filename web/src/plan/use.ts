@@ -9,9 +9,16 @@ export interface Band {
   upper: number | null;
 }
 
-// The limits of a joint on a segment; null: no limit on that side.
-export function bandOf({ limits }: PlanAnswer, quantity: Quantity, joint: number, segment: number): Band {
-  return { lower: limits?.[quantity].lower[segment]?.[joint] ?? null, upper: limits?.[quantity].upper[segment]?.[joint] ?? null };
+// The limits of a joint at each sample; null: no limit on that side. Samples of one segment share one band, unless the
+// limits depend on the state of the robot.
+export function bandsOf({ limits, samples }: PlanAnswer, quantity: Quantity, joint: number): Band[] {
+  const atSamples = limits?.at_samples?.[quantity];
+  if (atSamples)
+    return samples.time.map((_, i) => ({ lower: atSamples.lower[i]![joint] ?? null, upper: atSamples.upper[i]![joint] ?? null }));
+  const none: Band = { lower: null, upper: null };
+  const [lower, upper] = [limits?.[quantity].lower ?? [], limits?.[quantity].upper ?? []];
+  const bands = lower.map((row, segment): Band => ({ lower: row[joint] ?? null, upper: upper[segment]![joint] ?? null }));
+  return samples.segment.map((segment) => bands[segment] ?? none);
 }
 
 // The largest share of a limit that any joint uses at each sample: 1 is all of it. What the back end does not promise to
@@ -23,9 +30,9 @@ export function limitUse(answer: PlanAnswer): number[] {
   for (const quantity of RATES) {
     const rows = samples[quantity];
     if (!rows || !promised.has(quantity)) continue;
-    rows.forEach((row, i) => {
-      row.forEach((value, joint) => (most[i] = Math.max(most[i]!, usedOf(value, bandOf(answer, quantity, joint, samples.segment[i]!)))));
-    });
+    for (let joint = 0; joint < rows[0]!.length; joint++) {
+      bandsOf(answer, quantity, joint).forEach((band, i) => (most[i] = Math.max(most[i]!, usedOf(rows[i]![joint]!, band))));
+    }
   }
   return most;
 }

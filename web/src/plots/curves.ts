@@ -1,8 +1,8 @@
-// What a plot shows: curves and the steps of their limits over time, in the units of people or as shares of the limits.
+// What a plot shows: curves and their limits over time, in the units of people or as shares of the limits.
 import { toolSpeeds } from '../plan/samples';
 import { factorOf, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/units';
-import { bandOf } from '../plan/use';
+import { bandsOf } from '../plan/use';
 import type { Band } from '../plan/use';
 import { slowTimes } from '../plan/zones';
 import type { Slow } from '../plan/zones';
@@ -16,11 +16,12 @@ export interface Curve {
   label: string;
   colour: string;
   values: (number | null)[];
-  bands: Band[]; // one a segment, in the units of the values
+  bands: Band[]; // one a sample, in the units of the values
 }
 
 export interface Curves {
   time: number[];
+  segment: number[]; // of each sample
   unit: string;
   curves: Curve[];
   slow: Slow[]; // limits near objects, in the units of the values
@@ -29,11 +30,13 @@ export interface Curves {
 // Returns null where the plan has no such quantity.
 export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focus: number | null, relative: boolean): Curves | null {
   const { answer } = planned;
-  const segments = answer.waypoints.slice(1).map((_, segment) => segment);
+  const { time, segment } = answer.samples;
   if (quantity === 'tool_speed') {
-    const bands = segments.map((segment) => ({ lower: null, upper: answer.limits?.tool['tcp_linear_velocity']?.[segment] ?? null }));
+    const limits = answer.limits?.tool['tcp_linear_velocity']?.map((upper): Band => ({ lower: null, upper }));
+    const bands = segment.map((own): Band => limits?.[own] ?? { lower: null, upper: null });
     return {
-      time: answer.samples.time,
+      time,
+      segment,
       unit: 'm/s',
       curves: [{ label: 'tool', colour: jointColour(0), values: toolSpeeds(answer), bands }],
       slow: slowTimes(answer),
@@ -45,10 +48,8 @@ export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focu
   const curves = joints.map((joint): Curve => {
     const described = robot.joints[joint]!;
     const factor = factorOf(described, quantity);
-    const bands = segments.map((segment) => bandOf(answer, quantity, joint, segment));
-    const values = relative
-      ? rows.map((row, i) => shareOf(row[joint]!, bands[answer.samples.segment[i]!]!))
-      : rows.map((row) => row[joint]! * factor);
+    const bands = bandsOf(answer, quantity, joint);
+    const values = relative ? rows.map((row, i) => shareOf(row[joint]!, bands[i]!)) : rows.map((row) => row[joint]! * factor);
     return {
       label: described.name,
       colour: jointColour(joint),
@@ -57,7 +58,8 @@ export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focu
     };
   });
   return {
-    time: answer.samples.time,
+    time,
+    segment,
     unit: relative
       ? '%'
       : unitsOf(
@@ -82,6 +84,13 @@ function scaled({ lower, upper }: Band, factor: number): Band {
 
 function unitsOf(joints: readonly Joint[], quantity: Quantity): string {
   return [...new Set(joints.map((joint) => unitOf(joint, quantity)))].join(', ');
+}
+
+// Tells whether all curves have the same limits.
+export function shareLimits([first, ...others]: readonly Curve[]): boolean {
+  return others.every(({ bands }) =>
+    bands.every(({ lower, upper }, i) => lower === first!.bands[i]!.lower && upper === first!.bands[i]!.upper),
+  );
 }
 
 const ROOM = 1.6; // a limit is shown when the axis gets no more than this many times taller

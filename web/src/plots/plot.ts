@@ -8,7 +8,7 @@ import type { Slow } from '../plan/zones';
 import { seek } from '../state/playback';
 import { styleColour } from '../state/theme';
 import type { Curve, Curves } from './curves';
-import { axisRange } from './curves';
+import { axisRange, shareLimits } from './curves';
 
 const HEIGHT = 190;
 const SYNC = 'time';
@@ -22,6 +22,7 @@ export class Plot {
     const axis: uPlot.Axis = { stroke: text, grid: { stroke: grid, width: 1 }, ticks: { show: false }, font: '12px system-ui' };
     const range = axisRange(shown.curves, shown.slow);
     const slow = slowTimes(answer);
+    const shared = shareLimits(shown.curves);
     this.chart = new uPlot(
       {
         width: Math.max(host.clientWidth, 200),
@@ -46,7 +47,7 @@ export class Plot {
             };
           }),
         ],
-        hooks: { drawClear: [(chart) => drawBackground(chart, shown, answer, slow)] },
+        hooks: { drawClear: [(chart) => drawBackground(chart, shown, answer, slow, shared)] },
       },
       [shown.time, ...shown.curves.map(({ values }) => values)],
       host,
@@ -85,7 +86,7 @@ function numeral(value: number | null, unit: string): string {
   return `${Math.abs(value) < 1 ? Number(value.toFixed(3)) : short(value)}${unit === '%' ? ' %' : ''}`;
 }
 
-function drawBackground(chart: uPlot, { curves, slow: allowed }: Curves, answer: PlanAnswer, slow: readonly Slow[]): void {
+function drawBackground(chart: uPlot, shown: Curves, answer: PlanAnswer, slow: readonly Slow[], shared: boolean): void {
   const { ctx, bbox } = chart;
   ctx.save();
   ctx.beginPath();
@@ -100,9 +101,8 @@ function drawBackground(chart: uPlot, { curves, slow: allowed }: Curves, answer:
     ctx.fillStyle = styleColour('--grid-strong');
     ctx.fillRect(chart.valToPos(arrival_time, 'x', true), bbox.top, devicePixelRatio, bbox.height);
   }
-  const alike = curves.every(({ bands }) => JSON.stringify(bands) === JSON.stringify(curves[0]!.bands));
-  for (const curve of alike ? curves.slice(0, 1) : curves) drawBands(chart, curve, answer, alike);
-  drawSlow(chart, allowed);
+  for (const curve of shared ? shown.curves.slice(0, 1) : shown.curves) drawLimits(chart, curve, shown, shared);
+  drawSlow(chart, shown.slow);
   ctx.restore();
 }
 
@@ -126,28 +126,30 @@ function drawSlow(chart: uPlot, slow: readonly Slow[]): void {
   ctx.setLineDash([]);
 }
 
-// The limits as dashed steps; where all curves share them, what lies beyond is shaded.
-function drawBands(chart: uPlot, { bands, colour }: Curve, answer: PlanAnswer, shared: boolean): void {
+// The limits as dashed lines with a step where a segment ends; where all curves share them, what lies beyond is shaded.
+function drawLimits(chart: uPlot, { bands, colour }: Curve, { time, segment }: Curves, shared: boolean): void {
   const { ctx, bbox } = chart;
   ctx.strokeStyle = shared ? styleColour('--bad') : colour;
   ctx.fillStyle = styleColour('--beyond');
   ctx.setLineDash([6 * devicePixelRatio, 4 * devicePixelRatio]);
-  bands.forEach(({ lower, upper }, segment) => {
-    const from = chart.valToPos(answer.waypoints[segment]!.arrival_time, 'x', true);
-    const to = chart.valToPos(answer.waypoints[segment + 1]!.arrival_time, 'x', true);
-    for (const [limit, end] of [
-      [lower, bbox.top + bbox.height],
-      [upper, bbox.top],
+  const x = time.map((at) => chart.valToPos(at, 'x', true));
+  for (let first = 0, end; first < x.length; first = end) {
+    for (end = first + 1; end < x.length && segment[end] === segment[first];) end++;
+    for (const [side, beyond] of [
+      ['lower', bbox.top + bbox.height],
+      ['upper', bbox.top],
     ] as const) {
-      if (limit === null) continue;
-      const at = chart.valToPos(limit, 'y', true);
-      if (at < bbox.top || at > bbox.top + bbox.height) continue;
-      if (shared) ctx.fillRect(from, Math.min(at, end), to - from, Math.abs(end - at));
-      ctx.beginPath();
-      ctx.moveTo(from, at);
-      ctx.lineTo(to, at);
-      ctx.stroke();
+      if (bands[first]![side] === null) continue;
+      const points = bands.slice(first, end).map((band, i): [number, number] => [x[first + i]!, chart.valToPos(band[side]!, 'y', true)]);
+      const last: [number, number] = [x[Math.min(end, x.length - 1)]!, points.at(-1)![1]];
+      const line = new Path2D();
+      for (const [at, y] of [...points, last]) line.lineTo(at, y);
+      ctx.stroke(line);
+      if (!shared) continue;
+      line.lineTo(last[0], beyond);
+      line.lineTo(points[0]![0], beyond);
+      ctx.fill(line);
     }
-  });
+  }
   ctx.setLineDash([]);
 }

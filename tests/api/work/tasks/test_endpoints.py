@@ -325,7 +325,7 @@ def test_torques_hold_a_payload(service: RunningService) -> None:
 
 
 def test_backends_say_what_they_guarantee(service: RunningService) -> None:
-    listed = checked(service.client.get("/v1/backends"), answers.BackendsAnswer)["backends"]
+    listed = checked(service.client.get("/v1/backends"), service_answers.BackendsAnswer)["backends"]
     kinds = {backend["kind"]: backend for backend in listed}
     assert {"cubic", "quintic", "trapezoidal"} <= set(kinds)
     assert kinds["cubic"]["guarantees"]["velocity"] == "hard"
