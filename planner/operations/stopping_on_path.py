@@ -37,9 +37,10 @@ from planner.operations.editing import slice_trajectory
 from planner.operations.stopping_on_line import stop_on_line
 from planner.paths.runs import JOINT_TOLERANCE
 from planner.time_scaling.compose import compose, split_at_knots
+from planner.time_scaling.limits_on_curve import LimitsOnCurve
 from planner.time_scaling.linear_limits import GRIDPOINTS
 from planner.time_scaling.retiming import best_retiming, of_duration
-from planner.time_scaling.time_law import LimitsOnCurve, retimed
+from planner.time_scaling.time_law import retimed
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, horner
 from planner.trajectories.trajectory import PlanWarning, Trajectory

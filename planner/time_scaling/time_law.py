@@ -6,32 +6,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.constraints import TORQUE
 from planner.guarantees import QUANTITIES
-from planner.kinematics.forward import JERKS, JointStates
-from planner.time_scaling.compose import ScaledCurve, follow_curve, split_at_knots
-from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits, QuadraticSpline
-from planner.time_scaling.refusals import duration_of_run, refuse_what_gravity_exceeds
+from planner.time_scaling.compose import follow_curve, split_at_knots
+from planner.time_scaling.limits_on_curve import limits_on
+from planner.time_scaling.linear_limits import GRIDPOINTS, QuadraticSpline
+from planner.time_scaling.refusals import duration_of_run
 from planner.time_scaling.retiming import fastest_retiming
-from planner.time_scaling.tool_jerks import jerk_rows
 from planner.time_scaling.uniform import scaled_to_duration
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
-    horner,
     quintic_hermite,
 )
-from planner.trajectories.sampled_peaks import MOST_TRAVEL
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
-    from planner.constraints import Constraint
-    from planner.constraints.constraint import Rows
-    from planner.limits import SegmentLimits
     from planner.paths import JointPath, Run
-    from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.time_scaling.limits_on_curve import LimitsOnCurve
+    from planner.time_scaling.linear_limits import LinearLimits
     from planner.time_scaling.retiming import AskedDurations
 
 ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
@@ -74,18 +68,6 @@ GAUSS_POINTS = 5
 
 GAUSS_RULE = (np.polynomial.legendre.leggauss(GAUSS_POINTS) + np.array([[1.0], [0.0]])) / 2.0
 """These points, as shares of a piece, and their weights."""
-
-SAMPLES_PER_PIECE = 5
-"""Gridpoints for torque and tool speed on each piece of a curve at least."""
-
-SAMPLES_PER_RADIAN = 25
-"""Gridpoints in addition for each radian (or m) that the joint travels which travels farthest on the piece."""
-
-FEWER_PER_RADIAN = 10
-"""The same on a piece with `MANY_SAMPLES`: sixty in a turn of the joint, up to `MOST_TRAVEL`."""
-
-MANY_SAMPLES = 10_000
-"""Number of samples of a piece beyond which there are fewer on a radian, for their memory."""
 
 ENFORCED = frozenset(QUANTITIES)
 """The quantities whose limits the law keeps: all there are."""
@@ -200,186 +182,3 @@ def retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomi
     speed, gain = speed * np.sqrt(b)[:, None], gain * b[:, None] + speed * a[:, None]
     starts, ends = (s[:-1], speed[:-1], gain[:-1]), (s[1:], speed[1:], gain[1:])
     return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
-
-
-def limits_on(path: JointPath, run: Run, *, knows_torques: bool = False) -> LimitsOnCurve:
-    """Return the limits on the curve of a run."""
-    return LimitsOnCurve(path.dynamics.robot_on(run.first), path.limits, run.curve, knows_torques=knows_torques)
-
-
-class LimitsOnCurve:
-    """The limits on a curve, as they constrain the retiming of a time scaling along it.
-
-    Attributes:
-        sampled: The limits of torque and tool speed.
-    """
-
-    def __init__(
-        self, robot: Robot, limits: SegmentLimits, curve: SegmentedPolynomial, *, knows_torques: bool = False
-    ) -> None:
-        """Prepare the limits.
-
-        Args:
-            robot: The robot, with its tool and payload.
-            limits: Limits in rows, one for each segment of the curve.
-            curve: q(s).
-            knows_torques: Whether torques are computed although they are not limited.
-
-        Raises:
-            LimitsUnsatisfiable: Gravity exceeds a torque limit.
-        """
-        self.curve, self.limits = curve, limits
-        self.sampled = _Sampled(robot, limits, curve, knows_torques)
-
-    def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
-        """Return the indices (pieces of the law,) of the pieces of the curve that they are on."""
-        return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
-
-    def points(self, on: np.ndarray, s: FloatArray) -> FloatArray:
-        """Return the points of the sampled limits at path positions (..., N) on pieces (N,) of the curve."""
-        at: FloatArray = on + np.clip((s - self.curve.breakpoints[on]) / self.curve.lengths[on], 0.0, 1.0) / 2.0
-        return at
-
-    def on_segments(self, law: PiecewisePolynomial) -> SegmentedPolynomial:
-        """Mark each piece of the law with the segment that it is on."""
-        return law.of_segments(self.curve.segments[self.pieces(law)])
-
-    def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
-        """Return the largest and the least share (pieces,) of its limits that the law uses on each piece."""
-        halves = self.along(law.split(np.full(len(law.lengths), 2)))
-        used = halves.used().max(axis=0).reshape(len(GRIDPOINTS), -1, 2)
-        return used.max(axis=(0, 2)), used.min(axis=(0, 2))
-
-    def rates(self, law: PiecewisePolynomial) -> list[FloatArray]:
-        """Return `ScaledCurve.derivatives` up to jerks at the gridpoints (gridpoints, pieces, ...) of all pieces."""
-        on, t = self.pieces(law), GRIDPOINTS[:, None] * law.lengths
-        return ScaledCurve(self.curve, law).derivatives(np.arange(len(on)), on, t, 3)
-
-    def along(self, law: PiecewisePolynomial) -> LinearLimits:
-        """Linearise all limits at the gridpoints of the law's pieces, each divided by the limit itself."""
-        s, ds, dds, q, first, second, third = self.rates(law)
-        on = self.pieces(law)
-        at, segments = self.points(on, s[..., 0]), self.curve.segments[on]
-        own = self.limits.of(segments)
-        speeds = self.limits.velocity.used(np.broadcast_to(segments, at.shape), first).max(axis=2)[..., None]
-        middle, half = own.acceleration.centred
-        speeds = np.maximum(speeds, self.sampled.path_speed_use(at, own)[..., None] * ds)
-        speeds = np.maximum(speeds, self.sampled.speed_use(own, q, first)[..., None])
-        groups: list[tuple[FloatArray | float, ...]] = [
-            (speeds**2, 0.0, 0.0, 0.0, 1.0, 0.0),
-            (second / half, first / half, 0.0, -middle / half, 1.0, 0.0),
-            (*(rate / own.jerk.upper for rate in (third, 3.0 * second, first)), 0.0, 0.0, 1.0),
-        ]
-        groups += self.sampled.groups_at(own, at, ds, dds)
-        if self.sampled.jerks:
-            groups.append(self.sampled.tool_jerks_at(own, q, first, second, third))
-        ends = np.cumsum([0, *(np.shape(group[0])[-1] for group in groups)])
-        parts = np.empty((6, ends[-1], *at.shape))
-        for group, begin, end in zip(groups, ends, ends[1:], strict=False):
-            for rows, values in zip(parts, group, strict=True):
-                rows[begin:end] = np.broadcast_to(values, (*at.shape, end - begin)).transpose(2, 0, 1)
-        return LinearLimits(*parts.reshape(6, ends[-1], -1))
-
-
-class _Sampled:
-    """Path dynamics and motions of the tool along a curve, which are no polynomials: interpolated between gridpoints.
-
-    The gridpoints of piece k lie between k and k + 1/2, by the share of its length. So nothing is interpolated between
-    pieces, where the second derivative of the curve may jump.
-
-    Attributes:
-        speeds: The values of the constraints that follow the path speed alone, at the gridpoints.
-        rows: The rows of constraints at the gridpoints; torque has rows also where only its values are needed.
-        jerks: The jerks of the tool that are limited.
-    """
-
-    def __init__(self, robot: Robot, limits: SegmentLimits, curve: SegmentedPolynomial, knows_torques: bool) -> None:
-        constraints = [own for own, _ in limits.of(np.unique(curve.segments)).constraints]
-        if knows_torques and TORQUE not in constraints:
-            constraints.append(TORQUE)
-        limited = [own for own in constraints if own.is_known(robot)]
-        self.robot, self.jerks = robot, [own.name for own in limited if own.name in JERKS]
-        self.of_states = [own for own in limited if own.follows_path_speed and own.of_states]
-        limited = [own for own in limited if own not in self.of_states]
-        self.speeds: dict[Constraint, FloatArray] = {}
-        self.rows: dict[Constraint, Rows] = {}
-        if not limited:
-            return
-        travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
-        fewer = np.maximum(MANY_SAMPLES, FEWER_PER_RADIAN * np.minimum(travels, MOST_TRAVEL))
-        counts = 1 + SAMPLES_PER_PIECE + np.minimum(SAMPLES_PER_RADIAN * travels, fewer).astype(int)
-        of, shares = np.repeat(np.arange(len(counts)), counts), np.concatenate([np.linspace(0, 1, n) for n in counts])
-        self.gridpoints = of + shares / 2.0
-        q, dq, ddq = curve.evaluate_on(of, shares * curve.lengths[of])
-        states = JointStates(robot, q, dq, ddq)
-        self.speeds = {own: own.values(states) for own in limited if own.follows_path_speed}
-        self.rows = {own: own.rows(states) for own in limited if own.has_rows}
-        if TORQUE in self.rows:
-            segments = curve.segments[of]
-            middle, half = (values[segments] for values in limits.torque.centred)
-            refuse_what_gravity_exceeds(robot, segments, self.rows[TORQUE].rest, middle, half)
-
-    def path_speed_use(self, at: FloatArray, limits: SegmentLimits) -> FloatArray:
-        """Return the share of the highest path velocity that s' = 1 is (points, pieces), by the constraints on it."""
-        use = np.zeros_like(at)
-        for constraint, bounds in limits.constraints:
-            for values, limit in zip(self.speeds.get(constraint, np.empty((0, 0))).T, bounds.upper.T, strict=False):
-                share = np.interp(at, self.gridpoints, values) / limit
-                use = np.maximum(use, share ** (1.0 / constraint.order))
-        return use
-
-    def speed_use(self, limits: SegmentLimits, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Return the shares (points, pieces) of limits that velocities (points, pieces, joints) at positions use."""
-        use = np.zeros(q.shape[:2])
-        if not self.of_states:
-            return use
-        states = JointStates(self.robot, *(x.reshape(-1, q.shape[2]) for x in (q, v, v)))
-        for constraint, bounds in limits.constraints:
-            if constraint in self.of_states:
-                shares = constraint.values(states).reshape(*q.shape[:2], -1) / bounds.upper
-                use = np.maximum(use, shares.max(axis=2) ** (1.0 / constraint.order))
-        return use
-
-    def groups_at(
-        self, limits: SegmentLimits, at: FloatArray, ds: FloatArray, dds: FloatArray
-    ) -> Iterator[tuple[FloatArray | float, ...]]:
-        """Yield the parts of `LinearLimits` that each constraint with rows is, each (points, pieces, rows)."""
-        for constraint, bounds in limits.constraints:
-            if constraint in self.rows:
-                by_b, by_a, rest = self.values_at(constraint, at, ds, dds)
-                middle, half = (np.repeat(side, by_b.shape[-1] // side.shape[1], axis=1) for side in bounds.centred)
-                yield by_b / half, by_a / half, 0.0, (rest - middle) / half, 1.0, 0.0
-
-    def values_at(
-        self, constraint: Constraint, at: FloatArray, ds: FloatArray, dds: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the coefficients of b and a in the rows of a constraint, and its values at rest, each (..., rows).
-
-        Args:
-            constraint: One with rows.
-            at: Points (...) on the curve, see above.
-            ds: Path velocities (..., 1).
-            dds: Path accelerations (..., 1).
-        """
-        by_u, by_x, rest = (
-            np.stack([np.interp(at, self.gridpoints, row) for row in part.T], axis=-1) for part in self.rows[constraint]
-        )
-        return by_x * ds**2 + by_u * dds, by_u * ds, rest
-
-    def tool_jerks_at(
-        self, limits: SegmentLimits, q: FloatArray, first: FloatArray, second: FloatArray, third: FloatArray
-    ) -> tuple[FloatArray | float, ...]:
-        """Return the parts of `LinearLimits` that jerks of the tool are, each (points, pieces, rows).
-
-        Args:
-            limits: Of each piece.
-            q: Positions (points, pieces, joints).
-            first: Velocities (points, pieces, joints) of the law.
-            second: Its accelerations.
-            third: Its jerks.
-        """
-        *shape, joints = first.shape
-        rows = jerk_rows(self.robot, self.jerks, *(values.reshape(-1, joints) for values in (q, first, second, third)))
-        bound = np.stack([limits.of_tool[quantity] for quantity in rows.quantities], axis=-1)
-        by_b, by_a, by_c = (part.reshape(*shape, -1) / bound for part in rows[:3])
-        return by_b, by_a, by_c, 0.0, 0.0, 1.0

@@ -16,8 +16,9 @@ import numpy as np
 
 from planner.constraints import Constraint
 from planner.time_scaling.compose import compose
+from planner.time_scaling.limits_on_curve import LimitsOnCurve
 from planner.time_scaling.retiming import AskedDurations, fastest_retiming
-from planner.time_scaling.time_law import LimitsOnCurve, refined, retimed
+from planner.time_scaling.time_law import refined, retimed
 from planner.time_scaling.uniform import slowest, time_scalings
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, shifted
 

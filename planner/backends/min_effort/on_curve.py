@@ -20,15 +20,16 @@ import numpy as np
 from planner.backends.min_effort.stage import SMOOTHING
 from planner.constraints import TORQUE
 from planner.kernels.retiming import Objective, PathCost
+from planner.time_scaling.limits_on_curve import limits_on
 from planner.time_scaling.linear_limits import QuadraticSpline
 from planner.time_scaling.retiming import AskedDurations, best_retiming, of_duration
-from planner.time_scaling.time_law import COARSE, limits_on, retimed, retimed_lengths
+from planner.time_scaling.time_law import COARSE, retimed, retimed_lengths
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.cost import Cost
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
-    from planner.time_scaling.time_law import LimitsOnCurve
+    from planner.time_scaling.limits_on_curve import LimitsOnCurve
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 ROUNDS = (1e-2, 1e-4)
