@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.constraints import TOOL, TORQUE, VELOCITY_AT_POSITION, Bounds, Constraint
+from planner.constraints import POWER, TOOL, TORQUE, TOTAL_POWER, VELOCITY_AT_POSITION, Bounds, Constraint
 from planner.errors import InvalidProblem
 from planner.guarantees import TCP_ORDERS
 from planner.robots.description import RANGED_QUANTITIES
@@ -62,6 +62,8 @@ class Limits:
         velocity_range: Lower and upper velocity of each joint, the lower one negative, where they differ.
         acceleration_range: The same of the acceleration.
         torque_range: The same of the torque or force.
+        power: Mechanical power of each joint, W: the magnitude of its torque times its velocity.
+        total_power: Mechanical power of all joints together, W: the magnitude of the sum of these products.
         further: The largest magnitudes of further quantities, each a `Constraint`, in its unit.
     """
 
@@ -81,6 +83,8 @@ class Limits:
     velocity_range: tuple[tuple[float, float], ...] | None = None
     acceleration_range: tuple[tuple[float, float], ...] | None = None
     torque_range: tuple[tuple[float, float], ...] | None = None
+    power: tuple[float, ...] | None = None
+    total_power: float | None = None
     further: Mapping[Constraint, float] = field(default_factory=dict)
 
 
@@ -95,7 +99,7 @@ class SegmentLimits:
         jerk: Jerk limits (segments, joints), rad/s^3 or m/s^3, the same in both directions.
         torque: Torque or force limits (segments, joints), N m or N.
         of_tool: The limits (segments,) of the quantities of `TCP_ORDERS` that any segment limits, SI units.
-        further: The limits (segments,) of further quantities, by their constraints.
+        further: The limits (segments,) or (segments, columns) of further quantities, by their constraints.
     """
 
     position: Bounds
@@ -113,8 +117,9 @@ class SegmentLimits:
         one |= self.further
         of_joints = [(TORQUE, self.torque)] if np.isfinite(self.torque.upper).any() else []
         joints = self.torque.upper.shape[1]
-        columns = ((own, np.tile(limit[:, None], joints if own.of_joints else 1)) for own, limit in one.items())
-        return [*of_joints, *((own, Bounds.of_magnitudes(limit)) for own, limit in columns)]
+        counts = {own: joints if own.of_joints else 1 for own in one}
+        columns = {own: np.broadcast_to(limit.T, (counts[own], len(limit))).T for own, limit in one.items()}
+        return [*of_joints, *((own, Bounds.of_magnitudes(limit)) for own, limit in columns.items())]
 
     def without(self, quantities: Collection[str]) -> SegmentLimits:
         """Return a copy with no limits on the given quantities."""
@@ -166,7 +171,7 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
     """
     further = {constraint.name: number for constraint, number in limits.further.items()}
     yield from ((((*field, "further", name), TOO_SMALL)) for name, number in further.items() if not number >= SMALLEST)
-    for name in (*TCP_QUANTITIES, *SCALES):
+    for name in (*TCP_QUANTITIES, "total_power", *SCALES):
         number = getattr(limits, name)
         if number is not None and not number >= SMALLEST:
             yield (*field, name), TOO_SMALL
@@ -189,14 +194,15 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
             elif lower < own[0] or upper > own[1]:
                 text = f"limits of {robot.joint_names[i]}, {own[0]:.10g} to {own[1]:.10g}"
                 yield (*field, name, i), f"wider than the robot's own {quantity} {text}"
-    for quantity in JOINT_QUANTITIES:
+    for quantity in (*JOINT_QUANTITIES, "power"):
         asked = getattr(limits, quantity)
         if asked is None:
             continue
         if len(asked) != robot.dof:
             yield (*field, quantity), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
             continue
-        for i, (value, own) in enumerate(zip(asked, robot.limit(quantity), strict=True)):
+        widest = np.full(robot.dof, np.inf) if quantity == "power" else robot.limit(quantity)
+        for i, (value, own) in enumerate(zip(asked, widest, strict=True)):
             if not value >= SMALLEST:
                 yield (*field, quantity, i), TOO_SMALL
             elif value > own:
@@ -254,6 +260,13 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         constraint: np.array([min(limits.get(constraint, np.inf) for limits in each) for each in asked])
         for constraint in dict.fromkeys(constraint for each in asked for limits in each for constraint in limits)
     }
+    for power in (POWER, TOTAL_POWER):
+        row = np.full(robot.dof, np.inf) if power.of_joints else np.inf
+        if any(getattr(limits, power.name) is not None for limits in (common, *own) if limits is not None):
+            each = [
+                [getattr(limits, power.name) for limits in (common, narrower) if limits is not None] for narrower in own
+            ]
+            further[power] = np.array([np.min([row, *(x for x in given if x is not None)], axis=0) for given in each])
     if VELOCITY_AT_POSITION.is_known(robot):
         scales = [[limits.velocity_scale for limits in (common, narrower) if limits is not None] for narrower in own]
         further[VELOCITY_AT_POSITION] = np.array([np.prod(each) for each in scales])

@@ -30,6 +30,8 @@ MEASURES = {
     "acceleration": Measure("Acceleration", "rad/s²", "m/s²"),
     "jerk": Measure("Jerk", "rad/s³", "m/s³"),
     "torque": Measure("Torque", "N m", "N"),
+    "power": Measure("Power", "W"),
+    "total_power": Measure("Total power", "W"),
     "tcp_linear_velocity": Measure("Tool speed", "m/s"),
     "tcp_angular_velocity": Measure("Tool turning speed", "rad/s"),
     "tcp_linear_acceleration": Measure("Tool acceleration", "m/s²"),

@@ -129,10 +129,10 @@ class Check(Answer):
     """The peak of one quantity over the trajectory."""
 
     quantity: str
-    """The quantity: `position`, `velocity`, `velocity_at_position` (by position), `acceleration`, `jerk`, `torque`.
-    Of the tool: `tcp_linear_velocity`, `tcp_angular_velocity`, `tcp_linear_acceleration`,
-    `tcp_angular_acceleration`, `tcp_centripetal_acceleration` (across the path), `tcp_linear_jerk`,
-    `tcp_angular_jerk`. Deviations of the tool from the requested path: `path_position_deviation`,
+    """The quantity: `position`, `velocity`, `velocity_at_position` (by position), `acceleration`, `jerk`, `torque`,
+    `power` (of a joint), `total_power`. Of the tool: `tcp_linear_velocity`, `tcp_angular_velocity`,
+    `tcp_linear_acceleration`, `tcp_angular_acceleration`, `tcp_centripetal_acceleration` (across the path),
+    `tcp_linear_jerk`, `tcp_angular_jerk`. Deviations of the tool from the requested path: `path_position_deviation`,
     `path_orientation_deviation`, `blend_deviation`. With `min_effort`, the deviation from straight joint motions:
     `tool_deviation` of the tool, m, and `joint_deviation` of the farthest joint, rad or m. Errors against the
     request: `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations, minimum durations

@@ -2,6 +2,16 @@
 
 from planner.constraints.bounds import Bounds, measures
 from planner.constraints.constraint import Constraint, Rows
-from planner.constraints.quantities import TOOL, TORQUE, VELOCITY_AT_POSITION
+from planner.constraints.quantities import POWER, TOOL, TORQUE, TOTAL_POWER, VELOCITY_AT_POSITION
 
-__all__ = ["TOOL", "TORQUE", "VELOCITY_AT_POSITION", "Bounds", "Constraint", "Rows", "measures"]
+__all__ = [
+    "POWER",
+    "TOOL",
+    "TORQUE",
+    "TOTAL_POWER",
+    "VELOCITY_AT_POSITION",
+    "Bounds",
+    "Constraint",
+    "Rows",
+    "measures",
+]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.constraints.quantities import TOOL, TORQUE
+from planner.constraints.quantities import POWER, TOOL, TORQUE, TOTAL_POWER
 from planner.errors import InvalidProblem
 from planner.kernels.bounded_peaks import KINDS, BoundedPeaks, Columns, Motion, ToolChain, bound_peaks
 from planner.kernels.library import TooManySamples
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.extrema import UnitPolynomials
 
-KIND_OF: Mapping[Constraint, int] = {TORQUE: KINDS.index("torque"), **{own: KINDS.index(n) for n, own in TOOL.items()}}
+KIND_OF: Mapping[Constraint, int] = {own: KINDS.index(own.name) for own in (TORQUE, POWER, TOTAL_POWER, *TOOL.values())}
 """The constraints whose peaks are bounded, and their kinds in the kernels."""
 
 BOUND_KNOWN_TO = 1e-6
@@ -53,7 +53,7 @@ def bounded_peaks(
     dynamics, constraints = limited.dynamics, limited.constraints
     kinds = np.array([KIND_OF[constraints[k]] for k in limited.of_column])
     starts = np.searchsorted(limited.of_column, limited.of_column)
-    joints = np.where(kinds == KIND_OF[TORQUE], np.arange(len(kinds)) - starts, 0)
+    joints = np.arange(len(kinds)) - starts
     most = MOST_INTERVALS + MOST_INTERVALS_OF_PIECE * len(lengths)
     wish = np.array([BOUND_KNOWN_TO, 1.0 + LIMIT_TOLERANCE, TIGHTEST_BEND, most])
     robots = np.zeros_like(segments) if len(dynamics.robots) == 1 else dynamics.indices[segments]

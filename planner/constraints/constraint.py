@@ -38,6 +38,7 @@ class Constraint(Protocol):
         counts_at_rest: Whether it has a value where the robot rests.
         follows_path_speed: Whether it depends on path and path velocity alone.
         has_rows: Whether it has `rows`. Back ends scale all others in time as a whole.
+        has_factors: Whether it has `factors`; the factors of all others follow from the value at rest and `order`.
         is_exact: Whether it has `peaks`; the peaks of all others are found on samples.
         of_states: Whether its values are so quickly computed that no back end needs to interpolate them.
     """
@@ -49,6 +50,7 @@ class Constraint(Protocol):
     counts_at_rest: bool = False
     follows_path_speed: bool = True
     has_rows: bool = False
+    has_factors: bool = False
     is_exact: bool = False
     of_states: bool = False
 
@@ -84,6 +86,11 @@ class Constraint(Protocol):
             above: Shares, one for all or (groups,), below which a result may be too low.
         """
         del robot, motion, limits, groups, above
+        raise NotImplementedError
+
+    def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
+        """Return the factors (N, columns) on time from which on all slower motions keep limits (N, columns)."""
+        del states, limits
         raise NotImplementedError
 
     def shown(self, states: JointStates, column: int, limit: float) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.constraints.constraint import Constraint, Rows
+from planner.constraints.excess import first_excess
 from planner.constraints.rows import tool_acceleration_rows
 from planner.constraints.speed_shares import largest_speed_shares
 from planner.dynamics import inverse_dynamics, path_dynamics
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from planner.trajectories.extrema import UnitPolynomials
 
 NAMED = {
+    "power": "power",
+    "total_power": "the total power",
     "velocity_at_position": "velocity (by position)",
     "tcp_linear_velocity": "the tool's speed",
     "tcp_angular_velocity": "the tool's angular speed",
@@ -60,6 +63,44 @@ class Torque(Constraint):
         if not self.is_known(path.robot):
             return Rows(*np.zeros((3, *path.q.shape)))
         return Rows(*path_dynamics(path.robot, path.q, path.v, path.a))
+
+
+@dataclass(frozen=True)
+class Power(Constraint):
+    """The mechanical power: torque times velocity of each joint, or the sum of these products over all joints.
+
+    It is negative where a joint brakes, so that a joint that drives another one through the arm counts for nothing in
+    the sum. Limits are limits of its magnitude. Friction and losses of the drives are not in it.
+    """
+
+    name: str
+    of_joints: bool
+    unit: str = MEASURES["power"].unit
+    order: int = 1
+    follows_path_speed: bool = False
+    has_factors: bool = True
+
+    def is_known(self, robot: Robot) -> bool:
+        """Return whether the robot or its payload has inertias."""
+        return robot.has_dynamics
+
+    def values(self, states: JointStates) -> FloatArray:
+        """Return the powers (N, columns), W."""
+        return self.of(TORQUE.values(states), states.v)
+
+    def of(self, torques: FloatArray, velocities: FloatArray) -> FloatArray:
+        """Return the powers (..., columns), W, of torques and velocities (..., joints)."""
+        powers = torques * velocities
+        return powers if self.of_joints else powers.sum(axis=-1, keepdims=True)
+
+    def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
+        """Return the factors. At the pace x the power is g x + m x^3, with g by torques at rest and m by the others."""
+        still = np.zeros_like(states.q)
+        held = inverse_dynamics(states.robot, states.q, still, still)
+        moved = TORQUE.values(states) - held
+        none = np.zeros_like(limits)
+        by_pace = np.stack([none, self.of(held, states.v), none, self.of(moved, states.v)])
+        return 1.0 / first_excess(by_pace, limits)
 
 
 @dataclass(frozen=True)
@@ -124,6 +165,12 @@ class VelocityAtPosition(Constraint):
 
 TORQUE = Torque()
 """The torques or forces of the joints."""
+
+POWER = Power("power", of_joints=True)
+"""The mechanical power of each joint."""
+
+TOTAL_POWER = Power("total_power", of_joints=False)
+"""The mechanical power of all joints together."""
 
 VELOCITY_AT_POSITION = VelocityAtPosition()
 """The velocities of the joints as shares of the allowed ones at their positions."""

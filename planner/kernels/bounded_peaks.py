@@ -21,6 +21,8 @@ KINDS = (
     "tcp_centripetal_acceleration",
     "tcp_linear_jerk",
     "tcp_angular_jerk",
+    "power",
+    "total_power",
 )
 """The quantities that the kernels bound, in the order of their `Kind`."""
 
@@ -61,7 +63,7 @@ class Columns(NamedTuple):
 
     Attributes:
         kinds: (columns,), indices in `KINDS`.
-        joints: (columns,), the joint of each torque.
+        joints: (columns,), the joint of each torque and power.
         quantities: (columns,), the quantity that each function belongs to, from 0 on without gaps.
         middle: (pieces, columns), the middle between lower and upper limits.
         half: (pieces, columns), their distance from there; infinite: none.

@@ -64,15 +64,18 @@ def check_problem(problem: PlanningProblem, backend: HasCapabilities) -> None:
 
 
 def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
-    """Refuse a torque limit that cannot be checked, rather than ignore it.
+    """Refuse a limit of torque or power that cannot be checked, rather than ignore it.
 
     Raises:
-        MissingDynamics: The request has a torque limit, and the robot has neither inertias nor a payload.
+        MissingDynamics: The request has such a limit, and the robot has neither inertias nor a payload.
     """
-    if not robot.has_dynamics and any(limits.torque or limits.torque_range for limits in asked):
-        raise MissingDynamics(
-            f"{robot.id} has no link inertias and carries no payload: its torque limits cannot be checked"
-        )
+    if robot.has_dynamics:
+        return
+    for quantity, names in (("torque", ("torque", "torque_range")), ("power", ("power", "total_power"))):
+        if any(getattr(limits, name) for limits in asked for name in names):
+            raise MissingDynamics(
+                f"{robot.id} has no link inertias and carries no payload: its {quantity} limits cannot be checked"
+            )
 
 
 def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.constraints import TORQUE
+from planner.constraints import POWER, TORQUE, TOTAL_POWER
+from planner.constraints.quantities import Power
 from planner.kinematics.forward import JERKS, JointStates
 from planner.time_scaling.compose import ScaledCurve
 from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits
@@ -69,7 +70,7 @@ class LimitsOnCurve:
         self.sampled = _Sampled(robot, limits, curve, knows_torques)
 
     def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
-        """Return the indices (pieces of the law,) of the pieces of the curve that they are on."""
+        """Return the indices (pieces of the time scaling,) of the pieces of the curve that they are on."""
         return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
 
     def points(self, on: np.ndarray, s: FloatArray) -> FloatArray:
@@ -78,11 +79,11 @@ class LimitsOnCurve:
         return at
 
     def on_segments(self, law: PiecewisePolynomial) -> SegmentedPolynomial:
-        """Mark each piece of the law with the segment that it is on."""
+        """Mark each piece of the time scaling with the segment that it is on."""
         return law.of_segments(self.curve.segments[self.pieces(law)])
 
     def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
-        """Return the largest and the least share (pieces,) of its limits that the law uses on each piece."""
+        """Return the largest and the least share (pieces,) of its limits that the time scaling uses on each piece."""
         halves = self.along(law.split(np.full(len(law.lengths), 2)))
         used = halves.used().max(axis=0).reshape(len(GRIDPOINTS), -1, 2)
         return used.max(axis=(0, 2)), used.min(axis=(0, 2))
@@ -93,7 +94,7 @@ class LimitsOnCurve:
         return ScaledCurve(self.curve, law).derivatives(np.arange(len(on)), on, t, 3)
 
     def along(self, law: PiecewisePolynomial) -> LinearLimits:
-        """Linearise all limits at the gridpoints of the law's pieces, each divided by the limit itself."""
+        """Linearise all limits at the gridpoints of the pieces of the time scaling, each divided by the limit itself."""
         s, ds, dds, q, first, second, third = self.rates(law)
         on = self.pieces(law)
         at, segments = self.points(on, s[..., 0]), self.curve.segments[on]
@@ -108,6 +109,7 @@ class LimitsOnCurve:
             (*(rate / own.jerk.upper for rate in (third, 3.0 * second, first)), 0.0, 0.0, 1.0),
         ]
         groups += self.sampled.groups_at(own, at, ds, dds)
+        groups += self.sampled.powers_at(own, at, ds, dds, first)
         if self.sampled.jerks:
             groups.append(self.sampled.tool_jerks_at(own, q, first, second, third))
         ends = np.cumsum([0, *(np.shape(group[0])[-1] for group in groups)])
@@ -128,11 +130,13 @@ class _Sampled:
         speeds: The values of the constraints that follow the path speed alone, at the gridpoints.
         rows: The rows of constraints at the gridpoints; torque has rows also where only its values are needed.
         jerks: The jerks of the tool that are limited.
+        powers: The mechanical powers that are limited.
     """
 
     def __init__(self, robot: Robot, limits: SegmentLimits, curve: SegmentedPolynomial, knows_torques: bool) -> None:
         constraints = [own for own, _ in limits.of(np.unique(curve.segments)).constraints]
-        if knows_torques and TORQUE not in constraints:
+        self.powers = [own for own in (POWER, TOTAL_POWER) if own in constraints]
+        if (knows_torques or self.powers) and TORQUE not in constraints:
             constraints.append(TORQUE)
         limited = [own for own in constraints if own.is_known(robot)]
         self.robot, self.jerks = robot, [own.name for own in limited if own.name in JERKS]
@@ -187,6 +191,20 @@ class _Sampled:
                 middle, half = (np.repeat(side, by_b.shape[-1] // side.shape[1], axis=1) for side in bounds.centred)
                 yield by_b / half, by_a / half, 0.0, (rest - middle) / half, 1.0, 0.0
 
+    def powers_at(
+        self, limits: SegmentLimits, at: FloatArray, ds: FloatArray, dds: FloatArray, v: FloatArray
+    ) -> Iterator[tuple[FloatArray | float, ...]]:
+        """Yield the parts of `LinearLimits` that each power is, each (points, pieces, rows).
+
+        A retiming by b has the torques by_b b + by_a a + rest and the velocities v sqrt(b).
+        """
+        for constraint, bounds in limits.constraints if self.powers else ():
+            if isinstance(constraint, Power) and constraint in self.powers:
+                by_b, by_a, rest = (
+                    constraint.of(part, v) / bounds.upper for part in self.values_at(TORQUE, at, ds, dds)
+                )
+                yield by_b, by_a, 0.0, rest, 0.0, 1.0
+
     def values_at(
         self, constraint: Constraint, at: FloatArray, ds: FloatArray, dds: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -211,7 +229,7 @@ class _Sampled:
         Args:
             limits: Of each piece.
             q: Positions (points, pieces, joints).
-            first: Velocities (points, pieces, joints) of the law.
+            first: Velocities (points, pieces, joints) of the time scaling.
             second: Its accelerations.
             third: Its jerks.
         """

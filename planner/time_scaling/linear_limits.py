@@ -30,7 +30,7 @@ class LinearLimits:
         by_c: Coefficients (limits, points) of c.
         offset: The value at rest, (limits, points).
         constant: The part of each bound (limits, points) that does not depend on b.
-        inverse: The part of each bound (limits, points) that goes with 1 / sqrt(b): that of a jerk.
+        inverse: The part of each bound (limits, points) that goes with 1 / sqrt(b): that of a jerk or a power.
     """
 
     by_b: FloatArray
@@ -49,13 +49,19 @@ class LinearLimits:
         return values
 
     def scales(self, states: FloatArray) -> FloatArray:
-        """Return the largest factors (points,) on b, each alone, with which the limits are kept at each point."""
+        """Return factors (points,) on b, each alone, with which the limits are kept at each point.
+
+        They are the largest ones but for powers: of these half the limit is for holding the arm, half for the motion.
+        """
         values = np.abs(self.values(states))
         with np.errstate(divide="ignore", invalid="ignore"):
             plain = np.where(self.inverse == 0.0, (self.constant - np.abs(self.offset)) / values, np.inf)
-            jerk = np.where(self.inverse > 0.0, self.inverse / np.sqrt(states[0]) / values, np.inf)
-            least = np.fmin.reduce(plain, axis=0), np.fmin.reduce(jerk, axis=0) ** (2.0 / 3.0)
-        scales: FloatArray = np.fmin(np.fmin(*least), np.inf)
+            bound = np.where(self.inverse > 0.0, self.inverse / np.sqrt(states[0]), np.inf)
+            holds = (self.inverse > 0.0) & (self.offset != 0.0)
+            bound = np.where(holds, bound / 2.0, bound)
+            jerk = np.fmin.reduce(bound / values, axis=0) ** (2.0 / 3.0)
+            held = np.where(holds, bound / np.abs(self.offset), np.inf).min(axis=0, initial=np.inf) ** 2
+        scales: FloatArray = np.fmin(np.fmin(np.fmin(np.fmin.reduce(plain, axis=0), jerk), held), np.inf)
         return scales
 
     def scale(self, states: FloatArray) -> float:

@@ -8,16 +8,19 @@ import numpy as np
 
 from planner.constraints.peaks import SampledConstraints
 from planner.errors import InvalidProblem
+from planner.kinematics.forward import JointStates
 from planner.time_scaling.refusals import BindingLimit, refuse_what_gravity_exceeds
 from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.sampled_peaks import DERIVATIVES, EASY_TRAVEL, MOST_TRAVEL
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
+    from planner.constraints import Constraint
     from planner.dynamics import SegmentDynamics
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
+    from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectories.extrema import UnitPolynomials
     from planner.trajectories.polynomials import SegmentedPolynomial
@@ -102,9 +105,29 @@ class SampledLimits(SampledConstraints):
             rest = self._at_rest(rows[at], pieces.segments[at], states[0])
             moved = values - rest
             room = self.half[rows[at]] - np.sign(moved) * (rest - self.middle[rows[at]])
-            return self.with_bends((np.abs(moved) / room) ** powers, rates, rows[at], pieces.lengths[at])
+            factors = (np.abs(moved) / room) ** powers
+            for column, own in self._own_factors(pieces.segments[at], states, rows[at]):
+                factors[:, column] = own
+            return self.with_bends(factors, rates, rows[at], pieces.lengths[at])
 
         return self._largest(needed, pieces, rows, groups, above, derivatives, as_factors=True)
+
+    def _own_factors(
+        self, segments: np.ndarray, states: Sequence[FloatArray], rows: np.ndarray
+    ) -> Iterator[tuple[np.ndarray, FloatArray]]:
+        """Yield the columns, and their factors (N, columns), of each constraint that has `factors` of its own."""
+        for k, constraint in enumerate(self.constraints):
+            if constraint.has_factors:
+                column = np.flatnonzero(self.of_column == k)
+
+                def of(
+                    robot: Robot, limits: FloatArray, *own: FloatArray, limited: Constraint = constraint
+                ) -> tuple[FloatArray]:
+                    is_known = limited.is_known(robot)
+                    return (limited.factors(JointStates(robot, *own), limits) if is_known else np.zeros_like(limits),)
+
+                (factors,) = self.dynamics.by_robot(of, segments, self.half[rows][:, column], *states)
+                yield column, factors
 
     def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
         """Return the largest share (pieces,) of one of these limits that each piece uses.

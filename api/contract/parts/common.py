@@ -167,6 +167,12 @@ class Limits(Schema):
     """The largest jerk, one value for each joint, rad/s^3 or m/s^3."""
     torque: JointLimits | None = None
     """The largest torque, one value for each joint, N m or N."""
+    power: JointLimits | None = None
+    """The largest mechanical power, one value for each joint, W: the magnitude of its torque times its velocity.
+    Omitted: none."""
+    total_power: Limit | None = None
+    """The largest mechanical power of all joints together, W: the magnitude of the sum of torque times velocity. A
+    braking joint counts as negative. Friction and losses of the drives are not in it. Omitted: none."""
     tcp_linear_velocity: Limit | None = None
     """The largest speed of the tool centre point, m/s; omitted: none."""
     tcp_angular_velocity: Limit | None = None

@@ -6,7 +6,8 @@
 #include "sampled_peaks.hpp"
 
 enum Kind : int64_t {  // KINDS of planner/kernels/bounded_peaks.py
-    TORQUE, LINEAR_VELOCITY, ANGULAR_VELOCITY, LINEAR_ACCELERATION, ANGULAR_ACCELERATION, CENTRIPETAL, LINEAR_JERK, ANGULAR_JERK
+    TORQUE, LINEAR_VELOCITY, ANGULAR_VELOCITY, LINEAR_ACCELERATION, ANGULAR_ACCELERATION, CENTRIPETAL, LINEAR_JERK, ANGULAR_JERK,
+    POWER, TOTAL_POWER
 };
 
 // A serial chain, and a point of its tool in the frame of the last of the joints that move it.
@@ -106,7 +107,7 @@ struct BoundSearch {
           states(4 * arm.joints), forces(arm.joints), shifted(2 * motion.order) {
         for (int64_t c = 0; c < columns.count; c++)
             switch (columns.kind[c]) {
-                case TORQUE: needs_torques = true; break;
+                case TORQUE: case POWER: case TOTAL_POWER: needs_torques = true; break;
                 case LINEAR_VELOCITY: case ANGULAR_VELOCITY: orders = orders > 1 ? orders : 1; break;
                 case LINEAR_JERK: case ANGULAR_JERK: orders = 3; break;
                 default: orders = orders > 2 ? orders : 2;
@@ -206,9 +207,8 @@ struct BoundSearch {
         for (int64_t c = 0; c < columns.count; c++) {
             const int64_t kind = columns.kind[c];
             if (kind == CENTRIPETAL) { bound_bends(c, intervals, used, bounds); continue; }
-            const bool is_force = kind == TORQUE;
-            const Vector<Taylor>* of_tool[] = {nullptr, tool.v, tool.w, tool.v + 1, tool.w + 1, nullptr, tool.v + 2, tool.w + 2};
-            const Taylor value = is_force ? forces[columns.joint[c]] : square(*of_tool[kind]);
+            const bool is_signed = kind == TORQUE || kind >= POWER;
+            const Taylor value = is_signed ? of_joints(kind, columns.joint[c]) : square(*of_tool(kind));
             for (int64_t l = 0; l < used; l++) {
                 const int64_t piece = intervals[l].piece, k = columns.quantity[c];
                 const double half = columns.half[piece * columns.count + c], middle = columns.middle[piece * columns.count + c];
@@ -216,14 +216,27 @@ struct BoundSearch {
                 double terms[TERMS];
                 for (int e = 0; e < TERMS; e++) terms[e] = value.c[e][l];
                 double rest = value.rest[l] * OF_SUMS + Hulls::rounding(terms);
-                if (is_force) { terms[0] -= middle; rest += UNIT * (fabs(middle) + fabs(terms[0])); }
+                if (is_signed) { terms[0] -= middle; rest += UNIT * (fabs(middle) + fabs(terms[0])); }
                 const double need = enough(k) * half;
-                const Hulls::Range range = hulls.largest(terms, is_force ? need - rest : need * need - rest, true);
+                const Hulls::Range range = hulls.largest(terms, is_signed ? need - rest : need * need - rest, true);
                 const double most = range.most + rest, least = fmax(range.seen - rest, 0.0);
-                close(c, intervals[l], range.x, (is_force ? least : sqrt(least)) / half, (is_force ? most : sqrt(most)) / half,
+                close(c, intervals[l], range.x, (is_signed ? least : sqrt(least)) / half, (is_signed ? most : sqrt(most)) / half,
                       bounds[l * columns.quantities + k]);
             }
         }
+    }
+    const Vector<Taylor>* of_tool(int64_t kind) const {
+        const Vector<Taylor>* all[] = {nullptr, tool.v, tool.w, tool.v + 1, tool.w + 1, nullptr, tool.v + 2, tool.w + 2};
+        return all[kind];
+    }
+    // The torque or the mechanical power of a joint, or the power of all joints.
+    Taylor of_joints(int64_t kind, int64_t joint) {
+        const Taylor* rates = states.data + arm.joints;
+        if (kind == TORQUE) return forces[joint];
+        if (kind == POWER) return forces[joint] * rates[joint];
+        Taylor sum = forces[0] * rates[0];
+        for (int64_t j = 1; j < arm.joints; j++) sum = sum + forces[j] * rates[j];
+        return sum;
     }
     // Take what a column reaches in an interval, and its bound there.
     void close(int64_t column, const Interval& at, double x, double reached, double bound, double& open) {

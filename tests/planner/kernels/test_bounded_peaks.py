@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.constraints import TOOL, TORQUE, Bounds
+from planner.constraints import POWER, TOOL, TORQUE, TOTAL_POWER, Bounds
 from planner.constraints.bounded import BOUND_KNOWN_TO, KIND_OF, bounded_peaks
 from planner.constraints.peaks import SampledConstraints
 from planner.dynamics import SegmentDynamics
@@ -39,7 +39,10 @@ def values(robot: Robot, states: np.ndarray) -> dict[str, np.ndarray]:
     model, data = robot.model, robot.data
     found: dict[str, list[object]] = {name: [] for name in KINDS}
     for q, v, a, _ in states.transpose(1, 0, 2):
-        found["torque"].append(pin.rnea(model, data, q, v, a).copy())
+        torque = pin.rnea(model, data, q, v, a)
+        found["torque"].append(torque.copy())
+        found["power"].append(torque * v)
+        found["total_power"].append([torque @ v])
         pin.forwardKinematics(model, data, q, v, a)
         axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         speed = pin.getFrameVelocity(model, data, robot.tool_frame_id, axes)
@@ -57,9 +60,15 @@ def values(robot: Robot, states: np.ndarray) -> dict[str, np.ndarray]:
     return {name: np.array(rows, dtype=float) for name, rows in found.items()}
 
 
+def columns(robot: Robot, name: str) -> int:
+    """Return the number of values of a quantity."""
+    return robot.dof if name in ("torque", "power") else 1
+
+
 def limited(robot: Robot, limits: dict[str, np.ndarray]) -> SampledConstraints:
     """Return all constraints, with a limit for each value."""
-    own = [(constraint, Bounds.of_magnitudes(limits[constraint.name][None])) for constraint in (TORQUE, *TOOL.values())]
+    every = (TORQUE, POWER, TOTAL_POWER, *TOOL.values())
+    own = [(constraint, Bounds.of_magnitudes(limits[constraint.name][None])) for constraint in every]
     return SampledConstraints(SegmentDynamics.unchanged(robot), own, 1)
 
 
@@ -88,7 +97,7 @@ def test_no_sample_exceeds_a_bound_and_each_bound_is_reached(name: str, way: flo
         assert use.max() <= peaks.bound[k] * (1.0 + ROUNDING_OF_SAMPLES), constraint.name
         assert peaks.bound[k] <= peaks.reached[k] * (1.0 + 1.01 * BOUND_KNOWN_TO), constraint.name
         there = values(robot, derivatives[:4].evaluate(peaks.pieces[[k]], peaks.units[[k]]))[constraint.name][0]
-        column = peaks.columns[k] if constraint is TORQUE else 0
+        column = peaks.columns[k] - int(np.searchsorted(constraints.of_column, k))
         reached = abs(there[column]) / limits[constraint.name][column]
         assert peaks.reached[k] * (1.0 - ROUNDING_OF_SAMPLES) <= reached, constraint.name
 
@@ -96,7 +105,10 @@ def test_no_sample_exceeds_a_bound_and_each_bound_is_reached(name: str, way: flo
 @pytest.mark.parametrize("name", KINDS)
 def test_whether_a_limit_is_kept_is_decided_to_a_billionth(name: str) -> None:
     robot = robots()["loaded"]
-    motion, none = quintics(robot, 5), {name: np.full(robot.dof if name == "torque" else 1, np.inf) for name in KINDS}
+    motion, none = (
+        quintics(robot, 5),
+        {name: np.full(columns(robot, name), np.inf) for name in KINDS},
+    )
     derivatives, segments = unit(motion), np.zeros(len(motion.lengths), dtype=int)
 
     def peaks(limit: float) -> BoundedPeaks:
@@ -158,7 +170,7 @@ def test_a_tool_that_turns_back_has_a_bounded_bend() -> None:
     derivatives = unit(motion)
     states = derivatives[:4].evaluate(np.zeros(20_001, dtype=int), np.linspace(0.0, 1.0, 20_001))
     across = JointStates(robot, *states).tool_rate("tcp_centripetal_acceleration")
-    one = {name: np.ones(robot.dof if name == "torque" else 1) for name in KINDS}
+    one = {name: np.ones(columns(robot, name)) for name in KINDS}
     constraints = limited(robot, one)
     found = bounded_peaks(constraints, np.zeros(1, dtype=int), derivatives, motion.lengths)
     k = [constraint.name for constraint in constraints.constraints].index("tcp_centripetal_acceleration")
@@ -173,11 +185,11 @@ def test_pieces_of_any_degree(degree: int) -> None:
     derivatives = unit(motion)
     pieces, units = np.repeat(np.arange(2), 5000), np.tile(np.linspace(0.0, 1.0, 5000), 2)
     at = JointStates(robot, *derivatives[:4].evaluate(pieces, units))
-    one = {name: np.ones(robot.dof if name == "torque" else 1) for name in KINDS}
+    one = {name: np.ones(columns(robot, name)) for name in KINDS}
     constraints = limited(robot, one)
     found = bounded_peaks(constraints, np.zeros(2, dtype=int), derivatives, motion.lengths)
     for k, constraint in enumerate(constraints.constraints):
-        worst = at.tool_rate(constraint.name).max() if constraint is not TORQUE else 0.0
+        worst = at.tool_rate(constraint.name).max() if constraint.name in TOOL else 0.0
         assert worst <= found.bound[k] * (1.0 + ROUNDING_OF_SAMPLES) + 1e-12
         assert found.bound[k] <= worst * (1.0 + 1e-4) + 1e-8
 
@@ -186,6 +198,6 @@ def test_a_motion_that_would_take_millions_of_intervals_is_refused() -> None:
     robot = robots()["kuka"]
     motion = quintics(robot, 1)
     far = replace(motion, coefficients=motion.coefficients * 1e8)
-    one = {name: np.ones(robot.dof if name == "torque" else 1) for name in KINDS}
+    one = {name: np.ones(columns(robot, name)) for name in KINDS}
     with pytest.raises(InvalidProblem, match="limits: on a motion on which a joint travels this far"):
         bounded_peaks(limited(robot, one), np.zeros(len(far.lengths), dtype=int), unit(far), far.lengths)
