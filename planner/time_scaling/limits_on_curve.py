@@ -94,7 +94,7 @@ class LimitsOnCurve:
         return ScaledCurve(self.curve, law).derivatives(np.arange(len(on)), on, t, 3)
 
     def along(self, law: PiecewisePolynomial) -> LinearLimits:
-        """Linearise all limits at the gridpoints of the pieces of the time scaling, each divided by the limit itself."""
+        """Linearise all limits at the gridpoints of pieces of the time scaling, each divided by the limit itself."""
         s, ds, dds, q, first, second, third = self.rates(law)
         on = self.pieces(law)
         at, segments = self.points(on, s[..., 0]), self.curve.segments[on]
