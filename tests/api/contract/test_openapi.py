@@ -188,7 +188,7 @@ def test_generated_clients_meet_one_form_of_an_answer(document: dict[str, Any]) 
             assert len(success) == 1, path
 
 
-UNITS = re.compile(r"\b(rad|m|s|kg|N|J|W|MiB|bytes|1e-9 s)\b|[Uu]nit|times as|number of|index|indices|seed|status|share")
+UNITS = re.compile(r"\b(rad|m|s|kg|N|J|W|MiB|bytes|1e-9 s)\b|[Uu]nit|times as|number of|ind(ex|ices)|seed|status|share")
 """What tells the reader of a number what it counts: a unit, that there is none, or that it is a count."""
 
 
