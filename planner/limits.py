@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.constraints import POWER, TOOL, TORQUE, TOTAL_POWER, VELOCITY_AT_POSITION, Bounds, Constraint
+from planner.constraints import (
+    POWER,
+    TOOL,
+    TORQUE,
+    TORQUE_AT_SPEED,
+    TOTAL_POWER,
+    VELOCITY_AT_POSITION,
+    Bounds,
+    Constraint,
+)
 from planner.errors import InvalidProblem
 from planner.guarantees import TCP_ORDERS
 from planner.robots.description import RANGED_QUANTITIES
@@ -270,6 +279,8 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
     if VELOCITY_AT_POSITION.is_known(robot):
         scales = [[limits.velocity_scale for limits in (common, narrower) if limits is not None] for narrower in own]
         further[VELOCITY_AT_POSITION] = np.array([np.prod(each) for each in scales])
+    if robot.torque_curves is not None:
+        further[TORQUE_AT_SPEED] = np.ones(len(own))
     return SegmentLimits(
         Bounds(robot.limit("lower"), robot.limit("upper")),
         **{quantity: joint_bounds(quantity) for quantity in JOINT_QUANTITIES},

@@ -40,6 +40,9 @@ if TYPE_CHECKING:
 MOST_CONTINUOUS = 4
 """Order of the highest derivative whose continuity is looked into, less than `DERIVATIVES`."""
 
+FORCES = ("torque", "torque_at_speed")
+"""Quantities that have a bound although the velocity may jump: the certificate has no impulses of torque."""
+
 MISS = 1e-6
 """Distance of a joint from its waypoint, rad or m, above which the waypoint is missed.
 
@@ -189,6 +192,8 @@ def _constraint_checks(
     def check(limited: SampledConstraints, peaks: Iterable[_Peak]) -> None:
         for constraint, peak in zip(limited.constraints, peaks, strict=True):
             found = _constraint_check(constraint, peak, limited, trajectory, enforced, smooth)
+            if constraint.of_shares and found.limit is not None:
+                found = _as_shown(found, constraint, peak, limited.dynamics, derivatives, int(segments[peak.piece]))
             if constraint.counts_at_rest:
                 found = _by_direction(found, peak, limited, segments, derivatives, limits)
                 found = _held_at_changes(found, trajectory, dynamics, limits)
@@ -252,7 +257,7 @@ def _constraint_check(
     """Return the check of a constraint with its peak."""
     limit = float(limited.half[trajectory.segments[peak.piece], peak.column])
     known = bool(np.isfinite(limit))  # if not, nothing is used anywhere that is limited
-    bounded = constraint.order == 1 or constraint.name == "torque" or smooth >= constraint.order - 1
+    bounded = constraint.order == 1 or constraint.name in FORCES or smooth >= constraint.order - 1
     return Check(
         quantity=constraint.name,
         joint=limited.joints[peak.column],
@@ -266,6 +271,23 @@ def _constraint_check(
         lower=None if peak.reached is None else peak.reached * limit if known else 0.0,
         own_unit=None if constraint.name in MEASURES else constraint.unit,
     )
+
+
+def _as_shown(
+    check: Check,
+    constraint: Constraint,
+    peak: _Peak,
+    dynamics: SegmentDynamics,
+    derivatives: UnitPolynomials,
+    segment: int,
+) -> Check:
+    """Return the check of shares of limits that depend on the state, with the limit at its peak."""
+    robot = dynamics.robot_on(segment)
+    states = derivatives[:4].evaluate(np.array([peak.piece]), np.array([peak.unit]))
+    column = robot.joint_names.index(check.joint) if check.joint is not None else 0
+    _, limit = constraint.shown(JointStates(robot, *states), column, float(check.limit or 0.0))
+    lower = None if peak.reached is None else peak.reached * limit
+    return replace(check, peak=peak.use * limit, limit=limit, lower=lower)
 
 
 def _by_direction(

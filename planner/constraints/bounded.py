@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.constraints.quantities import POWER, TOOL, TORQUE, TOTAL_POWER
+from planner.constraints.torque_at_speed import TORQUE_AT_SPEED
 from planner.errors import InvalidProblem
 from planner.kernels.bounded_peaks import KINDS, BoundedPeaks, Columns, Motion, ToolChain, bound_peaks
 from planner.kernels.library import TooManySamples
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.extrema import UnitPolynomials
 
-KIND_OF: Mapping[Constraint, int] = {own: KINDS.index(own.name) for own in (TORQUE, POWER, TOTAL_POWER, *TOOL.values())}
+KIND_OF: Mapping[Constraint, int] = {
+    own: KINDS.index(own.name) for own in (TORQUE, TORQUE_AT_SPEED, POWER, TOTAL_POWER, *TOOL.values())
+}
 """The constraints whose peaks are bounded, and their kinds in the kernels."""
 
 BOUND_KNOWN_TO = 1e-6
@@ -65,7 +68,7 @@ def bounded_peaks(
         columns = Columns(kinds, joints, limited.of_column, limited.middle[segments[rows]], half)
         motion = Motion(lengths[rows], derivatives.coefficients[0][rows], derivatives.bernstein[0][rows])
         try:
-            found = bound_peaks(_tool_chain(robot), motion, columns, wish, peaks)
+            found = bound_peaks(_tool_chain(robot), motion, columns, wish, peaks, _pieces_of_curves(robot))
         except TooManySamples:
             raise InvalidProblem([(("limits",), TOO_FAR)]) from None
         higher, pieces = found.reached > peaks.reached, peaks.pieces.copy()
@@ -78,3 +81,11 @@ def _tool_chain(robot: Robot) -> ToolChain:
     """Return what moves the tool of a robot, for the kernels."""
     frame = robot.model.frames[robot.tool_frame_id]
     return ToolChain(robot.chain, int(frame.parentJoint), frame.placement.translation.copy())
+
+
+def _pieces_of_curves(robot: Robot) -> FloatArray:
+    """Return the pieces (3, joints, pieces) of the torque curves of a robot: their ends, intercepts and slopes."""
+    curves = robot.torque_curves
+    if curves is None:
+        return np.empty((3, robot.dof, 0))
+    return np.stack([curves.ends, curves.intercepts, curves.slope])

@@ -40,6 +40,7 @@ class Constraint(Protocol):
         has_rows: Whether it has `rows`. Back ends scale all others in time as a whole.
         has_factors: Whether it has `factors`; the factors of all others follow from the value at rest and `order`.
         is_exact: Whether it has `peaks`; the peaks of all others are found on samples.
+        of_shares: Whether its values are shares of limits that depend on the state; `shown` returns both.
         of_states: Whether its values are so quickly computed that no back end needs to interpolate them.
     """
 
@@ -53,6 +54,7 @@ class Constraint(Protocol):
     has_factors: bool = False
     is_exact: bool = False
     of_states: bool = False
+    of_shares: bool = False
 
     def is_known(self, robot: Robot) -> bool:
         """Return whether the values can be computed for a robot; where they cannot, they are taken for zero."""

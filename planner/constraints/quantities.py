@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from planner.trajectories.extrema import UnitPolynomials
 
 NAMED = {
+    "torque_at_speed": "torque (by speed)",
     "power": "power",
     "total_power": "the total power",
     "velocity_at_position": "velocity (by position)",

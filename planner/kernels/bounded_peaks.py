@@ -23,6 +23,7 @@ KINDS = (
     "tcp_angular_jerk",
     "power",
     "total_power",
+    "torque_at_speed",
 )
 """The quantities that the kernels bound, in the order of their `Kind`."""
 
@@ -102,7 +103,12 @@ class BoundedPeaks(NamedTuple):
 
 
 def bound_peaks(
-    arm: ToolChain, motion: Motion, columns: Columns, wish: FloatArray, known: BoundedPeaks
+    arm: ToolChain,
+    motion: Motion,
+    columns: Columns,
+    wish: FloatArray,
+    known: BoundedPeaks,
+    curves: FloatArray,
 ) -> BoundedPeaks:
     """Bound the peaks of functions over all pieces of a motion.
 
@@ -112,6 +118,7 @@ def bound_peaks(
         columns: The functions.
         wish: (`WISH_NUMBERS`,).
         known: The peaks of other pieces, which need not be bounded more closely than theirs.
+        curves: Pieces (3, joints, pieces of a curve) of the joints' torque curves: last speed, intercept and slope.
 
     Returns:
         The peaks of these and of the other pieces; indices of pieces are those of this motion where they changed.
@@ -142,6 +149,8 @@ def bound_peaks(
         doubles(columns.middle, pieces, count),
         doubles(columns.half, pieces, count),
         doubles(wish, WISH_NUMBERS),
+        curves.shape[2],
+        doubles(curves, 3, joints, curves.shape[2]),
         found.reached,
         found.bound,
         found.pieces,

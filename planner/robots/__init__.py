@@ -5,6 +5,7 @@ from planner.robots.derived.external_axes import ExternalAxis
 from planner.robots.description import Joint
 from planner.robots.dh import DHJoint
 from planner.robots.robot import Robot
+from planner.robots.torque_curves import TorqueCurve
 from planner.robots.velocity_curves import VelocityCurves, VelocityParabola, VelocityTable
 
 __all__ = [

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.robots.findings import shown
+from planner.robots.torque_curves import torque_curve_faults
 from planner.robots.velocity_curves import VelocityTable, curve_faults
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from planner.robots.build import Body
     from planner.robots.description import Joint, Provenance
     from planner.robots.findings import Findings
+    from planner.robots.torque_curves import TorqueCurve
     from planner.robots.velocity_curves import VelocityCurve, VelocityCurves
 
 MAX_LINKS = 256
@@ -280,6 +282,22 @@ def with_velocity_curves(joint: Joint, curves: VelocityCurves, findings: Finding
     elif joint.kind == "continuous" and math.isfinite(lower):
         changed = replace(changed, kind="revolute")
     return changed
+
+
+def with_torque_curve(joint: Joint, curve: TorqueCurve, findings: Findings) -> Joint:
+    """Return the joint with a torque curve; the torque limit is at most that at rest.
+
+    Args:
+        joint: The joint with its limits.
+        curve: The curve, nowhere above one that the joint has.
+        findings: The findings, which are added to.
+    """
+    name, faults = shown(joint.name), list(torque_curve_faults(curve))
+    if not faults and joint.torque_curve is not None and curve.exceeds(joint.torque_curve):
+        faults.append("it must not be above the curve that it replaces")
+    for fault in faults:
+        findings.error("invalid_torque_curve", name, f"torque curve of {name}: {fault}")
+    return joint if faults else replace(joint, torque=min(joint.torque, curve.torques[0]), torque_curve=curve)
 
 
 def _reach(curve: VelocityCurve, speed: float, sign: float) -> float:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from planner.robots.torque_curves import TorqueCurve, TorqueCurves
 from planner.robots.velocity_curves import NO_CURVES, VelocityConditions, VelocityCurves
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ class Joint:
             torque. Neither is wider than the limit of that quantity.
         provenance: Where each of `LIMITED_QUANTITIES` comes from; no entry where there is no limit.
         velocity_curves: Velocity limits that depend on the position, beside `velocity` and `ranges`.
+        torque_curve: The torque limit that depends on the speed, beside `torque` and `ranges`; None: none.
     """
 
     name: str
@@ -58,6 +60,7 @@ class Joint:
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     provenance: Mapping[str, Provenance] = field(default_factory=dict)
     velocity_curves: VelocityCurves = NO_CURVES
+    torque_curve: TorqueCurve | None = None
 
     @property
     def is_angle(self) -> bool:
@@ -154,3 +157,9 @@ class RobotDescription:
         """The velocity limits of the joints by their positions; None: there are none."""
         curves = [joint.velocity_curves for joint in self.joints]
         return VelocityConditions.of(curves) if any(curves) else None
+
+    @cached_property
+    def torque_curves(self) -> TorqueCurves | None:
+        """The torque limits of the joints by their speeds; None: there are none."""
+        curves = [joint.torque_curve for joint in self.joints]
+        return TorqueCurves.of(curves) if any(curves) else None

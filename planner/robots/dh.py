@@ -19,11 +19,13 @@ from planner.robots.checks import (
     check_limits,
     check_names,
     check_position_limits,
+    with_torque_curve,
     with_velocity_curves,
 )
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.description import Joint, JointKind, RobotDescription
 from planner.robots.findings import Findings, shown
+from planner.robots.torque_curves import TorqueCurve
 from planner.robots.velocity_curves import NO_CURVES, VelocityCurves
 from planner.spatial import Pose, is_rotation, rotation_x, rotation_z
 
@@ -56,6 +58,7 @@ class DHJoint:
         jerk: Jerk limit, rad/s^3 or m/s^3.
         torque: Torque or force limit, N m or N.
         velocity_curves: Velocity limits that depend on the position.
+        torque_curve: The torque limit that depends on the speed.
         name: The joint's name; None: `joint_1`, `joint_2`, ...
         mass: Mass of link i, kg.
         center_of_mass: Center of mass of link i, m, in frame i of the table: the frame that this row ends in.
@@ -75,6 +78,7 @@ class DHJoint:
     jerk: float | None = None
     torque: float | None = None
     velocity_curves: VelocityCurves = NO_CURVES
+    torque_curve: TorqueCurve | None = None
     name: str | None = None
     mass: float | None = None
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -155,7 +159,7 @@ def _check_row(name: str, row: DHJoint, findings: Findings) -> None:
         findings.error("unknown_joint_kind", name, f"{name} is neither revolute nor continuous nor prismatic")
     for item in fields(row):
         value = getattr(row, item.name)
-        if value is None or isinstance(value, str | VelocityCurves):
+        if value is None or isinstance(value, str | VelocityCurves | TorqueCurve):
             continue
         numbers = np.atleast_1d(np.asarray(value, dtype=float))
         if not np.isfinite(numbers).all():
@@ -171,7 +175,8 @@ def _joint(name: str, row: DHJoint, findings: Findings) -> Joint:
     given = {limit: getattr(row, limit) for limit in LIMITS if getattr(row, limit) is not None}
     joint = Joint(name, row.kind, **given)
     joint = check_limits(check_position_limits(joint, findings), findings)
-    return with_velocity_curves(joint, row.velocity_curves, findings)
+    joint = with_velocity_curves(joint, row.velocity_curves, findings)
+    return joint if row.torque_curve is None else with_torque_curve(joint, row.torque_curve, findings)
 
 
 def _body(name: str, row: DHJoint, findings: Findings) -> Body | None:

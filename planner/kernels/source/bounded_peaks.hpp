@@ -7,13 +7,16 @@
 
 enum Kind : int64_t {  // KINDS of planner/kernels/bounded_peaks.py
     TORQUE, LINEAR_VELOCITY, ANGULAR_VELOCITY, LINEAR_ACCELERATION, ANGULAR_ACCELERATION, CENTRIPETAL, LINEAR_JERK, ANGULAR_JERK,
-    POWER, TOTAL_POWER
+    POWER, TOTAL_POWER, TORQUE_AT_SPEED
 };
 
 // A serial chain, and a point of its tool in the frame of the last of the joints that move it.
 struct ToolChain { int64_t joints, tool_joints; const double *links, *gravity, *tool; };
 // Columns: what they are of, and the middle between their limits and the distance of these from there on each piece.
 struct Columns { int64_t count, quantities; const int64_t *kind, *joint, *quantity; const double *middle, *half; };
+// Torque curves: from the end of the piece before up to `end`, the limit at a speed is `torque` - `slope` speed; each is
+// (joints, pieces), and unused pieces begin at an infinite speed.
+struct TorqueLines { int64_t pieces; const double *end, *torque, *slope; };
 struct Wish { double known_to, decided_at, least_radius, most_intervals; };  // WISH_NUMBERS of planner/kernels/bounded_peaks.py
 // The peaks of each quantity: a share of the limit that is reached and where, and one that is nowhere exceeded.
 struct Bounded { double *reached, *bound, *unit; int64_t *piece, *column; };
@@ -91,6 +94,7 @@ struct BoundSearch {
     const double* bernstein;
     const Columns& columns;
     const Wish& wish;
+    const TorqueLines& lines;
     Bounded& found;
     Hulls hulls;
     ToolMotion tool;
@@ -102,12 +106,13 @@ struct BoundSearch {
     bool needs_torques = false;
     int orders = 0, count = 1;
 
-    BoundSearch(const ToolChain& arm, const Pieces& motion, const double* bernstein, const Columns& columns, const Wish& wish, Bounded& found)
-        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), wish(wish), found(found), bodies(arm.joints),
+    BoundSearch(const ToolChain& arm, const Pieces& motion, const double* bernstein, const Columns& columns, const Wish& wish,
+                const TorqueLines& lines, Bounded& found)
+        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), wish(wish), lines(lines), found(found), bodies(arm.joints),
           states(4 * arm.joints), forces(arm.joints), shifted(2 * motion.order) {
         for (int64_t c = 0; c < columns.count; c++)
             switch (columns.kind[c]) {
-                case TORQUE: case POWER: case TOTAL_POWER: needs_torques = true; break;
+                case TORQUE: case POWER: case TOTAL_POWER: case TORQUE_AT_SPEED: needs_torques = true; break;
                 case LINEAR_VELOCITY: case ANGULAR_VELOCITY: orders = orders > 1 ? orders : 1; break;
                 case LINEAR_JERK: case ANGULAR_JERK: orders = 3; break;
                 default: orders = orders > 2 ? orders : 2;
@@ -207,6 +212,7 @@ struct BoundSearch {
         for (int64_t c = 0; c < columns.count; c++) {
             const int64_t kind = columns.kind[c];
             if (kind == CENTRIPETAL) { bound_bends(c, intervals, used, bounds); continue; }
+            if (kind == TORQUE_AT_SPEED) { bound_by_speed(c, intervals, used, bounds); continue; }
             const bool is_signed = kind == TORQUE || kind >= POWER;
             const Taylor value = is_signed ? of_joints(kind, columns.joint[c]) : square(*of_tool(kind));
             for (int64_t l = 0; l < used; l++) {
@@ -274,5 +280,51 @@ struct BoundSearch {
             bound = fmin(bound, (hulls.largest(S, 0.0, true).most + of_s) / radius);
             close(c, intervals[l], at, reached / half, bound / half, bounds[l * columns.quantities + k]);
         }
+    }
+
+    // The torque by its limit at the speed: with m the share at a sample, |torque| - m (limit on the line of a piece) by the
+    // least limit on that piece bounds the excess over m, for all pieces whose speeds the joint has in the interval.
+    void bound_by_speed(int64_t c, const Interval* intervals, int64_t used, double* bounds) {
+        const int64_t joint = columns.joint[c], first = joint * lines.pieces;
+        const Taylor &torque = forces[joint], &rate = states[arm.joints + joint];
+        for (int64_t l = 0; l < used; l++) {
+            const double half = columns.half[intervals[l].piece * columns.count + c];
+            if (!(half < INFINITY) || !(lines.torque[first] < INFINITY)) continue;
+            double T[TERMS], R[TERMS], G[TERMS];
+            for (int e = 0; e < TERMS; e++) { T[e] = torque.c[e][l]; R[e] = rate.c[e][l]; }
+            const double of_t = torque.rest[l] * OF_SUMS + Hulls::rounding(T), of_r = rate.rest[l] * OF_SUMS + Hulls::rounding(R);
+            const double most = hulls.largest(R, -INFINITY, false).most + of_r, least = hulls.least(R) - of_r;
+            const double fastest = fmax(most, -least), slowest = fmax(0.0, fmax(least, -most));
+            double highest = 0.0, reached = 0.0, at = 0.0;
+            for (double x = -1.0; x <= 1.0; x += 1.0) {
+                const double size = fabs(horner(T, TERMS, x)), speed = fabs(horner(R, TERMS, x));
+                highest = fmax(highest, size / limit_at(first, speed));
+                const double share = fmax(size - of_t, 0.0) / limit_at(first, fmax(speed - of_r, 0.0)) / OUTWARD;
+                if (share > reached) { reached = share; at = x; }
+            }
+            double bound = highest, begin = 0.0;
+            for (int64_t k = 0; k < lines.pieces; begin = lines.end[first + k], k++) {
+                if (!(begin <= fastest) || lines.end[first + k] < slowest) continue;
+                const double slope = lines.slope[first + k], line = lines.torque[first + k];
+                const double floor = line - slope * fmin(fastest, lines.end[first + k]);
+                for (int sides = 0; sides < 4; sides++) {
+                    const double way = sides & 1 ? 1.0 : -1.0, of_torque = sides & 2 ? 1.0 : -1.0;
+                    if (way > 0.0 ? !(most > 0.0) && least < 0.0 : !(least < 0.0)) continue;
+                    for (int e = 0; e < TERMS; e++) G[e] = of_torque * T[e] + highest * slope * way * R[e];
+                    G[0] -= highest * line;
+                    const double rest = of_t + highest * slope * of_r + Hulls::rounding(T) +
+                                        highest * (slope * Hulls::rounding(R) + 512.0 * UNIT * line);
+                    const double above = hulls.largest(G, -INFINITY, false).most + rest;
+                    const double own = isnan(above) ? (double)INFINITY : highest + fmax(above, 0.0) / (floor * (1.0 - 512.0 * UNIT));
+                    bound = fmax(bound, floor > 0.0 ? own : (double)INFINITY);
+                }
+            }
+            close(c, intervals[l], at, reached / half, bound / half, bounds[l * columns.quantities + columns.quantity[c]]);
+        }
+    }
+    double limit_at(int64_t first, double speed) const {
+        int64_t k = first;
+        while (k + 1 < first + lines.pieces && speed > lines.end[k]) k++;
+        return lines.torque[k] - lines.slope[k] * speed;
     }
 };

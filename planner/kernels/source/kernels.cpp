@@ -310,13 +310,14 @@ int end_search(const int64_t* state) {
 int bound_peaks(int64_t joints, const double* links, const double* gravity, int64_t tool_joints, const double* tool,
                 int64_t pieces, int64_t order, const double* lengths, const double* coefficients, const double* bernstein,
                 int64_t columns, int64_t quantities, const int64_t* kind, const int64_t* joint, const int64_t* quantity,
-                const double* middle, const double* half, const double* wish, double* reached, double* bound,
-                int64_t* piece, double* unit, int64_t* column) {
+                const double* middle, const double* half, const double* wish, int64_t curve_pieces, const double* curves,
+                double* reached, double* bound, int64_t* piece, double* unit, int64_t* column) {
     const ToolChain arm{joints, tool_joints, links, gravity, tool};
     const Pieces motion{pieces, joints, order, coefficients, lengths};
     const Columns of{columns, quantities, kind, joint, quantity, middle, half};
     Bounded found{reached, bound, unit, piece, column};
-    BoundSearch search(arm, motion, bernstein, of, *reinterpret_cast<const Wish*>(wish), found);
+    const TorqueLines lines{curve_pieces, curves, curves + joints * curve_pieces, curves + 2 * joints * curve_pieces};
+    BoundSearch search(arm, motion, bernstein, of, *reinterpret_cast<const Wish*>(wish), lines, found);
     if (!search.bodies || !search.states || !search.forces || !search.shifted) return NO_MEMORY;
     return search.first();
 }

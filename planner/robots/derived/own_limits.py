@@ -15,10 +15,12 @@ from planner.robots.checks import (
     MAX_NAME_LENGTH,
     MAX_NUMBER,
     check_position_limits,
+    with_torque_curve,
     with_velocity_curves,
 )
 from planner.robots.description import RANGED_QUANTITIES
 from planner.robots.findings import shown
+from planner.robots.torque_curves import TorqueCurve
 from planner.robots.velocity_curves import VelocityCurves
 
 if TYPE_CHECKING:
@@ -38,11 +40,14 @@ RANGES = {f"{quantity}_range": quantity for quantity in RANGED_QUANTITIES}
 CURVES = "velocity_curves"
 """Name of the velocity limits by position that an owner may give."""
 
-QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES, *RANGES, CURVES)
+TORQUE_CURVE = "torque_curve"
+"""Name of the torque limit by speed that an owner may give."""
+
+QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES, *RANGES, CURVES, TORQUE_CURVE)
 """Names of the limits that an owner may give: of the position, and of its derivatives and torque."""
 
-OwnLimits = Mapping[str, float | Sequence[float] | VelocityCurves]
-"""Limits of one joint by their names: numbers; pairs of numbers where the names are of `RANGES`; velocity curves."""
+OwnLimits = Mapping[str, float | Sequence[float] | VelocityCurves | TorqueCurve]
+"""Limits of one joint by their names: numbers; pairs of numbers where the names are of `RANGES`; curves."""
 
 
 def with_own_limits(joints: Sequence[Joint], limits: Mapping[str, OwnLimits], findings: Findings) -> tuple[Joint, ...]:
@@ -64,11 +69,10 @@ def with_own_limits(joints: Sequence[Joint], limits: Mapping[str, OwnLimits], fi
 def _with_own_limits(joint: Joint, own: OwnLimits, findings: Findings) -> Joint:
     provenance = dict(joint.provenance)
     known: dict[str, Any] = {}
-    pairs = {
-        RANGES[name]: value for name, value in own.items() if name in RANGES and not isinstance(value, VelocityCurves)
-    }
-    for name, value in own.items():
-        if name in RANGES or isinstance(value, VelocityCurves):
+    numbers = {name: value for name, value in own.items() if not isinstance(value, VelocityCurves | TorqueCurve)}
+    pairs = {RANGES[name]: value for name, value in numbers.items() if name in RANGES}
+    for name, value in numbers.items():
+        if name in RANGES:
             continue
         quantity = "position" if name in ("lower", "upper") else name
         if _is_limit(value, name, joint, findings):
@@ -81,8 +85,10 @@ def _with_own_limits(joint: Joint, own: OwnLimits, findings: Findings) -> Joint:
         # A continuous joint whose owner limits it, to spare its cables, is a revolute one.
         kind: JointKind = "revolute" if joint.kind == "continuous" else joint.kind
         changed = check_position_limits(replace(changed, kind=kind), findings)
-    curves = own.get(CURVES)
-    return with_velocity_curves(changed, curves, findings) if isinstance(curves, VelocityCurves) else changed
+    curves, curve = own.get(CURVES), own.get(TORQUE_CURVE)
+    if isinstance(curves, VelocityCurves):
+        changed = with_velocity_curves(changed, curves, findings)
+    return with_torque_curve(changed, curve, findings) if isinstance(curve, TorqueCurve) else changed
 
 
 def _with_range(joint: Joint, quantity: str, pair: float | Sequence[float], findings: Findings) -> Joint:

@@ -1,0 +1,103 @@
+"""Torques of the joints as shares of torque limits that depend on their speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.constraints.constraint import Constraint
+from planner.constraints.quantities import TORQUE
+from planner.dynamics import inverse_dynamics
+from planner.quantities import MEASURES
+
+if TYPE_CHECKING:
+    from planner.kinematics.forward import JointStates
+    from planner.robots import Robot
+    from planner.robots.torque_curves import TorqueCurves
+    from planner.spatial import FloatArray
+
+FASTEST_PACE = 1e100
+"""Multiple of the pace of a motion beyond which nothing is looked for."""
+
+
+@dataclass(frozen=True)
+class TorqueAtSpeed(Constraint):
+    """The shares of the torques that torque curves allow at the speeds of the joints."""
+
+    name: str = "torque_at_speed"
+    unit: str = MEASURES["torque_at_speed"].unit
+    order: int = 2
+    of_joints: bool = True
+    follows_path_speed: bool = False
+    has_factors: bool = True
+    of_shares: bool = True
+
+    def is_known(self, robot: Robot) -> bool:
+        """Return whether a joint has a torque curve, and torques can be computed."""
+        return robot.torque_curves is not None and robot.has_dynamics
+
+    def values(self, states: JointStates) -> FloatArray:
+        """Return the shares (N, joints) of the allowed torques, signed."""
+        curves = states.robot.torque_curves
+        if curves is None:
+            return np.zeros_like(states.v)
+        return TORQUE.values(states) / curves.at(np.abs(states.v))
+
+    def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
+        """Return the factors. At the pace x the torque is g + m x^2, and its limit falls with the speed |v| x."""
+        curves, still = states.robot.torque_curves, np.zeros_like(states.q)
+        if curves is None:
+            return np.zeros_like(limits)
+        held = inverse_dynamics(states.robot, states.q, still, still)
+        return 1.0 / largest_paces(curves, held, TORQUE.values(states) - held, np.abs(states.v), limits)
+
+    def shown(self, states: JointStates, column: int, limit: float) -> tuple[float, float]:
+        """Return the torque of a joint and the largest one that is allowed at its speed, both magnitudes."""
+        curves, torque = states.robot.torque_curves, abs(float(TORQUE.values(states)[0, column]))
+        return torque, np.inf if curves is None else limit * float(curves.at(np.abs(states.v))[0, column])
+
+
+TORQUE_AT_SPEED = TorqueAtSpeed()
+"""The torques of the joints as shares of the allowed ones at their speeds."""
+
+
+def largest_paces(
+    curves: TorqueCurves, held: FloatArray, moved: FloatArray, speeds: FloatArray, shares: FloatArray | float = 1.0
+) -> FloatArray:
+    """Return the paces (..., joints) up to which torques `held` + `moved` x^2 keep to the curves at speeds `speeds` x.
+
+    Args:
+        curves: The curves of the joints.
+        held: Torques (..., joints) at rest.
+        moved: Torques (..., joints) of the motion at the pace 1.
+        speeds: Speeds (..., joints) at the pace 1, not negative.
+        shares: The shares (..., joints) of the curves that may be used.
+    """
+    first = np.full(held.shape, np.inf)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for begin, end, torque, slope in zip(
+            curves.speed.T, curves.ends.T, curves.intercepts.T, curves.slope.T, strict=True
+        ):
+            low, high = (np.where(at > 0.0, at / speeds, 0.0) for at in (begin, end))
+            there = (low < FASTEST_PACE) & np.isfinite(torque)
+            low = np.where(there, low, 0.0)
+            for sign in (1.0, -1.0):
+                excess = sign * held - shares * torque, shares * slope * speeds, sign * moved
+                found = low + _first_positive(*_since(low, *excess))
+                first = np.where(there & (found <= high), np.minimum(first, found), first)
+    return first
+
+
+def _since(low: FloatArray, constant: FloatArray, linear: FloatArray, square: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the coefficients of a parabola of x - low, by its coefficients of x."""
+    return constant + low * (linear + low * square), linear + 2.0 * low * square, square
+
+
+def _first_positive(constant: FloatArray, linear: FloatArray, square: FloatArray) -> FloatArray:
+    """Return the least x >= 0 beyond which parabolas are positive; infinite: none."""
+    inside = linear**2 - 4.0 * square * constant
+    x = -2.0 * constant / (linear + np.sqrt(inside))
+    grows = (linear > 0.0) | ((square > 0.0) & (inside >= 0.0))
+    return np.where(constant > 0.0, 0.0, np.where(grows & (inside >= 0.0) & (x >= 0.0), x, np.inf))
