@@ -8,21 +8,18 @@ from pydantic import Field
 from typing_extensions import TypeAliasType
 
 from api.contract.parts.common import (
-    LARGEST,
     Answer,
     FrameName,
     JointVector,
-    Limit,
-    LimitRange,
     Number,
     Pose,
-    Positive,
     Quaternion,
     RobotId,
     Schema,
     Vector3,
 )
-from api.contract.parts.external_axes import ExternalAxis, JointName  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.external_axes import ExternalAxis  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.joints import DhJoint, JointDescription, OwnLimits  # noqa: TC001 - pydantic evaluates them
 from api.contract.parts.problem_documents import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.velocity_curves import VelocityCurves  # noqa: TC001 - pydantic evaluates the annotations
 
@@ -96,45 +93,6 @@ class UrdfRobot(UrdfDocument, Shown):
     kinematics estimate the shapes, and the `findings` say so."""
 
 
-class DhJoint(Schema):
-    """One row of a Denavit-Hartenberg table."""
-
-    kind: Literal["revolute", "continuous", "prismatic"]
-    """The kind of joint; `continuous` is revolute without position limits."""
-    theta: Number
-    """The angle about z, rad; of a revolute joint: where its zero is."""
-    d: Number
-    """The offset along z, m; of a prismatic joint: where its zero is."""
-    a: Number
-    """The length along x, m."""
-    alpha: Number
-    """The twist about x, rad."""
-    name: JointName | None = None
-    """The name of the joint; omitted: `joint_1`, `joint_2`, ..."""
-    lower: Number | None = None
-    """The lower position limit, rad or m; omitted: none."""
-    upper: Number | None = None
-    """The upper position limit, rad or m; omitted: none."""
-    velocity: Positive | None = None
-    """The velocity limit, rad/s or m/s; omitted: a default, as the answer says."""
-    acceleration: Positive | None = None
-    """The acceleration limit, rad/s^2 or m/s^2; omitted: a default, as the answer says."""
-    jerk: Positive | None = None
-    """The jerk limit, rad/s^3 or m/s^3; omitted: a default, as the answer says."""
-    torque: Positive | None = None
-    """The torque limit, N m or N; omitted: none."""
-    velocity_curves: VelocityCurves | None = Field(None, exclude_if=lambda curves: curves is None)
-    """Velocity limits that depend on the position; omitted: none. The position limits end where a parabola leaves less
-    than 2 % of the velocity limit; a remark among the `findings` says so."""
-    mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
-    """The mass of the link that the joint moves, kg; omitted: unknown."""
-    center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """The center of mass x, y, z of that link, in the frame that this row ends in, m; omitted: its origin."""
-    inertia: Annotated[list[Number], Field(min_length=6, max_length=6)] | None = None
-    """The inertia ixx, ixy, ixz, iyy, iyz, izz about the center of mass, in the axes of that frame, kg m^2; omitted:
-    unknown."""
-
-
 class DhModel(Schema):
     """A Denavit-Hartenberg table."""
 
@@ -156,31 +114,6 @@ class DhRobot(DhModel, Shown):
 
     id: RobotId | None = None
     """The id that the robot gets; omitted: one that is made from the content."""
-
-
-class OwnLimits(Schema):
-    """Limits of one joint by the robot's owner; omitted fields stay as they are."""
-
-    lower: Number | None = None
-    """The lower position limit, rad or m."""
-    upper: Number | None = None
-    """The upper position limit, rad or m."""
-    velocity: Limit | None = None
-    """The velocity limit, rad/s or m/s."""
-    acceleration: Limit | None = None
-    """The acceleration limit, rad/s^2 or m/s^2."""
-    jerk: Limit | None = None
-    """The jerk limit, rad/s^3 or m/s^3."""
-    torque: Limit | None = None
-    """The torque limit, N m or N."""
-    velocity_range: LimitRange | None = None
-    """The lower and the upper velocity where they differ, the lower one negative, rad/s or m/s."""
-    acceleration_range: LimitRange | None = None
-    """The lower and the upper acceleration where they differ, rad/s^2 or m/s^2."""
-    torque_range: LimitRange | None = None
-    """The lower and the upper torque where they differ, N m or N."""
-    velocity_curves: VelocityCurves | None = Field(None, exclude_if=lambda curves: curves is None)
-    """Velocity limits that depend on the position. They hold beside the joint's other velocity curves."""
 
 
 class Changes(Schema):
@@ -241,38 +174,6 @@ RobotDefinition = TypeAliasType(
     "RobotDefinition",
     Annotated[UrdfRobot | DhRobot | DerivedRobot, Field(discriminator="kind", description="A robot to add.")],
 )
-
-
-class JointDescription(Answer):
-    """One degree of freedom."""
-
-    name: str
-    """The name of the joint."""
-    kind: Literal["revolute", "continuous", "prismatic"]
-    """The kind of joint; `continuous` is revolute without position limits."""
-    lower: float | None
-    """The lower position limit, rad or m; null: none."""
-    upper: float | None
-    """The upper position limit, rad or m; null: none."""
-    velocity: float | None
-    """The velocity limit, rad/s or m/s; null: none."""
-    acceleration: float | None
-    """The acceleration limit, rad/s^2 or m/s^2; null: none."""
-    jerk: float | None
-    """The jerk limit, rad/s^3 or m/s^3; null: none."""
-    torque: float | None
-    """The torque limit, N m or N; null: none."""
-    velocity_range: list[float] | None
-    """The lower and the upper velocity, rad/s or m/s, where they differ; null: the same in both directions."""
-    acceleration_range: list[float] | None
-    """The lower and the upper acceleration, rad/s^2 or m/s^2, where they differ; null: the same in both directions."""
-    torque_range: list[float] | None
-    """The lower and the upper torque, N m or N, where they differ; null: the same in both directions."""
-    velocity_curves: VelocityCurves | None = Field(None, exclude_if=lambda curves: curves is None)
-    """The velocity limits that depend on the position; omitted: none. `velocity` holds beside them."""
-    provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
-    """The source of each limit, by the name of its quantity. It is `published` with the robot, its `datasheet`, an
-    `estimate`, a `default` of the service, or its `owner`."""
 
 
 class JointGroup(Answer):
