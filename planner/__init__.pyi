@@ -127,6 +127,7 @@ from planner.robots import DHJoint as DHJoint
 from planner.robots import ExternalAxis as ExternalAxis
 from planner.robots import Joint as Joint
 from planner.robots import Robot as Robot
+from planner.robots import TorqueCurve as TorqueCurve
 from planner.robots import VelocityCurves as VelocityCurves
 from planner.robots import VelocityParabola as VelocityParabola
 from planner.robots import VelocityTable as VelocityTable

@@ -129,8 +129,8 @@ class Check(Answer):
     """The peak of one quantity over the trajectory."""
 
     quantity: str
-    """The quantity: `position`, `velocity`, `velocity_at_position` (by position), `acceleration`, `jerk`, `torque`,
-    `power` (of a joint), `total_power`. Of the tool: `tcp_linear_velocity`, `tcp_angular_velocity`,
+    """The quantity: `position`, `velocity`, `velocity_at_position`, `acceleration`, `jerk`, `torque`,
+    `torque_at_speed`, `power` (of a joint), `total_power`. Of the tool: `tcp_linear_velocity`, `tcp_angular_velocity`,
     `tcp_linear_acceleration`, `tcp_angular_acceleration`, `tcp_centripetal_acceleration` (across the path),
     `tcp_linear_jerk`, `tcp_angular_jerk`. Deviations of the tool from the requested path: `path_position_deviation`,
     `path_orientation_deviation`, `blend_deviation`. With `min_effort`, the deviation from straight joint motions:

@@ -21,6 +21,7 @@ from api.contract.parts.common import (
 from api.contract.parts.external_axes import ExternalAxis  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.joints import DhJoint, JointDescription, OwnLimits  # noqa: TC001 - pydantic evaluates them
 from api.contract.parts.problem_documents import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.torque_curves import TorqueCurve  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.velocity_curves import VelocityCurves  # noqa: TC001 - pydantic evaluates the annotations
 
 
@@ -62,6 +63,10 @@ class UrdfDocument(Schema):
     )
     """Velocity limits that depend on the position, by the names of joints. The position limits end where a parabola
     leaves less than 2 % of the velocity limit; a remark among the `findings` says so."""
+    torque_curves: Annotated[dict[FrameName, TorqueCurve], Field(max_length=64)] = Field(
+        default_factory=dict, exclude_if=lambda curves: not curves
+    )
+    """Torque limits that depend on the speed, by the names of joints. The torque limit is at most that at rest."""
 
 
 class KeptMesh(Schema):

@@ -11,8 +11,11 @@ from planner.constraints.constraint import Constraint
 from planner.constraints.quantities import TORQUE
 from planner.dynamics import inverse_dynamics
 from planner.quantities import MEASURES
+from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from planner.kinematics.forward import JointStates
     from planner.robots import Robot
     from planner.robots.torque_curves import TorqueCurves
@@ -46,7 +49,7 @@ class TorqueAtSpeed(Constraint):
         return TORQUE.values(states) / curves.at(np.abs(states.v))
 
     def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
-        """Return the factors. At the pace x the torque is g + m x^2, and its limit falls with the speed |v| x."""
+        """Return the factors. At the pace x the torque is g + m x^2, and the speed is |v| x."""
         curves, still = states.robot.torque_curves, np.zeros_like(states.q)
         if curves is None:
             return np.zeros_like(limits)
@@ -101,3 +104,49 @@ def _first_positive(constant: FloatArray, linear: FloatArray, square: FloatArray
     x = -2.0 * constant / (linear + np.sqrt(inside))
     grows = (linear > 0.0) | ((square > 0.0) & (inside >= 0.0))
     return np.where(constant > 0.0, 0.0, np.where(grows & (inside >= 0.0) & (x >= 0.0), x, np.inf))
+
+
+def rows_at_speed(
+    curves: TorqueCurves, by_b: FloatArray, by_a: FloatArray, held: FloatArray, speeds: FloatArray
+) -> list[tuple[FloatArray, ...]]:
+    """Return limits |by_b b + by_a a + offset| <= constant that keep torques near a retiming to torque curves.
+
+    A retiming by b has the torques by_b b + by_a a + held and the speeds `speeds` sqrt(b). The tangent
+    (b / p + p) / 2 at p^2 is above sqrt(b). So a line torque - slope speed of a curve becomes a linear limit of b.
+    Near the fastest time scaling p is 1. Lines that are below the curve at that speed belong to other speeds, for which
+    the next round has them.
+
+    Args:
+        curves: The curves of the joints.
+        by_b: (..., joints).
+        by_a: (..., joints).
+        held: Torques (..., joints) at rest, within the curves.
+        speeds: (..., joints), not negative.
+
+    Returns:
+        The coefficients of b and of a, the offsets and the constants, for each line and direction, each (..., joints).
+    """
+    careful = largest_paces(curves, np.abs(held), np.abs(by_b), speeds)
+    kept = largest_paces(curves, held, by_b, speeds)
+    careful = np.where(np.isfinite(careful), careful, 1.0)
+    rest = curves.at(np.zeros_like(speeds))
+    pace = np.where((careful < 1.0) & (kept >= 1.0), 1.0, careful)
+    lines = list(zip(curves.intercepts.T, curves.slope.T, strict=True))
+
+    def rooms() -> Iterator[tuple[FloatArray, FloatArray, np.ndarray]]:
+        """Yield slope, constant part of the limit, and whether it counts at the speed of the pace, of each line."""
+        within = curves.at(speeds * pace) * (1.0 - ROUNDING)
+        for torque, slope in lines:
+            counts = np.isfinite(torque) & (torque - slope * speeds * pace >= within)
+            yield slope, torque - 0.5 * slope * speeds * pace, counts
+
+    too_fast = np.any([counts & (room <= np.abs(held)) for _, room, counts in rooms()], axis=0)
+    pace = np.where(too_fast, careful, pace)
+    rows: list[tuple[FloatArray, ...]] = []
+    for slope, room, counts in rooms():
+        for sign in (1.0, -1.0):
+            # The other side of each limit is out of the way: torques are within those at rest.
+            unit = np.where(counts, room + 2.0 * rest, 1.0)
+            parts = sign * by_b + 0.5 * slope * speeds / pace, sign * by_a, sign * held + 2.0 * rest
+            rows.append((*(np.where(counts, part / unit, 0.0) for part in parts), np.ones_like(unit)))
+    return rows

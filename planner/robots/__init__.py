@@ -13,6 +13,7 @@ __all__ = [
     "ExternalAxis",
     "Joint",
     "Robot",
+    "TorqueCurve",
     "VelocityCurves",
     "VelocityParabola",
     "VelocityTable",

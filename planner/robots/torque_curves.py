@@ -77,8 +77,7 @@ class TorqueCurves:
     @property
     def intercepts(self) -> FloatArray:
         """The limits (joints, pieces) of the lines of the pieces at rest."""
-        since = np.where(self.slope != 0.0, self.slope * self.speed, 0.0)
-        return np.asarray(self.torque + since)
+        return np.asarray(self.torque + self.slope * np.where(np.isfinite(self.speed), self.speed, 0.0))
 
     def at(self, speeds: FloatArray) -> FloatArray:
         """Return the limits at speeds (..., joints)."""

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.constraints import POWER, TORQUE, TOTAL_POWER
+from planner.constraints import POWER, TORQUE, TORQUE_AT_SPEED, TOTAL_POWER
 from planner.constraints.quantities import Power
+from planner.constraints.torque_at_speed import rows_at_speed
 from planner.kinematics.forward import JERKS, JointStates
 from planner.time_scaling.compose import ScaledCurve
 from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits
@@ -109,7 +110,7 @@ class LimitsOnCurve:
             (*(rate / own.jerk.upper for rate in (third, 3.0 * second, first)), 0.0, 0.0, 1.0),
         ]
         groups += self.sampled.groups_at(own, at, ds, dds)
-        groups += self.sampled.powers_at(own, at, ds, dds, first)
+        groups += self.sampled.by_speed_at(own, at, ds, dds, first)
         if self.sampled.jerks:
             groups.append(self.sampled.tool_jerks_at(own, q, first, second, third))
         ends = np.cumsum([0, *(np.shape(group[0])[-1] for group in groups)])
@@ -130,13 +131,13 @@ class _Sampled:
         speeds: The values of the constraints that follow the path speed alone, at the gridpoints.
         rows: The rows of constraints at the gridpoints; torque has rows also where only its values are needed.
         jerks: The jerks of the tool that are limited.
-        powers: The mechanical powers that are limited.
+        by_speed: The limited functions of torques and speeds.
     """
 
     def __init__(self, robot: Robot, limits: SegmentLimits, curve: SegmentedPolynomial, knows_torques: bool) -> None:
         constraints = [own for own, _ in limits.of(np.unique(curve.segments)).constraints]
-        self.powers = [own for own in (POWER, TOTAL_POWER) if own in constraints]
-        if (knows_torques or self.powers) and TORQUE not in constraints:
+        self.by_speed = [own for own in (POWER, TOTAL_POWER, TORQUE_AT_SPEED) if own in constraints]
+        if (knows_torques or self.by_speed) and TORQUE not in constraints:
             constraints.append(TORQUE)
         limited = [own for own in constraints if own.is_known(robot)]
         self.robot, self.jerks = robot, [own.name for own in limited if own.name in JERKS]
@@ -191,19 +192,23 @@ class _Sampled:
                 middle, half = (np.repeat(side, by_b.shape[-1] // side.shape[1], axis=1) for side in bounds.centred)
                 yield by_b / half, by_a / half, 0.0, (rest - middle) / half, 1.0, 0.0
 
-    def powers_at(
+    def by_speed_at(
         self, limits: SegmentLimits, at: FloatArray, ds: FloatArray, dds: FloatArray, v: FloatArray
     ) -> Iterator[tuple[FloatArray | float, ...]]:
-        """Yield the parts of `LinearLimits` that each power is, each (points, pieces, rows).
+        """Yield the parts of `LinearLimits` that functions of torques and speeds are, each (points, pieces, rows).
 
         A retiming by b has the torques by_b b + by_a a + rest and the velocities v sqrt(b).
         """
-        for constraint, bounds in limits.constraints if self.powers else ():
-            if isinstance(constraint, Power) and constraint in self.powers:
-                by_b, by_a, rest = (
-                    constraint.of(part, v) / bounds.upper for part in self.values_at(TORQUE, at, ds, dds)
-                )
+        if not self.by_speed:
+            return
+        torques = self.values_at(TORQUE, at, ds, dds)
+        for constraint, bounds in limits.constraints:
+            if isinstance(constraint, Power) and constraint in self.by_speed:
+                by_b, by_a, rest = (constraint.of(part, v) / bounds.upper for part in torques)
                 yield by_b, by_a, 0.0, rest, 0.0, 1.0
+        if TORQUE_AT_SPEED in self.by_speed and self.robot.torque_curves is not None:
+            for by_b, by_a, rest, constant in rows_at_speed(self.robot.torque_curves, *torques, np.abs(v)):
+                yield by_b, by_a, 0.0, rest, constant, 0.0
 
     def values_at(
         self, constraint: Constraint, at: FloatArray, ds: FloatArray, dds: FloatArray

@@ -17,6 +17,7 @@ from api.contract.parts.common import (
     Vector3,
 )
 from api.contract.parts.external_axes import JointName  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.torque_curves import TorqueCurve  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.velocity_curves import VelocityCurves  # noqa: TC001 - pydantic evaluates the annotations
 
 
@@ -50,6 +51,8 @@ class DhJoint(Schema):
     velocity_curves: VelocityCurves | None = Field(None, exclude_if=lambda curves: curves is None)
     """Velocity limits that depend on the position; omitted: none. The position limits end where a parabola leaves less
     than 2 % of the velocity limit; a remark among the `findings` says so."""
+    torque_curve: TorqueCurve | None = Field(None, exclude_if=lambda curve: curve is None)
+    """The torque limit that depends on the speed; omitted: none. `torque` is at most that at rest."""
     mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
     """The mass of the link that the joint moves, kg; omitted: unknown."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
@@ -82,6 +85,8 @@ class OwnLimits(Schema):
     """The lower and the upper torque where they differ, N m or N."""
     velocity_curves: VelocityCurves | None = Field(None, exclude_if=lambda curves: curves is None)
     """Velocity limits that depend on the position. They hold beside the joint's other velocity curves."""
+    torque_curve: TorqueCurve | None = Field(None, exclude_if=lambda curve: curve is None)
+    """The torque limit that depends on the speed, nowhere above the joint's other torque curve."""
 
 
 class JointDescription(Answer):
@@ -111,6 +116,8 @@ class JointDescription(Answer):
     """The lower and the upper torque, N m or N, where they differ; null: the same in both directions."""
     velocity_curves: VelocityCurves | None = Field(None, exclude_if=lambda curves: curves is None)
     """The velocity limits that depend on the position; omitted: none. `velocity` holds beside them."""
+    torque_curve: TorqueCurve | None = Field(None, exclude_if=lambda curve: curve is None)
+    """The torque limit that depends on the speed; omitted: none. `torque` holds beside it."""
     provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
     """The source of each limit, by the name of its quantity. It is `published` with the robot, its `datasheet`, an
     `estimate`, a `default` of the service, or its `owner`."""

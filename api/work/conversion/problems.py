@@ -10,10 +10,10 @@ import numpy as np
 from api.contract import requests, robots
 from api.contract.parts import common, external_axes, waypoints
 from api.work.conversion.actions import to_actions, with_waits
+from api.work.conversion.curves import to_torque_curve, to_velocity_curves, with_curves
 from api.work.conversion.kept_meshes import kept_pieces
 from api.work.conversion.poses import to_pose, to_rotation, with_axes
 from api.work.conversion.scenes import to_scene, to_speed_zones
-from api.work.conversion.velocity_curves import to_velocity_curves, with_velocity_curves
 from planner.backends import BACKENDS, BackEnd
 from planner.errors import InvalidProblem
 from planner.guarantees import END_OPTIONS, EndStates
@@ -172,20 +172,18 @@ def to_robot(definition: robots.RobotModel | robots.UrdfRobot, robot_id: str) ->
                 id=robot_id,
                 source="uploaded URDF",
             )
-            if not definition.velocity_curves:
+            limits: dict[str, Any] = {}
+            for name, curves in definition.velocity_curves.items():
+                limits[name] = {"velocity_curves": to_velocity_curves(curves)}
+            for name, curve in definition.torque_curves.items():
+                limits[name] = {**limits.get(name, {}), "torque_curve": to_torque_curve(curve)}
+            if not limits:
                 return read
-            limits = {
-                name: {"velocity_curves": to_velocity_curves(curves)}
-                for name, curves in definition.velocity_curves.items()
-            }
             limited = read.derived(limits=limits)
             return replace(limited, findings=(*read.findings, *limited.findings))
         case robots.DhModel():
             return Robot.from_dh(
-                [
-                    DHJoint(**with_velocity_curves(_with_tuples(joint.model_dump()), joint.velocity_curves))
-                    for joint in definition.joints
-                ],
+                [DHJoint(**with_curves(_with_tuples(joint.model_dump()), joint)) for joint in definition.joints],
                 convention=definition.convention,
                 base=None if definition.base is None else to_pose(definition.base),
                 tip=None if definition.tip is None else to_pose(definition.tip),
@@ -206,10 +204,7 @@ def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
     base = load_robot(model.base or "") if model.definition is None else to_robot(model.definition, "an added robot")
     robot = base.derived(
         id=robot_id,
-        limits={
-            name: with_velocity_curves(own.model_dump(exclude_none=True), own.velocity_curves)
-            for name, own in model.limits.items()
-        },
+        limits={name: with_curves(own.model_dump(exclude_none=True), own) for name, own in model.limits.items()},
         group=model.group,
         locked=model.locked,
         tool=None if model.tool is None else to_pose(model.tool),

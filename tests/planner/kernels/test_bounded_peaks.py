@@ -21,6 +21,9 @@ from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_ti
 from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 from tests.planner.kernels.arms import robots
 
+NAMES = tuple(name for name in KINDS if name != "torque_at_speed")
+"""The quantities of robots without torque curves."""
+
 ROUNDING_OF_SAMPLES = 1e-11
 """Relative amount by which rounding alone may put a sample above a peak."""
 
@@ -37,7 +40,7 @@ def quintics(robot: Robot, seed: int, pieces: int = 4, way: float = 1.0, seconds
 def values(robot: Robot, states: np.ndarray) -> dict[str, np.ndarray]:
     """Compute the quantities (N, columns) at states (4, N, joints) by Pinocchio; the kinematics compute jerks."""
     model, data = robot.model, robot.data
-    found: dict[str, list[object]] = {name: [] for name in KINDS}
+    found: dict[str, list[object]] = {name: [] for name in NAMES}
     for q, v, a, _ in states.transpose(1, 0, 2):
         torque = pin.rnea(model, data, q, v, a)
         found["torque"].append(torque.copy())
@@ -102,12 +105,12 @@ def test_no_sample_exceeds_a_bound_and_each_bound_is_reached(name: str, way: flo
         assert peaks.reached[k] * (1.0 - ROUNDING_OF_SAMPLES) <= reached, constraint.name
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", NAMES)
 def test_whether_a_limit_is_kept_is_decided_to_a_billionth(name: str) -> None:
     robot = robots()["loaded"]
     motion, none = (
         quintics(robot, 5),
-        {name: np.full(columns(robot, name), np.inf) for name in KINDS},
+        {name: np.full(columns(robot, name), np.inf) for name in NAMES},
     )
     derivatives, segments = unit(motion), np.zeros(len(motion.lengths), dtype=int)
 
@@ -170,7 +173,7 @@ def test_a_tool_that_turns_back_has_a_bounded_bend() -> None:
     derivatives = unit(motion)
     states = derivatives[:4].evaluate(np.zeros(20_001, dtype=int), np.linspace(0.0, 1.0, 20_001))
     across = JointStates(robot, *states).tool_rate("tcp_centripetal_acceleration")
-    one = {name: np.ones(columns(robot, name)) for name in KINDS}
+    one = {name: np.ones(columns(robot, name)) for name in NAMES}
     constraints = limited(robot, one)
     found = bounded_peaks(constraints, np.zeros(1, dtype=int), derivatives, motion.lengths)
     k = [constraint.name for constraint in constraints.constraints].index("tcp_centripetal_acceleration")
@@ -185,7 +188,7 @@ def test_pieces_of_any_degree(degree: int) -> None:
     derivatives = unit(motion)
     pieces, units = np.repeat(np.arange(2), 5000), np.tile(np.linspace(0.0, 1.0, 5000), 2)
     at = JointStates(robot, *derivatives[:4].evaluate(pieces, units))
-    one = {name: np.ones(columns(robot, name)) for name in KINDS}
+    one = {name: np.ones(columns(robot, name)) for name in NAMES}
     constraints = limited(robot, one)
     found = bounded_peaks(constraints, np.zeros(2, dtype=int), derivatives, motion.lengths)
     for k, constraint in enumerate(constraints.constraints):
@@ -198,6 +201,6 @@ def test_a_motion_that_would_take_millions_of_intervals_is_refused() -> None:
     robot = robots()["kuka"]
     motion = quintics(robot, 1)
     far = replace(motion, coefficients=motion.coefficients * 1e8)
-    one = {name: np.ones(columns(robot, name)) for name in KINDS}
+    one = {name: np.ones(columns(robot, name)) for name in NAMES}
     with pytest.raises(InvalidProblem, match="limits: on a motion on which a joint travels this far"):
         bounded_peaks(limited(robot, one), np.zeros(len(far.lengths), dtype=int), unit(far), far.lengths)

@@ -296,6 +296,28 @@ def test_velocity_curves_of_all_kinds_of_robots_are_kept_and_certified(service: 
     assert check["joint"] == "joint_1" and check["method"] == "exact" and 0.9 < check["ratio"] <= 1.000001
 
 
+def test_torque_curves_of_all_kinds_of_robots_are_kept_and_certified(service: RunningService) -> None:
+    curve = {"speeds": [0.2, 1.0, 2.0], "torques": [30.0, 12.0, 9.0]}
+    lower = {"speeds": [0.0, 3.0], "torques": [12.0, 8.0]}
+    limits = {"lower": -3.0, "upper": 3.0, "velocity": 3.0, "mass": 2.0, "center_of_mass": [-0.2, 0.0, 0.0]}
+    table = dh_robot(id="weak", joints=[dh_joint(**limits, torque_curve=curve), dh_joint(a=0.3, **limits)])
+    derived = derived_robot(id="weak_too", limits={"joint_2": {"torque_curve": lower}}) | {"from": "weak"}
+    urdf = urdf_robot(urdf_chain(1), id="weak_urdf", torque_curves={"j0": curve})
+    shown = []
+    for body in (table, derived, urdf):
+        added = service.post(ROBOTS, body)
+        assert added.status_code == 201, added.text
+        shown.append(service.client.get(f"{ROBOTS}/{body['id']}").json()["joints"])
+    assert [[each.get("torque_curve") for each in joints] for joints in shown[:2]] == [[curve, None], [curve, lower]]
+    assert shown[2][0]["torque_curve"] == curve and shown[0][0]["torque"] == 30.0
+    planned = service.post(PLAN, plan_request(robot="weak_too", waypoints=[joint(-1.0, 0.0), joint(2.4, 0.5)]))
+    assert planned.status_code == 200, planned.text
+    for body in (urdf, derived, table):
+        service.client.delete(f"{ROBOTS}/{body['id']}")
+    (check,) = (c for c in planned.json()["certificate"]["checks"] if c["quantity"] == "torque_at_speed")
+    assert check["method"] == "bounded" and check["ratio"] <= 1.000001
+
+
 def test_an_arm_on_a_rail_is_a_robot_like_any_other(service: RunningService) -> None:
     """Two links of 0.4 m and 0.3 m on a rail of 3 m: a line of 2 m, which the arm cannot do alone."""
     service.post(ROBOTS, dh_robot(joints=[dh_joint(mass=2.0), dh_joint(a=0.3)]))
