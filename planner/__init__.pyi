@@ -126,6 +126,7 @@ from planner.problems.transitions import ThroughTransition as ThroughTransition
 from planner.robots import DHJoint as DHJoint
 from planner.robots import ExternalAxis as ExternalAxis
 from planner.robots import Joint as Joint
+from planner.robots import PayloadTable as PayloadTable
 from planner.robots import Robot as Robot
 from planner.robots import TorqueCurve as TorqueCurve
 from planner.robots import VelocityCurves as VelocityCurves

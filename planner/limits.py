@@ -22,7 +22,7 @@ from planner.guarantees import TCP_ORDERS
 from planner.robots.description import RANGED_QUANTITIES
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from planner.fields import FieldPath
     from planner.robots import Robot
@@ -221,13 +221,16 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
                 )
 
 
-def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...]) -> SegmentLimits:
+def segment_limits(
+    robot: Robot, common: Limits, own: tuple[Limits | None, ...], masses: Sequence[float] | None = None
+) -> SegmentLimits:
     """Resolve the limits of each segment.
 
     Args:
         robot: The robot, whose limits are the widest there are.
         common: Limits of the whole trajectory.
         own: Limits of each segment; where both give one, the narrower holds. The scales multiply.
+        masses: The payload on each segment besides the robot's own, kg; None: none.
 
     Raises:
         InvalidProblem: Limits wider than the robot's, or a scale above 1: whoever asks for them, none are resolved.
@@ -237,14 +240,16 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
     if faults:
         raise InvalidProblem(faults)
 
+    table, carried = robot.payload_table, [0.0] * len(own) if masses is None else masses
+
     def joint_bounds(quantity: str) -> Bounds:
         """Return the limits (segments, joints) of a quantity of the joints."""
         ranged = quantity in RANGED_QUANTITIES
         widest = np.abs(robot.bounds(quantity)) if ranged else np.tile(robot.limit(quantity), (2, 1))
 
-        def within(*each: Limits) -> FloatArray:
-            """Return the limits (2, joints) within all of these."""
-            row = widest.copy()
+        def within(factor: float, *each: Limits) -> FloatArray:
+            """Return the limits (2, joints) within all of these, and within a factor on the robot's own."""
+            row = widest * factor
             for asked in (getattr(limits, quantity) for limits in each):
                 row = row if asked is None else np.minimum(row, asked)
             for asked in (getattr(limits, f"{quantity}_range") for limits in each if ranged):
@@ -253,8 +258,12 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
                 row *= getattr(limits, f"{quantity}_scale", 1.0)
             return row
 
-        of_all = within(common)
-        each = [of_all if narrower is None else within(narrower, common) for narrower in own]
+        factors = [1.0 if table is None else table.factor(quantity, robot.payload_mass + mass) for mass in carried]
+        of_all = {factor: within(factor, common) for factor in set(factors)}
+        each = [
+            of_all[factor] if narrower is None else within(factor, narrower, common)
+            for factor, narrower in zip(factors, own, strict=True)
+        ]
         rows = np.array(each).reshape(-1, *widest.shape)
         return Bounds(-rows[:, 0], rows[:, 1])
 

@@ -20,6 +20,7 @@ from api.contract.parts.common import (
 )
 from api.contract.parts.external_axes import ExternalAxis  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.joints import DhJoint, JointDescription, OwnLimits  # noqa: TC001 - pydantic evaluates them
+from api.contract.parts.payload_table import PayloadTable  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.problem_documents import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.torque_curves import TorqueCurve  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.velocity_curves import VelocityCurves  # noqa: TC001 - pydantic evaluates the annotations
@@ -67,6 +68,8 @@ class UrdfDocument(Schema):
         default_factory=dict, exclude_if=lambda curves: not curves
     )
     """Torque limits that depend on the speed, by the names of joints. The torque limit is at most that at rest."""
+    payload_table: PayloadTable | None = Field(default=None, exclude_if=lambda table: table is None)
+    """Factors on the acceleration and jerk limits by the payload mass; omitted: none."""
 
 
 class KeptMesh(Schema):
@@ -112,6 +115,8 @@ class DhModel(Schema):
     """The pose of the table's first frame in the robot's base frame (m); omitted: they are the same."""
     tip: Pose | None = None
     """The pose of the flange in the table's last frame (m); omitted: they are the same."""
+    payload_table: PayloadTable | None = Field(default=None, exclude_if=lambda table: table is None)
+    """Factors on the acceleration and jerk limits by the payload mass; omitted: none."""
 
 
 class DhRobot(DhModel, Shown):
@@ -151,6 +156,9 @@ class Changes(Schema):
     arm_origin: Pose | None = None
     """The pose of the arm's base in the link that the last of the `external_axes` moves (m); omitted: the same
     frame."""
+    payload_table: PayloadTable | None = Field(default=None, exclude_if=lambda table: table is None)
+    """Factors on the acceleration and jerk limits by the payload mass; omitted: the other robot's, which they
+    must nowhere exceed."""
 
 
 class DerivedRobot(Changes, Shown):
@@ -265,6 +273,8 @@ class RobotDescription(RobotSummary):
     refused, `payload_exceeded`. Null: unknown."""
     rated_payload_source: str | None = None
     """The document that the rated payload comes from; null: it is unknown."""
+    payload_table: PayloadTable | None = Field(default=None, exclude_if=lambda table: table is None)
+    """Factors on the acceleration and jerk limits by the payload mass; omitted: none."""
     frames: list[str]
     """The names of all frames of the model."""
     chain: list[ChainJoint]

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.robots.velocity_curves import LEAST_SPEED
+from planner.robots.varying.velocity_curves import LEAST_SPEED
 from planner.trajectories.sampled_peaks import Peaks
 
 if TYPE_CHECKING:
-    from planner.robots.velocity_curves import VelocityConditions
+    from planner.robots.varying.velocity_curves import VelocityConditions
     from planner.spatial import FloatArray
     from planner.trajectories.extrema import UnitPolynomials
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from planner.kinematics.forward import JointStates
     from planner.robots import Robot
-    from planner.robots.torque_curves import TorqueCurves
+    from planner.robots.varying.torque_curves import TorqueCurves
     from planner.spatial import FloatArray
 
 FASTEST_PACE = 1e100

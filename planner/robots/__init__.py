@@ -5,13 +5,15 @@ from planner.robots.derived.external_axes import ExternalAxis
 from planner.robots.description import Joint
 from planner.robots.dh import DHJoint
 from planner.robots.robot import Robot
-from planner.robots.torque_curves import TorqueCurve
-from planner.robots.velocity_curves import VelocityCurves, VelocityParabola, VelocityTable
+from planner.robots.varying.payload_table import PayloadTable
+from planner.robots.varying.torque_curves import TorqueCurve
+from planner.robots.varying.velocity_curves import VelocityCurves, VelocityParabola, VelocityTable
 
 __all__ = [
     "DHJoint",
     "ExternalAxis",
     "Joint",
+    "PayloadTable",
     "Robot",
     "TorqueCurve",
     "VelocityCurves",

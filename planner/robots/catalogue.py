@@ -40,7 +40,7 @@ from planner.robots.collision.outlines import OUTLINE_UNCERTAINTY, Outline
 from planner.robots.dh import DHJoint
 from planner.robots.findings import Findings
 from planner.robots.robot import Robot
-from planner.robots.velocity_curves import VelocityCurves, VelocityParabola
+from planner.robots.varying.velocity_curves import VelocityCurves, VelocityParabola
 from planner.spatial import Pose
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.robots.findings import shown
-from planner.robots.torque_curves import torque_curve_faults
-from planner.robots.velocity_curves import VelocityTable, curve_faults
+from planner.robots.varying.torque_curves import torque_curve_faults
+from planner.robots.varying.velocity_curves import VelocityTable, curve_faults
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from planner.robots.build import Body
     from planner.robots.description import Joint, Provenance
     from planner.robots.findings import Findings
-    from planner.robots.torque_curves import TorqueCurve
-    from planner.robots.velocity_curves import VelocityCurve, VelocityCurves
+    from planner.robots.varying.torque_curves import TorqueCurve
+    from planner.robots.varying.velocity_curves import VelocityCurve, VelocityCurves
 
 MAX_LINKS = 256
 """Number of links that a model may have; Pinocchio itself dies somewhere between 3000 and 5000."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from planner.robots.torque_curves import TorqueCurve, TorqueCurves
-from planner.robots.velocity_curves import NO_CURVES, VelocityConditions, VelocityCurves
+from planner.robots.varying.torque_curves import TorqueCurve, TorqueCurves
+from planner.robots.varying.velocity_curves import NO_CURVES, VelocityConditions, VelocityCurves
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from planner.errors import Finding
     from planner.robots.collision.geometry import CollisionGeometry
+    from planner.robots.varying.payload_table import PayloadTable
     from planner.spatial import FloatArray, Pose
 
 JointKind = Literal["revolute", "continuous", "prismatic"]
@@ -148,6 +149,7 @@ class RobotDescription:
     rated_payload: float | None = None
     rated_payload_source: str | None = None
     payload_mass: float = 0.0
+    payload_table: PayloadTable | None = None
     notes: tuple[str, ...] = ()
     followers: tuple[Follower, ...] = ()
     findings: tuple[Finding, ...] = ()

@@ -25,8 +25,8 @@ from planner.robots.checks import (
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.description import Joint, JointKind, RobotDescription
 from planner.robots.findings import Findings, shown
-from planner.robots.torque_curves import TorqueCurve
-from planner.robots.velocity_curves import NO_CURVES, VelocityCurves
+from planner.robots.varying.torque_curves import TorqueCurve
+from planner.robots.varying.velocity_curves import NO_CURVES, VelocityCurves
 from planner.spatial import Pose, is_rotation, rotation_x, rotation_z
 
 Convention = Literal["standard", "modified"]

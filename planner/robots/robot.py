@@ -17,10 +17,11 @@ from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.mesh_files import meshes_of
 from planner.robots.collision.pairs import collision_pairs
 from planner.robots.derived.changes import FREE_FALL, held_by_group, on_external_axes, with_followers, with_locked
-from planner.robots.derived.own_limits import checked_positions, is_within, with_own_limits
+from planner.robots.derived.own_limits import checked_positions, checked_table, is_within, with_own_limits
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
 from planner.robots.findings import Findings
+from planner.robots.loads import model_with_payload, model_with_tool
 from planner.robots.urdf.arm import PlanningGroup
 from planner.robots.urdf.reader import read_urdf
 from planner.spatial import as_pose
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from planner.robots.derived.own_limits import OwnLimits
     from planner.robots.dh import Convention, DHJoint
     from planner.robots.payload import Payload
+    from planner.robots.varying.payload_table import PayloadTable
     from planner.spatial import FloatArray, Pose
 
 TOOL_FRAME = "tool"
@@ -74,6 +76,7 @@ class Robot(PickledByFields, RobotDescription):
         rated_payload: The largest payload for which the maker builds the robot, tool included, kg; None: unknown.
         rated_payload_source: The document that `rated_payload` comes from; None: it is unknown.
         payload_mass: The mass that `with_payload` has put on the robot, kg.
+        payload_table: Factors on the acceleration and jerk limits by the payload mass; None: none.
         notes: Notes on the model for a person; only robots of the catalogue have them.
         followers: Mimic joints of a URDF that follow one of the joints once that is locked.
         findings: Warnings and remarks about the model, by its reader.
@@ -170,6 +173,7 @@ class Robot(PickledByFields, RobotDescription):
         named_positions: Mapping[str, Sequence[float]] | None = None,
         external_axes: Sequence[ExternalAxis] = (),
         arm_origin: Pose | None = None,
+        payload_table: PayloadTable | None = None,
     ) -> Robot:
         """Derive a robot from this one, with its own limits, tool and mounting.
 
@@ -192,6 +196,7 @@ class Robot(PickledByFields, RobotDescription):
             external_axes: Axes that carry this robot, from the base on: its first joints then. The base frame is that
                 in which the first one stands, and its z axis points up unless there is a `mounting`.
             arm_origin: Pose of this robot's base in the link of the last external axis; None: the same.
+            payload_table: Factors on limits by the payload mass, nowhere above this robot's; None: this robot's.
 
         Returns:
             The robot, with `findings` about the changes.
@@ -208,9 +213,15 @@ class Robot(PickledByFields, RobotDescription):
         positions = inherited | checked_positions(joints, named_positions or {}, findings)
         if mounting is not None and mounting.rotation is None:
             findings.error("invalid_pose", "mounting", "the mounting needs an orientation")
+        table = checked_table(self.payload_table, payload_table, findings)
         findings.raise_errors()
         robot = replace(
-            left, id=id or self.id, joints=joints, named_positions=positions, findings=tuple(findings.items)
+            left,
+            id=id or self.id,
+            joints=joints,
+            named_positions=positions,
+            payload_table=table,
+            findings=tuple(findings.items),
         )
         if mounting is not None and mounting.rotation is not None:
             model = robot.model.copy()
@@ -369,16 +380,7 @@ class Robot(PickledByFields, RobotDescription):
         Returns:
             The same robot with that tool, in place of any other.
         """
-        pose = as_pose(pose)
-        model = self.model.copy()
-        tip = model.frames[self.tip_frame_id]
-        rotation = np.eye(3) if pose.rotation is None else pose.rotation
-        placement = tip.placement * pin.SE3(rotation, pose.position)
-        if model.existFrame(TOOL_FRAME, pin.FrameType.OP_FRAME):
-            model.frames[self.tool_frame_id].placement = placement  # another tool takes the place of the first
-        else:
-            model.addFrame(pin.Frame(TOOL_FRAME, tip.parentJoint, self.tip_frame_id, placement, pin.FrameType.OP_FRAME))
-        return replace(self, model=model)
+        return replace(self, model=model_with_tool(self.model, self.tip_frame_id, as_pose(pose), TOOL_FRAME))
 
     def with_payload(self, payload: Payload) -> Robot:
         """Return the robot with a payload.
@@ -389,10 +391,7 @@ class Robot(PickledByFields, RobotDescription):
         Returns:
             The same robot with this payload in addition to its own.
         """
-        tip = (model := self.model.copy()).frames[self.tip_frame_id]
-        body = pin.Inertia(payload.mass, np.array(payload.center_of_mass), np.diag(payload.inertia))
-        model.appendBodyToJoint(tip.parentJoint, body, tip.placement)
-        tip.inertia += body
+        model = model_with_payload(self.model, self.tip_frame_id, payload)
         return replace(self, model=model, payload_mass=self.payload_mass + payload.mass)
 
 

@@ -53,6 +53,7 @@ def describe(robot: Robot) -> dict[str, Any]:
         "mass": robot.mass,
         "rated_payload": robot.rated_payload,
         "rated_payload_source": robot.rated_payload_source,
+        **({} if robot.payload_table is None else {"payload_table": asdict(robot.payload_table)}),
         "geometry": [dict(shape) for shape in robot.geometry],
         "groups": [dict(vars(group)) for group in robot.groups],
         "disabled_collisions": [dict(vars(pair)) for pair in robot.disabled_collisions],

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from api.contract.parts import velocity_curves as schemas
-from planner.robots import TorqueCurve, VelocityCurves, VelocityParabola, VelocityTable
+from planner.robots import PayloadTable, TorqueCurve, VelocityCurves, VelocityParabola, VelocityTable
 
 if TYPE_CHECKING:
-    from api.contract.parts import torque_curves
+    from api.contract.parts import payload_table, torque_curves
     from api.contract.parts.joints import DhJoint, OwnLimits
 
 
@@ -20,6 +20,14 @@ def to_velocity_curves(curves: schemas.VelocityCurves) -> VelocityCurves:
 def to_torque_curve(curve: torque_curves.TorqueCurve) -> TorqueCurve:
     """Make a torque curve."""
     return TorqueCurve(tuple(curve.speeds), tuple(curve.torques))
+
+
+def to_payload_table(table: payload_table.PayloadTable | None) -> PayloadTable | None:
+    """Make a payload table, if there is one."""
+    if table is None:
+        return None
+    jerk = None if table.jerk is None else tuple(table.jerk)
+    return PayloadTable(tuple(table.masses), tuple(table.acceleration), jerk)
 
 
 def with_curves(values: dict[str, Any], limits: DhJoint | OwnLimits) -> dict[str, Any]:

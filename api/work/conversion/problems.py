@@ -10,7 +10,7 @@ import numpy as np
 from api.contract import requests, robots
 from api.contract.parts import common, external_axes, waypoints
 from api.work.conversion.actions import to_actions, with_waits
-from api.work.conversion.curves import to_torque_curve, to_velocity_curves, with_curves
+from api.work.conversion.curves import to_payload_table, to_torque_curve, to_velocity_curves, with_curves
 from api.work.conversion.kept_meshes import kept_pieces
 from api.work.conversion.poses import to_pose, to_rotation, with_axes
 from api.work.conversion.scenes import to_scene, to_speed_zones
@@ -35,6 +35,7 @@ from planner.spatial import (
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from api.contract.parts import payload_table
     from planner.fields import FieldPath
 
 BASE = "base"
@@ -177,12 +178,9 @@ def to_robot(definition: robots.RobotModel | robots.UrdfRobot, robot_id: str) ->
                 limits[name] = {"velocity_curves": to_velocity_curves(curves)}
             for name, curve in definition.torque_curves.items():
                 limits[name] = {**limits.get(name, {}), "torque_curve": to_torque_curve(curve)}
-            if not limits:
-                return read
-            limited = read.derived(limits=limits)
-            return replace(limited, findings=(*read.findings, *limited.findings))
+            return _with_own(read, limits, definition.payload_table)
         case robots.DhModel():
-            return Robot.from_dh(
+            read = Robot.from_dh(
                 [DHJoint(**with_curves(_with_tuples(joint.model_dump()), joint)) for joint in definition.joints],
                 convention=definition.convention,
                 base=None if definition.base is None else to_pose(definition.base),
@@ -190,8 +188,17 @@ def to_robot(definition: robots.RobotModel | robots.UrdfRobot, robot_id: str) ->
                 id=robot_id,
                 source="uploaded Denavit-Hartenberg table",
             )
+            return _with_own(read, {}, definition.payload_table)
         case robots.DerivedModel():
             return _to_derived_robot(definition, robot_id)
+
+
+def _with_own(read: Robot, limits: Mapping[str, Any], table: payload_table.PayloadTable | None) -> Robot:
+    """Return a robot with limits of joints and a payload table that its document cannot have."""
+    if not limits and table is None:
+        return read
+    limited = read.derived(limits=limits, payload_table=to_payload_table(table))
+    return replace(limited, findings=(*read.findings, *limited.findings))
 
 
 def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
@@ -212,6 +219,7 @@ def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
         named_positions=model.named_positions,
         external_axes=[_to_external_axis(axis) for axis in model.external_axes],
         arm_origin=None if model.arm_origin is None else to_pose(model.arm_origin),
+        payload_table=to_payload_table(model.payload_table),
     )
     return replace(robot, source=f"derived from {base.id}: {base.source}")
 

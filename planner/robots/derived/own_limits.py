@@ -20,12 +20,14 @@ from planner.robots.checks import (
 )
 from planner.robots.description import RANGED_QUANTITIES
 from planner.robots.findings import shown
-from planner.robots.torque_curves import TorqueCurve
-from planner.robots.velocity_curves import VelocityCurves
+from planner.robots.varying.payload_table import payload_table_faults
+from planner.robots.varying.torque_curves import TorqueCurve
+from planner.robots.varying.velocity_curves import VelocityCurves
 
 if TYPE_CHECKING:
     from planner.robots.description import Joint, JointKind
     from planner.robots.findings import Findings
+    from planner.robots.varying.payload_table import PayloadTable
 
 WIDENABLE = ("default", "estimate")
 """Provenances of limits that an owner may widen: nobody has published them."""
@@ -167,3 +169,15 @@ def checked_positions(
                 findings.error("outside_position_limits", subject, text)
         kept[name] = tuple(float(value) for value in position)
     return kept
+
+
+def checked_table(own: PayloadTable | None, table: PayloadTable | None, findings: Findings) -> PayloadTable | None:
+    """Return the payload table of an owner, nowhere above the robot's own one; None: the robot's own one."""
+    if table is None:
+        return own
+    faults = list(payload_table_faults(table))
+    if not faults and own is not None and table.exceeds(own):
+        faults.append("it must not allow more than the table that it replaces")
+    for fault in faults:
+        findings.error("invalid_payload_table", "payload_table", f"payload table: {fault}")
+    return table

@@ -28,7 +28,7 @@ from planner.dynamics import SegmentDynamics
 from planner.plans.result import Plan
 from planner.robots import DHJoint
 from planner.robots.payload import Payload
-from planner.robots.torque_curves import TorqueCurves
+from planner.robots.varying.torque_curves import TorqueCurves
 from planner.spatial import FloatArray
 from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.polynomials import PiecewisePolynomial

@@ -27,7 +27,7 @@ from planner.backends import BACKENDS
 from planner.constraints import VELOCITY_AT_POSITION
 from planner.plans.result import Plan
 from planner.robots import DHJoint
-from planner.robots.velocity_curves import NO_CURVES, VelocityConditions
+from planner.robots.varying.velocity_curves import NO_CURVES, VelocityConditions
 from planner.spatial import FloatArray
 from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.polynomials import PiecewisePolynomial

@@ -318,6 +318,28 @@ def test_torque_curves_of_all_kinds_of_robots_are_kept_and_certified(service: Ru
     assert check["method"] == "bounded" and check["ratio"] <= 1.000001
 
 
+def test_payload_tables_of_all_kinds_of_robots_slow_what_is_heavy(service: RunningService) -> None:
+    table = {"masses": [1.0, 2.0], "acceleration": [1.0, 0.5], "jerk": [1.0, 0.25]}
+    lower = {"masses": [0.0, 2.0], "acceleration": [0.5, 0.25], "jerk": [0.25, 0.1]}
+    limits = {"lower": -3.0, "upper": 3.0, "velocity": 3.0}
+    rows = dh_robot(id="heavy", joints=[dh_joint(**limits), dh_joint(a=0.3, **limits)], payload_table=table)
+    derived = derived_robot(id="heavy_too", payload_table=lower) | {"from": "heavy"}
+    urdf = urdf_robot(urdf_chain(2), id="heavy_urdf", payload_table=table)
+    for body, expected in ((rows, table), (derived, lower), (urdf, table)):
+        added = service.post(ROBOTS, body)
+        assert added.status_code == 201, added.text
+        assert service.client.get(f"{ROBOTS}/{body['id']}").json()["payload_table"] == expected
+    durations = []
+    for robot in ("heavy", "heavy_too"):
+        request = plan_request(robot=robot, waypoints=[joint(-1.0, 0.0), joint(2.4, 0.5)], payload={"mass": 2.0})
+        planned = service.post(PLAN, request | {"backend": {"kind": "ruckig"}})
+        assert planned.status_code == 200, planned.text
+        durations.append(planned.json()["duration"])
+    for body in (urdf, derived, rows):
+        service.client.delete(f"{ROBOTS}/{body['id']}")
+    assert durations[1] > 1.1 * durations[0]
+
+
 def test_an_arm_on_a_rail_is_a_robot_like_any_other(service: RunningService) -> None:
     """Two links of 0.4 m and 0.3 m on a rail of 3 m: a line of 2 m, which the arm cannot do alone."""
     service.post(ROBOTS, dh_robot(joints=[dh_joint(mass=2.0), dh_joint(a=0.3)]))

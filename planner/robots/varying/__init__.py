@@ -1,0 +1,1 @@
+"""Limits of joints that depend on position, speed or payload."""
