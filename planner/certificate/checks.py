@@ -26,7 +26,8 @@ class Check:
         ratio: Share of the limit that is used: 1 is all of it. A position counts from the middle of its range.
             None: no limit, or no bound.
         time: Time of the peak, s.
-        method: `exact` (extrema of polynomials), `bounded` (no value exceeds the peak at any time) or `sampled`.
+        method: `exact` (extrema of polynomials or values at known times), `bounded` (no value exceeds the peak at any
+            time) or `sampled`.
         enforced: Whether the back end promises to keep the limit.
         bounded: False: the next lower derivative jumps, so this quantity has an impulse without a finite peak. An
             example is the jerk of a cubic at its ends.

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """The straight line from pose to pose, where the tool turns about one axis in proportion; or one of each sample.
+    """The straight line from pose to pose, where the tool turns about one axis in proportion.
 
     Attributes:
-        start: (..., 3, 3), rotation at the start; None: any orientation will do.
-        turns: (..., 2, 3), rad: the rotation vector from it by the share of the way and by its square.
-        origin: (..., 3), m.
-        way: (..., 3), m.
+        start: (3, 3), rotation at the start; None: any orientation will do.
+        turns: (2, 3), rad: the rotation vector from it by the share of the way and by its square.
+        origin: (3,), m.
+        way: (3,), m.
     """
 
     start: FloatArray | None
@@ -34,28 +34,27 @@ class Line:
         """Return the line from pose to pose."""
         return cls(*_turns(start, None, end, 0.5), start.position, end.position - start.position)
 
-    def nearest(self, points: FloatArray) -> FloatArray:
-        """Return fractions (N,) of the lines nearest to points (N, 3); 0.5 for a line of no length."""
-        squared = (self.way**2).sum(axis=1)
-        along = ((points - self.origin) * self.way).sum(axis=1)
-        return np.where(squared > 0.0, np.clip(along / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0), 0.5)
+    @property
+    def numbers(self) -> FloatArray:
+        """The numbers of the line for the kernels: the first of `ToolPaths`."""
+        return _numbers(0.0, self.start, self.turns, self.origin, self.way, np.zeros(3))
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Return positions (N, 3), m, and rotations (N, 3, 3) at fractions (N,) of the lines; None: no orientation."""
+        """Return positions (N, 3), m, and rotations (N, 3, 3) at fractions (N,) of the line; None: no orientation."""
         return self.origin + u[:, None] * self.way, _turned(self.start, self.turns, u)
 
 
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """The circle from pose to pose by way of a third; or one of each sample.
+    """The circle from pose to pose by way of a third.
 
     Attributes:
-        start: (..., 3, 3), rotation at the start; None: any orientation will do.
-        turns: (..., 2, 3), rad: the rotation vector from it by the share of the way and by its square.
-        center: (..., 3), m.
-        x: (..., 3), m, from the center to the start.
-        y: (..., 3), m, as long, where the circle has gone by a quarter.
-        end_angle: (...,), rad, from 0 to 2 pi.
+        start: (3, 3), rotation at the start; None: any orientation will do.
+        turns: (2, 3), rad: the rotation vector from it by the share of the way and by its square.
+        center: (3,), m.
+        x: (3,), m, from the center to the start.
+        y: (3,), m, as long, where the circle has gone by a quarter.
+        end_angle: rad, from 0 to 2 pi.
     """
 
     start: FloatArray | None
@@ -63,7 +62,7 @@ class Circle:
     center: FloatArray
     x: FloatArray
     y: FloatArray
-    end_angle: FloatArray
+    end_angle: float
 
     @classmethod
     def through(cls, start: Pose, via: Pose, end: Pose) -> Circle:
@@ -77,21 +76,24 @@ class Circle:
         center = np.linalg.solve(equations, right)
         x = a - center
         y = np.cross(normal, x)
-        at_via, at_end = _angles_about(center, x, y, np.array([b, c]))
+        at_via, at_end = _angles_about(center, x, y, np.array([b, c])).tolist()
         return cls(*_turns(start, via, end, at_via / at_end), center, x, y, at_end)
 
-    def nearest(self, points: FloatArray) -> FloatArray:
-        """Return fractions (N,) of the arcs nearest to points (N, 3)."""
-        angles = _angles_about(self.center, self.x, self.y, points)
-        # Beyond the arc: nearer to its end, or to its start.
-        end = np.where(angles < (self.end_angle + 2.0 * np.pi) / 2.0, self.end_angle, 0.0)
-        nearest: FloatArray = np.where(angles > self.end_angle, end, angles) / self.end_angle
-        return nearest
+    @property
+    def numbers(self) -> FloatArray:
+        """The numbers of the circle for the kernels: the first of `ToolPaths`."""
+        return _numbers(self.end_angle, self.start, self.turns, self.center, self.x, self.y)
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Return positions (N, 3), m, and rotations (N, 3, 3) at fractions (N,) of the arcs; None: no orientation."""
+        """Return positions (N, 3), m, and rotations (N, 3, 3) at fractions (N,) of the arc; None: no orientation."""
         angles = (u * self.end_angle)[:, None]
         return self.center + np.cos(angles) * self.x + np.sin(angles) * self.y, _turned(self.start, self.turns, u)
+
+
+def _numbers(angle: float, start: FloatArray | None, *others: FloatArray) -> FloatArray:
+    """Return the first numbers of `ToolPaths`."""
+    turned = np.eye(3) if start is None else start
+    return np.concatenate([[angle], turned.ravel(), *(each.ravel() for each in others)])
 
 
 def _angles_about(center: FloatArray, x: FloatArray, y: FloatArray, points: FloatArray) -> FloatArray:
@@ -113,10 +115,10 @@ def _turns(start: Pose, via: Pose | None, end: Pose, u: float) -> tuple[FloatArr
 
 
 def _turned(start: FloatArray | None, turns: FloatArray, u: FloatArray) -> FloatArray | None:
-    """Return rotations (N, 3, 3) at fractions (N,), from `start` (N, 3, 3) by `turns` (N, 2, 3)."""
+    """Return rotations (N, 3, 3) at fractions (N,), from `start` (3, 3) by `turns` (2, 3)."""
     if start is None:
         return None
-    rotations: FloatArray = start @ rotations_from_vectors(turns[:, 0] * u[:, None] + turns[:, 1] * (u * u)[:, None])
+    rotations: FloatArray = start @ rotations_from_vectors(turns[0] * u[:, None] + turns[1] * (u * u)[:, None])
     return rotations
 
 

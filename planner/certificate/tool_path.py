@@ -1,14 +1,13 @@
 """The check of the tool's path: it keeps to its lines and circles, and near the corners that it cuts.
 
-The poses of the tool are sampled. With the paths this check shares forward kinematics, which have tests against other
-implementations; the geometry of lines, circles and corners is its own. That of polylines and splines is shared, too: it
-has tests against splines of scipy and closed forms.
+Deviations from lines and circles are bounded at all times; deviations from other paths and from tolerance regions are
+sampled. Forward kinematics are shared with the paths, and have tests against other implementations. So is the geometry
+of polylines and splines, which has tests against splines of scipy and closed forms.
 """
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -16,17 +15,19 @@ from planner.certificate.checks import Check
 from planner.certificate.goal_regions import misses_of_region
 from planner.certificate.lines_and_circles import Circle, Line, angles_of
 from planner.certificate.on_curve import parameters_on
+from planner.constraints.bounded import bound_by_robot
 from planner.dynamics import SegmentDynamics
+from planner.kernels.bounded_peaks import KINDS, Columns, ToolPaths
 from planner.kinematics.forward import tool_poses_on
 from planner.problems.problem import CartesianMotion, CircularMotion, JointMotion
 from planner.problems.regions import region_of
 from planner.problems.transitions import BlendTransition
-from planner.spatial import rotation_vectors
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_splines import PoseSpline
+from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from planner.certificate.waypoints import Target
     from planner.problems.problem import AnyWaypoint
@@ -35,42 +36,34 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
     from planner.waypoints.solve import SolvedWaypoint
 
-STEPS = 2
-"""Number of Gauss-Newton steps towards the nearest point on a path."""
-
-AHEAD = 1e-4
-"""Step of the difference quotients for that, as a share of the path."""
-
-FIRST_SAMPLES = np.array([0.25, 0.5, 0.75])
-"""Unit times on each piece at which it is looked at first: the error of a quintic is largest in the middle."""
-
 SAMPLES = np.linspace(0.0, 1.0, 9)
-"""Unit times at which pieces are looked at that may have the worst deviation."""
+"""Unit times on each piece at which the deviation from paths other than lines and circles is sampled."""
 
-NEAR_WORST = 0.25
-"""Fraction of the largest deviation found first above which a piece may have the largest one.
+PATH_DEVIATIONS = ("path_position_deviation", "path_orientation_deviation")
+"""The quantities of deviations from paths, in m and rad."""
 
-Within a piece a deviation is smooth, and its value at an end is also its value on the next piece.
-"""
-
-WORTH_A_LOOK = 1e-3
-"""Fraction of the allowed deviation below which a first result is final; four times as much is still small."""
+DEVIATION_KNOWN_TO = 1e-2
+"""Relative amount by which the bound on a deviation may exceed a value that is reached."""
 
 
 class _Deviation(NamedTuple):
-    """The deviation of a sample from the requested path.
+    """The largest deviation from some requested paths.
 
     Attributes:
         quantity: Name of the check that it belongs to.
         value: The deviation, m or rad.
         limit: The largest deviation allowed, m or rad.
-        time: The time of the sample, s.
+        time: The time of the deviation, s.
+        method: How it was found, as in `Check`.
+        lower: A deviation that is reached at that time, if `value` is a bound at all times; None: another method.
     """
 
     quantity: str
     value: float
     limit: float
     time: float
+    method: Literal["exact", "bounded", "sampled"]
+    lower: float | None = None
 
 
 def certify_tool_path(
@@ -94,9 +87,10 @@ def certify_tool_path(
     """
     worst: dict[str, _Deviation] = {}
     for deviation in _deviations(trajectory, robots, waypoints, solved, targets):
-        known = worst.get(deviation.quantity)
-        if known is None or deviation.value / deviation.limit > known.value / known.limit:
-            worst[deviation.quantity] = deviation
+        known = worst.setdefault(deviation.quantity, deviation)
+        larger = max(known, deviation, key=lambda each: each.value / each.limit)
+        sampled = "sampled" in (known.method, deviation.method)
+        worst[deviation.quantity] = larger._replace(lower=None, method="sampled") if sampled else larger
     return [
         Check(
             quantity=quantity,
@@ -105,9 +99,10 @@ def certify_tool_path(
             limit=deviation.limit,
             ratio=deviation.value / deviation.limit,
             time=deviation.time,
-            method="sampled",
+            method=deviation.method,
             enforced=True,
             bounded=True,
+            lower=deviation.lower,
         )
         for quantity, deviation in sorted(worst.items(), reverse=True)
     ]
@@ -131,7 +126,8 @@ def _deviations(
     if len(blended):
         times = trajectory.arrivals[blended]
         tools = tool_poses_on(on_segments, blended, trajectory.evaluate(times, [0])[0])[0]
-        yield _worst("blend_deviation", np.linalg.norm(tools - centers[blended], axis=1), radii[blended], times)
+        away = np.linalg.norm(tools - centers[blended], axis=1)
+        yield _worst("blend_deviation", away, radii[blended], times, "exact")
     tolerances = _tolerances(waypoints)
     changes = zip(targets, robots, robots[1:], strict=False)
     starts = [target.seen_with(robot, other).start for target, robot, other in changes]
@@ -144,7 +140,7 @@ def _deviations(
             kept &= np.linalg.norm(samples.positions - centers[end], axis=1) > radii[end]
         return _Samples(*(part[kept] for part in samples))
 
-    kinds: dict[tuple[type, bool], dict[int, Line | Circle]] = {}
+    bounded: dict[int, Line | Circle] = {}
     for segment in with_tool:
         pieces = np.flatnonzero(trajectory.segments == segment)
         motion, asked = solved[segment + 1].tool_motion, waypoints[segment + 1].motion
@@ -157,7 +153,7 @@ def _deviations(
                     points, axes = motion.path.poses(u)
                 else:
                     path = _path(waypoints[segment + 1], starts[segment], targets[segment + 1].pose)
-                    points, axes = _of_samples([path], np.zeros(len(u), dtype=int)).poses(u)
+                    points, axes = path.poses(u)
                 allowed = np.broadcast_to(tolerances[segment + 1], (len(u), 2))
                 if free and axes is not None:
                     region, reached = region_of(free), (of_curve.positions, of_curve.rotations)
@@ -168,45 +164,72 @@ def _deviations(
                     found = _misses(points, axes, of_curve.positions, of_curve.rotations)
                     yield from _path_deviations(*found, allowed, of_curve.times)
         elif len(pieces):
-            path = _path(waypoints[segment + 1], starts[segment], targets[segment + 1].pose)
-            kinds.setdefault((type(path), path.start is None), {})[segment] = path
-    for paths in kinds.values():
-        pieces = np.flatnonzero(np.isin(trajectory.segments, list(paths)))
-        for units in (FIRST_SAMPLES, SAMPLES):
-            samples = sampled(pieces, units)
-            if not len(samples.times):
-                break
-            path = _of_samples(list(paths.values()), np.searchsorted(list(paths), samples.segments))
-            allowed = tolerances[samples.segments + 1]
-            found = _distances(path, samples.positions, samples.rotations, allowed)
-            yield from _path_deviations(*found, allowed, samples.times)
-            pieces = np.unique(samples.pieces[_near_worst(found, allowed)])
-            if not len(pieces):
-                break
+            bounded[segment] = _path(waypoints[segment + 1], starts[segment], targets[segment + 1].pose)
+    if bounded:
+        left_out = np.column_stack([centers, radii])
+        yield from _bounded_deviations(trajectory, on_segments, bounded, tolerances, left_out)
 
 
-def _near_worst(found: tuple[FloatArray, FloatArray | None], allowed: FloatArray) -> np.ndarray:
-    """Return which samples (N,) are near the largest ratio of distance or angle to the allowed one (N, 2)."""
-    near = np.zeros(len(allowed), dtype=bool)
-    for values, limits in zip(found, allowed.T, strict=True):
-        if values is not None:
-            near |= values / limits >= max(NEAR_WORST * float((values / limits).max()), WORTH_A_LOOK)
-    return near
+def _bounded_deviations(
+    trajectory: Trajectory,
+    dynamics: SegmentDynamics,
+    paths: Mapping[int, Line | Circle],
+    tolerances: FloatArray,
+    left_out: FloatArray,
+) -> Iterator[_Deviation]:
+    """Bound the deviations from lines and circles at all times.
+
+    Args:
+        trajectory: The trajectory.
+        dynamics: The robot with its tool on each segment.
+        paths: The paths of segments.
+        tolerances: (waypoints, 2), m and rad.
+        left_out: (waypoints, 4): spheres in which the tool may leave the paths of both segments: center and radius.
+    """
+    segments = np.array(list(paths))
+    pieces = np.flatnonzero(np.isin(trajectory.segments, segments))
+    of_piece = np.searchsorted(segments, trajectory.segments[pieces])
+    allowed = tolerances[segments + 1].copy()
+    allowed[[path.start is None for path in paths.values()], 1] = np.inf
+    spheres = left_out[segments[:, None] + [0, 1]].reshape(-1, 8)
+    numbers = np.hstack([np.array([path.numbers for path in paths.values()]), allowed, spheres])
+    kinds = np.array([KINDS.index(quantity) for quantity in PATH_DEVIATIONS])
+    columns = Columns(kinds, np.zeros(2, dtype=int), np.arange(2), np.zeros((len(pieces), 2)), allowed[of_piece])
+    motion = derivatives_on_unit_time(trajectory, 1)
+    of_pieces = UnitPolynomials(motion.coefficients[:, pieces], motion.bernstein[:, pieces])
+    lengths, starts = trajectory.lengths[pieces], trajectory.breakpoints[pieces]
+    found = bound_by_robot(
+        dynamics,
+        trajectory.segments[pieces],
+        (of_pieces, lengths),
+        columns,
+        DEVIATION_KNOWN_TO,
+        ToolPaths(of_piece, numbers),
+    )
+    for k, (quantity, bound, reached, piece, unit) in enumerate(
+        zip(PATH_DEVIATIONS, found.bound.tolist(), found.reached.tolist(), found.pieces, found.units, strict=True)
+    ):
+        limit = float(columns.half[piece, k])
+        if bound > 0.0 and np.isfinite(limit):  # otherwise the tool may leave its path at all times
+            time = float(starts[piece] + unit * lengths[piece])
+            yield _Deviation(quantity, bound * limit, limit, time, "bounded", reached * limit)
 
 
 def _path_deviations(
     distances: FloatArray, angles: FloatArray | None, allowed: FloatArray, times: FloatArray
 ) -> Iterator[_Deviation]:
     """Yield the largest ratio of distances (N,) and of angles (N,) to the allowed ones (N, 2), at times (N,)."""
-    yield _worst("path_position_deviation", distances, allowed[:, 0], times)
+    yield _worst(PATH_DEVIATIONS[0], distances, allowed[:, 0], times, "sampled")
     if angles is not None:
-        yield _worst("path_orientation_deviation", angles, allowed[:, 1], times)
+        yield _worst(PATH_DEVIATIONS[1], angles, allowed[:, 1], times, "sampled")
 
 
-def _worst(quantity: str, values: FloatArray, limits: FloatArray, times: FloatArray) -> _Deviation:
+def _worst(
+    quantity: str, values: FloatArray, limits: FloatArray, times: FloatArray, method: Literal["exact", "sampled"]
+) -> _Deviation:
     """Return the value (N,) that is largest by its limit (N,)."""
     worst = int(np.argmax(values / limits))
-    return _Deviation(quantity, float(values[worst]), float(limits[worst]), float(times[worst]))
+    return _Deviation(quantity, float(values[worst]), float(limits[worst]), float(times[worst]), method)
 
 
 def _path(waypoint: AnyWaypoint, start: Pose, end: Pose) -> Line | Circle:
@@ -258,51 +281,9 @@ def _samples(trajectory: Trajectory, dynamics: SegmentDynamics, pieces: np.ndarr
     return _Samples(own, segments, times, joints, *tool_poses_on(dynamics, segments, joints))
 
 
-def _distances(
-    path: Line | Circle, positions: FloatArray, rotations: FloatArray, tolerances: FloatArray
-) -> tuple[FloatArray, FloatArray | None]:
-    """Compute distances (N,), m, and angles (N,), rad, from the nearest points of paths, relative to tolerances.
-
-    The Gauss-Newton method finds these points, starting from the points nearest in position.
-
-    Args:
-        path: The requested path at each sample.
-        positions: Positions (N, 3) of the tool, m.
-        rotations: Rotations (N, 3, 3) of the tool.
-        tolerances: Tolerances (N, 2), m and rad.
-    """
-
-    def missed(u: FloatArray) -> FloatArray:
-        """Return the tool's deviations (N, 3 or 6) from the path at fractions (N,), relative to their tolerances."""
-        position, rotation = path.poses(u)
-        parts = [(position - positions) / tolerances[:, :1]]
-        if rotation is not None:
-            parts.append(rotation_vectors(rotation.transpose(0, 2, 1) @ rotations) / tolerances[:, 1:])
-        return np.hstack(parts)
-
-    u = path.nearest(positions)
-    for _ in range(STEPS):
-        here, ahead = missed(u), missed(u + AHEAD)
-        slope = (ahead - here) / AHEAD
-        squared = (slope**2).sum(axis=1)
-        step = (slope * here).sum(axis=1) / np.where(squared > 0.0, squared, 1.0)
-        u = np.where(squared > 0.0, np.clip(u - step, 0.0, 1.0), u)
-    return _misses(*path.poses(u), positions, rotations)
-
-
 def _misses(
     asked: FloatArray, turned: FloatArray | None, positions: FloatArray, rotations: FloatArray
 ) -> tuple[FloatArray, FloatArray | None]:
     """Return distances (N,), m, and angles (N,), rad, of the tool from requested positions and rotations."""
     distances: FloatArray = np.linalg.norm(asked - positions, axis=1)
     return distances, None if turned is None else angles_of(turned.transpose(0, 2, 1) @ rotations)
-
-
-def _of_samples(paths: Sequence[Line | Circle], rows: np.ndarray) -> Line | Circle:
-    """Return the path of each sample (N,), of paths of one kind, all with rotations or all without."""
-
-    def stacked(name: str) -> Any:
-        values = [getattr(path, name) for path in paths]
-        return None if values[0] is None else np.array(values)[rows]
-
-    return type(paths[0])(*(stacked(field.name) for field in fields(paths[0])))

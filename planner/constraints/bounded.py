@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from planner.constraints.constraint import Constraint
     from planner.constraints.peaks import SampledConstraints
+    from planner.dynamics import SegmentDynamics
+    from planner.kernels.bounded_peaks import ToolPaths
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectories.extrema import UnitPolynomials
@@ -57,30 +59,60 @@ def bounded_peaks(
     kinds = np.array([KIND_OF[constraints[k]] for k in limited.of_column])
     starts = np.searchsorted(limited.of_column, limited.of_column)
     joints = np.arange(len(kinds)) - starts
-    most = MOST_INTERVALS + MOST_INTERVALS_OF_PIECE * len(lengths)
-    wish = np.array([BOUND_KNOWN_TO, 1.0 + LIMIT_TOLERANCE, TIGHTEST_BEND, most])
-    robots = np.zeros_like(segments) if len(dynamics.robots) == 1 else dynamics.indices[segments]
-    peaks = BoundedPeaks.nothing(len(constraints))
+    known = np.array([[own.is_known(robot) for own in constraints] for robot in dynamics.robots])[:, limited.of_column]
+    half = np.where(known[dynamics.indices_on(segments)], limited.half[segments], np.inf)
+    columns = Columns(kinds, joints, limited.of_column, limited.middle[segments], half)
+    return bound_by_robot(dynamics, segments, (derivatives, lengths), columns, BOUND_KNOWN_TO)
+
+
+def bound_by_robot(
+    dynamics: SegmentDynamics,
+    segments: np.ndarray,
+    motion: tuple[UnitPolynomials, FloatArray],
+    columns: Columns,
+    known_to: float,
+    paths: ToolPaths | None = None,
+) -> BoundedPeaks:
+    """Bound the peaks of functions of a motion, on each segment with its robot.
+
+    Args:
+        dynamics: The robot on each segment.
+        segments: The segment (pieces,) of each piece.
+        motion: The motion on unit time and its derivatives, and the lengths (pieces,) of the pieces, s.
+        columns: The functions.
+        known_to: Relative amount by which the bound on a peak may exceed a value that is reached.
+        paths: The requested paths, for deviations from them.
+
+    Raises:
+        InvalidProblem: A joint travels so far that the bounds would take too many intervals.
+    """
+    derivatives, lengths = motion
+    wish = np.array(
+        [known_to, 1.0 + LIMIT_TOLERANCE, TIGHTEST_BEND, MOST_INTERVALS + MOST_INTERVALS_OF_PIECE * len(lengths)]
+    )
+    robots = dynamics.indices_on(segments)
+    peaks = BoundedPeaks.nothing(int(columns.quantities.max()) + 1)
     for index in np.unique(robots).tolist():
-        rows, robot = np.flatnonzero(robots == index), dynamics.robots[index]
-        known = np.array([constraints[k].is_known(robot) for k in limited.of_column])
-        half = np.where(known, limited.half[segments[rows]], np.inf)
-        columns = Columns(kinds, joints, limited.of_column, limited.middle[segments[rows]], half)
-        motion = Motion(lengths[rows], derivatives.coefficients[0][rows], derivatives.bernstein[0][rows])
+        rows = np.flatnonzero(robots == index)
+        of_robot = columns._replace(middle=columns.middle[rows], half=columns.half[rows])
+        pieces = Motion(lengths[rows], derivatives.coefficients[0][rows], derivatives.bernstein[0][rows])
+        own = None if paths is None else paths._replace(of_piece=paths.of_piece[rows])
         try:
-            found = bound_peaks(_tool_chain(robot), motion, columns, wish, peaks, _pieces_of_curves(robot))
+            robot = dynamics.robots[index]
+            found = bound_peaks(_tool_chain(robot), pieces, of_robot, wish, peaks, _pieces_of_curves(robot), own)
         except TooManySamples:
             raise InvalidProblem([(("limits",), TOO_FAR)]) from None
-        higher, pieces = found.reached > peaks.reached, peaks.pieces.copy()
-        pieces[higher] = rows[found.pieces[higher]]
-        peaks = found._replace(pieces=pieces)
+        higher, at = found.reached > peaks.reached, peaks.pieces.copy()
+        at[higher] = rows[found.pieces[higher]]
+        peaks = found._replace(pieces=at)
     return peaks
 
 
 def _tool_chain(robot: Robot) -> ToolChain:
     """Return what moves the tool of a robot, for the kernels."""
     frame = robot.model.frames[robot.tool_frame_id]
-    return ToolChain(robot.chain, int(frame.parentJoint), frame.placement.translation.copy())
+    tool = frame.placement
+    return ToolChain(robot.chain, int(frame.parentJoint), tool.translation.copy(), tool.rotation.T.copy())
 
 
 def _pieces_of_curves(robot: Robot) -> FloatArray:

@@ -56,6 +56,11 @@ class SegmentDynamics:
         """Return the robot with its payload and tool on a segment."""
         return self.robots[0] if len(self.robots) == 1 else self.robots[self.indices[segment]]
 
+    def indices_on(self, segments: np.ndarray) -> np.ndarray:
+        """Return the indices of the robots on segments."""
+        of_segments: np.ndarray = np.zeros_like(segments) if len(self.robots) == 1 else self.indices[segments]
+        return of_segments
+
     def by_robot(
         self, function: Callable[..., tuple[FloatArray, ...]], segments: np.ndarray, *states: FloatArray
     ) -> tuple[FloatArray, ...]:

@@ -24,8 +24,13 @@ KINDS = (
     "power",
     "total_power",
     "torque_at_speed",
+    "path_position_deviation",
+    "path_orientation_deviation",
 )
 """The quantities that the kernels bound, in the order of their `Kind`."""
+
+PATH_NUMBERS = 35
+"""Numbers that describe a requested line or circle: the size of the structure `ToolPath` of the kernels."""
 
 WISH_NUMBERS = 4
 """Numbers that say how accurate a bound is: the size of the structure `Wish` of the kernels."""
@@ -38,11 +43,13 @@ class ToolChain(NamedTuple):
         chain: The joints and their links.
         tool_joints: The number of joints that move the tool.
         tool: (3,), m: the tool centre point in the frame of the last of these joints.
+        axes: (3, 3): the axes of the tool in that frame, one in each row.
     """
 
     chain: SerialChain
     tool_joints: int
     tool: FloatArray
+    axes: FloatArray
 
 
 class Motion(NamedTuple):
@@ -77,6 +84,23 @@ class Columns(NamedTuple):
     half: FloatArray
 
 
+class ToolPaths(NamedTuple):
+    """Lines and circles that the tool follows.
+
+    At a fraction u of a line its position is origin + u x. That of a circle is origin + cos(angle u) x +
+    sin(angle u) y. The rotation is start exp(u turns[0] + u^2 turns[1]).
+
+    Attributes:
+        of_piece: (pieces,), the path of each piece of the motion.
+        numbers: (paths, `PATH_NUMBERS`). First the angle of a circle, rad; 0: a line. Then start (9, row by row), turns
+            (6), origin (3), x (3) and y (3). Then the tolerances of position and orientation, m and rad. Last two
+            spheres in which the tool may leave the path: center (3) and radius; not positive: none.
+    """
+
+    of_piece: np.ndarray
+    numbers: FloatArray
+
+
 class BoundedPeaks(NamedTuple):
     """The peaks (quantities,) of all functions of each quantity, as shares of the limits there.
 
@@ -109,6 +133,7 @@ def bound_peaks(
     wish: FloatArray,
     known: BoundedPeaks,
     curves: FloatArray,
+    paths: ToolPaths | None = None,
 ) -> BoundedPeaks:
     """Bound the peaks of functions over all pieces of a motion.
 
@@ -119,6 +144,7 @@ def bound_peaks(
         wish: (`WISH_NUMBERS`,).
         known: The peaks of other pieces, which need not be bounded more closely than theirs.
         curves: Pieces (3, joints, pieces of a curve) of the joints' torque curves: last speed, intercept and slope.
+        paths: The requested paths, for deviations from them.
 
     Returns:
         The peaks of these and of the other pieces; indices of pieces are those of this motion where they changed.
@@ -136,6 +162,7 @@ def bound_peaks(
         doubles(arm.chain.gravity, 3),
         arm.tool_joints,
         doubles(arm.tool, 3),
+        doubles(arm.axes, 3, 3),
         pieces,
         order,
         doubles(motion.lengths, pieces),
@@ -148,6 +175,8 @@ def bound_peaks(
         indices(columns.quantities, quantities, count),
         doubles(columns.middle, pieces, count),
         doubles(columns.half, pieces, count),
+        None if paths is None else indices(paths.of_piece, len(paths.numbers), pieces),
+        None if paths is None else doubles(paths.numbers, len(paths.numbers), PATH_NUMBERS),
         doubles(wish, WISH_NUMBERS),
         curves.shape[2],
         doubles(curves, 3, joints, curves.shape[2]),

@@ -1,98 +1,40 @@
 // Peaks of quantities of a motion, bounded on all of it: intervals are halved until the bound on each is no more than what
 // is reached somewhere, or hardly more.
 #pragma once
+#include "deviations.hpp"
 #include "enclosures.hpp"
 #include "polynomials.hpp"
 #include "sampled_peaks.hpp"
 
 enum Kind : int64_t {  // KINDS of planner/kernels/bounded_peaks.py
     TORQUE, LINEAR_VELOCITY, ANGULAR_VELOCITY, LINEAR_ACCELERATION, ANGULAR_ACCELERATION, CENTRIPETAL, LINEAR_JERK, ANGULAR_JERK,
-    POWER, TOTAL_POWER, TORQUE_AT_SPEED
+    POWER, TOTAL_POWER, TORQUE_AT_SPEED, PATH_POSITION, PATH_ORIENTATION
 };
 
-// A serial chain, and a point of its tool in the frame of the last of the joints that move it.
-struct ToolChain { int64_t joints, tool_joints; const double *links, *gravity, *tool; };
 // Columns: what they are of, and the middle between their limits and the distance of these from there on each piece.
 struct Columns { int64_t count, quantities; const int64_t *kind, *joint, *quantity; const double *middle, *half; };
 // Torque curves: from the end of the piece before up to `end`, the limit at a speed is `torque` - `slope` speed; each is
 // (joints, pieces), and unused pieces begin at an infinite speed.
 struct TorqueLines { int64_t pieces; const double *end, *torque, *slope; };
+// The requested paths of the tool, and which of them a piece follows.
+struct Paths { const int64_t* of_piece; const double* paths; };
 struct Wish { double known_to, decided_at, least_radius, most_intervals; };  // WISH_NUMBERS of planner/kernels/bounded_peaks.py
 // The peaks of each quantity: a share of the limit that is reached and where, and one that is nowhere exceeded.
 struct Bounded { double *reached, *bound, *unit; int64_t *piece, *column; };
-
-// Polynomials in x from -1 to 1, bounded by their Bernstein coefficients, which are halved while that could matter.
-struct Hulls {
-    static constexpr int MOST_HALVINGS = 40;
-    double matrix[TERMS][TERMS], stack[MOST_HALVINGS + 2][TERMS];
-    struct Part { double start, width; } parts[MOST_HALVINGS + 2];
-    struct Range { double most, seen, x; };
-    Hulls() {
-        double unit[TERMS * TERMS], power[TERMS] = {1.0};  // (2 t - 1)^k by powers of t
-        bernstein_matrix(TERMS, unit);
-        for (int k = 0; k < TERMS; k++) {
-            for (int i = 0; i < TERMS; i++) {
-                matrix[k][i] = 0.0;
-                for (int e = 0; e <= k; e++) matrix[k][i] += power[e] * unit[e * TERMS + i];
-            }
-            for (int e = k + 1; e >= 0; e--)
-                if (e < TERMS) power[e] = (e ? 2.0 * power[e - 1] : 0.0) - (e <= k ? power[e] : 0.0);
-        }
-    }
-    static double rounding(const double* c) {
-        double size = 0.0;
-        for (int k = 0; k < TERMS; k++) size += fabs(c[k]);
-        return 512.0 * UNIT * size;
-    }
-    void bernstein(const double* c, double* b) const {
-        for (int i = 0; i < TERMS; i++) b[i] = 0.0;
-        for (int k = 0; k < TERMS; k++)
-            for (int i = 0; i < TERMS; i++) b[i] += matrix[k][i] * c[k];
-    }
-    double least(const double* c) const {
-        double b[TERMS], found = INFINITY;
-        bernstein(c, b);
-        for (int i = 0; i < TERMS; i++) found = fmin(found, b[i]);
-        return found - rounding(c);
-    }
-    // The largest of the magnitudes, or of the values where they count alone: to rounding if it is above `enough`.
-    Range largest(const double* c, double enough, bool magnitudes) {
-        auto of = [&](double x) { return magnitudes ? fabs(x) : x; };
-        Range found{-INFINITY, -INFINITY, 0.0};
-        bernstein(c, stack[0]);
-        parts[0] = {-1.0, 2.0};
-        for (int top = 1; top > 0;) {
-            top--;
-            double *b = stack[top], hull = -INFINITY;
-            const Part part = parts[top];
-            for (int i = 0; i < TERMS; i++) hull = fmax(hull, of(b[i]));
-            if (of(b[0]) > found.seen) { found.seen = of(b[0]); found.x = part.start; }
-            if (of(b[DEGREE]) > found.seen) { found.seen = of(b[DEGREE]); found.x = part.start + part.width; }
-            if (hull <= fmax(enough, found.seen + 1e-13 * fabs(found.seen)) || top >= MOST_HALVINGS || part.width < 1e-9) {
-                found.most = fmax(found.most, hull);
-                continue;
-            }
-            halve(b, TERMS, b + TERMS, b);  // the first half on top: it is looked at next
-            parts[top] = {part.start + 0.5 * part.width, 0.5 * part.width};
-            parts[top + 1] = {part.start, 0.5 * part.width};
-            top += 2;
-        }
-        found.most += rounding(c);
-        return found;
-    }
-};
 
 struct BoundSearch {
     static constexpr double START = 1.0;       // travel of all joints together, rad or m, on half of a first interval
     static constexpr double NARROWEST = 1e-13; // half width of unit time that is halved no more
     static constexpr double FINE = 1e-11;      // relative distance of a bound from what is reached that is left as it is
     static constexpr double NOTHING = 1e-9;    // share of a limit that is left as it is: rounding where nothing is used
+    static constexpr double ROUNDING = 131072.0 * UNIT;  // of distances from paths, by the size of the arm, and of angles
     static constexpr double OUTWARD = 1.0 + 8.0 * UNIT;
     struct Interval { int64_t piece; double middle, half; };
     const ToolChain& arm;
     const Pieces& motion;
     const double* bernstein;
     const Columns& columns;
+    const Paths& paths;
     const Wish& wish;
     const TorqueLines& lines;
     Bounded& found;
@@ -103,16 +45,18 @@ struct BoundSearch {
     Scratch<V> shifted;
     Interval *now = nullptr, *next = nullptr;
     double* open = nullptr;  // bounds (intervals, quantities) of now that could still be lowered
-    bool needs_torques = false;
+    Deviations deviations;
+    bool needs_torques = false, needs_paths = false;
     int orders = 0, count = 1;
 
-    BoundSearch(const ToolChain& arm, const Pieces& motion, const double* bernstein, const Columns& columns, const Wish& wish,
-                const TorqueLines& lines, Bounded& found)
-        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), wish(wish), lines(lines), found(found), bodies(arm.joints),
-          states(4 * arm.joints), forces(arm.joints), shifted(2 * motion.order) {
+    BoundSearch(const ToolChain& arm, const Pieces& motion, const double* bernstein, const Columns& columns, const Paths& paths,
+                const Wish& wish, const TorqueLines& lines, Bounded& found)
+        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), paths(paths), wish(wish), lines(lines), found(found),
+          bodies(arm.joints), states(4 * arm.joints), forces(arm.joints), shifted(2 * motion.order) {
         for (int64_t c = 0; c < columns.count; c++)
             switch (columns.kind[c]) {
                 case TORQUE: case POWER: case TOTAL_POWER: case TORQUE_AT_SPEED: needs_torques = true; break;
+                case PATH_POSITION: case PATH_ORIENTATION: needs_paths = true; break;
                 case LINEAR_VELOCITY: case ANGULAR_VELOCITY: orders = orders > 1 ? orders : 1; break;
                 case LINEAR_JERK: case ANGULAR_JERK: orders = 3; break;
                 default: orders = orders > 2 ? orders : 2;
@@ -208,11 +152,17 @@ struct BoundSearch {
             torques<true, true, true>(joints, reinterpret_cast<const Link*>(arm.links), arm.gravity, bodies.data,
                                       states.data + joints, states.data + 2 * joints, forces.data);
         if (orders) move_tool(arm.tool_joints, bodies.data, states.data, joints, orders, arm.tool, tool);
+        if (needs_paths) {
+            const ToolPath* own[W];
+            for (int l = 0; l < W; l++) own[l] = reinterpret_cast<const ToolPath*>(paths.paths) + paths.of_piece[at.piece[l]];
+            deviations.find(arm, bodies.data, own, hulls);
+        }
         for (int64_t i = 0; i < used * columns.quantities; i++) bounds[i] = 0.0;
         for (int64_t c = 0; c < columns.count; c++) {
             const int64_t kind = columns.kind[c];
             if (kind == CENTRIPETAL) { bound_bends(c, intervals, used, bounds); continue; }
             if (kind == TORQUE_AT_SPEED) { bound_by_speed(c, intervals, used, bounds); continue; }
+            if (kind == PATH_POSITION || kind == PATH_ORIENTATION) { bound_deviation(c, intervals, used, bounds); continue; }
             const bool is_signed = kind == TORQUE || kind >= POWER;
             const Taylor value = is_signed ? of_joints(kind, columns.joint[c]) : square(*of_tool(kind));
             for (int64_t l = 0; l < used; l++) {
@@ -326,5 +276,36 @@ struct BoundSearch {
         int64_t k = first;
         while (k + 1 < first + lines.pieces && speed > lines.end[k]) k++;
         return lines.torque[k] - lines.slope[k] * speed;
+    }
+
+    // The distance from a path, or the angle, unless the tool is all the time where it may leave the path.
+    void bound_deviation(int64_t c, const Interval* intervals, int64_t used, double* bounds) {
+        const Deviations& of = deviations;
+        const bool is_angle = columns.kind[c] == PATH_ORIENTATION;
+        for (int64_t l = 0; l < used; l++) {
+            const int64_t piece = intervals[l].piece;
+            const double half = columns.half[piece * columns.count + c];
+            if (!(half < INFINITY) || of.is_left[l]) continue;
+            auto most = [&](const Taylor& t, bool magnitudes) {
+                double terms[TERMS];
+                for (int e = 0; e < TERMS; e++) terms[e] = t.c[e][l];
+                const double rest = t.rest[l] * OF_SUMS + Hulls::rounding(terms), found = hulls.largest(terms, -INFINITY, magnitudes).most;
+                return isnan(found + rest) ? (double)INFINITY : found + rest;
+            };
+            double bound;
+            if (is_angle) {
+                const double sine = sqrt(fmax(most(of.sine, false), 0.0)), chord = 0.5 * (1.0 + most(number<Taylor>(0.0) - of.cosine, false));
+                bound = 2.0 * asin(sqrt(fmin(fmax(chord, 0.0), 1.0)));  // (1 - cos) / 2 is the square of the sine of the half
+                if (chord < 0.5) bound = fmin(bound, asin(fmin(sine, 1.0)));
+            } else bound = sqrt(fmax(most(of.distance, false), 0.0));
+            int best = 0;
+            for (int n = 1; n < 3; n++)
+                if (of.reached[l][n][is_angle] > of.reached[l][best][is_angle]) best = n;
+            const double reached = fmax(of.reached[l][best][is_angle], 0.0), least = is_angle ? 1.0 : of.position.x.size[l] +
+                of.position.y.size[l] + of.position.z.size[l];
+            // Rounding is left as it is.
+            close(c, intervals[l], best - 1.0, (bound <= ROUNDING * least ? bound : reached) / half, bound / half,
+                  bounds[l * columns.quantities + columns.quantity[c]]);
+        }
     }
 };

@@ -308,16 +308,19 @@ int end_search(const int64_t* state) {
 // Bound the peaks of quantities of a motion: what they reach and where goes to `reached`, `piece`, `unit` and `column`, which
 // have what is known from elsewhere, and what they nowhere exceed to `bound`, all (quantities).
 int bound_peaks(int64_t joints, const double* links, const double* gravity, int64_t tool_joints, const double* tool,
-                int64_t pieces, int64_t order, const double* lengths, const double* coefficients, const double* bernstein,
+                const double* axes, int64_t pieces, int64_t order, const double* lengths, const double* coefficients,
+                const double* bernstein,
                 int64_t columns, int64_t quantities, const int64_t* kind, const int64_t* joint, const int64_t* quantity,
-                const double* middle, const double* half, const double* wish, int64_t curve_pieces, const double* curves,
-                double* reached, double* bound, int64_t* piece, double* unit, int64_t* column) {
-    const ToolChain arm{joints, tool_joints, links, gravity, tool};
+                const double* middle, const double* half, const int64_t* path_of_piece, const double* paths, const double* wish,
+                int64_t curve_pieces, const double* curves, double* reached, double* bound, int64_t* piece, double* unit,
+                int64_t* column) {
+    const ToolChain arm{joints, tool_joints, links, gravity, tool, axes};
     const Pieces motion{pieces, joints, order, coefficients, lengths};
     const Columns of{columns, quantities, kind, joint, quantity, middle, half};
+    const Paths requested{path_of_piece, paths};
     Bounded found{reached, bound, unit, piece, column};
     const TorqueLines lines{curve_pieces, curves, curves + joints * curve_pieces, curves + 2 * joints * curve_pieces};
-    BoundSearch search(arm, motion, bernstein, of, *reinterpret_cast<const Wish*>(wish), lines, found);
+    BoundSearch search(arm, motion, bernstein, of, requested, *reinterpret_cast<const Wish*>(wish), lines, found);
     if (!search.bodies || !search.states || !search.forces || !search.shifted) return NO_MEMORY;
     return search.first();
 }

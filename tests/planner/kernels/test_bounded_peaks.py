@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from planner.certificate.tool_path import PATH_DEVIATIONS
 from planner.constraints import POWER, TOOL, TORQUE, TOTAL_POWER, Bounds
 from planner.constraints.bounded import BOUND_KNOWN_TO, KIND_OF, bounded_peaks
 from planner.constraints.peaks import SampledConstraints
@@ -21,8 +22,8 @@ from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_ti
 from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 from tests.planner.kernels.arms import robots
 
-NAMES = tuple(name for name in KINDS if name != "torque_at_speed")
-"""The quantities of robots without torque curves."""
+NAMES = tuple(name for name in KINDS if name not in ("torque_at_speed", *PATH_DEVIATIONS))
+"""The constraints of robots without torque curves."""
 
 ROUNDING_OF_SAMPLES = 1e-11
 """Relative amount by which rounding alone may put a sample above a peak."""
@@ -80,7 +81,8 @@ def unit(motion: PiecewisePolynomial) -> UnitPolynomials:
 
 
 def test_the_kinds_are_the_constraints() -> None:
-    assert {constraint.name: KINDS[kind] for constraint, kind in KIND_OF.items()} == {name: name for name in KINDS}
+    named = {constraint.name: KINDS[kind] for constraint, kind in KIND_OF.items()}
+    assert named == {name: name for name in (*NAMES, "torque_at_speed")}
 
 
 @pytest.mark.parametrize("name", robots())
