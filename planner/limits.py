@@ -17,6 +17,7 @@ from planner.constraints import (
     Bounds,
     Constraint,
 )
+from planner.constraints.rms_torque import RmsTorque
 from planner.errors import InvalidProblem
 from planner.guarantees import TCP_ORDERS
 from planner.robots.description import RANGED_QUANTITIES
@@ -73,6 +74,10 @@ class Limits:
         torque_range: The same of the torque or force.
         power: Mechanical power of each joint, W: the magnitude of its torque times its velocity.
         total_power: Mechanical power of all joints together, W: the magnitude of the sum of these products.
+        rms_torque: Continuous torque or force of each joint, N m or N. It is the root of the mean of its square over
+            the whole trajectory, or over `cycle_time`.
+        cycle_time: Time from the start of the trajectory to its next start, s, with a rest after its end; None: the
+            trajectory repeats at once.
         further: The largest magnitudes of further quantities, each a `Constraint`, in its unit.
     """
 
@@ -94,6 +99,8 @@ class Limits:
     torque_range: tuple[tuple[float, float], ...] | None = None
     power: tuple[float, ...] | None = None
     total_power: float | None = None
+    rms_torque: tuple[float, ...] | None = None
+    cycle_time: float | None = None
     further: Mapping[Constraint, float] = field(default_factory=dict)
 
 
@@ -108,6 +115,7 @@ class SegmentLimits:
         jerk: Jerk limits (segments, joints), rad/s^3 or m/s^3, the same in both directions.
         torque: Torque or force limits (segments, joints), N m or N.
         of_tool: The limits (segments,) of the quantities of `TCP_ORDERS` that any segment limits, SI units.
+        rms: The limits of the RMS torque over the whole trajectory; None: none.
         further: The limits (segments,) or (segments, columns) of further quantities, by their constraints.
     """
 
@@ -118,6 +126,7 @@ class SegmentLimits:
     torque: Bounds
     of_tool: Mapping[str, FloatArray] = field(default_factory=dict)
     further: Mapping[Constraint, FloatArray] = field(default_factory=dict)
+    rms: RmsTorque | None = None
 
     @property
     def constraints(self) -> list[tuple[Constraint, Bounds]]:
@@ -164,10 +173,10 @@ class SegmentLimits:
 
     def of(self, segments: np.ndarray) -> SegmentLimits:
         """Return the limits of some segments, in that order."""
-        of_joints = {quantity: self.bounds(quantity).of(segments) for quantity in JOINT_QUANTITIES}
+        of_joints: Any = {quantity: self.bounds(quantity).of(segments) for quantity in JOINT_QUANTITIES}
         of_tool = {quantity: limit[segments] for quantity, limit in self.of_tool.items()}
         further = {constraint: limit[segments] for constraint, limit in self.further.items()}
-        return SegmentLimits(self.position, **of_joints, of_tool=of_tool, further=further)
+        return replace(self, **of_joints, of_tool=of_tool, further=further)
 
 
 def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
@@ -180,7 +189,10 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
     """
     further = {constraint.name: number for constraint, number in limits.further.items()}
     yield from ((((*field, "further", name), TOO_SMALL)) for name, number in further.items() if not number >= SMALLEST)
-    for name in (*TCP_QUANTITIES, "total_power", *SCALES):
+    for name in ("rms_torque", "cycle_time") if field[0] == "waypoints" else ():
+        if getattr(limits, name) is not None:
+            yield (*field, name), "must stand in the limits of the whole trajectory; got it at a waypoint"
+    for name in (*TCP_QUANTITIES, "total_power", "cycle_time", *SCALES):
         number = getattr(limits, name)
         if number is not None and not number >= SMALLEST:
             yield (*field, name), TOO_SMALL
@@ -203,7 +215,7 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
             elif lower < own[0] or upper > own[1]:
                 text = f"limits of {robot.joint_names[i]}, {own[0]:.10g} to {own[1]:.10g}"
                 yield (*field, name, i), f"wider than the robot's own {quantity} {text}"
-    for quantity in (*JOINT_QUANTITIES, "power"):
+    for quantity in (*JOINT_QUANTITIES, "power", "rms_torque"):
         asked = getattr(limits, quantity)
         if asked is None:
             continue
@@ -288,6 +300,8 @@ def segment_limits(
     if VELOCITY_AT_POSITION.is_known(robot):
         scales = [[limits.velocity_scale for limits in (common, narrower) if limits is not None] for narrower in own]
         further[VELOCITY_AT_POSITION] = np.array([np.prod(each) for each in scales])
+    rating = robot.limit("rms_torque") if common.rms_torque is None else np.array(common.rms_torque)
+    rms = RmsTorque(rating, common.cycle_time or 0.0) if np.isfinite(rating).any() else None
     if robot.torque_curves is not None:
         further[TORQUE_AT_SPEED] = np.ones(len(own))
     return SegmentLimits(
@@ -295,4 +309,5 @@ def segment_limits(
         **{quantity: joint_bounds(quantity) for quantity in JOINT_QUANTITIES},
         of_tool={quantity: limit for quantity, limit in of_tool.items() if np.isfinite(limit).any()},
         further=further,
+        rms=rms,
     )

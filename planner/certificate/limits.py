@@ -20,6 +20,7 @@ from planner.certificate.checks import Certificate, Check
 from planner.constraints import Bounds, measures
 from planner.constraints.bounded import KIND_OF, bounded_peaks
 from planner.constraints.peaks import SampledConstraints
+from planner.constraints.rms_torque import bound_rms_torque
 from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
 from planner.kinematics.forward import JointStates
@@ -80,6 +81,7 @@ def certificate_of(
     checks = _polynomial_checks(trajectory, derivatives, robot, limits, enforced, smooth)
     dynamics = dynamics or SegmentDynamics.unchanged(robot)
     checks += _constraint_checks(trajectory, derivatives, dynamics, limits, enforced, smooth)
+    checks += _rms_checks(trajectory, dynamics, limits)
     checks += more_checks
     met = trajectory.evaluate(trajectory.arrivals, [0])[0]
     return Certificate(
@@ -271,6 +273,28 @@ def _constraint_check(
         lower=None if peak.reached is None else peak.reached * limit if known else 0.0,
         own_unit=None if constraint.name in MEASURES else constraint.unit,
     )
+
+
+def _rms_checks(trajectory: Trajectory, dynamics: SegmentDynamics, limits: SegmentLimits) -> list[Check]:
+    """Return the check of the RMS torque over the cycle; none without a limit or where inertias are unknown."""
+    if limits.rms is None or not dynamics.has_dynamics:
+        return []
+    lower, upper = bound_rms_torque(dynamics, trajectory, limits.rms)
+    ratios = upper / limits.rms.limits
+    joint = int(ratios.argmax())
+    check = Check(
+        quantity="rms_torque",
+        joint=dynamics.robots[0].joint_names[joint],
+        peak=float(upper[joint]),
+        limit=float(limits.rms.limits[joint]),
+        ratio=float(ratios[joint]),
+        time=trajectory.duration,
+        method="bounded",
+        enforced=True,
+        bounded=True,
+        lower=float(lower[joint]),
+    )
+    return [check]
 
 
 def _as_shown(

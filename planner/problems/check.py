@@ -71,7 +71,8 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
     """
     if robot.has_dynamics:
         return
-    for quantity, names in (("torque", ("torque", "torque_range")), ("power", ("power", "total_power"))):
+    fields = {"torque": ("torque", "torque_range"), "power": ("power", "total_power"), "RMS torque": ("rms_torque",)}
+    for quantity, names in fields.items():
         if any(getattr(limits, name) for limits in asked for name in names):
             raise MissingDynamics(
                 f"{robot.id} has no link inertias and carries no payload: its {quantity} limits cannot be checked"

@@ -47,6 +47,7 @@ class Joint:
             torque. Neither is wider than the limit of that quantity.
         provenance: Where each of `LIMITED_QUANTITIES` comes from; no entry where there is no limit.
         velocity_curves: Velocity limits that depend on the position, beside `velocity` and `ranges`.
+        rms_torque: Limit of the continuous torque or force, the root of the mean of its square over a cycle, N m or N.
         torque_curve: The torque limit that depends on the speed, beside `torque` and `ranges`; None: none.
     """
 
@@ -61,6 +62,7 @@ class Joint:
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     provenance: Mapping[str, Provenance] = field(default_factory=dict)
     velocity_curves: VelocityCurves = NO_CURVES
+    rms_torque: float = np.inf
     torque_curve: TorqueCurve | None = None
 
     @property

@@ -37,7 +37,7 @@ BASE_FRAME = "base"
 TIP_FRAME = "flange"
 """Name of the frame to which the last row of a table leads."""
 
-LIMITS = ("lower", "upper", "velocity", "acceleration", "jerk", "torque")
+LIMITS = ("lower", "upper", "velocity", "acceleration", "jerk", "torque", "rms_torque")
 """Names of the limits that a row of a table may have."""
 
 
@@ -58,6 +58,7 @@ class DHJoint:
         jerk: Jerk limit, rad/s^3 or m/s^3.
         torque: Torque or force limit, N m or N.
         velocity_curves: Velocity limits that depend on the position.
+        rms_torque: Limit of the continuous (RMS) torque or force over a cycle, N m or N.
         torque_curve: The torque limit that depends on the speed.
         name: The joint's name; None: `joint_1`, `joint_2`, ...
         mass: Mass of link i, kg.
@@ -78,6 +79,7 @@ class DHJoint:
     jerk: float | None = None
     torque: float | None = None
     velocity_curves: VelocityCurves = NO_CURVES
+    rms_torque: float | None = None
     torque_curve: TorqueCurve | None = None
     name: str | None = None
     mass: float | None = None

@@ -278,7 +278,7 @@ class Robot(PickledByFields, RobotDescription):
 
     @cached_property
     def _limits(self) -> dict[str, FloatArray]:
-        names = ("lower", "upper", "velocity", "acceleration", "jerk", "torque")
+        names = ("lower", "upper", "velocity", "acceleration", "jerk", "torque", "rms_torque")
         return {name: np.array([getattr(joint, name) for joint in self.joints]) for name in names}
 
     @cached_property

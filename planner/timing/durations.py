@@ -165,7 +165,7 @@ def _slowed(backend: BackEnd, path: JointPath, fastest: Trajectory, least: Float
     """
     own = _durations_of(fastest)
     short = own < least * (1.0 - DURATION_TOLERANCE)
-    if any(short[run.segments].any() and _is_rigid(backend, path, run) for run in path.every_run):
+    if any(short[run.segments].any() and is_rigid(backend, path, run) for run in path.every_run):
         return None
     longer = {k: float(least[k]) for k in np.flatnonzero(short).tolist()}
     return slow_down(path, fastest, enforced(backend), asked=longer)
@@ -176,7 +176,7 @@ def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, asked: F
 
     It is the stretched fastest trajectory, or the back end's own result for these durations if it has one.
     """
-    rigid = any(_is_rigid(backend, path, run) for run in path.every_run)
+    rigid = any(is_rigid(backend, path, run) for run in path.every_run)
     if rigid or backend.capabilities.is_shaped_by_duration:
         try:
             return backend.parametrize(replace(path, durations=asked))
@@ -187,7 +187,7 @@ def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, asked: F
     return _stretched(fastest, np.divide(asked, own, out=np.ones_like(own), where=np.isnan(path.durations) & (own > 0)))
 
 
-def _is_rigid(backend: BackEnd, path: JointPath, run: Run) -> bool:
+def is_rigid(backend: BackEnd, path: JointPath, run: Run) -> bool:
     """Tell whether no stretch fits a segment group: part of it has durations, or fixed velocities."""
     ends, moving, free = end_states(backend, path.robot.dof), path.moving, np.isnan(path.durations[run.segments])
     moves = (ends.starts_moving and run.first == moving[0]) or (ends.ends_moving and run.segments[-1] == moving[-1])

@@ -70,6 +70,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "two_tools.json": (4, None),
     "welding.json": (11, None),
     "welding_on_the_table.json": (11, None),
+    "within_continuous_torque.json": (3, None),
 }
 
 IN_SCENES = ("refuelling_beside_the_car.json", "welding_on_the_table.json", "date_sorting_over_trays.json")

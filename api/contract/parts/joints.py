@@ -53,6 +53,8 @@ class DhJoint(Schema):
     than 2 % of the velocity limit; a remark among the `findings` says so."""
     torque_curve: TorqueCurve | None = Field(None, exclude_if=lambda curve: curve is None)
     """The torque limit that depends on the speed; omitted: none. `torque` is at most that at rest."""
+    rms_torque: Limit | None = None
+    """The limit of the continuous (RMS) torque over a cycle, N m or N; omitted: none."""
     mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
     """The mass of the link that the joint moves, kg; omitted: unknown."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
@@ -87,6 +89,8 @@ class OwnLimits(Schema):
     """Velocity limits that depend on the position. They hold beside the joint's other velocity curves."""
     torque_curve: TorqueCurve | None = Field(None, exclude_if=lambda curve: curve is None)
     """The torque limit that depends on the speed, nowhere above the joint's other torque curve."""
+    rms_torque: Limit | None = None
+    """The limit of the continuous (RMS) torque over a cycle, N m or N."""
 
 
 class JointDescription(Answer):
@@ -118,6 +122,8 @@ class JointDescription(Answer):
     """The velocity limits that depend on the position; omitted: none. `velocity` holds beside them."""
     torque_curve: TorqueCurve | None = Field(None, exclude_if=lambda curve: curve is None)
     """The torque limit that depends on the speed; omitted: none. `torque` holds beside it."""
+    rms_torque: float | None = Field(None, exclude_if=lambda limit: limit is None)
+    """The limit of the continuous (RMS) torque over a cycle, N m or N; omitted: none."""
     provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
     """The source of each limit, by the name of its quantity. It is `published` with the robot, its `datasheet`, an
     `estimate`, a `default` of the service, or its `owner`."""

@@ -86,6 +86,8 @@ def _describe_joint(joint: Joint) -> dict[str, Any]:
         described["velocity_curves"] = {
             side: list(map(_describe_curve, curves)) for side, curves in vars(joint.velocity_curves).items()
         }
+    if math.isfinite(joint.rms_torque):
+        described["rms_torque"] = joint.rms_torque
     if joint.torque_curve is not None:
         described["torque_curve"] = {name: list(values) for name, values in vars(joint.torque_curve).items()}
     return described

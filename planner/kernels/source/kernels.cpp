@@ -10,6 +10,7 @@
 #include "sampled_peaks.hpp"
 #include "serial_chain.hpp"
 #include "splines.hpp"
+#include "torque_squares.hpp"
 #if defined(__x86_64__)
 #include <cpuid.h>
 #endif
@@ -323,6 +324,16 @@ int bound_peaks(int64_t joints, const double* links, const double* gravity, int6
     BoundSearch search(arm, motion, bernstein, of, requested, *reinterpret_cast<const Wish*>(wish), lines, found);
     if (!search.bodies || !search.states || !search.forces || !search.shifted) return NO_MEMORY;
     return search.first();
+}
+
+// Bound the integrals (joints) of squared torques over all pieces of a motion.
+int torque_squares(int64_t joints, const double* links, const double* gravity, int64_t pieces, int64_t order,
+                   const double* lengths, const double* coefficients, const double* bernstein, const double* tolerance,
+                   double most_intervals, double* lower, double* upper) {
+    const Pieces motion{pieces, joints, order, coefficients, lengths};
+    TorqueSquares squares(joints, links, gravity, motion, bernstein, tolerance, most_intervals, lower, upper);
+    if (!squares.bodies || !squares.states || !squares.forces || !squares.shifted) return NO_MEMORY;
+    return squares.run();
 }
 
 // Prove that a motion keeps clear, in a scene that is a table of sizes and addresses; `frames` (joints + 1) is filled with

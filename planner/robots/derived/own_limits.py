@@ -45,7 +45,7 @@ CURVES = "velocity_curves"
 TORQUE_CURVE = "torque_curve"
 """Name of the torque limit by speed that an owner may give."""
 
-QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES, *RANGES, CURVES, TORQUE_CURVE)
+QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES, "rms_torque", *RANGES, CURVES, TORQUE_CURVE)
 """Names of the limits that an owner may give: of the position, and of its derivatives and torque."""
 
 OwnLimits = Mapping[str, float | Sequence[float] | VelocityCurves | TorqueCurve]
