@@ -175,8 +175,8 @@ class Limits(Schema):
     braking joint counts as negative. Friction and losses of the drives are not in it. Omitted: none."""
     rms_torque: JointLimits | None = None
     """The largest continuous torque, one value for each joint, N m or N. It is the root of the mean of its square over
-    the whole trajectory, or over `cycle_time`. Motions take longer until it is kept. Not at a waypoint. Omitted: that of
-    the robot, if it has one."""
+    the whole trajectory, or over `cycle_time`. Motions take longer until it is kept. Not at a waypoint. Omitted: that
+    of the robot, if it has one."""
     cycle_time: Limit | None = None
     """The time from the start of the trajectory to its next start, s, for `rms_torque`: the robot rests after the end.
     Not at a waypoint. Omitted, or shorter than the trajectory: the trajectory repeats at once."""
