@@ -53,7 +53,7 @@ class DhJoint(Schema):
     than 2 % of the velocity limit; a remark among the `findings` says so."""
     torque_curve: TorqueCurve | None = Field(None, exclude_if=lambda curve: curve is None)
     """The torque limit that depends on the speed; omitted: none. `torque` is at most that at rest."""
-    rms_torque: Limit | None = None
+    rms_torque: Limit | None = Field(None, exclude_if=lambda limit: limit is None)
     """The limit of the continuous (RMS) torque over a cycle, N m or N; omitted: none."""
     mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
     """The mass of the link that the joint moves, kg; omitted: unknown."""
@@ -89,7 +89,7 @@ class OwnLimits(Schema):
     """Velocity limits that depend on the position. They hold beside the joint's other velocity curves."""
     torque_curve: TorqueCurve | None = Field(None, exclude_if=lambda curve: curve is None)
     """The torque limit that depends on the speed, nowhere above the joint's other torque curve."""
-    rms_torque: Limit | None = None
+    rms_torque: Limit | None = Field(None, exclude_if=lambda limit: limit is None)
     """The limit of the continuous (RMS) torque over a cycle, N m or N."""
 
 
