@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends import BackEnd, as_backend
+from planner.constraints import TOTAL_POWER, Bounds
+from planner.constraints.bounded import bounded_peaks
+from planner.constraints.peaks import SampledConstraints
 from planner.errors import PlanningError
 from planner.kinematics.forward import tool_pose
 from planner.planning import plan
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.trajectories.integrals import Nodes
+from planner.trajectories.sampled_peaks import DERIVATIVES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -38,6 +42,9 @@ class Figures:
             joint has a torque limit. A longer trajectory has more of it: compare it at equal durations.
         mean_effort: The effort divided by the duration, for comparing trajectories of different durations.
         mechanical_energy: Integral over time of the sum over joints of |torque times velocity|, J; None: unknown.
+        peak_power: Largest magnitude of the mechanical power of all joints together, W, as a bound at all times; None:
+            torques are unknown.
+        rms_torque: Root of the mean over time of the squared torque of each joint, N m or N; None: torques are unknown.
         waypoint_error: Largest deviation of a joint from a waypoint that the trajectory must reach, rad or m.
         path_deviation: Largest distance of the tool from its path with a stop at every waypoint, m. That path consists
             of its lines and circles, and of straight joint motions. Accurate to about 1e-4 of a segment's length.
@@ -49,6 +56,8 @@ class Figures:
     effort: float | None
     mean_effort: float | None
     mechanical_energy: float | None
+    peak_power: float | None
+    rms_torque: tuple[float, ...] | None
     waypoint_error: float
     path_deviation: float
 
@@ -96,10 +105,12 @@ def figures(plan: Plan) -> Figures:
     """Compute the figures of a plan."""
     trajectory, robot = plan.trajectory, plan.path.robot
     weights, segments, (q, dq, ddq, jerk) = Nodes.of(trajectory)
-    effort = energy = None
+    effort = energy = power = rms = None
     if plan.path.dynamics.has_dynamics:
         torque = plan.path.dynamics.torques(segments, q, dq, ddq)
         energy = float(weights @ np.abs(torque * dq).sum(axis=1))
+        power = _peak_power(plan)
+        rms = tuple(np.sqrt(weights @ torque**2 / trajectory.duration).tolist())
         limit = plan.path.limits.torque.narrower[segments]
         if np.isfinite(limit).any():
             effort = float(weights @ ((torque / limit) ** 2).sum(axis=1))
@@ -115,9 +126,20 @@ def figures(plan: Plan) -> Figures:
         effort=effort,
         mean_effort=None if effort is None else effort / trajectory.duration,
         mechanical_energy=energy,
+        peak_power=power,
+        rms_torque=rms,
         waypoint_error=plan.certificate.waypoint_error,
         path_deviation=_path_deviation(plan),
     )
+
+
+def _peak_power(plan: Plan) -> float:
+    """Return a bound on the magnitude of the power of all joints together, W."""
+    trajectory, dynamics = plan.trajectory, plan.path.dynamics
+    rows = int(trajectory.segments.max()) + 1
+    limited = SampledConstraints(dynamics, [(TOTAL_POWER, Bounds.of_magnitudes(np.ones((rows, 1))))], rows)
+    derivatives = derivatives_on_unit_time(trajectory, DERIVATIVES)
+    return float(bounded_peaks(limited, trajectory.segments, derivatives, trajectory.lengths).bound[0])
 
 
 def _path_deviation(plan: Plan) -> float:

@@ -30,6 +30,11 @@ class ComparedBackend(Answer):
     effort is unknown."""
     mechanical_energy: float | None
     """The integral over time of the sum over joints of |torque times velocity|, J; null: torques are unknown."""
+    peak_power: float | None
+    """The largest magnitude of the mechanical power of all joints together, W, as a bound at all times; null: torques
+    are unknown."""
+    rms_torque: list[float] | None
+    """The root of the mean over time of the squared torque of each joint, N m or N; null: torques are unknown."""
     waypoint_error: float | None
     """The largest distance of a joint from a waypoint that is to be met, rad or m."""
     path_deviation: float | None

@@ -21,6 +21,8 @@ export function Compare() {
                 <th scope="col">{texts.compare.backend}</th>
                 <th scope="col">{texts.compare.duration}</th>
                 <th scope="col">{texts.compare.effort}</th>
+                <th scope="col">{texts.compare.power}</th>
+                <th scope="col">{texts.compare.energy}</th>
                 <th scope="col">{texts.compare.jerk}</th>
                 <th scope="col">{texts.compare.deviation}</th>
                 <th scope="col">{texts.compare.took}</th>
@@ -44,17 +46,20 @@ export function Compare() {
 
 function Entry({ entry, index }: { entry: Compared; index: number }) {
   const { backend, duration, mean_effort, peak_jerk, jerk_is_bounded, path_deviation, problem, took } = entry;
+  const { peak_power, mechanical_energy } = entry;
   return (
     <tr>
       <th scope="row">
         <span class="swatch" style={{ background: jointColour(index) }} /> {backend}
       </th>
       {problem ? (
-        <td colSpan={5}>{problem.title}</td>
+        <td colSpan={7}>{problem.title}</td>
       ) : (
         <>
           <td class="number">{figure(duration, 4)}</td>
           <td class="number">{figure(mean_effort)}</td>
+          <td class="number">{figure(peak_power)}</td>
+          <td class="number">{figure(mechanical_energy)}</td>
           <td class="number">{jerk_is_bounded === false ? texts.result.unbounded : figure(peak_jerk)}</td>
           <td class="number">{figure(path_deviation === null ? null : path_deviation * 1000)}</td>
           <td class="number">{figure(took === null ? null : Math.round(took * 1000), 6)}</td>

@@ -58,6 +58,8 @@ export const ofResult = {
     backend: 'Back end',
     duration: 'Time (s)',
     effort: 'Effort per second',
+    power: 'Peak power (W)',
+    energy: 'Energy (J)',
     jerk: 'Peak jerk',
     deviation: 'Off path (mm)',
     took: 'Com\u00adputed (ms)',

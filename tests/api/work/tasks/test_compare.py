@@ -65,6 +65,10 @@ def test_the_figures_are_those_of_the_samples(service: RunningService) -> None:
     assert result["effort"] == pytest.approx(np.trapezoid(((torque / limits) ** 2).sum(axis=1), time), rel=1e-3)
     power = np.abs(torque * velocity).sum(axis=1)
     assert result["mechanical_energy"] == pytest.approx(np.trapezoid(power, time), rel=1e-3)
+    total = np.abs((torque * velocity).sum(axis=1)).max()
+    assert total <= result["peak_power"] <= total * (1.0 + 1e-3)
+    rms = np.sqrt(np.trapezoid(torque**2, time, axis=0) / result["duration"])
+    assert result["rms_torque"] == pytest.approx(rms.tolist(), rel=1e-3)
     assert result["path_deviation"] < 1e-4
 
 
