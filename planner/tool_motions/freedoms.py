@@ -10,7 +10,6 @@ import numpy as np
 from planner.kinematics.search import STEADY, Search
 from planner.problems.regions import TURNS
 from planner.robots.freedoms import with_freedoms
-from planner.tool_motions.least_cost import least_cost
 from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 from planner.trajectories.splines import slopes_between
 
@@ -34,8 +33,8 @@ RAMP = 0.2
 LOOKS = 201
 """Number of points of the path at which offsets are compared with their ranges."""
 
-BARE = 1e-3
-"""The weight of offsets beside joint positions: they stay at nought where the joints do not mind."""
+OFFSET_SCALE = 30.0
+"""The offset, m or rad, that counts as much as the range of a joint: offsets are zero where the joints do not mind."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,19 +104,13 @@ def by_freedoms(
     free = with_freedoms(robot, region.ranges)
     span = robot.limit("upper") - robot.limit("lower")
     span = np.where(np.isfinite(span), span, 0.0)
-    scales = np.where(span > 0.0, span, 2.0 * np.pi)
     at_ends = np.zeros(len(region.ranges))
+    scales = np.append(np.where(span > 0.0, span, 2.0 * np.pi), np.full(len(at_ends), OFFSET_SCALE))
     offsets = np.zeros((NODES, len(at_ends)))
     posture = np.concatenate([start, at_ends])
     for node in range(1, NODES - 1):
         u = node / (NODES - 1)
         straight = start + u * (end - start)
-
-        def costs(postures: FloatArray, straight: FloatArray = straight) -> FloatArray:
-            away = (postures[:, : robot.dof] - straight) / scales
-            found: FloatArray = (away**2).sum(axis=1) + BARE * (postures[:, robot.dof :] ** 2).sum(axis=1)
-            return found
-
         search = Search(free, path.pose(u), options)
         room = np.append(ROOM * min(1.0, u / RAMP, (1.0 - u) / RAMP) * span, at_ends)
         search.lower, search.upper = search.lower + room, search.upper - room
@@ -125,7 +118,7 @@ def by_freedoms(
         solved = next((q for guess in guesses if (q := search.solve(guess, STEADY)) is not None), None)
         if solved is None:
             return None
-        posture = least_cost(search, solved, costs)
+        posture = search.target.slide(solved, np.append(straight, at_ends), scales, search.box)
         offsets[node] = posture[robot.dof :][::-1]
     lower, upper = np.array(list(region.ranges.values())).T
     smooth = _smooth(offsets)
