@@ -3,8 +3,8 @@
 Where a velocity is given, all durations times k do not divide the rates by k: a motion that is too slow swings back
 before such a waypoint, and what keeps the limits may be several ranges of durations. The waypoints with velocities cut
 the spline into parts that know nothing of each other. All parts are slowed down together, step by step, until each
-keeps its limits; the least factors are then found by bisection. Of a part of one segment that is the shortest duration;
-those of several segments are searched for from there (`shortest_durations`).
+keeps its limits; the least factors are then found by bisection. The search of `shortest_durations` begins there for
+parts of several segments, and where a part comes near to its limits before.
 """
 
 from __future__ import annotations
@@ -20,26 +20,18 @@ from planner.backends.splines.spline_limits import DurationsTooShort, SplineAgai
 from planner.guarantees import JOINT_DERIVATIVES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from planner.limits import SegmentLimits
     from planner.spatial import FloatArray
 
 STEP = 1.12
-"""Factor on the time of a part from one trial to the next. Narrower ranges of durations that keep the limits are looked
-for where the trials come near to their limits and go away again."""
+"""Factor on the time of a part from one trial to the next. Narrower ranges of durations that keep the limits are
+searched for where the trials come near to their limits and go away again."""
 
 PROMISING = 0.2
-"""Excess up to which a trial that comes nearer to the limits than its neighbours is looked into: in the logarithm."""
-
-NARROWINGS = 14
-"""Steps of the search for the least excess between three trials: 0.62^14 is a thousandth."""
+"""Excess, in the logarithm, up to which a search begins at a trial that is nearer to the limits than its neighbours."""
 
 HALVINGS = 14
 """Steps of bisection between a time that is too short and one that is not: to 1e-5 of it."""
-
-GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
-"""Share of an interval that is left by a step of golden-section search."""
 
 LARGEST_REACH = 4.0
 """Multiple of the time in which a smooth motion would do, where the slowing down ends: rates change no more."""
@@ -91,17 +83,27 @@ class PassingSpline:
             VelocityOutOfReach: No durations were found that keep the limits.
         """
         free = np.isnan(asked)
-        found = self._slowed(self._first_trial(np.where(free, self._least_durations(), asked), free), free)
+        slowed, dips = self._slowed(self._first_trial(np.where(free, self._least_durations(), asked), free), free)
+        parts, found = self.parts, slowed
+        for part in np.unique(parts[free & ((dips != slowed) | (self.excesses(slowed) > 0.0)[parts])]):
+            found = self._shorter(found, np.where(parts == part, dips, slowed), free & (parts == part))
+        several = free & (np.bincount(parts, weights=free)[parts] > 1.0)
+        found = self._shorter(found, slowed, several)
+        found = self._shorter(found, found, several)
         excess = self.excesses(found)
-        several = free & (np.bincount(self.parts, weights=free)[self.parts] > 1.0)
-        if several.any():
-            better = search_durations(self.held, found, several, may_scale=False).durations
-            taken = self.excesses(better) <= np.maximum(excess, 0.0)
-            found = np.where(taken[self.parts], better, found)
-            excess = self.excesses(found)
         if (excess > 0.0).any():
             raise self._refusal(found, ~free, int(excess.argmax()))
         return found
+
+    def _shorter(self, found: FloatArray, start: FloatArray, free: np.ndarray) -> FloatArray:
+        """Return the durations (segments,), s, of the search from `start`, or `found` where these break limits."""
+        if not free.any():
+            return found
+        own = np.isin(self.parts, self.parts[free])
+        better = search_durations(lambda h: self.held(h).of(own), start, free, may_scale=False).durations
+        excess, shorter = self.excesses(found), np.add.reduceat(better - found, self._firsts) < 0.0
+        taken = (self.excesses(better) <= np.maximum(excess, 0.0)) & (shorter | (excess > 0.0))
+        return np.where(taken[self.parts], better, found)
 
     @property
     def parts(self) -> np.ndarray:
@@ -172,14 +174,16 @@ class PassingSpline:
         """Return the velocities (segments + 1, joints) at all waypoints; NaN: not given."""
         return np.pad(self.velocities, ((1, 1), (0, 0)))
 
-    def _slowed(self, least: FloatArray, free: np.ndarray) -> FloatArray:
+    def _slowed(self, least: FloatArray, free: np.ndarray) -> tuple[FloatArray, FloatArray]:
         """Return durations whose free ones are least factors times those given, so that each part keeps its limits.
-
-        Where none are found, they are those that come nearest.
 
         Args:
             least: Durations (segments,), s, none of which is to be shorter.
             free: Whether (segments,) a duration may change.
+
+        Returns:
+            Such durations, or those that come nearest; and the durations of shorter trials that come near to the limits
+            and go away again, or else the same.
         """
         parts = self.parts
         can_change = np.bincount(parts, weights=free) > 0.0
@@ -187,26 +191,26 @@ class PassingSpline:
         def durations(steps: FloatArray) -> FloatArray:
             return np.where(free, least * STEP ** steps[parts], least)
 
-        def excesses(steps: FloatArray) -> FloatArray:
-            return self.excesses(durations(steps))
-
         ratio = float((self._longest_durations() / least)[free].max(initial=1.0))
         seen: list[FloatArray] = []
         for step in range(int(np.ceil(np.log(max(ratio, 1.0)) / np.log(STEP))) + 2):
-            seen.append(excesses(np.full(len(can_change), float(step))))
+            seen.append(self.excesses(durations(np.full(len(can_change), float(step)))))
             if ((np.min(seen, axis=0) <= 0.0) | ~can_change).all():
                 break
         trials = np.array(seen)
         within = trials <= 0.0
         found = within.any(axis=0) & can_change
         high = np.where(found, within.argmax(axis=0), trials.argmin(axis=0)).astype(np.float64)
+        around = np.pad(trials, ((1, 1), (0, 0)), constant_values=((np.inf, -np.inf), (0.0, 0.0)))
+        dips = (trials <= around[:-2]) & (trials <= around[2:]) & (trials < PROMISING)
+        dips &= ~within.cumsum(axis=0, dtype=bool)
+        dip = np.where(dips.any(axis=0), np.where(dips, trials, np.inf).argmin(axis=0), np.nan)
         low = np.where(found, np.maximum(high - 1.0, 0.0), high)
-        low, high = _in_dips(excesses, trials, np.where(found, high, np.inf), low, high)
         for _ in range(HALVINGS if (low < high).any() else 0):
             middle = (low + high) / 2.0
-            kept = excesses(middle) <= 0.0
+            kept = self.excesses(durations(middle)) <= 0.0
             low, high = np.where(kept, low, middle), np.where(kept, middle, high)
-        return durations(high)
+        return durations(high), durations(np.where(np.isnan(dip), high, dip))
 
     def _refusal(self, durations: FloatArray, asked: np.ndarray, part: int) -> DurationsTooShort | VelocityOutOfReach:
         """Return the refusal where these durations (segments,), some of them asked, break a limit on a part."""
@@ -216,7 +220,7 @@ class PassingSpline:
         segment, joint, order = int(motion.segment[worst]), int(motion.joint[worst]), int(motion.order[worst])
         quantity, value, limit = JOINT_DERIVATIVES[order], float(motion.value[worst]), motion.limit_at(worst)
         if (own & asked).any():
-            longer = self._slowed(durations, own)
+            longer, _ = self._slowed(durations, own)
             if self.excesses(longer)[part] <= 0.0:
                 factor = float(longer[segment] / durations[segment])
                 return DurationsTooShort(segment, joint, quantity, abs(value), abs(limit), factor, longer)
@@ -228,47 +232,3 @@ def _times(changes: FloatArray, limits: SegmentLimits, quantity: str) -> FloatAr
     lower, upper = limits.bounds(quantity)
     times: FloatArray = changes / np.where(changes < 0.0, lower, upper)
     return times
-
-
-def _in_dips(
-    excesses: Callable[[FloatArray], FloatArray],
-    trials: FloatArray,
-    found: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Look for times that keep the limits between trials that do not, where these come near to it.
-
-    Args:
-        excesses: A function from numbers of steps (parts,) to excesses (parts,).
-        trials: Excesses (steps, parts) at whole numbers of steps.
-        found: The least number of steps (parts,) that keeps the limits, infinite where none does.
-        low: Numbers of steps (parts,) that are too few, or else `high`.
-        high: Numbers of steps (parts,) that keep the limits, or else come nearest.
-
-    Returns:
-        `low` and `high`, less where times are found that keep the limits.
-    """
-    around = np.pad(trials, ((1, 1), (0, 0)), constant_values=((np.inf, -np.inf), (0.0, 0.0)))
-    dips = (trials <= around[:-2]) & (trials <= around[2:]) & (trials < PROMISING)
-    dips &= np.arange(len(trials))[:, None] < found
-    there = dips.any(axis=0)
-    if not there.any():
-        return low, high
-    middle = np.where(dips, trials, np.inf).argmin(axis=0)
-    before = np.where(there, middle - 1.0, high)
-    begin, end = before, np.where(there, middle + 1.0, high)
-    inner = [end - GOLDEN * (end - begin), begin + GOLDEN * (end - begin)]
-    values = [excesses(at) for at in inner]
-    for _ in range(NARROWINGS):
-        if (np.minimum(*values)[there] <= 0.0).all():
-            break
-        left = values[0] < values[1]
-        begin, end = np.where(left, begin, inner[0]), np.where(left, inner[1], end)
-        at = np.where(left, end - GOLDEN * (end - begin), begin + GOLDEN * (end - begin))
-        value = excesses(at)
-        inner = [np.where(left, at, inner[1]), np.where(left, inner[0], at)]
-        values = [np.where(left, value, values[1]), np.where(left, values[0], value)]
-    nearest, least = np.where(values[0] < values[1], *inner), np.minimum(*values)
-    kept, nearer = there & (least <= 0.0), there & np.isinf(found) & (least < trials.min(axis=0))
-    return np.where(kept, before, np.where(nearer, nearest, low)), np.where(kept | nearer, nearest, high)

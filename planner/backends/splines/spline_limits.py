@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -139,6 +139,12 @@ class SplineAgainstLimits:
         """The excess over the position limits, relative to the range of the joint's waypoints; 0: none."""
         overshoot = float(self.excess[self.order == 0].max(initial=0.0))
         return overshoot if overshoot > OVERSHOOT_TOLERANCE else 0.0
+
+    def of(self, segments: np.ndarray) -> SplineAgainstLimits:
+        """Return the spline with its peaks on some segments (segments,), bool, alone."""
+        own = segments[self.segment]
+        fields = ("segment", "joint", "order", "u", "value", "excess", "weight")
+        return replace(self, **{name: getattr(self, name)[own] for name in fields})
 
     def linearise(self) -> LinearisedLimits:
         """Return the peaks that a change of the durations could bring over their limits, and those over them."""
