@@ -1,8 +1,8 @@
 """Splines through waypoints some of which are passed with given velocities, at asked durations or the shortest.
 
-Where a velocity is given, all durations times k do not divide the rates by k: a motion that is too slow swings back
-before such a waypoint, and what keeps the limits may be several ranges of durations. The waypoints with velocities cut
-the spline into parts that know nothing of each other. All parts are slowed down together, step by step, until each
+Where a velocity is given, all durations times k do not divide the rates by k: a slow motion swings back before such a
+waypoint. The durations that keep the limits may form several ranges. The waypoints with velocities cut the spline into
+parts that know nothing of each other. All parts are slowed down together, step by step, until each
 keeps its limits; the least factors are then found by bisection. The search of `shortest_durations` begins there for
 parts of several segments, and where a part comes near to its limits before.
 """
@@ -182,8 +182,8 @@ class PassingSpline:
             free: Whether (segments,) a duration may change.
 
         Returns:
-            Such durations, or those that come nearest; and the durations of shorter trials that come near to the limits
-            and go away again, or else the same.
+            Such durations, or those that come nearest. Then shorter durations, where trials come near to the limits and
+            go away again; else the same.
         """
         parts = self.parts
         can_change = np.bincount(parts, weights=free) > 0.0
