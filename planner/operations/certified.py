@@ -13,7 +13,7 @@ from planner.certificate.limits import continuity
 from planner.certificate.sampling import SampleCertificate, certify_sampling
 from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.dynamics import SegmentDynamics
-from planner.errors import InvalidProblem
+from planner.errors import InvalidProblem, PayloadExceeded
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates
 from planner.limits import segment_limits
 from planner.plans.result import refuse_unless_satisfied
@@ -153,6 +153,8 @@ def certified(
     enforced: Collection[str] | None,
     given: Sequence[Trajectory] = (),
     ends: EndStates | None = None,
+    *,
+    is_stop: bool = False,
 ) -> CertifiedTrajectory:
     """Certify the result of an operation.
 
@@ -163,6 +165,7 @@ def certified(
         enforced: The quantities whose limits are to be kept; None: as far as the trajectories bound them.
         given: The trajectories that the operation started from.
         ends: The motion before and after; None: its own.
+        is_stop: Whether it stops a robot that already moves: then a payload above the rating is a warning.
 
     Raises:
         InvalidProblem: Another number of joints than the robot's, limits wider than the robot's, or a position jumps.
@@ -170,13 +173,18 @@ def certified(
         PayloadExceeded: The robot carries more than its rated payload.
         LimitsUnsatisfiable: An enforced limit is broken.
     """
-    refuse_payload_above_rating(robot, robot.payload_mass)
+    warnings = [*unchecked_positions(robot)]
+    try:
+        refuse_payload_above_rating(robot, robot.payload_mass)
+    except PayloadExceeded as refusal:
+        if not is_stop:
+            raise
+        warnings.append(PlanWarning("payload_above_rating", str(refusal)))
     kept = bounded_quantities([*given, trajectory]) if enforced is None else enforced
     ends = ends or own_ends(trajectory)
     certificate = certify(robot, trajectory, limits=limits, enforced=kept, ends=ends)
     refuse_unless_satisfied(certificate)
-    warnings = (*unchecked_positions(robot), *_end_warnings(robot, ends))
-    return CertifiedTrajectory(robot, trajectory, limits, certificate, warnings)
+    return CertifiedTrajectory(robot, trajectory, limits, certificate, (*warnings, *_end_warnings(robot, ends)))
 
 
 def refuse_other_joints(robot: Robot, trajectories: Sequence[Trajectory]) -> None:

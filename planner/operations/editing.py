@@ -138,6 +138,15 @@ def slice_trajectory(
         LimitsUnsatisfiable: An enforced limit is broken.
     """
     refuse_other_joints(robot, [trajectory])
+    return certified(robot, slice_of(trajectory, start, end), limits, enforced, [trajectory])
+
+
+def slice_of(trajectory: Trajectory, start: float, end: float | None = None) -> Trajectory:
+    """Cut out the part between two times, s; without an end, until the trajectory ends.
+
+    Raises:
+        InvalidProblem: The times are not within the trajectory, or the end is not after the start.
+    """
     duration = trajectory.duration
     last = duration if end is None else end
     faults: list[tuple[FieldPath, str]] = [
@@ -150,7 +159,7 @@ def slice_trajectory(
         faults.append((("end",), f"the slice has to end after it begins, at {start:g} s"))
     if faults:
         raise InvalidProblem(faults)
-    return certified(robot, _between(trajectory, begin, finish), limits, enforced, [trajectory])
+    return _between(trajectory, begin, finish)
 
 
 def _at_breakpoint(trajectory: Trajectory, time: float) -> float:

@@ -74,7 +74,8 @@ def stop_joints(
 
     A joint that would exceed a position limit makes the fastest stop within the limit: it brakes longer and returns. If
     that breaks limits of torque or of the tool's speed, all joints brake more gently. They then use the same fraction
-    of their limits of acceleration and jerk.
+    of their limits of acceleration and jerk. A payload above the robot's rating is a warning, since the robot already
+    moves.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
@@ -107,7 +108,8 @@ def stop_joints(
             return False
         return certify(robot, stop, limits=limits, enforced=kept, ends=ends).satisfied
 
-    return certified(robot, _stop(robot, state, own, _gentleness(is_satisfied)), limits, kept, ends=ends)
+    stop = _stop(robot, state, own, _gentleness(is_satisfied))
+    return certified(robot, stop, limits, kept, ends=ends, is_stop=True)
 
 
 def _check_state(robot: Robot, state: JointState, limits: Limits) -> None:

@@ -33,7 +33,7 @@ from planner.operations.certified import (
     certified,
     refuse_other_joints,
 )
-from planner.operations.editing import slice_trajectory
+from planner.operations.editing import slice_of
 from planner.operations.stopping_on_line import stop_on_line
 from planner.paths.runs import JOINT_TOLERANCE
 from planner.time_scaling.compose import compose, split_at_knots
@@ -98,7 +98,7 @@ def stop_on_path(
     The result begins in the trajectory's state at that time. If no faster stop is found, the result is the rest of the
     trajectory, with the warning `stops_at_the_end`. This happens if one joint after the other uses its whole jerk
     limit, as in time-optimal motions with one profile for each joint. Such a trajectory leaves hardly any reserve for
-    braking on the path.
+    braking on the path. A payload above the robot's rating is a warning, since the robot already moves.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
@@ -117,24 +117,24 @@ def stop_on_path(
         message = f"{time:g} s is not within the trajectory, which takes {trajectory.duration:g} s"
         raise InvalidProblem([(("time",), message)])
     kept = bounded_quantities([trajectory]) if enforced is None else frozenset(enforced)
-    rest = slice_trajectory(robot, trajectory, time, limits=limits, enforced=()).trajectory
+    rest = slice_of(trajectory, time)
     own = segment_limits(robot, limits, (None,))
     v, a = rest.evaluate(0.0, [1, 2])
     ends = EndStates(v, a, np.zeros(robot.dof))
     state = JointState(*(values[0] for values in rest.evaluate(np.zeros(1), [0, 1, 2])))
     line = stop_on_line(state, rest, own, limits_jerk="jerk" in kept)
     if line is not None and certify(robot, line, limits=limits, enforced=kept, ends=ends).satisfied:
-        return certified(robot, line, limits, kept, ends=ends)
+        return certified(robot, line, limits, kept, ends=ends, is_stop=True)
     for margin in MARGINS:
         stop = _shortest(robot, rest, own, kept, margin)
         if stop is None:
             break
         if certify(robot, stop, limits=limits, enforced=kept, ends=ends).satisfied:
-            return certified(robot, stop, limits, kept, ends=ends)
+            return certified(robot, stop, limits, kept, ends=ends, is_stop=True)
     if certify(robot, rest, limits=limits, enforced=kept, ends=ends).continuity in ("none", "C0"):
         message = "no stop on the path within the limits is found before the trajectory ends in motion"
         raise LimitsUnsatisfiable(message, time=time)
-    done = certified(robot, rest, limits, kept, ends=ends)
+    done = certified(robot, rest, limits, kept, ends=ends, is_stop=True)
     warning = PlanWarning(
         "stops_at_the_end", f"no faster stop is found than that after {rest.duration:.6g} s, at the end"
     )

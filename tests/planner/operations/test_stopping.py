@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from planner.errors import InvalidProblem, JointPositionLimit, LimitsUnsatisfiable
+from planner.errors import InvalidProblem, JointPositionLimit, LimitsUnsatisfiable, PayloadExceeded
 from planner.limits import Limits
-from planner.operations import JointState, stop_joints
+from planner.operations import JointState, slice_trajectory, stop_joints, stop_on_path
 from planner.robots import load_robot
+from planner.robots.payload import Payload
 from tests.planner.operations.curves import by_scipy, fastest_by_ruckig, inner_times, kuka, planned
 
 STILL = np.zeros(6)
@@ -162,3 +163,27 @@ def test_states_that_are_refused() -> None:
         stop_joints(kuka(), JointState(MIDDLE, np.zeros(2), STILL))
     with pytest.raises(InvalidProblem, match="numbers"):
         stop_joints(kuka(), JointState(MIDDLE, STILL * np.nan, STILL))
+
+
+@pytest.mark.parametrize("on_path", [False, True])
+@pytest.mark.parametrize("mass", [16.0, 17.0, 50.0])
+def test_a_payload_above_the_rating_never_keeps_a_robot_from_stopping(on_path: bool, mass: float) -> None:
+    """The same robot without a rating shows how it stops; the rating of 16 kg adds a warning."""
+    given, warned = planned("quintic"), ["payload_above_rating"] if mass > 16.0 else []
+    time, stops = 0.3 * given.duration, []
+    for robot in (kuka(), replace(kuka(), rated_payload=None)):
+        loaded = robot.with_payload(Payload(mass))
+        state = JointState(*given.evaluate(time))
+        stops.append(stop_on_path(loaded, given, time) if on_path else stop_joints(loaded, state))
+    stop, unrated = stops
+    assert stop.certificate.satisfied
+    assert np.array_equal(stop.trajectory.coefficients, unrated.trajectory.coefficients)
+    assert [warning.code for warning in stop.warnings if warning not in unrated.warnings] == warned
+    for warning in stop.warnings:
+        if warning.code in warned:
+            assert f"{mass:g} kg exceeds the rated 16 kg" in warning.message
+
+
+def test_every_other_operation_refuses_a_payload_above_the_rating() -> None:
+    with pytest.raises(PayloadExceeded, match="exceeds the rated"):
+        slice_trajectory(kuka().with_payload(Payload(17.0)), planned("quintic"), 0.1)

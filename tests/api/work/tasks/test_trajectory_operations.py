@@ -97,12 +97,20 @@ def test_a_plan_is_timed_again(service: RunningService, plan: dict[str, Any]) ->
         assert again["final"]["position"] == pytest.approx(plan["samples"]["position"][-1])
 
 
-@pytest.mark.parametrize("name", ["reverse", "slice", "resample", "retime", "stop"])
+@pytest.mark.parametrize("name", ["reverse", "slice", "resample", "retime"])
 def test_a_payload_above_the_rating_is_refused(service: RunningService, plan: dict[str, Any], name: str) -> None:
-    own = {"time": 0.4 * plan["duration"]} if name == "stop" else {}
-    assert post(service, name, given(plan) | own | {"payload": {"mass": 6.0}})["certificate"]["satisfied"]
-    problem = service.post(f"/v1/trajectories/{name}", ROBOT | given(plan) | own | {"payload": {"mass": 7.0}}).json()
+    assert post(service, name, given(plan) | {"payload": {"mass": 6.0}})["certificate"]["satisfied"]
+    problem = service.post(f"/v1/trajectories/{name}", ROBOT | given(plan) | {"payload": {"mass": 7.0}}).json()
     assert (problem["code"], problem["value"], problem["limit"]) == ("payload_exceeded", 7.0, 6.0)
+
+
+@pytest.mark.parametrize("mode", ["on_path", "joints"])
+def test_a_stop_warns_of_a_payload_above_the_rating(service: RunningService, plan: dict[str, Any], mode: str) -> None:
+    own = {"time": 0.4 * plan["duration"], "mode": mode}
+    for mass, warned in ((6.0, False), (7.0, True)):
+        answer = post(service, "stop", given(plan) | own | {"payload": {"mass": mass}})
+        assert answer["certificate"]["satisfied"]
+        assert ("payload_above_rating" in [warning["code"] for warning in answer["warnings"]]) == warned
 
 
 def test_samples_are_run_by_the_interpolation_that_is_named(service: RunningService) -> None:
