@@ -160,6 +160,11 @@ class Check(Answer):
     `peak` is the largest jerk between the jumps."""
     lower: float | None = None
     """With `bounded`, the value at `time` in the unit of `peak`; the true peak is between them. Missing: no bound."""
+    segment: int | None = None
+    """The index of the segment on which a limit of a plan binds: at least 99 % of it are used. Missing: it does not."""
+    relaxed_by: list[str] | None = None
+    """The names of the fields of the request, and of its robot, that would relax this limit. Missing: it does not bind.
+    """
 
 
 class CertificateAnswer(Answer):

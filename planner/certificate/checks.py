@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from planner.robots import Robot
 
 
+OPTIONAL = ("lower", "segment", "relaxed_by", "own_unit")
+"""Attributes of checks that are left out of plain values where they say nothing."""
+
+
 @dataclass(frozen=True)
 class Check:
     """The largest value of one quantity over the trajectory.
@@ -33,6 +37,8 @@ class Check:
             example is the jerk of a cubic at its ends.
         lower: Where the method is `bounded`, a value that is reached at `time`: the true peak is between this and
             `peak`. None: another method.
+        segment: Index of the requested segment on which a limit binds; None: it does not bind, or no field sets it.
+        relaxed_by: Names of the fields of the request, and of its robot, with which this limit would be wider.
         own_unit: Unit of a further quantity, which is not one of `MEASURES`; None: it is one of them.
     """
 
@@ -46,6 +52,8 @@ class Check:
     enforced: bool
     bounded: bool
     lower: float | None = None
+    segment: int | None = None
+    relaxed_by: tuple[str, ...] = ()
     own_unit: str | None = None
 
     def __post_init__(self) -> None:
@@ -102,7 +110,7 @@ class Certificate:
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate in plain values, ready for JSON, without clearance and zones unless requested."""
         checks = (
-            {k: v for k, v in vars(check).items() if k not in ("own_unit", "lower") or v is not None}
+            {k: v for k, v in vars(check).items() if k not in OPTIONAL or (v is not None and v != ())}
             for check in self.checks
         )
         values = {**vars(self), "checks": list(checks)}

@@ -20,6 +20,7 @@ from planner.certificate.waypoints import certify_passages, certify_waypoints
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions, moves_at_its_ends
+from planner.plans.binding import with_binding_limits
 from planner.plans.warnings import plan_warnings
 from planner.samples import Samples, sample_at
 from planner.time_scaling.sampled_limits import refuse_what_turns_too_often
@@ -190,7 +191,7 @@ def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, traje
     certificate = _certificate(problem, backend, path, trajectory, met)
     refuse_unless_satisfied(certificate)
     certificate = replace(
-        certificate,
+        with_binding_limits(certificate, problem, trajectory),
         clearance=_clearance(problem, path.positions, trajectory),
         speed_zones=_speed_zones(problem, path, trajectory),
     )
