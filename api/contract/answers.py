@@ -163,8 +163,7 @@ class Check(Answer):
     segment: int | None = None
     """The index of the segment on which a limit of a plan binds: at least 99 % of it are used. Missing: it does not."""
     relaxed_by: list[str] | None = None
-    """The names of the fields of the request, and of its robot, that would relax this limit. Missing: it does not bind.
-    """
+    """The names of the fields of the request, and of its robot, that would relax this limit. Missing: none binds."""
 
 
 class CertificateAnswer(Answer):
