@@ -106,7 +106,10 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
     arrays: dict[str, Any] = {name: _unpacked(saved["trajectory"][name]) for name in ARRAYS}
     arrays["segments"] = arrays["segments"].view(np.int64)
     trajectory = Trajectory(**arrays, solver=saved.get("solver"))
-    checks = tuple(Check(**check) for check in saved["certificate"].pop("checks"))
+    checks = tuple(
+        Check(**check | {"relaxed_by": tuple(check.get("relaxed_by", ()))})
+        for check in saved["certificate"].pop("checks")
+    )
     clearance = saved["certificate"].pop("clearance", None)
     report = None if clearance is None else ClearanceReport.from_dict(clearance)
     zones = tuple(SpeedZoneCheck.from_dict(check) for check in saved["certificate"].pop("speed_zones", ()))
