@@ -43,6 +43,17 @@ def http(
 
 
 @app.command()
+def agents(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    requests: Annotated[int, typer.Option(help="Infeasible requests.", min=6)] = 500,
+) -> None:
+    """Count the infeasible requests that an agent turns into plans by remedies alone, within three calls."""
+    from benchmarks.service.agents import measure, print_table
+
+    _show(measure(requests), json, print_table)
+
+
+@app.command()
 def load(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     seconds: Annotated[float, typer.Option(help="Length of each load, s.", min=1.0)] = 30.0,

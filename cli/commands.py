@@ -236,6 +236,29 @@ def demo(
     raise typer.Exit(run_demo(output))
 
 
+@app.command()
+def mcp(
+    url: Annotated[
+        str | None,
+        typer.Option(
+            "--url",
+            metavar="URL",
+            help="Service that plans; its key is in the environment variable PLANNER_KEY.",
+            show_default="a service of its own",
+        ),
+    ] = None,
+    port: Annotated[
+        int | None,
+        typer.Option(metavar="NUMBER", help="Serve HTTP at /mcp on this port.", show_default="stdio", min=1, max=65535),
+    ] = None,
+    host: Annotated[str, typer.Option(metavar="ADDRESS", help="Address to listen on, with --port.")] = "127.0.0.1",
+) -> None:
+    """Offer the service to AI agents as tools of the Model Context Protocol. Nothing here moves a robot."""
+    from cli.work.agents import serve_agents
+
+    serve_agents(url, host, port)
+
+
 def main() -> None:
     """Run the command line; a fault of its own ends with status 70 (sysexits) and one line, without values."""
     from api.base.failures import where_from

@@ -30,6 +30,24 @@ DESCRIPTION = (
 )
 """The description of the service in its documentation."""
 
+GUIDE = f"""# {TITLE}
+
+> {DESCRIPTION}
+
+A refusal is a problem document (RFC 9457). Each of its `remedies` is a change that the service has tried: `change` is a
+JSON pointer into the request, `value` is the new value. Every answer with a plan has a certificate: no enforced limit
+is exceeded at any time.
+
+## Documents
+
+- [OpenAPI document](/openapi.json): all requests and answers, with examples
+- [Documentation of the HTTP interface](/docs): the same for people
+
+## Operations
+
+"""
+"""The start of /llms.txt, before the operations."""
+
 NEEDS = " Where keys are asked for, the key needs the scope `{scope}`."
 """The last sentence of the description of an operation that needs a key."""
 
@@ -56,6 +74,18 @@ async def document_of(request: Request) -> Response:
             return respond(reply)
         state.openapi = orjson.dumps(completed(described, orjson.loads(reply.body)))
     return await respond_with_json(request, state.openapi, {})
+
+
+def guide_of(request: Request) -> str:
+    """Return the operations with their summaries as Markdown, for language models."""
+    state = request.app.state
+    if not hasattr(state, "guide"):
+        paths = described_by_fastapi(request.app.routes)["paths"]
+        operations = ((path, method, each) for path, methods in paths.items() for method, each in methods.items())
+        lines = (f"- [{method.upper()} {path}](/openapi.json): {each['summary']}" for path, method, each in operations)
+        state.guide = GUIDE + "\n".join(lines) + "\n"
+    guide: str = state.guide
+    return guide
 
 
 def described_by_fastapi(routes: Sequence[BaseRoute]) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from api.contract.parts.common import DEFAULT_DEADLINE
 from api.contract.service import ServiceLimits
 from api.http.dependencies import needs, service_of
 from api.http.described import returns
-from api.http.openapi import document_of
+from api.http.openapi import document_of, guide_of
 from api.http.router import Router
 from api.http.transport.shedding import ALIVE
 from api.store.batches import left_to_plan
@@ -102,6 +102,12 @@ async def get_metrics(request: Request) -> Response:
 async def openapi(request: Request) -> Response:
     """Answer GET /openapi.json."""
     return await document_of(request)
+
+
+@documentation.get("/llms.txt")
+async def guide(request: Request) -> Response:
+    """Answer GET /llms.txt: the operations for language models, in the form of llmstxt.org."""
+    return Response(guide_of(request), media_type="text/plain")
 
 
 @documentation.get("/docs")

@@ -1,0 +1,1 @@
+"""The service as tools of AI agents, by the Model Context Protocol."""
