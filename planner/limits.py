@@ -200,13 +200,13 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
             yield (*field, name), f"must be at most 1; got {number:g}, which exceeds the robot's limits"
     for quantity in RANGED_QUANTITIES:
         name = f"{quantity}_range"
-        asked = getattr(limits, name)
-        if asked is None:
+        requested = getattr(limits, name)
+        if requested is None:
             continue
-        if len(asked) != robot.dof:
-            yield (*field, name), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
+        if len(requested) != robot.dof:
+            yield (*field, name), f"{len(requested)} values for the {robot.dof} joints of {robot.id}"
             continue
-        for i, ((lower, upper), own) in enumerate(zip(asked, robot.bounds(quantity).T.tolist(), strict=True)):
+        for i, ((lower, upper), own) in enumerate(zip(requested, robot.bounds(quantity).T.tolist(), strict=True)):
             if not (SMALLEST <= -lower < np.inf and SMALLEST <= upper < np.inf):
                 yield (
                     (*field, name, i),
@@ -216,14 +216,14 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
                 text = f"limits of {robot.joint_names[i]}, {own[0]:.10g} to {own[1]:.10g}"
                 yield (*field, name, i), f"wider than the robot's own {quantity} {text}"
     for quantity in (*JOINT_QUANTITIES, "power", "rms_torque"):
-        asked = getattr(limits, quantity)
-        if asked is None:
+        requested = getattr(limits, quantity)
+        if requested is None:
             continue
-        if len(asked) != robot.dof:
-            yield (*field, quantity), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
+        if len(requested) != robot.dof:
+            yield (*field, quantity), f"{len(requested)} values for the {robot.dof} joints of {robot.id}"
             continue
         widest = np.full(robot.dof, np.inf) if quantity == "power" else robot.limit(quantity)
-        for i, (value, own) in enumerate(zip(asked, widest, strict=True)):
+        for i, (value, own) in enumerate(zip(requested, widest, strict=True)):
             if not value >= SMALLEST:
                 yield (*field, quantity, i), TOO_SMALL
             elif value > own:
@@ -247,8 +247,10 @@ def segment_limits(
     Raises:
         InvalidProblem: Limits wider than the robot's, or a scale above 1: whoever asks for them, none are resolved.
     """
-    asked_of_all = {("limits",): common} | {("waypoints", i, "limits"): each for i, each in enumerate(own, 1) if each}
-    faults = [fault for field, limits in asked_of_all.items() for fault in limit_faults(robot, limits, field)]
+    requested_of_all = {("limits",): common} | {
+        ("waypoints", i, "limits"): each for i, each in enumerate(own, 1) if each
+    }
+    faults = [fault for field, limits in requested_of_all.items() for fault in limit_faults(robot, limits, field)]
     if faults:
         raise InvalidProblem(faults)
 
@@ -262,10 +264,10 @@ def segment_limits(
         def within(factor: float, *each: Limits) -> FloatArray:
             """Return the limits (2, joints) within all of these, and within a factor on the robot's own."""
             row = widest * factor
-            for asked in (getattr(limits, quantity) for limits in each):
-                row = row if asked is None else np.minimum(row, asked)
-            for asked in (getattr(limits, f"{quantity}_range") for limits in each if ranged):
-                row = row if asked is None else np.minimum(row, np.abs(asked).T)
+            for requested in (getattr(limits, quantity) for limits in each):
+                row = row if requested is None else np.minimum(row, requested)
+            for requested in (getattr(limits, f"{quantity}_range") for limits in each if ranged):
+                row = row if requested is None else np.minimum(row, np.abs(requested).T)
             for limits in each:
                 row *= getattr(limits, f"{quantity}_scale", 1.0)
             return row
@@ -285,10 +287,10 @@ def segment_limits(
         return np.array([min(of_all, getattr(narrower, quantity, None) or np.inf) for narrower in own])
 
     of_tool = {quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES}
-    asked = [[limits.further for limits in (common, narrower) if limits is not None] for narrower in own]
+    requested = [[limits.further for limits in (common, narrower) if limits is not None] for narrower in own]
     further = {
-        constraint: np.array([min(limits.get(constraint, np.inf) for limits in each) for each in asked])
-        for constraint in dict.fromkeys(constraint for each in asked for limits in each for constraint in limits)
+        constraint: np.array([min(limits.get(constraint, np.inf) for limits in each) for each in requested])
+        for constraint in dict.fromkeys(constraint for each in requested for limits in each for constraint in limits)
     }
     for power in (POWER, TOTAL_POWER):
         row = np.full(robot.dof, np.inf) if power.of_joints else np.inf

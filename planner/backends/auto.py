@@ -71,12 +71,12 @@ def _choices(path: JointPath) -> Iterator[tuple[dict[str, BackEnd], str]]:
         yield {"ruckig": Ruckig()}, "it passes waypoints with the requested velocities"
         yield {"quintic": Quintic()}, "it passes waypoints with the requested velocities"
         return
-    asked = ~np.isnan(path.durations)
-    inside = any(len(run.segments) > 1 and asked[run.segments].any() for run in path.runs)
+    requested = ~np.isnan(path.durations)
+    inside = any(len(run.segments) > 1 and requested[run.segments].any() for run in path.runs)
     if inside:
         yield {"quintic": Quintic()}, "it keeps the requested durations within segment groups"
         yield {"ruckig": Ruckig()}, "it keeps all limits, jerk included"
-    elif asked[path.moving].all():
+    elif requested[path.moving].all():
         yield {"quintic": Quintic()}, "every duration is requested, so no time can be gained, and its jerk is low"
         yield {"ruckig": Ruckig()}, "it keeps all limits, jerk included"
     else:

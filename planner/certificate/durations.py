@@ -40,15 +40,15 @@ def certify_durations(trajectory: Trajectory, waypoints: Sequence[AnyWaypoint], 
         return []
     took = np.diff(arrivals, prepend=0.0)
     took[1:] = arrivals[1:] - departures[:-1]
-    rows = [(took[k] - asked, asked, arrivals[k]) for k, asked in exact]
-    rows += [(min(took[k] - asked, 0.0), asked, arrivals[k]) for k, asked in least]
+    rows = [(took[k] - requested, requested, arrivals[k]) for k, requested in exact]
+    rows += [(min(took[k] - requested, 0.0), requested, arrivals[k]) for k, requested in least]
     if dwells:
         stood = _standing_times(trajectory, arrivals, departures)
-        rows += [(stood[k] - asked, asked, departures[k]) for k, asked in dwells]
+        rows += [(stood[k] - requested, requested, departures[k]) for k, requested in dwells]
     if whole is not None:
         rows.append((trajectory.duration - whole, whole, trajectory.duration))
-    errors, asked, times = np.abs(np.array(rows, dtype=np.float64)).T
-    limits = LIMIT_TOLERANCE * asked + ROUNDING * trajectory.duration
+    errors, requested, times = np.abs(np.array(rows, dtype=np.float64)).T
+    limits = LIMIT_TOLERANCE * requested + ROUNDING * trajectory.duration
     worst = int((errors / limits).argmax())
     return [
         Check(

@@ -97,19 +97,19 @@ def unless_missed(certificate: Certificate) -> Certificate:
     return replace(certificate, satisfied=certificate.satisfied and certificate.waypoint_error <= MISS)
 
 
-def continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:
+def continuity(derivatives: UnitPolynomials, requested: EndStates) -> int:
     """Return the highest k with continuous derivatives 0 to k, including the given end states; -1: none.
 
     Args:
         derivatives: The `DERIVATIVES` of a trajectory.
-        asked: The motion before and after.
+        requested: The motion before and after.
     """
     starts, ends = (values[: MOST_CONTINUOUS + 1] for values in (derivatives.starts, derivatives.ends))
     begin, end = starts[:, 0].copy(), ends[:, -1].copy()
-    begin[1] -= asked.initial_velocity
-    begin[2] -= asked.initial_acceleration
-    end[1] -= asked.final_velocity
-    end[2] -= asked.final_acceleration
+    begin[1] -= requested.initial_velocity
+    begin[2] -= requested.initial_acceleration
+    end[1] -= requested.final_velocity
+    end[2] -= requested.final_acceleration
     begin[0] = end[0] = 0.0  # it begins and ends where it is
     jumps = np.concatenate([starts[:, 1:] - ends[:, :-1], begin[:, None], end[:, None]], axis=1)
     # A bound on each derivative all over, since it may vanish at every breakpoint.

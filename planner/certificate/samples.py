@@ -40,7 +40,7 @@ much shorter steps overflow."""
 INTERPOLATIONS: tuple[Interpolation, ...] = get_args(Interpolation)
 """Every interpolation; each meets one column more than the one before."""
 
-COLUMNS_OF: Mapping[Interpolation, int] = {law: order for order, law in enumerate(INTERPOLATIONS, 1)}
+COLUMNS_OF: Mapping[Interpolation, int] = {interpolation: order for order, interpolation in enumerate(INTERPOLATIONS, 1)}
 """The number of columns that each interpolation meets."""
 
 REPORTED_OF: Mapping[Interpolation, frozenset[str]] = {
@@ -94,12 +94,12 @@ def certify_samples(
         faults += error.faults
     if faults:
         raise InvalidProblem(faults)
-    law = interpolation or interpolation_of(velocity is not None, acceleration is not None)
-    return certify_interpolation(robot, trajectory, law, limits, ends)
+    chosen = interpolation or interpolation_of(velocity is not None, acceleration is not None)
+    return certify_interpolation(robot, trajectory, chosen, limits, ends)
 
 
 def certify_interpolation(
-    robot: Robot, trajectory: Trajectory, law: Interpolation, limits: Limits, ends: EndStates | None = None
+    robot: Robot, trajectory: Trajectory, interpolation: Interpolation, limits: Limits, ends: EndStates | None = None
 ) -> Certificate:
     """Check `interpolated` samples; see `certify_samples`.
 
@@ -112,7 +112,7 @@ def certify_interpolation(
     refuse_unknown_torques(robot, (limits,))
     at_samples = replace(trajectory, arrivals=trajectory.breakpoints, departures=trajectory.breakpoints)
     met = trajectory.evaluate(trajectory.breakpoints, [0])[0]
-    return certificate_of(at_samples, robot, segment_limits(robot, limits, (None,)), guarantees_of(law), met, ends=ends)
+    return certificate_of(at_samples, robot, segment_limits(robot, limits, (None,)), guarantees_of(interpolation), met, ends=ends)
 
 
 def interpolated(
@@ -140,11 +140,11 @@ def interpolated(
     """
     times, q = np.asarray(time, dtype=np.float64), np.asarray(position, dtype=np.float64)
     v, a = (None if rates is None else np.asarray(rates, dtype=np.float64) for rates in (velocity, acceleration))
-    law = interpolation or interpolation_of(velocity is not None, acceleration is not None)
+    chosen = interpolation or interpolation_of(velocity is not None, acceleration is not None)
     columns = {"position": q, "velocity": v, "acceleration": a}
-    missing = [name for name, values in [*columns.items()][: COLUMNS_OF[law]] if values is None]
+    missing = [name for name, values in [*columns.items()][: COLUMNS_OF[chosen]] if values is None]
     faults = _sample_faults(robot, times, q, v, a)
-    faults += [(("interpolation",), f"{law} needs the column {name}") for name in missing]
+    faults += [(("interpolation",), f"{chosen} needs the column {name}") for name in missing]
     if faults:
         raise InvalidProblem(faults)
     lengths = np.diff(times)
@@ -152,7 +152,7 @@ def interpolated(
     ends = np.array([0.0, lengths.sum()])
     return Trajectory(
         lengths=lengths,
-        coefficients=interpolant(law, lengths, derivatives),
+        coefficients=interpolant(chosen, lengths, derivatives),
         segments=np.zeros(len(lengths), dtype=int),
         arrivals=ends,
         departures=ends,

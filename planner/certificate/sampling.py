@@ -81,18 +81,18 @@ def certify_sampling(
     wanted = trajectory.evaluate(trajectory.arrivals, [0])[0]
     return [
         SampleCertificate(
-            law,
+            interpolation,
             certificate_of(
-                _on_segments(trajectory, lengths, interpolant(law, lengths, derivatives)),
+                _on_segments(trajectory, lengths, interpolant(interpolation, lengths, derivatives)),
                 dynamics.robots[0],
                 limits,
-                guarantees_of(law),
+                guarantees_of(interpolation),
                 wanted,
                 ends=ends,
                 dynamics=dynamics,
             ),
         )
-        for law in INTERPOLATIONS
+        for interpolation in INTERPOLATIONS
     ]
 
 

@@ -143,8 +143,8 @@ def _deviations(
     bounded: dict[int, Line | Circle] = {}
     for segment in with_tool:
         pieces = np.flatnonzero(trajectory.segments == segment)
-        motion, asked = solved[segment + 1].tool_motion, waypoints[segment + 1].motion
-        free = asked.free if isinstance(asked, CartesianMotion) else None
+        motion, requested = solved[segment + 1].tool_motion, waypoints[segment + 1].motion
+        free = requested.free if isinstance(requested, CartesianMotion) else None
         if motion and (free or isinstance(motion.path, Polyline | PoseSpline)):
             of_curve = sampled(pieces, SAMPLES)
             if len(of_curve.times):
@@ -282,8 +282,8 @@ def _samples(trajectory: Trajectory, dynamics: SegmentDynamics, pieces: np.ndarr
 
 
 def _misses(
-    asked: FloatArray, turned: FloatArray | None, positions: FloatArray, rotations: FloatArray
+    requested: FloatArray, turned: FloatArray | None, positions: FloatArray, rotations: FloatArray
 ) -> tuple[FloatArray, FloatArray | None]:
     """Return distances (N,), m, and angles (N,), rad, of the tool from requested positions and rotations."""
-    distances: FloatArray = np.linalg.norm(asked - positions, axis=1)
+    distances: FloatArray = np.linalg.norm(requested - positions, axis=1)
     return distances, None if turned is None else angles_of(turned.transpose(0, 2, 1) @ rotations)

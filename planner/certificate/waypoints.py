@@ -253,10 +253,10 @@ def certify_passages(
     """
     if not passed_at:
         return []
-    segments, asked = list(passed_at), np.array(list(passed_at.values()))
+    segments, requested = list(passed_at), np.array(list(passed_at.values()))
     times = trajectory.departures[segments]
-    errors = np.abs(trajectory.evaluate(times, [1])[0] - asked)
-    limits = CLOSE_ENOUGH * np.abs(asked).max(axis=1)
+    errors = np.abs(trajectory.evaluate(times, [1])[0] - requested)
+    limits = CLOSE_ENOUGH * np.abs(requested).max(axis=1)
     row, joint = np.unravel_index(int((errors / limits[:, None]).argmax()), errors.shape)
     peak, limit = float(errors[row, joint]), float(limits[row])
     return [

@@ -12,7 +12,7 @@ from planner.free_motion.way import Way, find_way
 from planner.kinematics.forward import tool_pose
 from planner.problems.problem import LinearMotion, PoseWaypoint
 from planner.spatial import Pose
-from planner.tool_motions.tool_motion import AskedMotion, ToolMotion, follow_motion
+from planner.tool_motions.tool_motion import RequestedMotion, ToolMotion, follow_motion
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -77,7 +77,7 @@ def _line_back(edges: FreeEdges, robot: Robot, position: FloatArray, options: In
     for length in LINES:
         there = Pose(here.position - length * np.asarray(here.rotation)[:, 2], here.rotation)
         waypoint = PoseWaypoint(there, motion=LinearMotion())
-        followed = follow_motion(AskedMotion(robot, options, 0, waypoint, here, there), position)
+        followed = follow_motion(RequestedMotion(robot, options, 0, waypoint, here, there), position)
         if isinstance(followed, ToolMotion):
             u = np.linspace(0.0, followed.curve.breakpoints[-1], round(length / LEG) + 1)
             line: FloatArray = followed.curve.evaluate(u, [0])[0]

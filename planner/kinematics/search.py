@@ -219,8 +219,8 @@ def errors_of_many(poses: Sequence[Pose], reached: Sequence[Pose]) -> list[tuple
     distances: list[float] = np.sqrt((away * away).sum(axis=1)).tolist()
     if poses[0].rotation is None:
         return [(distance, None) for distance in distances]
-    asked, found = (np.array([pose.rotation for pose in group]) for group in (poses, reached))
-    turns = rotation_vectors(found.transpose(0, 2, 1) @ asked)
+    requested, found = (np.array([pose.rotation for pose in group]) for group in (poses, reached))
+    turns = rotation_vectors(found.transpose(0, 2, 1) @ requested)
     return list(zip(distances, np.sqrt((turns * turns).sum(axis=1)).tolist(), strict=True))
 
 

@@ -290,10 +290,10 @@ def resample_trajectory(
         LimitsUnsatisfiable: An enforced limit is broken.
     """
     refuse_other_joints(robot, [trajectory])
-    asked, duration = np.asarray(at, dtype=np.float64), trajectory.duration
-    if asked.ndim == 0 and not asked > 0.0:
+    requested, duration = np.asarray(at, dtype=np.float64), trajectory.duration
+    if requested.ndim == 0 and not requested > 0.0:
         raise InvalidProblem([(("period",), "must be greater than 0")])
-    times = trajectory.sample_times(float(asked)) if asked.ndim == 0 else asked
+    times = trajectory.sample_times(float(requested)) if requested.ndim == 0 else requested
     outside = np.flatnonzero(~((times >= -NEGLIGIBLE_SHARE * duration) & (times <= duration * (1 + NEGLIGIBLE_SHARE))))
     backwards = np.flatnonzero(np.diff(times) <= 0.0) + 1
     faults: list[tuple[FieldPath, str]] = [

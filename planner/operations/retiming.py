@@ -99,7 +99,7 @@ def retime_trajectory(
         Collision: The robot would come too near to itself, or to something around it.
         ClearanceUnproved: That it does not could not be proved.
     """
-    asked = PlanningProblem(
+    requested = PlanningProblem(
         robot,
         (),
         limits=limits,
@@ -108,9 +108,9 @@ def retime_trajectory(
         self_collision=self_collision,
         speed_zones=speed_zones,
     )
-    path, deviation = _path(asked, np.asarray(points, dtype=np.float64), backend, max_deviation)
+    path, deviation = _path(requested, np.asarray(points, dtype=np.float64), backend, max_deviation)
     trajectory = backend.parametrize(path) if len(path.moving) else assemble(path, [])
-    trajectory = slowed(replace(asked, waypoints=_waypoints(path.positions)), backend, path, trajectory)
+    trajectory = slowed(replace(requested, waypoints=_waypoints(path.positions)), backend, path, trajectory)
     done = certified(robot, replace(trajectory, warnings=()), limits, enforced(backend))
     done = kept_clear(done, scene, self_collision, speed_zones)
     warnings = (*done.warnings, *trajectory.warnings)
@@ -118,10 +118,10 @@ def retime_trajectory(
 
 
 def _path(
-    asked: PlanningProblem, points: np.ndarray, backend: BackEnd, max_deviation: float
+    requested: PlanningProblem, points: np.ndarray, backend: BackEnd, max_deviation: float
 ) -> tuple[JointPath, float]:
     """Return the path along a smooth curve near the points, and its distance from them after timing."""
-    robot = asked.robot
+    robot = requested.robot
     if points.ndim != 2 or len(points) < 1 or points.shape[1] != robot.dof:
         shape = " x ".join(map(str, points.shape))
         message = f"{shape} values: rows of the {robot.dof} joints of {robot.id} are needed"
@@ -130,8 +130,8 @@ def _path(
         raise InvalidProblem([(("points",), "must be finite numbers")])
     if not 0.0 < max_deviation < np.inf:
         raise InvalidProblem([(("max_deviation",), "must be greater than 0")])
-    check_problem(replace(asked, waypoints=_waypoints(points[[0, -1]])), backend)
-    problem = replace(asked, waypoints=_waypoints(points[[0, -1]]), scene=None, self_collision=None, speed_zones=())
+    check_problem(replace(requested, waypoints=_waypoints(points[[0, -1]])), backend)
+    problem = replace(requested, waypoints=_waypoints(points[[0, -1]]), scene=None, self_collision=None, speed_zones=())
     _refuse_other_ways(backend, robot.dof)
     velocity = counted_velocity(problem.segment_limits().velocity.narrower[0])
     smooth = smooth_curve_near(points, velocity, max_deviation)
@@ -148,7 +148,7 @@ def _path(
         at = curve.evaluate(curve.breakpoints, [0])[0]
         knots = np.insert(knots, 1, int(np.abs(at - at[0]).max(axis=1).argmax()))
     solved = solve_path(replace(problem, waypoints=_waypoints(curve.evaluate(curve.breakpoints[knots], [0])[0])))
-    steps = 2 if asked.speed_zones else 1  # the back end's, and that which slows its motion
+    steps = 2 if requested.speed_zones else 1  # the back end's, and that which slows its motion
     return _along(solved, curve, knots, timing / steps), smooth.deviation + timing
 
 
@@ -169,8 +169,8 @@ def _refuse_other_ways(backend: BackEnd, joints: int) -> None:
         raise InvalidProblem([((BACK_END, KIND), message)])
     ends = end_states(backend, joints)
     if ends.starts_moving or ends.ends_moving:
-        asked = [name for name in END_OPTIONS if any(getattr(backend, name) or ())]
-        raise InvalidProblem([((BACK_END, name), "points are timed from rest to rest") for name in asked])
+        requested = [name for name in END_OPTIONS if any(getattr(backend, name) or ())]
+        raise InvalidProblem([((BACK_END, name), "points are timed from rest to rest") for name in requested])
 
 
 def _keeps_straight_lines(backend: BackEnd) -> bool:

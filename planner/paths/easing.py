@@ -70,9 +70,9 @@ def eased(
     )
 
 
-def _is_close(robot: Robot, positions: FloatArray, asked: FloatArray, tolerances: FloatArray) -> bool:
+def _is_close(robot: Robot, positions: FloatArray, requested: FloatArray, tolerances: FloatArray) -> bool:
     """Tell whether the tool stays within the tolerances (2,) between two lists of joint positions (N, joints)."""
-    (points, turned), (wanted, axes) = tool_poses(robot, positions), tool_poses(robot, asked)
+    (points, turned), (wanted, axes) = tool_poses(robot, positions), tool_poses(robot, requested)
     distances = np.linalg.norm(points - wanted, axis=1)
     angles = np.linalg.norm(rotation_vectors(axes.transpose(0, 2, 1) @ turned), axis=1)
     return bool((np.array([distances.max(), angles.max()]) <= SHARE_OF_TOLERANCE * tolerances).all())

@@ -299,8 +299,8 @@ def _passed_at(
     }
     for i, waypoint in enumerate(waypoints):
         transition, next_ones = waypoint.transition, moving[moving >= i]
-        asked = transition.velocity if isinstance(transition, ThroughTransition) else None
-        if asked is not None and (not len(next_ones) or passed.get(int(next_ones[0])) != asked):
+        requested = transition.velocity if isinstance(transition, ThroughTransition) else None
+        if requested is not None and (not len(next_ones) or passed.get(int(next_ones[0])) != requested):
             field = "waypoints", i, "transition", "velocity"
             raise InvalidProblem([(field, "another waypoint at this position is passed otherwise, or the robot stops")])
     return {segment: np.array(velocity) for segment, velocity in passed.items()}

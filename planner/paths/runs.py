@@ -314,8 +314,8 @@ def _leaves_limits_error(
 
 
 def _joint_tolerance(waypoints: Sequence[AnyWaypoint]) -> float:
-    asked = [min(_tolerances(waypoint)) for waypoint in waypoints if not isinstance(waypoint.motion, JointMotion)]
-    return min([JOINT_TOLERANCE, *(SHARE_OF_TOLERANCE * tolerance for tolerance in asked)])
+    requested = [min(_tolerances(waypoint)) for waypoint in waypoints if not isinstance(waypoint.motion, JointMotion)]
+    return min([JOINT_TOLERANCE, *(SHARE_OF_TOLERANCE * tolerance for tolerance in requested)])
 
 
 def _tolerances(waypoint: AnyWaypoint) -> tuple[float, float]:

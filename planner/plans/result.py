@@ -26,7 +26,7 @@ from planner.samples import Samples, sample_at
 from planner.time_scaling.sampled_limits import refuse_what_turns_too_often
 from planner.timing.action_times import action_times
 from planner.timing.continuous_torque import within_rms_torque
-from planner.timing.durations import duration_error, in_asked_durations
+from planner.timing.durations import duration_error, in_requested_durations
 from planner.timing.slowing import slowed
 from planner.tolerances import ROUNDING
 
@@ -171,7 +171,7 @@ def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajec
         PlanningError: Another refusal of the back end.
     """
     refuse_what_turns_too_often(path)
-    trajectory = in_asked_durations(problem, backend, path) if len(path.moving) else _rest(path, backend)
+    trajectory = in_requested_durations(problem, backend, path) if len(path.moving) else _rest(path, backend)
     trajectory = within_rms_torque(problem, backend, path, slowed(problem, backend, path, trajectory))
     if problem.duration is not None and abs(trajectory.duration - problem.duration) > ROUNDING * problem.duration:
         raise duration_error(problem.duration, trajectory.duration)

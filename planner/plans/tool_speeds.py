@@ -151,8 +151,8 @@ def _slow_part(plan: Plan, segment: int, limit: float, samples: _Samples, first:
     quantity, joint = max(shares, key=lambda one: float(periods @ (shares[one] >= binds)))
     use = float(shares[quantity, joint].max())
     if use < BINDS:
-        asked = not np.isnan(plan.path.durations[segment])
-        quantity, joint = DURATION if asked else TIME_LAW, None
+        requested = not np.isnan(plan.path.durations[segment])
+        quantity, joint = DURATION if requested else TIME_LAW, None
     ends = [first, last - 1]
     (start, end), (gone, reached) = samples.times[ends].tolist(), samples.distances[ends].tolist()
     return SlowPart(start, end, gone, reached, lowest, quantity, joint, use)

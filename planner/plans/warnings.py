@@ -65,8 +65,8 @@ def plan_warnings(
     yield from _attached_far_away(problem, path)
     yield from _torque_warnings(problem, path)
     for quantity in JOINT_QUANTITIES:
-        asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
-        if asked and backend.guarantees[quantity] is not Guarantee.HARD:
+        requested = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
+        if requested and backend.guarantees[quantity] is not Guarantee.HARD:
             message = (
                 f"the request limits {quantity}, but {backend.kind} only reports it and does not enforce the limit"
             )
@@ -82,10 +82,10 @@ def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
     given, positions = given_positions(problem.robot, problem.waypoints)
     within = np.clip(positions, problem.robot.limit("lower"), problem.robot.limit("upper"))
     for row, joint in np.argwhere(positions != within).tolist():
-        asked, limit = distinct(positions[row, joint], within[row, joint])
+        requested, limit = distinct(positions[row, joint], within[row, joint])
         name = problem.robot.joint_names[joint]
         number = problem.numbers[given[row]]
-        message = f"waypoint {number} has {name} at {asked}, beyond its limit {limit}; the plan uses the limit"
+        message = f"waypoint {number} has {name} at {requested}, beyond its limit {limit}; the plan uses the limit"
         yield PlanWarning("position_snapped", message)
 
 

@@ -247,12 +247,12 @@ def _kept(plan: Planned) -> str:
     return "every enforced limit kept" if plan.certificate.satisfied else "limits violated"
 
 
-def _refuse_unknown(what: str, asked: Sequence[str] | Collection[str], known: Collection[str]) -> None:
+def _refuse_unknown(what: str, requested: Sequence[str] | Collection[str], known: Collection[str]) -> None:
     """Refuse names that there are not.
 
     Raises:
         ValueError: A name is unknown, or there is none.
     """
-    wrong = [name for name in asked if name not in known]
-    if wrong or not asked:
+    wrong = [name for name in requested if name not in known]
+    if wrong or not requested:
         raise ValueError(f"{what}: {', '.join(wrong) or 'nothing'}; there are {', '.join(known)}")

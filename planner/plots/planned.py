@@ -60,11 +60,11 @@ class NamedStop(NamedTuple):
 
 def stops_of(plan: Planned) -> list[NamedStop]:
     """List the waypoints that were asked, without those on found ways; one without a name has its number for one."""
-    asked = [row for row, waypoint in enumerate(plan.problem.waypoints) if not isinstance(waypoint, ViaWaypoint)]
+    requested = [row for row, waypoint in enumerate(plan.problem.waypoints) if not isinstance(waypoint, ViaWaypoint)]
     times = plan.trajectory.arrivals, plan.trajectory.departures
     return [
         NamedStop(row, plan.problem.waypoints[row].name or str(index), *(float(column[row]) for column in times))
-        for index, row in enumerate(asked)
+        for index, row in enumerate(requested)
     ]
 
 

@@ -63,7 +63,7 @@ def check_problem(problem: PlanningProblem, backend: HasCapabilities) -> None:
     _refuse_impossible_passages(problem)
 
 
-def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
+def refuse_unknown_torques(robot: Robot, requested: tuple[Limits, ...]) -> None:
     """Refuse a limit of torque or power that cannot be checked, rather than ignore it.
 
     Raises:
@@ -73,7 +73,7 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
         return
     fields = {"torque": ("torque", "torque_range"), "power": ("power", "total_power"), "RMS torque": ("rms_torque",)}
     for quantity, names in fields.items():
-        if any(getattr(limits, name) for limits in asked for name in names):
+        if any(getattr(limits, name) for limits in requested for name in names):
             raise MissingDynamics(
                 f"{robot.id} has no link inertias and carries no payload: its {quantity} limits cannot be checked"
             )
@@ -121,10 +121,10 @@ def _free_motion_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, s
         if not isinstance(motion, FreeMotion):
             continue
         for name in ("time_budget", "optimise_checks"):
-            asked, field = getattr(motion, name), ("waypoints", i, "motion", name)
-            if asked is not None and not 0.0 < asked < np.inf:
+            requested, field = getattr(motion, name), ("waypoints", i, "motion", name)
+            if requested is not None and not 0.0 < requested < np.inf:
                 yield field, "must be finite and greater than 0"
-            elif asked is not None and motion.optimise is None:
+            elif requested is not None and motion.optimise is None:
                 yield field, "needs `optimise`, the objective of the optimisation that it limits"
 
 
@@ -203,10 +203,10 @@ def _refuse_heavy_payloads(problem: PlanningProblem) -> None:
 def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[tuple[FieldPath, str]]:
     """Find faults of a problem that contradict the requested motion at the ends."""
     robot, waypoints = problem.robot, problem.waypoints
-    asked = {name: rates for name in END_OPTIONS if (rates := getattr(backend, name)) is not None}
-    wrong = [name for name, rates in asked.items() if len(rates) != robot.dof]
+    requested = {name: rates for name in END_OPTIONS if (rates := getattr(backend, name)) is not None}
+    wrong = [name for name, rates in requested.items() if len(rates) != robot.dof]
     for name in wrong:
-        yield (BACK_END, name), f"{len(asked[name])} values for the {robot.dof} joints of {robot.id}"
+        yield (BACK_END, name), f"{len(requested[name])} values for the {robot.dof} joints of {robot.id}"
     if wrong or len(waypoints) < 2:
         return
     last = len(waypoints) - 1
@@ -216,7 +216,7 @@ def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[t
     until, since = min(stops, default=last), max(stops, default=0)
     ends = (END_OPTIONS[:2], 0, range(1, until + 1), "before"), (END_OPTIONS[2:], last, range(last, since, -1), "after")
     for names, end, nearest_first, side in ends:
-        moving = [name for name in names if any(asked.get(name, ()))]
+        moving = [name for name in names if any(requested.get(name, ()))]
         if moving and waypoints[end].dwell > 0.0:
             yield ("waypoints", end, "dwell"), "must be 0: the request has motion at this waypoint"
         bound = next((k for k in nearest_first if not _is_free_in_joint_space(waypoints[k])), None)
@@ -261,9 +261,9 @@ def _refuse_impossible_passages(problem: PlanningProblem) -> None:
     Raises:
         LimitsUnsatisfiable: A velocity is beyond a limit.
     """
-    asked = _passing_velocities(problem)
-    lower, upper = problem.segment_limits().bounds("velocity") if asked else (np.empty(0), np.empty(0))
-    for i, velocity in asked.items():
+    requested = _passing_velocities(problem)
+    lower, upper = problem.segment_limits().bounds("velocity") if requested else (np.empty(0), np.empty(0))
+    for i, velocity in requested.items():
         least, most = lower[i - 1 : i + 1].max(axis=0), upper[i - 1 : i + 1].min(axis=0)
         values = np.array(velocity)
         kept = np.clip(values, least, most)

@@ -53,22 +53,22 @@ class Region:
         known = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: ends for name, ends in known.items() if ends is not None}
 
-    def pose(self, asked: Pose, offsets: FloatArray) -> Pose:
+    def pose(self, requested: Pose, offsets: FloatArray) -> Pose:
         """Return the pose at offsets (ranges,) within the region of a requested pose with a rotation."""
-        assert asked.rotation is not None  # noqa: S101 - the check of the problem refuses others
+        assert requested.rotation is not None  # noqa: S101 - the check of the problem refuses others
         shift, turn = np.zeros(3), np.eye(3)
         for name, offset in zip(self.ranges, offsets.tolist(), strict=True):
             if name in TURNS:
                 turn = turn @ TURNS[name](offset)
             else:
                 shift["xyz".index(name)] = offset
-        return Pose(asked.position + asked.rotation @ shift, asked.rotation @ turn)
+        return Pose(requested.position + requested.rotation @ shift, requested.rotation @ turn)
 
-    def offsets(self, asked: Pose, reached: Pose) -> dict[str, float]:
+    def offsets(self, requested: Pose, reached: Pose) -> dict[str, float]:
         """Compute the offsets of a pose within the region of the requested pose, m or rad, by coordinate."""
-        assert asked.rotation is not None and reached.rotation is not None  # noqa: S101 - as above
-        x, y, z = (asked.rotation.T @ (reached.position - asked.position)).tolist()
-        turn = asked.rotation.T @ reached.rotation
+        assert requested.rotation is not None and reached.rotation is not None  # noqa: S101 - as above
+        x, y, z = (requested.rotation.T @ (reached.position - requested.position)).tolist()
+        turn = requested.rotation.T @ reached.rotation
         found = {
             "x": x,
             "y": y,

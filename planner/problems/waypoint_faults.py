@@ -88,15 +88,15 @@ def waypoint_faults(
         )
 
 
-def _choice_faults(asked: object, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
+def _choice_faults(requested: object, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
     """Find values that are not among their choices; other code would treat them as one of them."""
     for kind, name, choices in CHOICES:
-        if isinstance(asked, kind):
-            value, known = getattr(asked, name), get_args(choices)
+        if isinstance(requested, kind):
+            value, known = getattr(requested, name), get_args(choices)
             if value not in (getattr(kind, name), *known):
                 yield (*field, name), f"must be one of {', '.join(known)}; got {value!r}"
-    if isinstance(asked, PoseWaypoint | CartesianMotion):
-        free = asked.free
+    if isinstance(requested, PoseWaypoint | CartesianMotion):
+        free = requested.free
         if not (free is None or isinstance(free, Region) or free == "rotation_z"):
             yield (*field, "free"), f"must be rotation_z or a region; got {free!r}"
 

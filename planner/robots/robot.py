@@ -126,10 +126,10 @@ class Robot(PickledByFields, RobotDescription):
         Raises:
             InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
         """
-        asked = PlanningGroup(tip_frame, base_frame, group, joints, locked or {})
+        requested = PlanningGroup(tip_frame, base_frame, group, joints, locked or {})
         documents = _text(urdf), None if srdf is None else _text(srdf)
         find = meshes_of(meshes)
-        read = read_urdf(documents[0], srdf=documents[1], asked=asked, meshes=find, id=id, source=source)
+        read = read_urdf(documents[0], srdf=documents[1], requested=requested, meshes=find, id=id, source=source)
         return cls(**vars(read))
 
     @classmethod

@@ -77,7 +77,7 @@ class CollisionChecker:
         first: (own pairs,): number of the body that moves less, of each pair of bodies.
         second: (own pairs,): number of the other one.
         margins: (bodies, obstacles), m: the margin; negative infinity without one.
-        asked: For each kind of pairs with obstacles, its number, and a mask (bodies, obstacles) of its pairs.
+        requested: For each kind of pairs with obstacles, its number, and a mask (bodies, obstacles) of its pairs.
     """
 
     def __init__(self, robot: Robot, scene: Scene | None = None, *, self_collision: bool | None = None) -> None:
@@ -110,9 +110,9 @@ class CollisionChecker:
         self._uncertainties = np.zeros(len(self.bodies.pieces))
         self._uncertainties[: len(shapes)] = [shape.uncertainty for shape in shapes]
         self.margins, self._may_be_near = self._margins()
-        asked = np.isfinite(self.margins)
-        by_kind = {AMONG_OBJECTS: asked & ~self._may_be_near, CONTACTS: asked & self._may_be_near}
-        self.asked = {kind: pairs for kind, pairs in by_kind.items() if pairs.any()}
+        requested = np.isfinite(self.margins)
+        by_kind = {AMONG_OBJECTS: requested & ~self._may_be_near, CONTACTS: requested & self._may_be_near}
+        self.requested = {kind: pairs for kind, pairs in by_kind.items() if pairs.any()}
 
     @property
     def own_pairs(self) -> int:
@@ -122,7 +122,7 @@ class CollisionChecker:
     @property
     def is_empty(self) -> bool:
         """Whether there is no pair to check."""
-        return not self.own_pairs and not self.asked
+        return not self.own_pairs and not self.requested
 
     def kinds(self, pairs: np.ndarray) -> np.ndarray:
         """Return `ITSELF`, `AMONG_OBJECTS` or `CONTACTS` of pairs (n,)."""
@@ -135,7 +135,7 @@ class CollisionChecker:
         """Return the largest distance of the machine outside a kind of pairs' shapes, m; 0: none is estimated."""
         if kind == ITSELF:
             return float((self._uncertainties[self.first] + self._uncertainties[self.second]).max(initial=0.0))
-        pairs = self.asked.get(kind)
+        pairs = self.requested.get(kind)
         return 0.0 if pairs is None else float(self._uncertainties[pairs.any(axis=1)].max(initial=0.0))
 
     def names(self, pair: int) -> tuple[str, str]:

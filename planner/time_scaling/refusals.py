@@ -46,22 +46,22 @@ class BindingLimit(NamedTuple):
 
 
 def infeasible_duration_error(
-    asked: float, too_short: Mapping[int, float], binding: BindingLimit
+    requested: float, too_short: Mapping[int, float], binding: BindingLimit
 ) -> InfeasibleDuration:
     """Build the refusal of durations that are too short.
 
     Args:
-        asked: The requested duration of the first segment with too short a duration, s.
+        requested: The requested duration of the first segment with too short a duration, s.
         too_short: Durations, s, that will do if applied together, by segment, the first one at fault first.
         binding: The limit that takes more time.
     """
     segment, needed = next(iter(too_short.items()))
     return InfeasibleDuration(
-        f"segment {{segment}} cannot be done in {asked:g} s: within {binding.named} it takes {needed:.6g} s",
+        f"segment {{segment}} cannot be done in {requested:g} s: within {binding.named} it takes {needed:.6g} s",
         waypoint=segment + 1,
         segment=segment,
         joint=binding.joint,
-        value=asked,
+        value=requested,
         limit=needed,
         remedies=[
             Remedy(
@@ -123,8 +123,10 @@ def duration_of_run(path: JointPath, run: Run) -> float:
         InvalidProblem: Only one of several segments has a duration; this back end cannot set the times of passed
             waypoints.
     """
-    asked = path.durations[run.segments]
-    if len(asked) > 1 and not np.isnan(asked).all():
+    requested = path.durations[run.segments]
+    if len(requested) > 1 and not np.isnan(requested).all():
         message = "this back end cannot give a duration to a segment that is passed without stopping; leave it out"
-        raise InvalidProblem([(("waypoints", k + 1, "duration"), message) for k in run.segments[asked > 0].tolist()])
-    return float(asked[0])
+        raise InvalidProblem(
+            [(("waypoints", k + 1, "duration"), message) for k in run.segments[requested > 0].tolist()]
+        )
+    return float(requested[0])

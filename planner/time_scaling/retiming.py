@@ -57,7 +57,7 @@ def of_duration(widths: FloatArray) -> Objective:
     return Objective((WEIGHTS[:, None] * widths).ravel())
 
 
-class AskedDurations(NamedTuple):
+class RequestedDurations(NamedTuple):
     """Requested durations of parts of a motion.
 
     Attributes:
@@ -69,7 +69,7 @@ class AskedDurations(NamedTuple):
     durations: FloatArray
 
     @classmethod
-    def of_parts(cls, widths: FloatArray, parts: np.ndarray, durations: FloatArray) -> AskedDurations:
+    def of_parts(cls, widths: FloatArray, parts: np.ndarray, durations: FloatArray) -> RequestedDurations:
         """Return requested durations of parts of a motion, with a mask (parts, intervals) of their intervals."""
         weights = (WEIGHTS[:, None] * widths * parts[:, None]).reshape(len(parts), len(WEIGHTS) * len(widths))
         return cls(weights, durations)
@@ -99,11 +99,11 @@ class Retiming(NamedTuple):
 
 
 def fastest_retiming(
-    widths: FloatArray, limits: LinearLimits, tolerance: float, asked: AskedDurations | None = None
+    widths: FloatArray, limits: LinearLimits, tolerance: float, requested: RequestedDurations | None = None
 ) -> FloatArray:
     """Find the unknowns (intervals + 2,) of the fastest retiming within limits; see `best_retiming`."""
     start = _start(widths, limits)
-    return best_retiming(widths, limits, of_duration(widths), asked, tolerance, start=start).unknowns
+    return best_retiming(widths, limits, of_duration(widths), requested, tolerance, start=start).unknowns
 
 
 def _start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
@@ -137,7 +137,7 @@ def best_retiming(
     widths: FloatArray,
     limits: LinearLimits,
     objective: Objective,
-    asked: AskedDurations | None,
+    requested: RequestedDurations | None,
     tolerance: float,
     steps: int = MOST_STEPS,
     start: FloatArray | None = None,
@@ -153,20 +153,20 @@ def best_retiming(
         widths: Lengths (intervals,), s, of the intervals of the old time.
         limits: Limits at the first gridpoints of all intervals, then at the second ones, and so on. They allow rest.
         objective: The objective, at the same gridpoints.
-        asked: Requested durations; None: none.
+        requested: Requested durations; None: none.
         tolerance: Gap between the objective and its lower bound, relative, that may be left.
         steps: Newton steps, at most.
         start: Unknowns (intervals + 2,) that the search begins with, up to a factor; None: b is constant.
         begins_evenly: Whether a is 0 at the start, so that the acceleration there is the old one times b.
     """
     spline = QuadraticSpline(widths, begins_evenly=begins_evenly)
-    asked = asked or AskedDurations.of_parts(widths, np.empty((0, len(widths)), dtype=bool), np.empty(0))
+    requested = requested or RequestedDurations.of_parts(widths, np.empty((0, len(widths)), dtype=bool), np.empty(0))
     x = np.ones(len(widths) + 2) if start is None else start
     x = x * FIRST_SHARE * limits.scale(spline.states(x))
     # The search begins on the slow side of the asked durations.
-    share = (1.0 + asked.missed(spline.states(x)[0]) / asked.durations).min(initial=1.0)
+    share = (1.0 + requested.missed(spline.states(x)[0]) / requested.durations).min(initial=1.0)
     x *= share**2
-    x, converged = best_unknowns(spline.maps, limits.arrays, objective, asked, tolerance, steps, x)
+    x, converged = best_unknowns(spline.maps, limits.arrays, objective, requested, tolerance, steps, x)
     if begins_evenly:
         x[0] = x[1]
     return Retiming(x, converged)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.time_scaling.limits_on_curve import LimitsOnCurve
     from planner.time_scaling.linear_limits import LinearLimits
-    from planner.time_scaling.retiming import AskedDurations
+    from planner.time_scaling.retiming import RequestedDurations
 
 ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
 """Rounds of the search: the number of pieces of the law, those of each segment in addition, and the relative gap to the
@@ -86,8 +86,8 @@ def time_run(path: JointPath, run: Run) -> SegmentedPolynomial:
         InfeasibleDuration: The asked duration is too short.
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
-    asked = duration_of_run(path, run)
-    return scaled_to_duration(path, run, asked, follow_curve(run, fastest_law(path, run)), ENFORCED)
+    requested = duration_of_run(path, run)
+    return scaled_to_duration(path, run, requested, follow_curve(run, fastest_law(path, run)), ENFORCED)
 
 
 def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
@@ -120,7 +120,7 @@ def refined(
     law: PiecewisePolynomial,
     gap: float,
     enough: float = ENOUGH,
-    requested: Callable[[PiecewisePolynomial], AskedDurations | None] = lambda _: None,
+    requested: Callable[[PiecewisePolynomial], RequestedDurations | None] = lambda _: None,
 ) -> PiecewisePolynomial:
     """Refine a time scaling that is near to the fastest, until it keeps its limits between gridpoints, too.
 

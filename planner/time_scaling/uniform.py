@@ -84,14 +84,14 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
 
 
 def scaled_to_duration(
-    path: JointPath, run: Run, asked: float, pieces: SegmentedPolynomial, enforced: frozenset[str]
+    path: JointPath, run: Run, requested: float, pieces: SegmentedPolynomial, enforced: frozenset[str]
 ) -> SegmentedPolynomial:
     """Stretch a segment group's motion uniformly to its requested duration, or to the shortest within the limits.
 
     Args:
         path: The path, with its limits.
         run: One of its runs.
-        asked: The duration of the segment group, s; NaN: the shortest.
+        requested: The duration of the segment group, s; NaN: the shortest.
         pieces: The motion of the run, in any time.
         enforced: The quantities whose limits are kept.
 
@@ -101,10 +101,10 @@ def scaled_to_duration(
     """
     own = float(pieces.lengths.sum())
     scaling = slowest(time_scalings(path, pieces, enforced).values())
-    if not np.isnan(asked):
-        if asked < scaling.factor * own * (1.0 - DURATION_TOLERANCE):
-            raise infeasible_duration_error(asked, {run.first: scaling.factor * own}, scaling.binding)
-        return pieces.stretched(asked / own)
+    if not np.isnan(requested):
+        if requested < scaling.factor * own * (1.0 - DURATION_TOLERANCE):
+            raise infeasible_duration_error(requested, {run.first: scaling.factor * own}, scaling.binding)
+        return pieces.stretched(requested / own)
     if scaling.factor <= 0.0:
         raise no_duration_error(run.first)
     return pieces.stretched(scaling.factor)

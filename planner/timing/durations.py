@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 
-def in_asked_durations(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
+def in_requested_durations(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
     """Compute a trajectory with the minimum durations of segments and the duration of the whole.
 
     Args:
@@ -82,10 +82,10 @@ def in_longer_durations(path: JointPath, fastest: Trajectory, duration: float | 
     )
 
 
-def _factors(trajectory: Trajectory, asked: FloatArray) -> FloatArray:
+def _factors(trajectory: Trajectory, requested: FloatArray) -> FloatArray:
     """Return factors (segments,) from segments' durations to the requested ones, s; NaN: no requested duration."""
     own = _durations_of(trajectory)
-    return np.divide(asked, own, out=np.ones_like(own), where=~np.isnan(asked) & (own > 0.0))
+    return np.divide(requested, own, out=np.ones_like(own), where=~np.isnan(requested) & (own > 0.0))
 
 
 def durations_sharing(
@@ -114,12 +114,12 @@ def durations_sharing(
         durations = np.where(short, least, durations)
 
 
-def duration_error(asked: float, shortest: float) -> InfeasibleDuration:
+def duration_error(requested: float, shortest: float) -> InfeasibleDuration:
     """Return the refusal of a duration, s, with a shortest duration, s, that is known to work."""
     return InfeasibleDuration(
-        f"the trajectory cannot be done in {asked:g} s: within its limits and the requested durations it takes "
+        f"the trajectory cannot be done in {requested:g} s: within its limits and the requested durations it takes "
         f"{shortest:.6g} s",
-        value=asked,
+        value=requested,
         limit=shortest,
         remedies=[Remedy(("duration",), shortest, "a duration of the whole that keeps the limits")],
     )
@@ -143,14 +143,14 @@ def _with_least_durations(backend: BackEnd, path: JointPath, least: FloatArray) 
         least: (segments,), s.
     """
     fastest = trajectory = backend.parametrize(path)
-    asked = path.durations
+    requested = path.durations
     while True:
         short = _durations_of(trajectory) < least * (1.0 - DURATION_TOLERANCE)
-        if not np.isnan(asked[short]).any():
-            return trajectory, asked
-        asked = np.where(short, least, asked)
+        if not np.isnan(requested[short]).any():
+            return trajectory, requested
+        requested = np.where(short, least, requested)
         try:
-            trajectory = backend.parametrize(replace(path, durations=asked))
+            trajectory = backend.parametrize(replace(path, durations=requested))
         except PlanningError:
             slowed = _slowed(backend, path, fastest, least)
             if slowed is None:
@@ -168,10 +168,10 @@ def _slowed(backend: BackEnd, path: JointPath, fastest: Trajectory, least: Float
     if any(short[run.segments].any() and is_rigid(backend, path, run) for run in path.every_run):
         return None
     longer = {k: float(least[k]) for k in np.flatnonzero(short).tolist()}
-    return slow_down(path, fastest, enforced(backend), asked=longer)
+    return slow_down(path, fastest, enforced(backend), requested=longer)
 
 
-def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, asked: FloatArray) -> Trajectory:
+def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, requested: FloatArray) -> Trajectory:
     """Compute the trajectory whose segments have the given durations (segments,), s.
 
     It is the stretched fastest trajectory, or the back end's own result for these durations if it has one.
@@ -179,12 +179,14 @@ def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, asked: F
     rigid = any(is_rigid(backend, path, run) for run in path.every_run)
     if rigid or backend.capabilities.is_shaped_by_duration:
         try:
-            return backend.parametrize(replace(path, durations=asked))
+            return backend.parametrize(replace(path, durations=requested))
         except PlanningError:
-            if rigid or asked[path.moving].sum() < _durations_of(fastest)[path.moving].sum():
+            if rigid or requested[path.moving].sum() < _durations_of(fastest)[path.moving].sum():
                 raise
     own = _durations_of(fastest)
-    return _stretched(fastest, np.divide(asked, own, out=np.ones_like(own), where=np.isnan(path.durations) & (own > 0)))
+    return _stretched(
+        fastest, np.divide(requested, own, out=np.ones_like(own), where=np.isnan(path.durations) & (own > 0))
+    )
 
 
 def is_rigid(backend: BackEnd, path: JointPath, run: Run) -> bool:

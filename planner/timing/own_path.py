@@ -17,7 +17,7 @@ import numpy as np
 from planner.constraints import Constraint
 from planner.time_scaling.compose import compose
 from planner.time_scaling.limits_on_curve import LimitsOnCurve
-from planner.time_scaling.retiming import AskedDurations, fastest_retiming
+from planner.time_scaling.retiming import RequestedDurations, fastest_retiming
 from planner.time_scaling.time_law import refined, retimed
 from planner.time_scaling.uniform import slowest, time_scalings
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, shifted
@@ -80,7 +80,7 @@ def slow_down(
     trajectory: Trajectory,
     kept: frozenset[str],
     parts_of: Callable[[Run, SegmentedPolynomial], Sequence[Part]] = lambda _run, _motion: (),
-    asked: Mapping[int, float] = MappingProxyType({}),
+    requested: Mapping[int, float] = MappingProxyType({}),
 ) -> Trajectory:
     """Slow parts of a trajectory on its own path; return it unchanged without such parts.
 
@@ -89,7 +89,7 @@ def slow_down(
         trajectory: A trajectory on it.
         kept: The quantities whose limits are kept.
         parts_of: The parts of the motion of a run that are slowed; the motion rests at its ends if there are any.
-        asked: Longer durations of some segments, s; their segment groups start and end at rest.
+        requested: Longer durations of some segments, s; their segment groups start and end at rest.
 
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
@@ -104,9 +104,9 @@ def slow_down(
         if not len(rows):
             continue
         motion = trajectory.of(rows)
-        parts, own_asked = parts_of(run, motion), {k: asked[k] for k in run.segments.tolist() if k in asked}
-        if parts or own_asked:
-            slow = _slowed(path, run, motion, parts, own_asked, kept)
+        parts, own_requested = parts_of(run, motion), {k: requested[k] for k in run.segments.tolist() if k in requested}
+        if parts or own_requested:
+            slow = _slowed(path, run, motion, parts, own_requested, kept)
             for row, own in zip(rows.tolist(), slow, strict=True):
                 motions[row] = own
             changed = True
@@ -118,7 +118,7 @@ def _slowed(
     run: Run,
     motion: SegmentedPolynomial,
     parts: Sequence[Part],
-    asked: Mapping[int, float],
+    requested: Mapping[int, float],
     kept: frozenset[str],
 ) -> list[SegmentedPolynomial]:
     """Return the replacement of each piece of the motion of a segment group."""
@@ -134,22 +134,22 @@ def _slowed(
     as_planned = np.stack([curve.breakpoints[:-1], np.ones(len(under))], axis=1)[:, None]
     law = PiecewisePolynomial(curve.lengths, as_planned)
 
-    def asked_of(law: PiecewisePolynomial) -> AskedDurations:
+    def requested_of(law: PiecewisePolynomial) -> RequestedDurations:
         """Return the requested durations of segments on the pieces of a time-scaling function."""
         segments = motion.segments[under[bounds.pieces(law)]]
-        return AskedDurations.of_parts(
-            law.lengths, segments == np.array([*asked])[:, None], np.array([*asked.values()])
+        return RequestedDurations.of_parts(
+            law.lengths, segments == np.array([*requested])[:, None], np.array([*requested.values()])
         )
 
-    law = retimed(law, fastest_retiming(law.lengths, bounds.along(law), GAP, asked_of(law)))
-    law = bounds.on_segments(refined(bounds, law, GAP, requested=asked_of))
+    law = retimed(law, fastest_retiming(law.lengths, bounds.along(law), GAP, requested_of(law)))
+    law = bounds.on_segments(refined(bounds, law, GAP, requested=requested_of))
     timed, of = compose(curve, law, run.tolerance)
     row = law.segments[of]
     pieces = timed.of_segments(motion.segments[under[row]])
     factor = slowest(time_scalings(path, pieces, kept).values()).factor
     times = np.column_stack([pieces.breakpoints[:-1], pieces.breakpoints[1:]])
     factors = [part.excess(pieces, times[own[row]]) for part, own in zip(parts, within, strict=True)]
-    factors += [duration / pieces.lengths[pieces.segments == k].sum() for k, duration in asked.items()]
+    factors += [duration / pieces.lengths[pieces.segments == k].sum() for k, duration in requested.items()]
     pieces = pieces.stretched(max(1.0, factor, *factors))
     return [pieces.of(np.flatnonzero(under[row] == k)) for k in range(len(motion.lengths))]
 

@@ -18,7 +18,7 @@ from planner.errors import InfeasibleDuration, InvalidProblem, Remedy
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states
 from planner.speed_zones import DECIDED_TO, KNOWN_TO, PointSpeed, most_speed, moving_bodies, near_intervals
-from planner.timing.durations import in_asked_durations, in_longer_durations
+from planner.timing.durations import in_longer_durations, in_requested_durations
 from planner.timing.own_path import Part, slow_down
 from planner.tolerances import DURATION_TOLERANCE
 
@@ -60,11 +60,11 @@ def slowed(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajecto
     if not problem.speed_zones or not len(path.moving):
         return trajectory
     slow = _slowed(problem, backend, path, trajectory)
-    asked = ~np.isnan(path.durations)
-    if slow is trajectory or (problem.duration is None and not asked[path.moving].any()):
+    requested = ~np.isnan(path.durations)
+    if slow is trajectory or (problem.duration is None and not requested[path.moving].any()):
         return slow
-    free = replace(path, durations=np.where(np.isin(np.arange(len(asked)), path.moving), np.nan, path.durations))
-    fastest = _slowed(problem, backend, free, in_asked_durations(replace(problem, duration=None), backend, free))
+    free = replace(path, durations=np.where(np.isin(np.arange(len(requested)), path.moving), np.nan, path.durations))
+    fastest = _slowed(problem, backend, free, in_requested_durations(replace(problem, duration=None), backend, free))
     _refuse_short_durations(path, fastest)
     return in_longer_durations(path, fastest, problem.duration)
 
@@ -76,23 +76,23 @@ def _refuse_short_durations(path: JointPath, fastest: Trajectory) -> None:
         InvalidProblem: A segment with a requested duration has no stop before or after it.
         InfeasibleDuration: A duration is too short.
     """
-    asked = path.durations
+    requested = path.durations
     for run in path.every_run:
-        among = run.segments[~np.isnan(asked[run.segments])].tolist()
+        among = run.segments[~np.isnan(requested[run.segments])].tolist()
         if among and len(run.segments) > 1:
             message = "in speed zones a segment keeps a duration only if the robot stops before it and after it"
             raise InvalidProblem([(("waypoints", k + 1, "duration"), message) for k in among])
     took = fastest.arrivals[1:] - fastest.departures[:-1]
-    short = [k for k in path.moving.tolist() if asked[k] < took[k] * (1.0 - DURATION_TOLERANCE)]
+    short = [k for k in path.moving.tolist() if requested[k] < took[k] * (1.0 - DURATION_TOLERANCE)]
     if short:
         k = short[0]
         explanation = "the shortest duration of this segment that keeps the limits and the speeds of the zones"
         raise InfeasibleDuration(
-            f"segment {{segment}} cannot be done in {asked[k]:g} s: with the speeds of the zones near objects it takes "
-            f"{took[k]:.6g} s",
+            f"segment {{segment}} cannot be done in {requested[k]:g} s: with the speeds of the zones near objects it "
+            f"takes {took[k]:.6g} s",
             waypoint=k + 1,
             segment=k,
-            value=float(asked[k]),
+            value=float(requested[k]),
             limit=float(took[k]),
             remedies=[Remedy(("waypoints", i + 1, "duration"), float(took[i]), explanation) for i in short],
         )

@@ -66,7 +66,7 @@ MOST_ENDS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class AskedMotion:
+class RequestedMotion:
     """A requested motion of the tool along a curve.
 
     Attributes:
@@ -159,14 +159,14 @@ class RefusedMotion:
     """A motion of the tool that the joints cannot follow.
 
     Attributes:
-        asked: The motion.
+        requested: The motion.
         start: (joints,), rad or m, from where it was followed.
         path: Poses of the tool over u from 0 to 1.
         point: The point up to which it can be followed.
         error: Why it ends there.
     """
 
-    asked: AskedMotion
+    requested: RequestedMotion
     start: FloatArray
     path: PosePath
     point: PathPoint
@@ -175,35 +175,35 @@ class RefusedMotion:
     @property
     def is_out_of_reach(self) -> bool:
         """Whether the path leads out of the arm's reach, so that it can be followed from no other start either."""
-        depends_on_start = self.asked.before.rotation is None and self.asked.after.rotation is not None
-        is_free = self.asked.motion.free is not None
+        depends_on_start = self.requested.before.rotation is None and self.requested.after.rotation is not None
+        is_free = self.requested.motion.free is not None
         return isinstance(self.error, UnreachableWaypoint) and not (depends_on_start or is_free)
 
 
-def follow_motion(asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
+def follow_motion(requested: RequestedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
     """Follow a motion of the tool from a joint position (joints,) at the waypoint before.
 
     Raises:
         InvalidProblem: There is no path through the poses, such as no one circle.
     """
-    return follow_path(asked, start, asked.pose_path(start))
+    return follow_path(requested, start, requested.pose_path(start))
 
 
-def follow_chain(asked: Sequence[AskedMotion], start: FloatArray, guesses: FloatArray) -> list[ToolMotion]:
+def follow_chain(requested: Sequence[RequestedMotion], start: FloatArray, guesses: FloatArray) -> list[ToolMotion]:
     """Follow consecutive tool motions, all at once.
 
     Args:
-        asked: The motions.
+        requested: The motions.
         start: (joints,), rad or m, at the start of the first one.
         guesses: (motions, joints), solutions of the inverse kinematics where they are expected to end.
 
     Returns:
         The first of them, up to one that is not an ordinary straight line within the position limits.
     """
-    robot, free = asked[0].robot, asked[0].after.rotation is None
+    robot, free = requested[0].robot, requested[0].after.rotation is None
     idle = robot.dof - (3 if free else 6)
     lines: list[Line] = []
-    for one in asked if idle >= 0 and not asked[0].still else ():
+    for one in requested if idle >= 0 and not requested[0].still else ():
         is_line = (
             isinstance(one.waypoint.motion, LinearMotion)
             and not one.waypoint.motion.free
@@ -216,82 +216,84 @@ def follow_chain(asked: Sequence[AskedMotion], start: FloatArray, guesses: Float
         lines.append(line)
     if not lines:
         return []
-    ends = [one.waypoint for one in asked[: len(lines)]]
+    ends = [one.waypoint for one in requested[: len(lines)]]
     are_given = np.array([isinstance(waypoint, JointWaypoint) for waypoint in ends])
     curves, reached = follow_lines(robot, lines, start, guesses[: len(lines)], are_given, *_allowed(ends))
     if curves and (beyond := first_beyond(robot, joined(curves))) is not None:
         curves = curves[: int(beyond[0])]  # each of them is 1 long
     are_allowed = (
-        one.configuration.allows(own) for one, own in zip(asked, configurations(robot, reached), strict=False)
+        one.configuration.allows(own) for one, own in zip(requested, configurations(robot, reached), strict=False)
     )
     count = sum(takewhile(bool, are_allowed))
     return [
         ToolMotion(line, curve, end, _warning(one, line, curve, 0.0))
-        for one, line, curve, end in zip(asked, lines, curves[:count], reached, strict=False)
+        for one, line, curve, end in zip(requested, lines, curves[:count], reached, strict=False)
     ]
 
 
-def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
+def follow_path(requested: RequestedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
     """Follow the tool's path from a joint position (joints,); use its tolerance region if necessary."""
-    ends: list[FloatArray | None] = [*asked.given_ends(start)] or [None]
-    results = (_follow_as_written(asked, start, path, end) for end in ends)
+    ends: list[FloatArray | None] = [*requested.given_ends(start)] or [None]
+    results = (_follow_as_written(requested, start, path, end) for end in ends)
     result = first = next(results)
     while isinstance(result, RefusedMotion) and (other := next(results, None)) is not None:
         result = other
     result = result if isinstance(result, ToolMotion) else first
-    if isinstance(result, ToolMotion) or asked.motion.free is None or path.pose(0.0).rotation is None:
+    if isinstance(result, ToolMotion) or requested.motion.free is None or path.pose(0.0).rotation is None:
         return result
-    return _follow_by_freedoms(asked, start, path, region_of(asked.motion.free)) or result
+    return _follow_by_freedoms(requested, start, path, region_of(requested.motion.free)) or result
 
 
-def _follow_by_freedoms(asked: AskedMotion, start: FloatArray, path: PosePath, region: Region) -> ToolMotion | None:
+def _follow_by_freedoms(
+    requested: RequestedMotion, start: FloatArray, path: PosePath, region: Region
+) -> ToolMotion | None:
     """Follow the path with the region's coordinates as joints behind the tool; None: no tried end works.
 
     Args:
-        asked: The motion.
+        requested: The motion.
         start: (joints,), at its start.
         path: The path as it is written, which the tool is on at both ends.
         region: The tolerance region between the ends.
     """
-    robot, ends = asked.robot, asked.given_ends(start)
+    robot, ends = requested.robot, requested.given_ends(start)
     if not ends:
-        solutions = all_solutions(robot, path.pose(1.0), asked.options, start)
-        ends = list(in_configuration(robot, [_turned_to(robot, q, start) for q in solutions], asked.configuration))
+        solutions = all_solutions(robot, path.pose(1.0), requested.options, start)
+        ends = list(in_configuration(robot, [_turned_to(robot, q, start) for q in solutions], requested.configuration))
     free, at_ends = with_freedoms(robot, region.ranges), np.zeros(len(region.ranges))
     for end in sorted(ends, key=lambda q: float(np.abs(q - start).max()))[:MOST_ENDS]:
         arm, first, last = robot, start, end
         to_follow: PosePath | None = path
         if free.dof > len(path.twist(0.0)):
-            to_follow = by_freedoms(robot, path, region, start, end, asked.options)
+            to_follow = by_freedoms(robot, path, region, start, end, requested.options)
         else:  # the joints alone say where in the region the tool is
             arm, first, last = free, np.append(start, at_ends), np.append(end, at_ends)
         if to_follow is None:
             continue
-        curve, deviation = _followed(arm, to_follow, first, last, asked.motion, asked.still)
+        curve, deviation = _followed(arm, to_follow, first, last, requested.motion, requested.still)
         if isinstance(curve, Lost) or first_beyond(arm, curve) is not None:
             continue
         reached = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
         if np.abs(reached - last).max() <= SAME_CONFIGURATION:
             own = PiecewisePolynomial(curve.lengths, curve.coefficients[:, : robot.dof])
-            return ToolMotion(path, own, end, _warning(asked, path, own, deviation))
+            return ToolMotion(path, own, end, _warning(requested, path, own, deviation))
     return None
 
 
 def _follow_as_written(
-    asked: AskedMotion, start: FloatArray, path: PosePath, given: FloatArray | None
+    requested: RequestedMotion, start: FloatArray, path: PosePath, given: FloatArray | None
 ) -> ToolMotion | RefusedMotion:
     """Follow the given path from a joint position (joints,) at its start to the given one, if any."""
-    robot = asked.robot
+    robot = requested.robot
     if _stands_still(path) and (given is None or np.abs(given - start).max() <= POSITION_TOLERANCE):
         return ToolMotion(path, PiecewisePolynomial(np.ones(1), start[None, :, None]), start)
-    result, deviation = _followed(robot, path, start, given, asked.motion, asked.still)
+    result, deviation = _followed(robot, path, start, given, requested.motion, requested.still)
     curve = result.curve if isinstance(result, Lost) else result
     if (beyond := first_beyond(robot, curve)) is not None:
         u, position, joint = beyond
-        error: PlanningError = limit_error(asked.name, robot, u, position, joint)
+        error: PlanningError = limit_error(requested.name, robot, u, position, joint)
     elif isinstance(result, Lost):
         u, position = result.u, result.position
-        error = lost_error(asked.name, robot, path, result, asked.options, asked.motion.singularity)
+        error = lost_error(requested.name, robot, path, result, requested.options, requested.motion.singularity)
     else:
         end: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
         if given is None and np.abs(end - start).max() <= POSITION_TOLERANCE:
@@ -300,15 +302,15 @@ def _follow_as_written(
         given = None if given is None else _turned_to(robot, given, end)
         u, position = 1.0, end
         if given is not None and np.abs(end - given).max() > SAME_CONFIGURATION:
-            error = configuration_error(asked.name, robot, end, given)
-        elif not asked.configuration.allows(reached):
-            error = ConfigurationChange(f"{asked.name} ends with {reached}, not with {asked.configuration}")
+            error = configuration_error(requested.name, robot, end, given)
+        elif not requested.configuration.allows(reached):
+            error = ConfigurationChange(f"{requested.name} ends with {reached}, not with {requested.configuration}")
         else:
-            warning = _warning(asked, path, curve, deviation)
+            warning = _warning(requested, path, curve, deviation)
             return ToolMotion(path, curve, end if given is None else given, warning)
     there = PathPoint(u, tool_pose(robot, position), position)
-    error = error.with_fields(segment=asked.index - 1, waypoint=asked.index, path_point=there)
-    return RefusedMotion(asked, start, path, there, error)
+    error = error.with_fields(segment=requested.index - 1, waypoint=requested.index, path_point=there)
+    return RefusedMotion(requested, start, path, there, error)
 
 
 def _followed(
@@ -343,18 +345,23 @@ def _followed(
     return result, 0.0
 
 
-def _warning(asked: AskedMotion, path: PosePath, curve: PiecewisePolynomial, deviation: float) -> PlanWarning | None:
+def _warning(
+    requested: RequestedMotion, path: PosePath, curve: PiecewisePolynomial, deviation: float
+) -> PlanWarning | None:
     """Return the warning of a motion through a singularity or near one."""
     if deviation > 0.0:
         how = "goes right through a singularity of the wrist"
-        return PlanWarning("orientation_deviates", f"{asked.name} {how}, for which it turns off by {deviation:.3g} rad")
+        return PlanWarning(
+            "orientation_deviates", f"{requested.name} {how}, for which it turns off by {deviation:.3g} rad"
+        )
     rates = np.abs(curve.coefficients[:, :, 1]) / max(float(np.abs(path.twist(0.0)).max()), SLOWEST)
     knot, joint = np.unravel_index(rates.argmax(), rates.shape)
     if rates[knot, joint] < WORTH_A_WARNING:
         return None
     message = (
-        f"{asked.name} passes near a singularity after {curve.breakpoints[knot]:.1%} of the way: for 1 m or 1 rad of "
-        f"the tool {asked.robot.joint_names[joint]} goes {rates[knot, joint]:.3g}, for which the tool has to go slowly"
+        f"{requested.name} passes near a singularity after {curve.breakpoints[knot]:.1%} of the way: for 1 m or 1 rad "
+        f"of the tool {requested.robot.joint_names[joint]} goes {rates[knot, joint]:.3g}, for which the tool has to go "
+        "slowly"
     )
     return PlanWarning("near_singularity", message)
 
@@ -381,16 +388,16 @@ def _stands_still(path: PosePath) -> bool:
     return max(distance, angle or 0.0) <= POSITION_TOLERANCE
 
 
-def start_of_motion(asked: AskedMotion, end: FloatArray) -> FloatArray | None:
+def start_of_motion(requested: RequestedMotion, end: FloatArray) -> FloatArray | None:
     """Return the joint position (joints,) from which a motion leads to `end` (joints,): followed backwards.
 
     Returns:
         None: the motion cannot be followed within the position limits, or its first orientation is left open.
     """
-    if asked.before.rotation is None and asked.after.rotation is not None:
+    if requested.before.rotation is None and requested.after.rotation is not None:
         return None
-    path = Reversed(asked.pose_path(end))
-    curve, _ = _followed(asked.robot, path, end, None, asked.motion, asked.still)
-    if isinstance(curve, Lost) or first_beyond(asked.robot, curve) is not None:
+    path = Reversed(requested.pose_path(end))
+    curve, _ = _followed(requested.robot, path, end, None, requested.motion, requested.still)
+    if isinstance(curve, Lost) or first_beyond(requested.robot, curve) is not None:
         return None
     return np.asarray(curve.evaluate(curve.breakpoints[-1:], [0])[0][0])

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from planner.kinematics.options import Preference
     from planner.robots import Robot
     from planner.spatial import FloatArray
-    from planner.tool_motions.tool_motion import AskedMotion
+    from planner.tool_motions.tool_motion import RequestedMotion
     from planner.waypoints.candidates import Layer
     from planner.waypoints.preferences import Costs
 
-    Follow = Callable[[AskedMotion, FloatArray], ToolMotion | RefusedMotion]
+    Follow = Callable[[RequestedMotion, FloatArray], ToolMotion | RefusedMotion]
 
 MOTION_PENALTY = 0.01
 """The weight of the times of all joints beside that of the slowest: no joint moves for nothing behind a slower one."""
@@ -66,13 +66,13 @@ class Stop:
     Attributes:
         index: Index of the waypoint.
         layer: Its candidates.
-        asked: The motion of the tool to this waypoint; None: a joint motion, from any position to any.
+        requested: The motion of the tool to this waypoint; None: a joint motion, from any position to any.
         costs: The preference costs (N,) of joint positions (N, joints); None: only the path counts.
     """
 
     index: int
     layer: Layer
-    asked: AskedMotion | None = None
+    requested: RequestedMotion | None = None
     costs: Costs | None = None
 
 
@@ -146,12 +146,12 @@ def with_starts_of_motions(robot: Robot, stops: Sequence[Stop]) -> list[Stop]:
     found = list(stops)
     for k in range(len(stops) - 2, -1, -1):
         layer, after = stops[k].layer, found[k + 1]
-        if layer.descend is None or after.asked is None:
+        if layer.descend is None or after.requested is None:
             continue
-        if robot.dof > (3 if after.asked.after.rotation is None else 6):
+        if robot.dof > (3 if after.requested.after.rotation is None else 6):
             continue  # of an arm with more joints than the tool has directions motions lead on from every solution
         ends = after.layer.positions[:FOLLOWED_BACKWARDS]
-        starts = [start for end in ends if (start := start_of_motion(after.asked, end)) is not None]
+        starts = [start for end in ends if (start := start_of_motion(after.requested, end)) is not None]
         found[k] = replace(stops[k], layer=layer.with_solutions(robot, starts))
     return found
 
@@ -226,10 +226,10 @@ class _Search:
         if stop.index > 0:  # what is one joint position but for rounding becomes the same
             same = (np.abs(reached - origin) <= POSITION_TOLERANCE).all(axis=-1, keepdims=True)
             reached = np.where(same, origin, reached)
-        if stop.asked is None and reached.shape[:2] == (1, 1):  # no choice: what all ways cost does not matter
+        if stop.requested is None and reached.shape[:2] == (1, 1):  # no choice: what all ways cost does not matter
             return _Stage(reached[0], stage.costs, np.zeros(1, dtype=np.intp))
         costs = self._motion_costs(origin, reached)
-        if stop.asked is None:
+        if stop.requested is None:
             weight = self.weight if len(self.stages) == 1 else 1.0
             costs = stage.costs[:, None] + weight * costs
             origins, candidates = costs.argmin(axis=0), np.arange(len(layer.positions))
@@ -270,10 +270,10 @@ class _Search:
         way = []
         for i, stop in enumerate(self.stops, start=1):
             stage, row, motion = self.stages[i], rows[i], None
-            if stop.asked is not None:
+            if stop.requested is not None:
                 start = self.stages[i - 1].positions[rows[i - 1]]
                 self._follow_together(i, start)
-                result = self._follow(stop.index, stop.asked, start)
+                result = self._follow(stop.index, stop.requested, start)
                 if isinstance(result, RefusedMotion) or np.abs(result.end - stage.positions[row]).max() > SAME_END:
                     self._follow_on(i, result)
                     del self.stages[i:]
@@ -286,11 +286,11 @@ class _Search:
         """Follow many consecutive tool motions from stop i - 1 at once, as far as that works."""
         if (self.stops[i - 1].index, tuple(start.tolist())) in self.followed:
             return
-        stops = list(takewhile(lambda stop: stop.asked is not None, self.stops[i - 1 : i - 1 + self.together]))
+        stops = list(takewhile(lambda stop: stop.requested is not None, self.stops[i - 1 : i - 1 + self.together]))
         if len(stops) < FEWEST_TOGETHER:
             return
         motions = follow_chain(
-            [stop.asked for stop in stops if stop.asked is not None], start, self._nearest(stops, start)
+            [stop.requested for stop in stops if stop.requested is not None], start, self._nearest(stops, start)
         )
         for stop, motion in zip(stops, motions, strict=False):
             self.followed[stop.index, tuple(start.tolist())] = motion
@@ -310,17 +310,17 @@ class _Search:
     def _follow_on(self, i: int, motion: ToolMotion | RefusedMotion) -> None:
         """Follow the motions of the tool that come next, too: from here they lead nowhere else."""
         for k, stop in enumerate(self.stops[i:], start=i + 1):
-            if isinstance(motion, RefusedMotion) or stop.asked is None:
+            if isinstance(motion, RefusedMotion) or stop.requested is None:
                 return
             self._follow_together(k, motion.end)
-            motion = self._follow(stop.index, stop.asked, motion.end)
+            motion = self._follow(stop.index, stop.requested, motion.end)
 
-    def _follow(self, index: int, asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
+    def _follow(self, index: int, requested: RequestedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
         """Return the followed motion from a joint position (joints,), from the cache if possible."""
         key = index, tuple(start.tolist())
         if key not in self.followed:
-            self.followed[key] = result = self.follow(asked, start)
+            self.followed[key] = result = self.follow(requested, start)
             if isinstance(result, RefusedMotion):
                 self.refused = result if self.refused is None or result.is_out_of_reach else self.refused
-                self.refused_with_freedom += asked.motion.free is not None
+                self.refused_with_freedom += requested.motion.free is not None
         return self.followed[key]

@@ -243,18 +243,18 @@ def _postures(
 ) -> list[FloatArray]:
     """Return joint positions (joints and offsets,) at poses across the region of a waypoint."""
     assert waypoint.free is not None  # noqa: S101 - has a region
-    region, asked = region_of(waypoint.free), waypoint.pose_in_base
+    region, requested = region_of(waypoint.free), waypoint.pose_in_base
     if robot.dof >= 6:
-        return _in_spread(robot, asked, region, near, options)
+        return _in_spread(robot, requested, region, near, options)
     # Few poses of the region can be reached: those that the freedoms lead to.
     free = with_freedoms(robot, region.ranges)
-    return list(solution_layers(free, [asked], options, np.append(near, np.zeros(len(region.ranges))))[0])
+    return list(solution_layers(free, [requested], options, np.append(near, np.zeros(len(region.ranges))))[0])
 
 
 def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinematicsOptions) -> PoseWaypoint:
     """Return a waypoint with the pose in its region that has the nearest or preferred joint position."""
     robot, region, near = selection.pinned.robot, selection.region, selection.pinned.own(selection.before)
-    asked, wanted, preferred = waypoint.pose_in_base, waypoint.configuration, costs_of(robot, options)
+    requested, wanted, preferred = waypoint.pose_in_base, waypoint.configuration, costs_of(robot, options)
 
     def costs(positions: FloatArray) -> FloatArray:
         """Return the costs (N,), s, of joint positions (N, joints and offsets) in the requested configuration."""
@@ -274,7 +274,7 @@ def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinem
     postures = postures[costs(postures).argsort(kind="stable")]
     is_free = selection.is_free(postures)
     postures = postures[is_free] if is_free.any() else postures
-    search = Search(free, asked, options)
+    search = Search(free, requested, options)
 
     def refined(start: FloatArray) -> FloatArray:
         return least_cost(search, start, costs, selection.is_free if is_free.any() else None)
@@ -288,11 +288,11 @@ def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinem
 
 
 def _in_spread(
-    robot: Robot, asked: Pose, region: Region, near: FloatArray, options: InverseKinematicsOptions
+    robot: Robot, requested: Pose, region: Region, near: FloatArray, options: InverseKinematicsOptions
 ) -> list[FloatArray]:
     """Return joint positions (joints and offsets,) at poses across a region."""
     offsets = _spread(region)
-    poses = [region.pose(asked, row) for row in offsets]
+    poses = [region.pose(requested, row) for row in offsets]
     layers = solution_layers(robot, poses, options, near)
     found = [np.concatenate([q, row[::-1]]) for row, layer in zip(offsets, layers, strict=True) for q in layer]
     if robot.dof > 6:  # what is known of a continuum is a spread: these are the solutions nearby

@@ -43,14 +43,14 @@ def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Rem
         refused: The motion.
         before: The waypoint where it starts.
     """
-    asked, point = refused.asked, refused.point
-    requested, before = as_requested(asked.waypoint), as_requested(before)
-    index, is_change = asked.index, isinstance(refused.error, ConfigurationChange)
-    if is_change and isinstance(requested, PoseWaypoint):
-        (ends,) = configurations(asked.robot, point.position[None])
-        names = ends.of_parts(asked.configuration.names)
+    requested, point = refused.requested, refused.point
+    waypoint, before = as_requested(requested.waypoint), as_requested(before)
+    index, is_change = requested.index, isinstance(refused.error, ConfigurationChange)
+    if is_change and isinstance(waypoint, PoseWaypoint):
+        (ends,) = configurations(requested.robot, point.position[None])
+        names = ends.of_parts(requested.configuration.names)
         yield Remedy(("waypoints", index, "configuration"), names, "the configuration in which the motion ends")
-    elif is_change and isinstance(requested, JointWaypoint) and not _is_named(requested):
+    elif is_change and isinstance(waypoint, JointWaypoint) and not _is_named(waypoint):
         position = tuple(point.position.tolist())
         yield Remedy(("waypoints", index, "position"), position, "the joint position in which the motion ends")
     elif (
@@ -71,7 +71,7 @@ def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Rem
         return
     explanation = f"the first {kept:.1%} of the line"
     start = refused.path.pose(0.0)
-    yield from pose_remedy(index, asked.waypoint, refused.path.pose(kept), start, start.rotation, explanation)
+    yield from pose_remedy(index, requested.waypoint, refused.path.pose(kept), start, start.rotation, explanation)
 
 
 def _is_named(waypoint: AnyWaypoint) -> bool:
@@ -81,20 +81,20 @@ def _is_named(waypoint: AnyWaypoint) -> bool:
 
 def _near_singularity(refused: RefusedMotion) -> Iterator[Remedy]:
     """Yield the behaviours near a singularity that let the joints follow a motion."""
-    asked = refused.asked
+    requested = refused.requested
     for choice, explanation in NEAR_SINGULARITY.items():
-        waypoint = replace(asked.waypoint, motion=replace(asked.motion, singularity=choice))
-        if isinstance(follow_path(replace(asked, waypoint=waypoint), refused.start, refused.path), ToolMotion):
-            yield Remedy(("waypoints", asked.index, "motion", "singularity"), choice, explanation)
+        waypoint = replace(requested.waypoint, motion=replace(requested.motion, singularity=choice))
+        if isinstance(follow_path(replace(requested, waypoint=waypoint), refused.start, refused.path), ToolMotion):
+            yield Remedy(("waypoints", requested.index, "motion", "singularity"), choice, explanation)
 
 
 def _other_start(refused: RefusedMotion) -> FloatArray | None:
     """Find another joint position at the pose before from which the joints can follow the motion."""
-    asked, start = refused.asked, refused.start
-    pose = tool_pose(asked.robot, start)
-    for other in all_solutions(asked.robot, pose, asked.options, start):
+    requested, start = refused.requested, refused.start
+    pose = tool_pose(requested.robot, start)
+    for other in all_solutions(requested.robot, pose, requested.options, start):
         if np.abs(other - start).max() > SAME_CONFIGURATION:
-            followed = follow_path(asked, other, refused.path)
+            followed = follow_path(requested, other, refused.path)
             if isinstance(followed, ToolMotion):
                 return other
     return None

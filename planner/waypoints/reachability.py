@@ -136,8 +136,8 @@ def reachability(
         pinned = every_pinned[index]
         solutions = solutions_or_failure(pinned.robot, pose, pinned.options(options))
         if isinstance(solutions, tuple):
-            asked = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
-            answers.append(_pose_waypoint(robot, pinned, index, pose, solutions, asked, options, checker))
+            requested = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
+            answers.append(_pose_waypoint(robot, pinned, index, pose, solutions, requested, options, checker))
         else:
             nearest = pinned.failure(solutions)
             error = unreachable_error(robot, index, waypoint, pose, nearest, before, axes)

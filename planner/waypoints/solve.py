@@ -18,7 +18,7 @@ from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, R
 from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_SOLUTION
-from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, follow_motion
+from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, follow_motion
 from planner.waypoints.candidates import Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
 from planner.waypoints.configurations import configuration_error, solutions_in
@@ -150,7 +150,7 @@ class _Sequence:
                 if wider != stops:
                     way = shortest_way(self.robot, wider, position, weight, self.follow, prefer)
             if isinstance(way, RefusedMotion):
-                raise way.error.with_remedies(motion_remedies(way, self.waypoints[way.asked.index - 1]))
+                raise way.error.with_remedies(motion_remedies(way, self.waypoints[way.requested.index - 1]))
             for stop, passage in zip(stops, way, strict=True):
                 solved.append(self._solved(stop, position, passage))
                 position, weight = passage.position, 1.0
@@ -191,7 +191,7 @@ class _Sequence:
             else:
                 layer = self._layer(index, wanted[index], layers[index], near)
             costs = None if layer.is_given else costs_of(self.robots[index], self.options)
-            stops.append(Stop(index, layer, self._asked_motion(index, layer), costs))
+            stops.append(Stop(index, layer, self._requested_motion(index, layer), costs))
         return with_starts_of_motions(self.robot, stops)
 
     def _with_wider_choice(self, stops: list[Stop]) -> list[Stop]:
@@ -199,7 +199,7 @@ class _Sequence:
         wider = list(stops)
         for k, (stop, after) in enumerate(pairwise(stops)):
             pose, pinned = self.wanted[stop.index], self.pinned[stop.index]
-            is_start = stop.layer.descend is not None and stop.asked is None and after.asked is not None
+            is_start = stop.layer.descend is not None and stop.requested is None and after.requested is not None
             if pose is not None and is_start and pinned.robot.dof > (3 if pose.rotation is None else 6):
                 found = wide_spread(Search(pinned.robot, pose, pinned.options(self.options)))
                 more = stop.layer.with_solutions(self.robot, pinned.solutions(found))
@@ -255,21 +255,21 @@ class _Sequence:
     def _where_free(self, layer: Layer) -> Layer:
         return layer if self.is_free is None else layer.where_free(self.is_free)
 
-    def _asked_motion(self, index: int, layer: Layer) -> AskedMotion | None:
+    def _requested_motion(self, index: int, layer: Layer) -> RequestedMotion | None:
         waypoint = self.waypoints[index]
         if index == 0 or isinstance(waypoint.motion, JointMotion):
             return None
         before, after = self.before[index], self.wanted[index]
         assert before is not None and after is not None  # noqa: S101 - filled in before
-        return AskedMotion(self.robots[index], self.options, index, waypoint, before, after, layer.pinned_ends)
+        return RequestedMotion(self.robots[index], self.options, index, waypoint, before, after, layer.pinned_ends)
 
     def _solved(self, stop: Stop, before: FloatArray, passage: Passage) -> SolvedWaypoint:
         position, motion = passage
         robot, waypoint, wanted = self.robots[stop.index], self.waypoints[stop.index], self.wanted[stop.index]
         assert wanted is not None  # noqa: S101 - filled in by _stops
         if stop.layer.is_given:
-            as_asked = type(waypoint) is JointWaypoint and wanted.rotation is not None
-            known = as_asked and bool((position == stop.layer.positions[0]).all())
+            as_requested = type(waypoint) is JointWaypoint and wanted.rotation is not None
+            known = as_requested and bool((position == stop.layer.positions[0]).all())
             pose = wanted if known else tool_pose(robot, position)
             why: Choice = "way_around" if isinstance(waypoint, ViaWaypoint) else "given"
             return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, why, motion)

@@ -205,12 +205,12 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
                 ]
             )
         )
-        asked = named.of_parts(draw(st.sampled_from([(), (), ("shoulder", "elbow"), ("wrist",)])))
+        requested = named.of_parts(draw(st.sampled_from([(), (), ("shoulder", "elbow"), ("wrist",)])))
         goal, frame = _near(home, robot, rng, reach), WORK_OBJECT if k % 2 == 0 else None
         free = REGIONS[rng.integers(len(REGIONS))] if robot.dof > 3 and rng.random() < 0.3 else None
         pose = goal if frame is None else goal.to_frame(frame)
         least = float(rng.choice(LEAST_DURATIONS))
-        waypoints.append(PoseWaypoint(pose, asked, frame, free, motion=made, minimum_duration=least))
+        waypoints.append(PoseWaypoint(pose, requested, frame, free, motion=made, minimum_duration=least))
         if k > 1:
             both_tool = not isinstance(before, JointMotion) and not isinstance(made, JointMotion)
             kinds = ["stop", "blend"] if both_tool else ["stop", "blend", "through"]

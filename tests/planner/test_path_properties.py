@@ -115,10 +115,10 @@ def _goes_where_it_should(result: Plan) -> None:
         assert len(handedness) <= 1
 
 
-def _is_in(region: Region, asked: Pose, reached: Pose) -> None:
+def _is_in(region: Region, requested: Pose, reached: Pose) -> None:
     """The angles are those of scipy."""
-    turn = Rotation.from_matrix(asked.rotation.T @ reached.rotation).as_euler("XYZ")  # type: ignore[union-attr]
-    shift = asked.rotation.T @ (reached.position - asked.position)  # type: ignore[union-attr]
+    turn = Rotation.from_matrix(requested.rotation.T @ reached.rotation).as_euler("XYZ")  # type: ignore[union-attr]
+    shift = requested.rotation.T @ (reached.position - requested.position)  # type: ignore[union-attr]
     names = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
     for name, offset in zip(names, np.concatenate([shift, turn]), strict=True):
         lower, upper = region.ranges.get(name, (0.0, 0.0))

@@ -132,7 +132,7 @@ def _of_times(
 
 
 def with_ramps(
-    travels: FloatArray, velocity: FloatArray, acceleration: FloatArray, jerk: FloatArray, asked: FloatArray
+    travels: FloatArray, velocity: FloatArray, acceleration: FloatArray, jerk: FloatArray, requested: FloatArray
 ) -> FloatArray:
     """Return the jerk limits, with one added where neither acceleration nor jerk is limited.
 
@@ -145,14 +145,14 @@ def with_ramps(
         velocity: Velocity limits (rows, joints); infinite: none.
         acceleration: Acceleration limits (rows, joints); infinite: none.
         jerk: Jerk limits (rows, joints); infinite: none.
-        asked: Requested durations (rows,), s; NaN: as short as can be.
+        requested: Requested durations (rows,), s; NaN: as short as can be.
     """
     d = np.abs(travels)
     bare = np.isinf(acceleration) & np.isinf(jerk)
     if not bare.any():
         return jerk
     times = np.where(bare, 2.0 * d / velocity, least_times(travels, velocity, acceleration, jerk))
-    longest = np.fmax(times.max(axis=1, keepdims=True), asked[:, None])
+    longest = np.fmax(times.max(axis=1, keepdims=True), requested[:, None])
     times = np.where(times > 0.0, times, longest)
     d = np.where(d > 0.0, d, d.max(axis=0))
     with np.errstate(divide="ignore", invalid="ignore"):

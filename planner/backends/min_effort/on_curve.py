@@ -22,7 +22,7 @@ from planner.constraints import TORQUE
 from planner.kernels.retiming import Objective, PathCost
 from planner.time_scaling.limits_on_curve import limits_on
 from planner.time_scaling.linear_limits import QuadraticSpline
-from planner.time_scaling.retiming import AskedDurations, best_retiming, of_duration
+from planner.time_scaling.retiming import RequestedDurations, best_retiming, of_duration
 from planner.time_scaling.time_law import COARSE, retimed, retimed_lengths
 
 if TYPE_CHECKING:
@@ -88,12 +88,12 @@ class Search:
             even = np.ceil(self.knots * law.lengths / law.lengths.sum()).astype(int)
             most = limits.used(law)[0]
             law = law.split(np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
-            asked, within = self._asked(limits.on_segments(law)), limits.along(law).narrowed(margin)
-            found = best_retiming(law.lengths, within, self._objective(limits, law), asked, gap, self.steps)
-            missed = asked.missed(QuadraticSpline(law.lengths).states(found.unknowns)[0])
-            if (np.abs(missed) > NEARLY * asked.durations).any():
+            requested, within = self._requested(limits.on_segments(law)), limits.along(law).narrowed(margin)
+            found = best_retiming(law.lengths, within, self._objective(limits, law), requested, gap, self.steps)
+            missed = requested.missed(QuadraticSpline(law.lengths).states(found.unknowns)[0])
+            if (np.abs(missed) > NEARLY * requested.durations).any():
                 return None
-            law = retimed(law, _on_time(law, found.unknowns, asked))
+            law = retimed(law, _on_time(law, found.unknowns, requested))
         return FoundLaw(limits.on_segments(law), found.converged)
 
     def _objective(self, limits: LimitsOnCurve, law: PiecewisePolynomial) -> Objective:
@@ -117,20 +117,20 @@ class Search:
             add((third / jerk, 3.0 * second / jerk, first / jerk, np.zeros_like(first)), 0.5)
         return Objective(of_duration(law.lengths).weights, self.time_weight, tuple(costs))
 
-    def _asked(self, law: SegmentedPolynomial) -> AskedDurations:
+    def _requested(self, law: SegmentedPolynomial) -> RequestedDurations:
         """Return the asked durations by the gridpoints of a law."""
         own = self.parts[:, np.searchsorted(self.run.segments, law.segments)]
-        return AskedDurations.of_parts(law.lengths, own, self.durations)
+        return RequestedDurations.of_parts(law.lengths, own, self.durations)
 
 
-def _on_time(law: PiecewisePolynomial, unknowns: FloatArray, asked: AskedDurations) -> FloatArray:
+def _on_time(law: PiecewisePolynomial, unknowns: FloatArray, requested: RequestedDurations) -> FloatArray:
     """Correct the unknowns as little as possible, until the asked durations are met to rounding."""
     spline = QuadraticSpline(law.lengths)
-    parts = asked.weights[:, : len(law.lengths)] > 0.0
+    parts = requested.weights[:, : len(law.lengths)] > 0.0
     for _ in range(CORRECTIONS):
-        missed = parts @ retimed_lengths(law, unknowns) - asked.durations
-        if (np.abs(missed) <= STILL_MISSED * asked.durations).all():
+        missed = parts @ retimed_lengths(law, unknowns) - requested.durations
+        if (np.abs(missed) <= STILL_MISSED * requested.durations).all():
             break
-        slopes = np.array([spline.force(slope) for slope in asked.slopes(spline.states(unknowns)[0])])
+        slopes = np.array([spline.force(slope) for slope in requested.slopes(spline.states(unknowns)[0])])
         unknowns = unknowns - np.linalg.lstsq(slopes, missed)[0]
     return unknowns

@@ -107,8 +107,8 @@ class Optimum(ABC):
         self.options, self.path = options, path
         self.run, self.robot = run, path.dynamics.robot_on(run.first)
         self.enforced = frozenset(QUANTITIES)
-        self.asked = path.durations[run.segments]
-        self.free = np.isnan(self.asked)
+        self.requested = path.durations[run.segments]
+        self.free = np.isnan(self.requested)
         self.converged = False
 
     @abstractmethod
@@ -156,7 +156,7 @@ class OnCurve(Optimum):
         first = known[0] if known else follow_curve(self.run, law)
         self.cost = Cost(self.robot, self.options.objective, first)
         nothing = self.costs_nothing(first)
-        found = None if nothing else self._search(law, self.durations(known[0]) if known else self.asked)
+        found = None if nothing else self._search(law, self.durations(known[0]) if known else self.requested)
         if found is not None:
             return min([*known, found], key=self.price)
         if refusal and not known:
@@ -179,9 +179,9 @@ class OnCurve(Optimum):
             refusal = error
         if self.free.all():
             known[0] = known[0].stretched(self.options.slowdown)
-        if self.free.all() or len(self.asked) == 1:
+        if self.free.all() or len(self.requested) == 1:
             pieces = follow_curve(self.run, law)
-            fastest = scaled_to_duration(self.path, self.run, float(self.asked[0]), pieces, self.enforced)
+            fastest = scaled_to_duration(self.path, self.run, float(self.requested[0]), pieces, self.enforced)
             if self.free.all() and self.options.time_weight is None:
                 fastest = fastest.stretched(max(float(known[0].lengths.sum() / fastest.lengths.sum()), 1.0))
             known.insert(0, fastest)
@@ -269,9 +269,9 @@ class ThroughWaypoints(Optimum):
 
     def _too_fast(self) -> SegmentedPolynomial:
         """Return the quintic at the asked durations, which breaks limits: a beginning all the same."""
-        asked = self.path.durations.copy()
-        asked[self.run.segments] = np.nan
-        at_leisure = self._quintic(replace(self.path, durations=asked))
+        requested = self.path.durations.copy()
+        requested[self.run.segments] = np.nan
+        at_leisure = self._quintic(replace(self.path, durations=requested))
         durations = np.where(self.free, self.durations(at_leisure), self.path.durations[self.run.segments])
         return interpolating_spline(self.positions, durations, 5).of_segments(self.run.segments)
 

@@ -119,24 +119,24 @@ class Passages:
 
 def _input(travels: FloatArray, limits: SegmentLimits) -> ruckig.InputParameter:
     """Return the library's input for motions from position 0 over travels, each with limits of its own."""
-    asked = ruckig.InputParameter(travels.size)
-    asked.target_position = travels.ravel().tolist()
+    requested = ruckig.InputParameter(travels.size)
+    requested.target_position = travels.ravel().tolist()
     for quantity in ("velocity", "acceleration"):
         lower, upper = limits.bounds(quantity)
-        setattr(asked, f"max_{quantity}", upper.ravel().tolist())
-        setattr(asked, f"min_{quantity}", lower.ravel().tolist())
-    asked.max_jerk = limits.jerk.upper.ravel().tolist()
-    return asked
+        setattr(requested, f"max_{quantity}", upper.ravel().tolist())
+        setattr(requested, f"min_{quantity}", lower.ravel().tolist())
+    requested.max_jerk = limits.jerk.upper.ravel().tolist()
+    return requested
 
 
 def _calculate(
-    library: ruckig.Ruckig, asked: ruckig.InputParameter, output: ruckig.Trajectory, start: Rates, end: Rates
+    library: ruckig.Ruckig, requested: ruckig.InputParameter, output: ruckig.Trajectory, start: Rates, end: Rates
 ) -> bool:
     """Whether the library finds the motion between two states, which it then leaves in `output`."""
-    asked.current_velocity, asked.current_acceleration = (rate.ravel().tolist() for rate in start)
-    asked.target_velocity, asked.target_acceleration = (rate.ravel().tolist() for rate in end)
+    requested.current_velocity, requested.current_acceleration = (rate.ravel().tolist() for rate in start)
+    requested.target_velocity, requested.target_acceleration = (rate.ravel().tolist() for rate in end)
     try:
-        library.calculate(asked, output)
+        library.calculate(requested, output)
     except (ruckig.RuckigError, ValueError):  # a ValueError, if its enumeration has no name for the result
         return False
     return True

@@ -33,7 +33,7 @@ class BetweenWaypoints:
 
     def __init__(self, problem: ViaProblem) -> None:
         self.problem, travels = problem, problem.travels
-        self.passages = Passages(travels, problem.limits, problem.asked, problem.synchronization)
+        self.passages = Passages(travels, problem.limits, problem.requested, problem.synchronization)
         self.times = ShortestTimes(travels, problem.limits)
         lower, upper = problem.limits.position
         self.room = lower - problem.positions[:-1], upper - problem.positions[:-1]
@@ -67,8 +67,8 @@ class MendedPassages:
         """Return the time of a motion on a segment, and its weighted violations; infinite: it is impossible."""
         if passage is None:
             return np.inf
-        asked = self.problem.asked[segment]
-        time = passage.duration if np.isnan(asked) else LATE * max(passage.duration - asked, 0.0)
+        requested = self.problem.requested[segment]
+        time = passage.duration if np.isnan(requested) else LATE * max(passage.duration - requested, 0.0)
         return float(time + OUTSIDE * self._outside(segment, passage).sum())
 
     def _outside(self, segment: int, passage: Passage) -> FloatArray:
@@ -84,7 +84,7 @@ class MendedPassages:
         if passage is None:
             return np.inf, everyone
         outside = self._outside(segment, passage)
-        least = np.fmax(self.shortest[segment].max(), self.problem.asked[segment])
+        least = np.fmax(self.shortest[segment].max(), self.problem.requested[segment])
         late = passage.duration - least
         if late <= 1e-6 * least:
             late = 0.0
@@ -152,11 +152,11 @@ class MendedPassages:
             return None
         durations, parts = [], []
         for segment, passage in enumerate(passages):
-            asked = self.problem.asked[segment]
-            kept = passage.duration <= asked * (1.0 + LIMIT_TOLERANCE)
+            requested = self.problem.requested[segment]
+            kept = passage.duration <= requested * (1.0 + LIMIT_TOLERANCE)
             end = Rates(*(rate[segment + 1] for rate in self.rates))
             h, c = cubic_pieces(passage.profiles, problem.travels[segment] / length, end)
-            scale = (problem.asked[segment] if kept else passage.duration * time) / h.sum()
+            scale = (problem.requested[segment] if kept else passage.duration * time) / h.sum()
             durations.append(float(scale * h.sum()))
             part = SegmentedPolynomial(h, c * length[:, None], np.full(len(h), segment)).stretched(scale)
             part.coefficients[..., 0] += problem.positions[segment]

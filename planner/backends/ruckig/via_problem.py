@@ -38,7 +38,7 @@ class ViaProblem:
     Attributes:
         positions: Positions (waypoints, joints), rad or m, within their limits.
         limits: Limits of position, and of velocity, acceleration and jerk of each segment and joint.
-        asked: Asked durations (segments,), s; NaN: as short as can be.
+        requested: Asked durations (segments,), s; NaN: as short as can be.
         start: Rates (joints,) at the first waypoint.
         end: Rates (joints,) at the last.
         synchronization: How the joints are synchronised on a segment.
@@ -46,7 +46,7 @@ class ViaProblem:
 
     positions: FloatArray
     limits: SegmentLimits
-    asked: FloatArray
+    requested: FloatArray
     start: Rates
     end: Rates
     synchronization: Synchronization = "time"
@@ -89,7 +89,7 @@ class ViaProblem:
         """
         reach, possible = np.abs(self.travels).max(axis=0), self.possible_travels.mean(axis=0)
         length = np.maximum(reach, LEAST_TRAVEL * np.where(np.isfinite(possible), possible, reach.max()))
-        times = np.fmax(self.least_times.max(axis=1), self.asked)
+        times = np.fmax(self.least_times.max(axis=1), self.requested)
         return length, float(times.mean())
 
     def in_units(self, length: FloatArray, time: float) -> ViaProblem:
@@ -106,7 +106,7 @@ class ViaProblem:
             self,
             positions=self.positions / length,
             limits=limits,
-            asked=self.asked / time,
+            requested=self.requested / time,
             start=Rates(self.start.velocity / speed, self.start.acceleration / surge),
             end=Rates(self.end.velocity / speed, self.end.acceleration / surge),
         )

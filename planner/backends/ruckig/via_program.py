@@ -67,7 +67,7 @@ def passing_states(problem: ViaProblem) -> Rates:
     Args:
         problem: The problem, in units in which everything is about 1.
     """
-    grid, travels, free = _grid(PIECES), problem.travels, np.isnan(problem.asked)
+    grid, travels, free = _grid(PIECES), problem.travels, np.isnan(problem.requested)
     count, joints = travels.shape
     bounds = np.empty((2, count, joints, len(grid.powers)))
     for power, quantity in enumerate(JOINT_DERIVATIVES[1:], 1):
@@ -87,7 +87,7 @@ def passing_states(problem: ViaProblem) -> Rates:
     states = np.zeros((count + 1, joints, 2))
     for at, rates in ((0, problem.start), (-1, problem.end)):
         states[at] = np.stack(rates, axis=-1)
-    shortest = np.where(free, 0.0, problem.asked)
+    shortest = np.where(free, 0.0, problem.requested)
     program = PassingProblem(*grid, travels, bounds, shortest, np.where(free, 1.0, LATE))
     found = best_states(program, np.maximum(times, shortest) * SLOWER, states)
     return Rates(found[..., 0], found[..., 1])

@@ -105,18 +105,18 @@ class _JointRun:
         enforced: frozenset[str],
     ) -> None:
         self.path, self.segments, self.enforced = path, segments, enforced
-        self.asked = path.durations[segments]
+        self.requested = path.durations[segments]
         start = Rates(ends.initial_velocity, ends.initial_acceleration)
         end = Rates(ends.final_velocity, np.zeros(path.robot.dof))
         own = path.limits.of(segments)
         self.of_speed = {constraint.name for constraint, _ in own.constraints if constraint.order == 1}
         positions = path.positions[np.append(segments, segments[-1] + 1)]
         rates = own.velocity.narrower, own.acceleration.narrower, own.jerk.narrower
-        jerk = with_ramps(np.diff(positions, axis=0), *rates, self.asked)
+        jerk = with_ramps(np.diff(positions, axis=0), *rates, self.requested)
         self.problem = ViaProblem(
             positions,
             replace(own, jerk=Bounds.of_magnitudes(jerk)),
-            self.asked,
+            self.requested,
             start,
             end,
             synchronization if len(segments) == 1 else "time",
@@ -129,18 +129,18 @@ class _JointRun:
         idle = np.flatnonzero(self.problem.least_times.max(axis=1) <= 0.0)
         if len(idle):
             raise no_duration_error(int(self.segments[idle[0]]))
-        free = np.full(len(self.asked), np.nan)
+        free = np.full(len(self.requested), np.nan)
         through = None
-        if self.at_rest and len(self.segments) > 1 and np.isnan(self.asked).all():
+        if self.at_rest and len(self.segments) > 1 and np.isnan(self.requested).all():
             through = self._slowed(free, stopping=False)
             if through is not None and through.durations.sum() <= self._least_stopping():
                 return through.pieces, through.slowed
         stopping = self._stopping() if self.at_rest else self._slowed(free, stopping=True)
         stop_times = None if stopping is None else stopping.shortest
         if through is None and (len(self.segments) > 1 or not self.at_rest):
-            through = self._slowed(self.asked, stopping=False, stop_times=stop_times)
+            through = self._slowed(self.requested, stopping=False, stop_times=stop_times)
         if stopping is not None and not self.at_rest:
-            stopping = self._slowed(self.asked, stopping=True, stop_times=stop_times)
+            stopping = self._slowed(self.requested, stopping=True, stop_times=stop_times)
         candidates = [candidate for candidate in (stopping, through) if candidate is not None]
         feasible = [candidate for candidate in candidates if not self._too_short(candidate).any()]
         if feasible:
@@ -151,7 +151,7 @@ class _JointRun:
         raise self._infeasible_error(candidates[-1], stop_times)
 
     def _too_short(self, candidate: _Candidate) -> np.ndarray:
-        too_short: np.ndarray = candidate.durations > self.asked * (1.0 + DURATION_TOLERANCE)
+        too_short: np.ndarray = candidate.durations > self.requested * (1.0 + DURATION_TOLERANCE)
         return too_short
 
     def _least_stopping(self) -> float:
@@ -165,7 +165,7 @@ class _JointRun:
 
     def _stopping(self) -> _Candidate | None:
         """Each segment from rest to rest by itself: a longer duration stretches it."""
-        alone = replace(self.problem, asked=np.full(len(self.asked), np.nan))
+        alone = replace(self.problem, requested=np.full(len(self.requested), np.nan))
         motion = pass_waypoints(alone, stopping=True)
         if motion is None:
             return None
@@ -174,9 +174,9 @@ class _JointRun:
         parts, durations = [], []
         for k, segment in enumerate(self.segments.tolist()):
             shortest = float(motion.durations[k] * needed[segment].factor)
-            duration = max(shortest, self.asked[k]) if self.asked[k] > 0.0 else shortest
-            if shortest * (1.0 - DURATION_TOLERANCE) <= self.asked[k] < shortest:
-                duration = self.asked[k]
+            duration = max(shortest, self.requested[k]) if self.requested[k] > 0.0 else shortest
+            if shortest * (1.0 - DURATION_TOLERANCE) <= self.requested[k] < shortest:
+                duration = self.requested[k]
             own = pieces.of(pieces.segments == segment)
             parts.append(own.stretched(duration / float(own.lengths.sum())))
             durations.append(duration)
@@ -184,12 +184,14 @@ class _JointRun:
         slowed = bool((factors > NOTICED).any())
         return _Candidate(joined(parts), np.array(durations), motion.durations * factors, motion, needed, slowed)
 
-    def _slowed(self, asked: FloatArray, *, stopping: bool, stop_times: FloatArray | None = None) -> _Candidate | None:
+    def _slowed(
+        self, requested: FloatArray, *, stopping: bool, stop_times: FloatArray | None = None
+    ) -> _Candidate | None:
         """Narrow the joints' limits until torque and tool speed keep theirs, too; None: no motion is found."""
-        slowness = np.ones(len(asked))
+        slowness = np.ones(len(requested))
         if stop_times is not None:
             # Where there is more time than from rest to rest, a slow motion rather than a detour.
-            slowness = np.fmax(1.0, asked / stop_times)
+            slowness = np.fmax(1.0, requested / stop_times)
             if self.starts_moving:
                 slowness[0] = 1.0
             if self.ends_moving:
@@ -200,7 +202,7 @@ class _JointRun:
         for slowing in range(MOST_SLOWINGS):
             if best is not None and slowing >= ENOUGH_SLOWINGS:
                 break
-            problem = replace(self.problem, asked=asked, limits=self._slowed_limits(slowness, speeds))
+            problem = replace(self.problem, requested=requested, limits=self._slowed_limits(slowness, speeds))
             motion = pass_waypoints(problem, stopping=stopping)
             if motion is None or self._outside(motion) is not None:
                 break
@@ -212,7 +214,7 @@ class _JointRun:
             if worst <= 1.0 + DURATION_TOLERANCE:
                 found = _Candidate(pieces, motion.durations, motion.durations, motion, needed, slowed)
                 return found if best is None or found.durations.sum() < best.durations.sum() else best
-            if self.at_rest and np.isnan(asked).all():
+            if self.at_rest and np.isnan(requested).all():
                 total = motion.durations * worst
                 whole = _Candidate(pieces.stretched(worst), total, total, motion, needed, slowed)
                 best = whole if best is None or whole.durations.sum() < best.durations.sum() else best
@@ -275,8 +277,8 @@ class _JointRun:
             if waypoint in self.path.passed_at:
                 for option in options:
                     fields[option] = "waypoints", waypoint, "transition", "velocity"
-        asked = [field for field, rate in zip(fields, rates, strict=True) if rate.any()]
-        remedies = [Remedy(field, None, "none there") for field in asked]
+        requested = [field for field, rate in zip(fields, rates, strict=True) if rate.any()]
+        remedies = [Remedy(field, None, "none there") for field in requested]
         if beyond is None:
             message = "with the motion at the ends no other was found that keeps the torque and tool speed limits"
             return LimitsUnsatisfiable(message, segment=int(self.segments[0]), remedies=remedies)
@@ -298,18 +300,18 @@ class _JointRun:
         first = int(np.flatnonzero(short)[0])
         segment = int(self.segments[first])
         if needed is None:
-            given = np.flatnonzero(self.asked > 0.0)
+            given = np.flatnonzero(self.requested > 0.0)
             return InfeasibleDuration(
                 "with the durations asked around segment {segment} no motion was found that keeps the limits",
                 waypoint=segment + 1,
                 segment=segment,
-                value=float(self.asked[first]),
+                value=float(self.requested[first]),
                 remedies=[
                     Remedy(("waypoints", k + 1, "duration"), None, "as fast as the limits allow")
                     for k in self.segments[given].tolist()
                 ],
             )
-        changed = np.flatnonzero(needed > self.asked)
+        changed = np.flatnonzero(needed > self.requested)
         # The first that was too short may do as it is, once others are longer.
         first = first if first in changed else int(changed[0])
         segment = int(self.segments[first])
@@ -317,12 +319,12 @@ class _JointRun:
         binding = candidate.needed[segment].binding
         if binding.joint is not None or candidate.needed[segment].factor <= 1.0:
             binding = BindingLimit(joint=self.path.robot.joint_names[int(candidate.motion.slowest[first])])
-        return infeasible_duration_error(float(self.asked[first]), longer, binding)
+        return infeasible_duration_error(float(self.requested[first]), longer, binding)
 
     def _longer_durations(self, durations: FloatArray, stop_times: FloatArray | None) -> FloatArray | None:
         """Durations (segments,) with which there is a motion: as asked, but longer where that is too short."""
-        needed = self.asked
-        if len(self.asked) > 1 or not self.at_rest:
+        needed = self.requested
+        if len(self.requested) > 1 or not self.at_rest:
             for _ in range(MOST_TRIALS):
                 needed = np.where(durations > needed * (1.0 + DURATION_TOLERANCE), durations * SURELY, needed)
                 tried = self._slowed(needed, stopping=False, stop_times=stop_times)
@@ -333,4 +335,4 @@ class _JointRun:
                     return needed
         if stop_times is None or not self.at_rest:
             return None
-        return np.where(stop_times > self.asked, stop_times, self.asked)
+        return np.where(stop_times > self.requested, stop_times, self.requested)

@@ -39,7 +39,7 @@ def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
     length, time = cleaned.units()
     scaled = cleaned.in_units(length, time)
     possible, between = _PossibleRates(scaled), BetweenWaypoints(scaled)
-    if stopping or len(problem.asked) == 1:
+    if stopping or len(problem.requested) == 1:
         return MendedPassages(between, possible.at_rest).motion(problem, length, time)
     passages = MendedPassages(between, possible.nearest(passing_states(scaled)))
     passages.mend()

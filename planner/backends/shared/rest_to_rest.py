@@ -94,18 +94,18 @@ def _choose_durations(
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit, or nothing limits a segment's duration.
     """
     shortest = np.max([bound.max(axis=1) for bound in bounds.values()], axis=0)
-    asked = motions.durations
-    free = np.isnan(asked)
+    requested = motions.durations
+    free = np.isnan(requested)
     unlimited = np.flatnonzero(free & (shortest <= 0.0))
     if len(unlimited):
         raise no_duration_error(int(motions.segments[unlimited[0]]))
-    start = np.where(free, shortest, np.maximum(shortest, asked))
+    start = np.where(free, shortest, np.maximum(shortest, requested))
     stretched, binding = _stretched(motions, start, laws_of)
     shortest = np.where(stretched > start, stretched, shortest)
-    short = np.flatnonzero(asked < shortest * (1.0 - DURATION_TOLERANCE))
+    short = np.flatnonzero(requested < shortest * (1.0 - DURATION_TOLERANCE))
     if len(short):
         raise _infeasible_error(motions, bounds, binding, shortest, short)
-    durations: FloatArray = np.where(free, shortest, asked)
+    durations: FloatArray = np.where(free, shortest, requested)
     return durations
 
 

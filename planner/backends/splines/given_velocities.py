@@ -72,18 +72,18 @@ class PassingSpline:
     limits: SegmentLimits
     degree: Degree
 
-    def durations(self, asked: FloatArray) -> FloatArray:
+    def durations(self, requested: FloatArray) -> FloatArray:
         """Return durations (segments,), s, with which all limits are kept.
 
         Args:
-            asked: Asked durations (segments,), s, positive; NaN: the shortest.
+            requested: Asked durations (segments,), s, positive; NaN: the shortest.
 
         Raises:
             DurationsTooShort: The asked durations break a limit that longer ones keep.
             VelocityOutOfReach: No durations were found that keep the limits.
         """
-        free = np.isnan(asked)
-        slowed, dips = self._slowed(self._first_trial(np.where(free, self._least_durations(), asked), free), free)
+        free = np.isnan(requested)
+        slowed, dips = self._slowed(self._first_trial(np.where(free, self._least_durations(), requested), free), free)
         parts, found = self.parts, slowed
         for part in np.unique(parts[free & ((dips != slowed) | (self.excesses(slowed) > 0.0)[parts])]):
             found = self._shorter(found, np.where(parts == part, dips, slowed), free & (parts == part))
@@ -212,14 +212,14 @@ class PassingSpline:
             low, high = np.where(kept, low, middle), np.where(kept, middle, high)
         return durations(high), durations(np.where(np.isnan(dip), high, dip))
 
-    def _refusal(self, durations: FloatArray, asked: np.ndarray, part: int) -> DurationsTooShort | VelocityOutOfReach:
+    def _refusal(self, durations: FloatArray, requested: np.ndarray, part: int) -> DurationsTooShort | VelocityOutOfReach:
         """Return the refusal where these durations (segments,), some of them asked, break a limit on a part."""
         own, motion = self.parts == part, self.held(durations)
         peaks = np.flatnonzero(own[motion.segment])
         worst = int(peaks[np.argmax(motion.excess[peaks])])
         segment, joint, order = int(motion.segment[worst]), int(motion.joint[worst]), int(motion.order[worst])
         quantity, value, limit = JOINT_DERIVATIVES[order], float(motion.value[worst]), motion.limit_at(worst)
-        if (own & asked).any():
+        if (own & requested).any():
             longer, _ = self._slowed(durations, own)
             if self.excesses(longer)[part] <= 0.0:
                 factor = float(longer[segment] / durations[segment])

@@ -83,14 +83,14 @@ class _Timing(ABC):
         self.path, self.run, self.degree, self.enforced = path, run, degree, enforced
 
     @property
-    def asked(self) -> FloatArray:
+    def requested(self) -> FloatArray:
         """The duration (intervals,), s, asked of the segment of each interval; NaN: as fast as the limits allow."""
-        asked: FloatArray = self.path.durations[self.segments]
-        return asked
+        requested: FloatArray = self.path.durations[self.segments]
+        return requested
 
     def time(self) -> SegmentedPolynomial:
         """Time the run so that it keeps the limits."""
-        durations, free = self.first_durations(), np.isnan(self.asked)
+        durations, free = self.first_durations(), np.isnan(self.requested)
         longest = self.longest * durations.sum()
         needed: dict[int, TimeScaling] = {}
         for _ in range(MOST_LENGTHENINGS):
@@ -131,11 +131,11 @@ class _Timing(ABC):
 
     def too_short_error(self, needed: TimeScaling, segment: int) -> InfeasibleDuration:
         """Return the error where all asked durations would have to be longer by a factor."""
-        asked = self.path.durations
-        given = [k for k in self.run.segments.tolist() if not np.isnan(asked[k])]
+        requested = self.path.durations
+        given = [k for k in self.run.segments.tolist() if not np.isnan(requested[k])]
         given.sort(key=lambda k: k != segment)
-        longer = {k: float(asked[k] * needed.factor * (1.0 + DURATION_TOLERANCE)) for k in given}
-        return infeasible_duration_error(float(asked[given[0]]), longer, needed.binding)
+        longer = {k: float(requested[k] * needed.factor * (1.0 + DURATION_TOLERANCE)) for k in given}
+        return infeasible_duration_error(float(requested[given[0]]), longer, needed.binding)
 
 
 class _SplineTiming(_Timing):
@@ -150,7 +150,7 @@ class _SplineTiming(_Timing):
         """Return the durations of the shortest spline that is found."""
         limits = self.path.limits.of(self.segments)
         try:
-            return timed_spline(self.positions, limits, self.asked, self.degree).lengths
+            return timed_spline(self.positions, limits, self.requested, self.degree).lengths
         except NothingLimits:
             raise no_duration_error(self.run.first) from None
         except DurationsTooShort as short:
@@ -184,14 +184,21 @@ class _PassingTiming(_SplineTiming):
     def first_durations(self) -> FloatArray:
         """Return the durations of the shortest spline that is found."""
         try:
-            return self.spline.durations(self.asked)
+            return self.spline.durations(self.requested)
         except DurationsTooShort as short:
             binding = BindingLimit(short.quantity, self.path.robot.joint_names[short.joint])
-            worst, changed = short.segment, np.flatnonzero(short.durations > self.asked * (1.0 + DURATION_TOLERANCE))
+            worst, changed = (
+                short.segment,
+                np.flatnonzero(short.durations > self.requested * (1.0 + DURATION_TOLERANCE)),
+            )
             # Where no requested duration has to grow, those that are free do: the worst of them has to be given.
             changed = changed[np.argsort(changed != worst, kind="stable")] if len(changed) else np.array([worst])
             longer = dict(zip(self.segments[changed].tolist(), short.durations[changed].tolist(), strict=True))
-            had = short.durations[worst] / short.factor if np.isnan(self.asked[changed[0]]) else self.asked[changed[0]]
+            had = (
+                short.durations[worst] / short.factor
+                if np.isnan(self.requested[changed[0]])
+                else self.requested[changed[0]]
+            )
             raise infeasible_duration_error(float(had), longer, binding) from None
         except VelocityOutOfReach as out_of_reach:
             raise self._out_of_reach_error(out_of_reach) from None
@@ -262,17 +269,17 @@ class _CurveTiming(_Timing):
 
     def first_durations(self) -> FloatArray:
         """Return durations of the best law found; the intervals of a segment share its asked duration in proportion."""
-        free = np.isnan(self.asked)
+        free = np.isnan(self.requested)
         single = self._single.lengths
         shape = self._shortest(single, np.full(len(free), np.nan))
         shape = shape if self._ascends(shape) else single
         if free.all():
             return shape
         shares = shape / np.array([shape[self.segments == segment].sum() for segment in self.segments])
-        asked = shares * self.asked
-        quick = self._shortest(shape, asked)
+        requested = shares * self.requested
+        quick = self._shortest(shape, requested)
         # A spline swings back where a quick interval meets a slow one: then the free ones keep pace with those asked.
-        slow = np.where(free, shape * np.nanmax(asked / shape), asked)
+        slow = np.where(free, shape * np.nanmax(requested / shape), requested)
         paces = (quick ** (1.0 - share) * slow**share for share in SHARES)
         return next((durations for durations in paces if self._ascends(durations)), slow)
 
@@ -280,13 +287,13 @@ class _CurveTiming(_Timing):
         """Return the motion along the curve under the law with these durations, in quintics."""
         if self._ascends(durations):
             return follow_curve(self.run, self._law(durations))
-        if np.isnan(self.asked).all():
+        if np.isnan(self.requested).all():
             return follow_curve(self.run, self._single)
         raise self._runs_backwards_error()
 
-    def _shortest(self, start: FloatArray, asked: FloatArray) -> FloatArray:
+    def _shortest(self, start: FloatArray, requested: FloatArray) -> FloatArray:
         """Return the shortest durations (intervals,), s, that are found from `start` on beside those asked."""
-        return shortest_durations(self._evaluate, start, asked)[0]
+        return shortest_durations(self._evaluate, start, requested)[0]
 
     def _evaluate(self, durations: FloatArray) -> Evaluation:
         """Evaluate the law at all samples; next to these durations only where it comes nearest to its limits."""
@@ -333,7 +340,7 @@ class _CurveTiming(_Timing):
 
     def _runs_backwards_error(self) -> InfeasibleDuration:
         """Return the error where the asked durations leave no law that never runs backwards."""
-        given = np.unique(self.segments[~np.isnan(self.asked)])
+        given = np.unique(self.segments[~np.isnan(self.requested)])
         segment = int(given[0])
         return InfeasibleDuration(
             "with the durations asked around segment {segment} the arm would have to run back and forth on its path",

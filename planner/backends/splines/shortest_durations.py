@@ -108,7 +108,7 @@ class Evaluation(NamedTuple):
 
 
 def shortest_durations(
-    evaluate: Callable[[FloatArray], Evaluation], start: FloatArray, asked: FloatArray
+    evaluate: Callable[[FloatArray], Evaluation], start: FloatArray, requested: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Find durations of least sum at which a motion keeps its rate limits; of any motion, by its ratios alone.
 
@@ -118,18 +118,18 @@ def shortest_durations(
     Args:
         evaluate: A function from durations (segments,) to the ratios of the motion that has them.
         start: Durations (segments,), s, positive, where the search begins; asked durations go before them.
-        asked: Asked durations (segments,), s; NaN where free.
+        requested: Asked durations (segments,), s; NaN where free.
 
     Returns:
         Durations and their ratios, both (segments,). Asked durations are kept; if a ratio is above 1, they
         cannot be, and all durations times the largest ratio are feasible.
     """
-    free = np.isnan(asked)
+    free = np.isnan(requested)
 
     def assess(durations: FloatArray) -> _MeasuredMotion:
         return _MeasuredMotion(durations, *evaluate(durations))
 
-    start = np.where(free, start, asked)
+    start = np.where(free, start, requested)
     motion = search_durations(assess, start, free) if free.any() else assess(start)
     if free.all():
         motion = assess(motion.durations * motion.ratios.max())

@@ -26,7 +26,7 @@ class NothingLimits(Exception):
 
 
 def timed_spline(
-    positions: FloatArray, limits: SegmentLimits, asked: FloatArray, degree: Degree
+    positions: FloatArray, limits: SegmentLimits, requested: FloatArray, degree: Degree
 ) -> PiecewisePolynomial:
     """Find the spline that keeps the limits, at the asked durations, and at the shortest for the others.
 
@@ -36,7 +36,7 @@ def timed_spline(
     Args:
         positions: Positions (segments + 1, joints), rad or m, within the position limits.
         limits: The limits of each segment and joint.
-        asked: Asked durations (segments,), s, positive; NaN: the shortest.
+        requested: Asked durations (segments,), s, positive; NaN: the shortest.
         degree: 3 or 5.
 
     Raises:
@@ -44,12 +44,12 @@ def timed_spline(
         PositionOvershoot: Position limits are left between waypoints.
         NothingLimits: Nothing sets the free durations.
     """
-    free = np.isnan(asked)
+    free = np.isnan(requested)
 
     def assess(durations: FloatArray) -> SplineAgainstLimits:
         return hold_against_limits(interpolate(positions, durations, degree), positions, limits)
 
-    start = np.where(free, _first_guess(positions, limits, degree), asked)
+    start = np.where(free, _first_guess(positions, limits, degree), requested)
     if free.any() and not (start[free] > 0.0).any():
         raise NothingLimits
     # A segment that nothing limits, or without travel, has a duration only for its neighbours' sake.

@@ -165,7 +165,7 @@ def _time(path: JointPath, runs: Sequence[Run], backend: Toppra) -> SegmentedPol
     An even stretch of a motion keeps all limits that the motion keeps; torques with their gravity, too: at each place
     they come to lie between those of the motion and those of standing still.
     """
-    asked = np.array([duration_of_run(path, run) for run in runs])
+    requested = np.array([duration_of_run(path, run) for run in runs])
     run_of = np.repeat(np.arange(len(runs)), [len(run.segments) for run in runs])
     segments = np.concatenate([run.segments for run in runs])
     profile, tolerances = _fastest(path, runs, backend.solver), np.array([run.tolerance for run in runs])
@@ -178,15 +178,15 @@ def _time(path: JointPath, runs: Sequence[Run], backend: Toppra) -> SegmentedPol
         factors[run] = max(factors[run], scaling.factor)
     times = np.bincount(own, pieces.lengths)
     shortest = factors * times
-    free = np.isnan(asked)
+    free = np.isnan(requested)
     for k in np.flatnonzero(free & (factors <= 0.0)).tolist():
         raise no_duration_error(runs[k].first)
-    short = np.flatnonzero(asked < shortest * (1.0 - DURATION_TOLERANCE)).tolist()
+    short = np.flatnonzero(requested < shortest * (1.0 - DURATION_TOLERANCE)).tolist()
     if short:
         binding = slowest(needed[segment] for segment in runs[short[0]].segments.tolist()).binding
         too_short = {runs[k].first: float(shortest[k]) for k in short}
-        raise infeasible_duration_error(float(asked[short[0]]), too_short, binding)
-    return pieces.stretched(np.where(free, factors, asked / times)[own])
+        raise infeasible_duration_error(float(requested[short[0]]), too_short, binding)
+    return pieces.stretched(np.where(free, factors, requested / times)[own])
 
 
 def _fastest(path: JointPath, runs: Sequence[Run], solver: Solver) -> Profile:

@@ -52,8 +52,8 @@ def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> SegmentedPo
         InfeasibleDuration: The asked duration is too short.
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
-    asked = duration_of_run(path, run)
-    return scaled_to_duration(path, run, asked, follow_curve(run, _fastest(path, run)), enforced)
+    requested = duration_of_run(path, run)
+    return scaled_to_duration(path, run, requested, follow_curve(run, _fastest(path, run)), enforced)
 
 
 def time_run_with_ramps(
@@ -73,7 +73,7 @@ def time_run_with_ramps(
         InfeasibleDuration: The asked duration is too short.
         LimitsUnsatisfiable: Gravity exceeds a torque limit, or the limits cannot be kept with these ramps.
     """
-    asked = duration_of_run(path, run)
+    requested = duration_of_run(path, run)
     knots = run.curve.breakpoints[run.waypoint_knots[1:-1]]
 
     def at(duration: float) -> tuple[SegmentedPolynomial, TimeScaling]:
@@ -83,7 +83,7 @@ def time_run_with_ramps(
         pieces = follow_curve(run, split_at_knots(whole, knots, run.segments))
         return pieces, slowest(time_scalings(path, pieces, enforced).values())
 
-    duration = ramps if np.isnan(asked) else max(asked, ramps)
+    duration = ramps if np.isnan(requested) else max(requested, ramps)
     binding = BindingLimit(RAMPS)
     for _ in range(MOST_LENGTHENINGS):
         pieces, now = at(duration)
@@ -92,8 +92,8 @@ def time_run_with_ramps(
         duration, binding = duration * now.factor * HASTE, now.binding
     else:
         raise ramps_error(binding)
-    if asked < duration * (1.0 - DURATION_TOLERANCE):
-        raise infeasible_duration_error(asked, {run.first: duration}, binding)
+    if requested < duration * (1.0 - DURATION_TOLERANCE):
+        raise infeasible_duration_error(requested, {run.first: duration}, binding)
     return pieces
 
 

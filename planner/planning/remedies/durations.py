@@ -86,7 +86,7 @@ def duration_remedies(refused: Refused, refusal: InfeasibleDuration) -> Proposal
 
 def _longer_durations(attempt: Attempt, refusal: InfeasibleDuration) -> Proposals[tuple[list[Remedy], Plan] | None]:
     """Lengthen durations as back ends propose until a plan exists; if that fails, request no duration."""
-    asked = [k for k, waypoint in enumerate(attempt.problem.waypoints) if waypoint.duration is not None]
+    requested = [k for k, waypoint in enumerate(attempt.problem.waypoints) if waypoint.duration is not None]
     longer: dict[FieldPath, Remedy] = {}
     while True:
         named = {remedy.field: remedy for remedy in refusal.remedies}
@@ -99,7 +99,7 @@ def _longer_durations(attempt: Attempt, refusal: InfeasibleDuration) -> Proposal
         if not isinstance(outcome.refusal, InfeasibleDuration):
             break
         refusal = outcome.refusal
-    for left_out in (list(longer), [_duration(k) for k in asked]):
+    for left_out in (list(longer), [_duration(k) for k in requested]):
         free = [Remedy(field, None, "as fast as the limits allow") for field in left_out]
         outcome = yield from plan_with(free, attempt)
         if isinstance(outcome, Planned):

@@ -30,10 +30,12 @@ def limit_of(limits: SegmentLimits, quantity: str, segment: int, joint: int) -> 
 def higher_limits(attempt: Attempt, needs: Needs, shares: Sequence[float], explanation: str) -> Iterator[Change]:
     """Raise the requested limits of a problem as far as needed, for each fraction; nothing if insufficient."""
     problem, numbers = attempt.problem, attempt.with_detours.numbers
-    asked: dict[FieldPath, Limits] = {("limits",): problem.limits}
-    asked |= {_field(k): waypoint.limits for k, waypoint in enumerate(problem.waypoints) if waypoint.limits is not None}
+    requested: dict[FieldPath, Limits] = {("limits",): problem.limits}
+    requested |= {
+        _field(k): waypoint.limits for k, waypoint in enumerate(problem.waypoints) if waypoint.limits is not None
+    }
     for share in shares:
-        raised = dict(asked)
+        raised = dict(requested)
         for (quantity, segment, joint), least in needs.items():
             own = float(problem.robot.limit(quantity)[joint]) if quantity in JOINT_QUANTITIES else float("inf")
             if least > own * (1.0 + LIMIT_TOLERANCE):
@@ -41,12 +43,12 @@ def higher_limits(attempt: Attempt, needs: Needs, shares: Sequence[float], expla
             own_field = map(_field, numbers[segment + 1 : segment + 2])  # a single waypoint has none
             holders = [holder for holder in (*own_field, ("limits",)) if holder in raised]
             _raise(raised, holders, quantity, joint, min(least / share, own), own)
-        if raised == asked:
+        if raised == requested:
             return
         yield [
             Remedy((*holder, *field), value, explanation)
             for holder, limits in raised.items()
-            for field, value in _differences(vars(asked[holder]), vars(limits))
+            for field, value in _differences(vars(requested[holder]), vars(limits))
         ]
 
 
@@ -59,8 +61,8 @@ def _raise(
 ) -> None:
     """Raise one limit, which holders ask, the narrowest of them holds and the scales of all narrow, in place."""
     scaled, of_joint = f"{quantity}_scale", quantity in JOINT_QUANTITIES
-    asked = {holder: value for holder in holders if (value := getattr(limits[holder], quantity)) is not None}
-    in_force = min([own, *(value[joint] if of_joint else value for value in asked.values())])
+    requested = {holder: value for holder in holders if (value := getattr(limits[holder], quantity)) is not None}
+    in_force = min([own, *(value[joint] if of_joint else value for value in requested.values())])
     scales = {holder: getattr(limits[holder], scaled, 1.0) for holder in holders}
     missing = needed / (in_force * prod(scales.values()))
     for holder, scale in scales.items():
@@ -69,7 +71,7 @@ def _raise(
             limits[holder] = replace(limits[holder], **changed)
             missing *= scale / changed[scaled]
     least = min(in_force * missing, own)
-    for holder, value in asked.items():
+    for holder, value in requested.items():
         if missing > 1.0 and (value[joint] if of_joint else value) < least:
             changed = {quantity: (*value[:joint], least, *value[joint + 1 :]) if of_joint else least}
             limits[holder] = replace(limits[holder], **changed)

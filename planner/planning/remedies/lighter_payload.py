@@ -63,11 +63,11 @@ def lighter_payload(
 
 def _carried(problem: PlanningProblem) -> Iterator[tuple[FieldPath, Payload, int, int]]:
     """Yield the payloads: field, payload, and the segments from the first to before the last."""
-    asked: list[tuple[FieldPath, Payload | None, int]] = [(("payload",), problem.payload, 0)]
+    requested: list[tuple[FieldPath, Payload | None, int]] = [(("payload",), problem.payload, 0)]
     for i, waypoint in enumerate(problem.waypoints):
         if waypoint.payload is not None or waypoint.put_down:
-            asked.append((("waypoints", problem.numbers[i], "payload"), waypoint.payload, i))
-    ends = [first for _, _, first in asked[1:]]
-    for (field, payload, first), last in zip(asked, [*ends, len(problem.waypoints)], strict=True):
+            requested.append((("waypoints", problem.numbers[i], "payload"), waypoint.payload, i))
+    ends = [first for _, _, first in requested[1:]]
+    for (field, payload, first), last in zip(requested, [*ends, len(problem.waypoints)], strict=True):
         if payload is not None and first < last:
             yield field, payload, first, last

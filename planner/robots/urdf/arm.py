@@ -53,14 +53,14 @@ class ArmFinder:
         for link, joint in arrivals.items():
             self.children.setdefault(joint.parent, []).append(link)
 
-    def find(self, asked: PlanningGroup) -> tuple[str, list[UrdfJoint]]:
+    def find(self, requested: PlanningGroup) -> tuple[str, list[UrdfJoint]]:
         """Return the link at the end of the arm, and its degrees of freedom, starting at the root.
 
         Raises:
             InvalidRobotModel: The requested part does not exist, or is not a chain.
         """
-        self._check_locked(asked.locked)
-        members, tip = self._members(asked)
+        self._check_locked(requested.locked)
+        members, tip = self._members(requested)
         self.findings.raise_errors()
         tip = tip or (self._usual_tip() if members is None else self._behind(members))
         if tip != self.root and tip not in self.arrivals:
@@ -70,14 +70,14 @@ class ArmFinder:
             )
             self.findings.raise_errors()
         path = self.path(tip)
-        if asked.base_frame is not None:
-            members = self._behind_base(asked.base_frame, tip)
+        if requested.base_frame is not None:
+            members = self._behind_base(requested.base_frame, tip)
         if members is not None and (off := members - {joint.name for joint in path}):
             text = f"no chain to {shown(tip)} has all joints of the group: it leaves out {listed(sorted(off))}"
-            self.findings.error("group_is_no_chain", asked.group and shown(asked.group), text)
+            self.findings.error("group_is_no_chain", requested.group and shown(requested.group), text)
             self.findings.raise_errors()
         moving = [joint for joint in path if members is None or joint.name in members]
-        return tip, [joint for joint in moving if joint.name not in asked.locked]
+        return tip, [joint for joint in moving if joint.name not in requested.locked]
 
     def path(self, tip: str) -> list[UrdfJoint]:
         """Return the joints between the root and a link that may be degrees of freedom, in that order."""
@@ -94,27 +94,27 @@ class ArmFinder:
                 text = f"{shown(name)} cannot be held at {position:g}, outside of its position limits"
                 self.findings.error("outside_position_limits", shown(name), text)
 
-    def _members(self, asked: PlanningGroup) -> tuple[set[str] | None, str | None]:
+    def _members(self, requested: PlanningGroup) -> tuple[set[str] | None, str | None]:
         """Return the names of the requested joints, if given, and the tip, if known."""
-        if sum(way is not None for way in (asked.group, asked.joints, asked.base_frame)) > 1:
+        if sum(way is not None for way in (requested.group, requested.joints, requested.base_frame)) > 1:
             text = "a planning group is named by a group of the SRDF, by joints or by its base frame: by one of these"
             self.findings.error("several_planning_groups", None, text)
-        if asked.group is not None:
+        if requested.group is not None:
             for group in self.groups:
-                if group.name == asked.group:
-                    return set(group.joints), asked.tip_frame or group.tip_frame
+                if group.name == requested.group:
+                    return set(group.joints), requested.tip_frame or group.tip_frame
             names = listed(group.name for group in self.groups) or "none"
-            text = f"the SRDF has no group {shown(asked.group)}; it has {names}"
-            self.findings.error("unknown_group", shown(asked.group), text)
-        elif asked.joints is not None:
-            for name in asked.joints:
+            text = f"the SRDF has no group {shown(requested.group)}; it has {names}"
+            self.findings.error("unknown_group", shown(requested.group), text)
+        elif requested.joints is not None:
+            for name in requested.joints:
                 if name not in self.joints or not self.joints[name].is_free:
                     text = f"there is no joint {shown(name)} that could move by itself"
                     self.findings.error("unknown_joint", shown(name), text)
-            return set(asked.joints), asked.tip_frame
-        elif asked.tip_frame is None and asked.base_frame is None:
+            return set(requested.joints), requested.tip_frame
+        elif requested.tip_frame is None and requested.base_frame is None:
             return None, self._tip_of_only_chain()
-        return None, asked.tip_frame
+        return None, requested.tip_frame
 
     def _tip_of_only_chain(self) -> str | None:
         """Return the end of the one group that is a chain; None: there is none, or several."""

@@ -41,7 +41,7 @@ def read_urdf(
     urdf: str,
     *,
     id: str,
-    asked: PlanningGroup,
+    requested: PlanningGroup,
     srdf: str | None = None,
     meshes: FindPieces = no_meshes,
     source: str = "uploaded URDF",
@@ -54,8 +54,8 @@ def read_urdf(
     Args:
         urdf: The document.
         id: Identifier of the robot.
-        asked: The moving joints and the end of the arm. By default, the SRDF's only chain, or else the chain with the
-            most joints, without fingers at its end.
+        requested: The moving joints and the end of the arm. By default, the SRDF's only chain, or else the chain with
+            the most joints, without fingers at its end.
         srdf: A document with groups, their states and disabled collision pairs.
         meshes: Function that finds the collision meshes, at the first use of the shapes.
         source: Where the document comes from.
@@ -87,7 +87,7 @@ def read_urdf(
         semantics = read_srdf(srdf, document.get("name", ""), root, arrivals, findings)
         findings.raise_errors()
     finder = ArmFinder(root, arrivals, semantics.groups, findings)
-    tip, chain = finder.find(asked)
+    tip, chain = finder.find(requested)
     limits = {joint.name: _limits(joint.moving, findings) for joint in chain if joint.moving is not None}
     if len(chain) > MAX_JOINTS:
         findings.error("too_many_joints", None, f"the arm has {len(chain)} joints, more than {MAX_JOINTS}")
@@ -97,7 +97,7 @@ def read_urdf(
 
     on_the_way = {joint.name for joint in finder.path(tip)}
     configuration = WholeConfiguration(arrivals, limits, findings)
-    held = configuration.positions(asked.locked, on_the_way)
+    held = configuration.positions(requested.locked, on_the_way)
     findings.raise_errors()
     model = _build(id, root, tip, arrivals, bodies, limits, held, findings)
     return RobotDescription(
@@ -107,7 +107,7 @@ def read_urdf(
         tuple(limits.values()),
         tip,
         geometry=tuple(geometry),
-        named_positions=named_positions(semantics.states, tuple(limits.values()), asked.group, findings),
+        named_positions=named_positions(semantics.states, tuple(limits.values()), requested.group, findings),
         groups=semantics.groups,
         disabled_collisions=semantics.disabled_collisions,
         collision=CollisionGeometry(

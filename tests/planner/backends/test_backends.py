@@ -209,22 +209,22 @@ def test_gravity_beyond_the_torque_limit_is_refused() -> None:
 
 def test_a_torque_limit_that_nobody_can_check_is_refused() -> None:
     problem = problem_of("ngv_refuelling_arm", 19, 3)
-    asked = Limits(torque=(100.0,) * 6)
+    requested = Limits(torque=(100.0,) * 6)
     with pytest.raises(MissingDynamics):
-        plan(replace(problem, limits=asked))
-    own = (*problem.waypoints[:-1], replace(problem.waypoints[-1], limits=asked))
+        plan(replace(problem, limits=requested))
+    own = (*problem.waypoints[:-1], replace(problem.waypoints[-1], limits=requested))
     with pytest.raises(MissingDynamics):
         plan(replace(problem, waypoints=own))
-    carrying = plan(replace(problem, limits=asked, payload=Payload(1.0)))
+    carrying = plan(replace(problem, limits=requested, payload=Payload(1.0)))
     assert worst_on_dense_samples(carrying, "torque") <= 1.0
 
 
 def test_a_limit_asked_that_the_back_end_only_reports_comes_with_a_warning() -> None:
     problem = problem_of("ngv_refuelling_arm", 19, 3)
-    asked = replace(problem, limits=Limits(jerk=(1.0,) * 6))
-    assert [warning.code for warning in plan(asked).warnings] == ["position_unchecked", "jerk_not_enforced"]
+    requested = replace(problem, limits=Limits(jerk=(1.0,) * 6))
+    assert [warning.code for warning in plan(requested).warnings] == ["position_unchecked", "jerk_not_enforced"]
     assert [warning.code for warning in plan(problem).warnings] == ["position_unchecked"]
-    assert plan(problem).warnings == plan(asked, Quintic()).warnings
+    assert plan(problem).warnings == plan(requested, Quintic()).warnings
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -83,8 +83,8 @@ def test_the_check_measures_the_error_of_the_requested_duration(
     """A trajectory of 1.75 s and a dwell of 0.375 s, checked against other requests."""
     end = JointWaypoint(FAR, duration=1.75, dwell=0.375)
     made = plan(PlanningProblem(ROBOT, [JointWaypoint(START), end]), Cubic()).trajectory
-    asked = replace(JointWaypoint(FAR), **fields)  # type: ignore[arg-type] # of any field
-    (check,) = certify_durations(made, [JointWaypoint(START), asked], whole)
+    requested = replace(JointWaypoint(FAR), **fields)  # type: ignore[arg-type] # of any field
+    (check,) = certify_durations(made, [JointWaypoint(START), requested], whole)
     assert check.peak == pytest.approx(error, abs=1e-12)
     assert check.satisfied == (error == 0.0)
 

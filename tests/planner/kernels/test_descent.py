@@ -62,8 +62,8 @@ def cases(name: str, count: int) -> tuple[Arm, FloatArray, FloatArray, FloatArra
 @pytest.mark.parametrize("name", robots())
 def test_descents_are_those_of_numpy(name: str, turned: bool) -> None:
     arm, positions, rotations, starts, box = cases(name, 41)
-    asked = rotations if turned else None
-    errors, ends = descend(arm, positions, asked, starts, box, PATIENCE, MOST)
+    requested = rotations if turned else None
+    errors, ends = descend(arm, positions, requested, starts, box, PATIENCE, MOST)
     expected = [
         plain(arm, position, rotation if turned else None, start, box)
         for position, rotation, start in zip(positions, rotations, starts, strict=True)

@@ -72,16 +72,17 @@ def duration_by_ruckig(given: PassingProblem, states: np.ndarray) -> float:
     segments, joints = given.travels.shape
     total = 0.0
     for k in range(segments):
-        asked = ruckig.InputParameter(joints)
-        asked.target_position = given.travels[k].tolist()
-        (asked.current_velocity, asked.current_acceleration), (asked.target_velocity, asked.target_acceleration) = (
-            states[at].T.tolist() for at in (k, k + 1)
-        )
+        requested = ruckig.InputParameter(joints)
+        requested.target_position = given.travels[k].tolist()
+        (
+            (requested.current_velocity, requested.current_acceleration),
+            (requested.target_velocity, requested.target_acceleration),
+        ) = (states[at].T.tolist() for at in (k, k + 1))
         of = {power: given.bounds[:, k][..., given.powers == power][..., 0] for power in (1, 2, 3)}
-        asked.max_velocity, asked.min_velocity = of[1][0].tolist(), (-of[1][1]).tolist()
-        asked.max_acceleration, asked.min_acceleration = of[2][0].tolist(), (-of[2][1]).tolist()
-        asked.max_jerk = of[3].min(axis=0).tolist()
+        requested.max_velocity, requested.min_velocity = of[1][0].tolist(), (-of[1][1]).tolist()
+        requested.max_acceleration, requested.min_acceleration = of[2][0].tolist(), (-of[2][1]).tolist()
+        requested.max_jerk = of[3].min(axis=0).tolist()
         motion = ruckig.Trajectory(joints)
-        ruckig.Ruckig(joints).calculate(asked, motion)
+        ruckig.Ruckig(joints).calculate(requested, motion)
         total += motion.duration
     return total

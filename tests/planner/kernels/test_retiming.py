@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 from planner.kernels.retiming import Objective, PathCost, best_unknowns
 from planner.time_scaling.linear_limits import LinearLimits, QuadraticSpline
-from planner.time_scaling.retiming import AskedDurations, of_duration
+from planner.time_scaling.retiming import RequestedDurations, of_duration
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -77,16 +77,18 @@ def test_the_best_law_is_that_of_scipy(seed: int, kind: str, jerk: float) -> Non
     start = np.ones(6)
     start *= 0.9 * limits.scale(spline.states(start))
     parts = np.array([[True, True, False, False]]) if kind == "requested" else np.empty((0, 4), dtype=bool)
-    asked = AskedDurations.of_parts(widths, parts, np.empty(len(parts)))
-    asked = AskedDurations(asked.weights, 1.2 * (asked.weights @ spline.states(start)[0] ** -0.5))
-    x, converged = best_unknowns(spline.maps, limits.arrays, objective, asked, TOLERANCE, 500, start)
+    requested = RequestedDurations.of_parts(widths, parts, np.empty(len(parts)))
+    requested = RequestedDurations(requested.weights, 1.2 * (requested.weights @ spline.states(start)[0] ** -0.5))
+    x, converged = best_unknowns(spline.maps, limits.arrays, objective, requested, TOLERANCE, 500, start)
     assert converged
     assert slacks(limits, spline.states(x)).min() > 0.0
     assert x.min() > 0.0
-    assert asked.missed(spline.states(x)[0]) == pytest.approx(0.0, abs=1e-4)
+    assert requested.missed(spline.states(x)[0]) == pytest.approx(0.0, abs=1e-4)
     none = np.zeros(12)
     constraints = [{"type": "ineq", "fun": lambda y: slacks(limits, spline.states(y))}]
-    constraints += [{"type": "eq", "fun": lambda y: asked.missed(spline.states(np.abs(y))[0])}] if len(parts) else []
+    constraints += (
+        [{"type": "eq", "fun": lambda y: requested.missed(spline.states(np.abs(y))[0])}] if len(parts) else []
+    )
     peer = minimize(
         lambda y: objective.at(spline.states(np.abs(y)), none)[0],
         x * rng.uniform(0.97, 1.0, 6),

@@ -50,14 +50,14 @@ def inner_times(trajectory: Trajectory, count: int = 400) -> FloatArray:
 
 def fastest_by_ruckig(robot: Robot, state: JointState) -> list[float]:
     """Return the time that each joint takes by Ruckig's velocity interface, which knows no position limits."""
-    asked = ruckig.InputParameter(robot.dof)
-    asked.control_interface = ruckig.ControlInterface.Velocity
-    asked.synchronization = ruckig.Synchronization.No
-    asked.current_position, asked.current_velocity = state.position, state.velocity
-    asked.current_acceleration = state.acceleration
-    asked.target_velocity = asked.target_acceleration = np.zeros(robot.dof)
+    requested = ruckig.InputParameter(robot.dof)
+    requested.control_interface = ruckig.ControlInterface.Velocity
+    requested.synchronization = ruckig.Synchronization.No
+    requested.current_position, requested.current_velocity = state.position, state.velocity
+    requested.current_acceleration = state.acceleration
+    requested.target_velocity = requested.target_acceleration = np.zeros(robot.dof)
     for quantity in ("velocity", "acceleration", "jerk"):
-        setattr(asked, f"max_{quantity}", robot.limit(quantity))
+        setattr(requested, f"max_{quantity}", robot.limit(quantity))
     found = ruckig.Trajectory(robot.dof)
-    ruckig.Ruckig(robot.dof).calculate(asked, found)
+    ruckig.Ruckig(robot.dof).calculate(requested, found)
     return list(found.independent_min_durations)

@@ -161,7 +161,7 @@ def test_what_is_away_from_objects_is_as_fast_as_it_likes(quick: Trajectory) -> 
 
 def test_what_cannot_be_kept_is_refused(quick: Trajectory) -> None:
     retime = partial(planner.retime_trajectory, ARM, PAST)
-    for asked, field in (
+    for requested, field in (
         (lambda: retime(speed_zones=[ZONE]), ("speed_zones",)),
         (lambda: retime(scene=CELL, speed_zones=[replace(ZONE, objects=["nobody"])]), ("speed_zones", 0, "objects", 0)),
         (
@@ -174,7 +174,7 @@ def test_what_cannot_be_kept_is_refused(quick: Trajectory) -> None:
         ),
     ):
         with pytest.raises(InvalidProblem) as refusal:
-            asked()
+            requested()
         assert [fault.field for fault in refusal.value.faults] == [field]
     wall = Scene([SceneObject("wall", [Box([0.2, 0.2, 2.0])], Pose([1.2, 0.0, 1.0]))])
     with pytest.raises(Collision):

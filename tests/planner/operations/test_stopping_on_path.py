@@ -61,15 +61,15 @@ def least_on_line(state: JointState, share: float) -> float:
     """Return the least time of a stop on the line by Ruckig's velocity interface, with a fraction of the limits."""
     speed = float(np.linalg.norm(state.velocity))
     direction = np.maximum(np.abs(state.velocity / speed), 1e-12)
-    asked, found = ruckig.InputParameter(1), ruckig.Trajectory(1)
-    asked.control_interface = ruckig.ControlInterface.Velocity
-    asked.current_velocity = [speed]
-    asked.current_acceleration = [float(state.acceleration @ state.velocity) / speed]
-    asked.target_velocity = asked.target_acceleration = [0.0]
-    asked.max_acceleration, asked.max_jerk = (
+    requested, found = ruckig.InputParameter(1), ruckig.Trajectory(1)
+    requested.control_interface = ruckig.ControlInterface.Velocity
+    requested.current_velocity = [speed]
+    requested.current_acceleration = [float(state.acceleration @ state.velocity) / speed]
+    requested.target_velocity = requested.target_acceleration = [0.0]
+    requested.max_acceleration, requested.max_jerk = (
         [float((share * kuka().limit(quantity) / direction).min())] for quantity in ("acceleration", "jerk")
     )
-    ruckig.Ruckig(1).calculate(asked, found)
+    ruckig.Ruckig(1).calculate(requested, found)
     return float(found.duration)
 
 

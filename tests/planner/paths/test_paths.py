@@ -356,8 +356,8 @@ def test_durations_of_segments_that_are_passed(robot: Robot, kind: str) -> None:
         JointWaypoint(position=HOME),
     ]
     for durations in ((3.0, 2.5, 3.0), (3.0, None, None), (None, 4.0, None)):
-        asked = [waypoints[0], *(replace(w, duration=d) for w, d in zip(waypoints[1:], durations, strict=True))]
-        lasted = np.diff(planned(robot, asked, kind).trajectory.arrivals)
+        requested = [waypoints[0], *(replace(w, duration=d) for w, d in zip(waypoints[1:], durations, strict=True))]
+        lasted = np.diff(planned(robot, requested, kind).trajectory.arrivals)
         for got, wanted in zip(lasted, durations, strict=True):
             assert wanted is None or got == pytest.approx(wanted, abs=1e-9)
     short = [waypoints[0], *(replace(w, duration=0.2) for w in waypoints[1:])]

@@ -127,11 +127,11 @@ def test_what_no_smaller_blend_helps_is_refused(
     problem = replace(problem, scene=ball_at(*place))
     with pytest.raises(Collision) as refusal:
         planner.plan(problem)
-    with pytest.raises(Collision) as asked:
+    with pytest.raises(Collision) as requested:
         certified_plan(problem, planner.Cubic(), solve_path(problem))
-    assert type(refusal.value) is type(asked.value)
-    assert refusal.value.message == asked.value.message
-    assert refusal.value.time == asked.value.time
+    assert type(refusal.value) is type(requested.value)
+    assert refusal.value.message == requested.value.message
+    assert refusal.value.time == requested.value.time
 
 
 def test_the_radius_taken_is_that_of_the_saved_plan(problem: planner.PlanningProblem, plan: planner.Plan) -> None:

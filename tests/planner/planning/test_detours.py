@@ -93,11 +93,11 @@ def test_a_motion_of_a_million_radians_is_refused(travel: float) -> None:
     start = [0.3, 0.4, -0.5]
     far = planner.JointWaypoint([0.3, 0.4 - travel, -0.5], motion=planner.FreeMotion())
     ball = planner.SceneObject("ball", [planner.Sphere(0.03)], planner.Pose([1.0, 0.3, 0.3]))
-    asked = planner.PlanningProblem(
+    requested = planner.PlanningProblem(
         planner.load_robot("three_dof_arm"), [planner.JointWaypoint(start), far], scene=planner.Scene([ball])
     )
     with pytest.raises(planner.InvalidProblem, match="free motion is sought up to 1000"):
-        planner.plan(asked)
+        planner.plan(requested)
 
 
 def elbow(position: FloatArray) -> FloatArray:

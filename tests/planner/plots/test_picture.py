@@ -131,8 +131,8 @@ def test_a_robot_whose_frames_coincide_is_drawn_as_one_dot(view: str) -> None:
 @pytest.mark.filterwarnings("ignore:Glyph")
 def test_pictures_are_well_formed_whatever_titles_and_names_hold(slowed: Plan) -> None:
     first, *others = slowed.problem.waypoints
-    asked = replace(slowed.problem, waypoints=(replace(first, name=ODD), *others))
-    named = replace(slowed, problem=asked)
+    requested = replace(slowed.problem, waypoints=(replace(first, name=ODD), *others))
+    named = replace(slowed, problem=requested)
     at_zero = draw_robot_at(load_robot("three_dof_arm"), title=ODD)
     for picture in (slowed.plot("position", title=ODD), named.plot("position", "path"), at_zero):
         svg = picture.svg().decode()

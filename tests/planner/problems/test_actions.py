@@ -52,10 +52,10 @@ def test_a_distance_is_gone_at_its_time(seed: int, shares: list[float]) -> None:
     times = np.linspace(0.0, solved.trajectory.duration, 2001)
     places = np.array([pose.position for pose in forward_kinematics(ROBOT, solved.trajectory.evaluate(times, [0])[0])])
     gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
-    asked = [float(share * gone[-1]) for share in shares]
-    actions = [SetOutput(AtDistance(distance), "x", True) for distance in asked]
+    requested = [float(share * gone[-1]) for share in shares]
+    actions = [SetOutput(AtDistance(distance), "x", True) for distance in requested]
     found = action_times(solved.path.dynamics, solved.trajectory, actions)
-    assert [one.distance for one in found] == pytest.approx(sorted(asked), rel=1e-9, abs=1e-9)
+    assert [one.distance for one in found] == pytest.approx(sorted(requested), rel=1e-9, abs=1e-9)
     for one in found:
         assert np.interp(one.time, times, gone) == pytest.approx(one.distance, rel=1e-5, abs=1e-5 * gone[-1])
 

@@ -38,7 +38,7 @@ def test_any_limit_in_force_is_the_least_of_all_that_are_given(data: st.DataObje
     share, scale = st.floats(0.01, 1.0), st.floats(0.1, 1.0)
     on_tool, has_scale = quantity in TCP_ORDERS, quantity in ("velocity", "acceleration")
     robots = np.array([np.inf]) if on_tool else ROBOT.limit(quantity)
-    asked, given_values, factor = [], [robots], 1.0
+    requested, given_values, factor = [], [robots], 1.0
     for _ in range(2):
         fields: dict[str, object] = {}
         if data.draw(st.booleans()):
@@ -48,9 +48,9 @@ def test_any_limit_in_force_is_the_least_of_all_that_are_given(data: st.DataObje
         if has_scale:
             fields[f"{quantity}_scale"] = data.draw(scale)
             factor *= float(str(fields[f"{quantity}_scale"]))
-        asked.append(Limits(**fields))  # type: ignore[arg-type]
-    waypoints = [JOINTS[0], replace(JOINTS[2], limits=asked[1])]
-    in_force = PlanningProblem(ROBOT, waypoints, asked[0]).segment_limits().magnitudes(quantity)[0]
+        requested.append(Limits(**fields))  # type: ignore[arg-type]
+    waypoints = [JOINTS[0], replace(JOINTS[2], limits=requested[1])]
+    in_force = PlanningProblem(ROBOT, waypoints, requested[0]).segment_limits().magnitudes(quantity)[0]
     assert np.ravel(in_force) == pytest.approx(np.min(given_values, axis=0) * factor)
 
 

@@ -258,12 +258,12 @@ def test_random_lists_keep_their_limits_with_random_payloads(kind: str, seed: in
     q = np.array(HOME)
     for k in range(7):
         q = q if rng.random() < 0.15 else np.array(HOME) + rng.uniform(-0.5, 0.5, 6)
-        asked = [None, None, LIGHT, HEAVY, replace(LIGHT, mass=float(rng.uniform(0.1, 8.0)))][rng.integers(5)]
-        put_down = asked is None and rng.random() < 0.5
-        payload = None if put_down else payload if asked is None else asked
+        requested = [None, None, LIGHT, HEAVY, replace(LIGHT, mass=float(rng.uniform(0.1, 8.0)))][rng.integers(5)]
+        put_down = requested is None and rng.random() < 0.5
+        payload = None if put_down else payload if requested is None else requested
         carried.append(payload)
         dwell = float(rng.choice([0.0, 0.2]))
-        waypoints.append(JointWaypoint(q, payload=asked, put_down=put_down, dwell=dwell if k else 0.0))
+        waypoints.append(JointWaypoint(q, payload=requested, put_down=put_down, dwell=dwell if k else 0.0))
     problem = PlanningProblem(ROBOT, waypoints, Limits(torque=tuple(limit.tolist())))
     try:
         planned = plan(problem, backend_of(kind))

@@ -208,16 +208,16 @@ def test_pieces_stand_around_the_meshes_that_pinocchio_places(id: str) -> None:
 
 
 def test_no_mesh_is_opened_before_it_is_asked_for() -> None:
-    asked: list[str] = []
+    requested: list[str] = []
 
     class Files(dict[str, bytes]):
         def __contains__(self, name: object) -> bool:
-            asked.append(str(name))
+            requested.append(str(name))
             return super().__contains__(name)
 
     robot = Robot.from_urdf(urdf('<mesh filename="arm.stl"/>'), meshes=Files({"arm.stl": CUBE}))
     heavier = robot.derived(limits={"j": {"velocity": 0.5}})
     assert np.isfinite(heavier.limit("velocity")).all()
-    assert not asked
+    assert not requested
     assert robot.collision_shapes[0].shape is heavier.collision_shapes[0].shape
-    assert asked == ["arm.stl"]
+    assert requested == ["arm.stl"]

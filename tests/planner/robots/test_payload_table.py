@@ -50,9 +50,9 @@ def test_every_back_end_keeps_the_limits_of_the_payload_on_each_segment(kind: st
 
 def test_a_request_narrows_the_limits_of_the_payload_further() -> None:
     robot = load_robot("ur5").derived(payload_table=TABLE)
-    asked = Limits(acceleration=tuple(0.4 * robot.limit("acceleration")), acceleration_scale=0.5)
+    requested = Limits(acceleration=tuple(0.4 * robot.limit("acceleration")), acceleration_scale=0.5)
     waypoints = [JointWaypoint((0.1,) * 6), JointWaypoint((0.2,) * 6, payload=Payload(5.0)), JointWaypoint((0.3,) * 6)]
-    limits = PlanningProblem(robot, waypoints, limits=asked).segment_limits()
+    limits = PlanningProblem(robot, waypoints, limits=requested).segment_limits()
     np.testing.assert_allclose(limits.acceleration.upper[0], 0.5 * 0.4 * robot.limit("acceleration"))
     np.testing.assert_allclose(limits.acceleration.upper[1], 0.5 * 0.3 * robot.limit("acceleration"))
     np.testing.assert_allclose(limits.jerk.upper[1], 0.1 * robot.limit("jerk"))

@@ -202,6 +202,6 @@ def test_whatever_is_kept_belongs_to_the_robot(groups: list[list[str]], pairs: l
     for kept in arm.groups:
         assert list(kept.joints) == [name for name in order if name in kept.joints]
         assert kept.tip_frame is None or kept.tip_frame in links
-    asked = {frozenset(pair) for pair in pairs if set(pair) <= links and pair[0] != pair[1]}
-    assert {frozenset((pair.link_1, pair.link_2)) for pair in arm.disabled_collisions} == asked
-    assert len(arm.disabled_collisions) == len(asked)
+    requested = {frozenset(pair) for pair in pairs if set(pair) <= links and pair[0] != pair[1]}
+    assert {frozenset((pair.link_1, pair.link_2)) for pair in arm.disabled_collisions} == requested
+    assert len(arm.disabled_collisions) == len(requested)

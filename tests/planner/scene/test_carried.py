@@ -46,7 +46,7 @@ class Apart(NamedTuple):
     """How near a pair comes on a part of a trajectory, how near it may, m, and whether it touches at an end of it."""
 
     distance: float
-    asked: float
+    requested: float
     touches: bool
 
 
@@ -76,8 +76,8 @@ def distances_of_pairs(
         apart = distances_over_time(robot, there, times[standing], trajectory)[:, :, 0]
         touches = (joints == last) & (at_waypoint[:, 0] < margin) & (segments[standing][0] in (0, put_down))
         for body in np.flatnonzero(joints > 0):
-            asked = at_waypoint[body, 0] - ROOM_ON_THE_WAY if touches[body] else margin
-            yield Apart(float(apart[:, body].min()), asked, bool(touches[body]))
+            requested = at_waypoint[body, 0] - ROOM_ON_THE_WAY if touches[body] else margin
+            yield Apart(float(apart[:, body].min()), requested, bool(touches[body]))
     carried = (segments >= 1) & (segments < put_down)
     (postures,) = trajectory.evaluate(times[carried], [0])
     centers = np.array([tool.act(held_at) for tool in tool_in_base(robot, postures)])
@@ -88,14 +88,14 @@ def distances_of_pairs(
         for segment in range(1, put_down):
             near = [end for end, at in zip(ends, (1, put_down - 1), strict=True) if at == segment]
             near = [end for end in near if -DEEPEST_SUPPORT <= end < margin]
-            asked = min(near) - ROOM_ON_THE_WAY if near else margin
-            yield Apart(float(apart[segments[carried] == segment].min()), asked, bool(near))
+            requested = min(near) - ROOM_ON_THE_WAY if near else margin
+            yield Apart(float(apart[segments[carried] == segment].min()), requested, bool(near))
 
 
 def room(problem: planner.PlanningProblem, positions: FloatArray, trajectory: planner.Trajectory) -> float:
     """How much more room there is than is asked, at the least, m: taken at waypoint 1, put down at waypoint 3."""
     pairs = distances_of_pairs(problem, positions, trajectory, 3, SAMPLES)
-    return min(pair.distance - pair.asked for pair in pairs)
+    return min(pair.distance - pair.requested for pair in pairs)
 
 
 def is_sound(report: planner.ClearanceReport | None, pairs: list[Apart]) -> bool:
@@ -142,9 +142,9 @@ def test_what_is_carried_is_proved_clear_where_dense_samples_see_it_clear(arm: s
             truth = room(problem, blind.path.positions, blind.trajectory)
         assert problem.scene is not None
         for margin in (0.0, max(0.0, truth - 2.0 * BETWEEN_SAMPLES), max(0.0, truth + 1e-3)):
-            asked = replace(problem, scene=replace(problem.scene, margin=margin))
-            left = room(asked, blind.path.positions, blind.trajectory)
-            checkers = segment_checkers(replace(asked, self_collision=False), blind.path.positions)
+            requested = replace(problem, scene=replace(problem.scene, margin=margin))
+            left = room(requested, blind.path.positions, blind.trajectory)
+            checkers = segment_checkers(replace(requested, self_collision=False), blind.path.positions)
             try:
                 report = certify_clearance_along(checkers, blind.trajectory)
             except (Collision, ClearanceUnproved) as refusal:
@@ -152,7 +152,7 @@ def test_what_is_carried_is_proved_clear_where_dense_samples_see_it_clear(arm: s
                 decided[False] += 1
                 continue
             assert left > -2.0 * CONTACT_TOLERANCE, (margin, left)
-            pairs = distances_of_pairs(asked, blind.path.positions, blind.trajectory, 3, SAMPLES)
+            pairs = distances_of_pairs(requested, blind.path.positions, blind.trajectory, 3, SAMPLES)
             assert is_sound(report, list(pairs))
             decided[True] += 1
     assert min(decided.values()) > 0, decided

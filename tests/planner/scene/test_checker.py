@@ -39,13 +39,13 @@ def test_estimates_refuse_only_where_that_is_asked() -> None:
     wrist = Scene(
         allowed_pairs=[("link_3", "link_5"), ("link_3", "link_6"), ("link_4", "link_6"), ("base_link", "link_2")]
     )
-    asked = CollisionChecker(KUKA, wrist, self_collision=True)
-    assert not asked.is_empty
-    assert is_free(asked, np.array([HOME, FOLDED])).tolist() == [True, False]
-    found = clearances(asked, edge(HOME, FOLDED))
+    requested = CollisionChecker(KUKA, wrist, self_collision=True)
+    assert not requested.is_empty
+    assert is_free(requested, np.array([HOME, FOLDED])).tolist() == [True, False]
+    found = clearances(requested, edge(HOME, FOLDED))
     assert not found.is_proved
     assert (hit := found.hit) is not None
-    assert len({"link_1", "base_link", "link_2"} & set(asked.names(hit.pair))) == 1
+    assert len({"link_1", "base_link", "link_2"} & set(requested.names(hit.pair))) == 1
 
 
 def test_what_is_carried_is_held_against_objects() -> None:
@@ -99,10 +99,10 @@ def test_bounds_never_exceed_distances() -> None:
     near = np.zeros(shape, dtype=bool)
     near[found.rows, bodies, obstacles] = True
     assert near.sum() == len(found.rows)
-    asked = np.broadcast_to(np.isfinite(checker.margins), shape)
-    assert not (near & ~asked).any()
-    assert near[asked & (low - moved[..., None] < checker.margins)].all()
-    assert 0 < near.sum() < asked.sum()
+    requested = np.broadcast_to(np.isfinite(checker.margins), shape)
+    assert not (near & ~requested).any()
+    assert near[requested & (low - moved[..., None] < checker.margins)].all()
+    assert 0 < near.sum() < requested.sum()
     np.testing.assert_allclose(found.motions, moved[found.rows, bodies], rtol=1e-9)
     assert (found.bounds <= low[found.rows, bodies, obstacles] + 1e-9).all()
     own = checker.near_items(positions, np.zeros((3, 6)), np.full(checker.margins.shape, -np.inf), 0.3)

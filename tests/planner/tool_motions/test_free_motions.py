@@ -156,16 +156,18 @@ def test_the_certificate_finds_what_is_outside_of_a_region() -> None:
     """By the nearest of very many poses of the region: never nearer than that, and no further for small deviations."""
     rng = np.random.default_rng(0)
     region = Region(x=(-0.01, 0.02), rotation_x=(-0.2, 0.1), rotation_z=(-0.5, 0.5))
-    asked = Pose(rng.uniform(-1.0, 1.0, 3), rotation_from_rpy(*rng.uniform(-1.0, 1.0, 3)))
-    assert asked.rotation is not None
+    requested = Pose(rng.uniform(-1.0, 1.0, 3), rotation_from_rpy(*rng.uniform(-1.0, 1.0, 3)))
+    assert requested.rotation is not None
     for _ in range(6):
         x, a, c = rng.uniform(-0.03, 0.03), rng.uniform(-0.3, 0.3), rng.uniform(-0.7, 0.7)
         y, b = rng.uniform(-1e-3, 1e-3), rng.uniform(-1e-3, 1e-3)
-        reached = asked.position + asked.rotation @ [x, y, 0.0]
-        turned = asked.rotation @ rotation_x(a) @ rotation_y(b) @ rotation_z(c)
-        found = misses_of_region(region, asked.position[None], asked.rotation[None], reached[None], turned[None])
+        reached = requested.position + requested.rotation @ [x, y, 0.0]
+        turned = requested.rotation @ rotation_x(a) @ rotation_y(b) @ rotation_z(c)
+        found = misses_of_region(
+            region, requested.position[None], requested.rotation[None], reached[None], turned[None]
+        )
         nearest = [
-            asked.rotation @ rotation_x(tilt) @ rotation_z(turn)
+            requested.rotation @ rotation_x(tilt) @ rotation_z(turn)
             for tilt in np.linspace(-0.2, 0.1, 16)
             for turn in np.linspace(-0.5, 0.5, 51)
         ]

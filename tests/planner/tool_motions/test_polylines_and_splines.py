@@ -36,7 +36,7 @@ from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_paths import NoPath
 from planner.tool_motions.pose_splines import PoseSpline
-from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion, follow_motion
+from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, ToolMotion, follow_motion
 from planner.waypoints.solve import solve_waypoints
 
 HOME = np.array((0.3, -1.2, 1.4, 0.2, 0.6, 0.1))
@@ -311,9 +311,9 @@ def test_what_leads_out_of_reach_is_followed_from_one_start_only(
     waypoints = (JointWaypoint(tuple(home + 0.1)), PoseWaypoint(start), PoseWaypoint(end, motion=motion([beyond])))
     followed = []
 
-    def follow(asked: AskedMotion, position: FloatArray) -> ToolMotion | RefusedMotion:
+    def follow(requested: RequestedMotion, position: FloatArray) -> ToolMotion | RefusedMotion:
         followed.append(position)
-        return follow_motion(asked, position)
+        return follow_motion(requested, position)
 
     with pytest.raises(UnreachableWaypoint, match="leaves what panda can reach"):
         solve_waypoints(robot, waypoints, InverseKinematicsOptions(), follow)

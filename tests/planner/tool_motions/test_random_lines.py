@@ -33,11 +33,11 @@ def lines(robot: Robot, rng: np.random.Generator) -> tuple[FloatArray, list[Pose
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
     while True:
         start = q = rng.uniform(lower + 0.03, upper - 0.03)
-        poses = [_asked(robot, tool_at(robot, q))]
+        poses = [_requested(robot, tool_at(robot, q))]
         for _ in range(ATTEMPTS):
             size, turn = rng.choice([0.05, 0.15, 0.3]), rng.choice([0.0, 0.5]) * rng.uniform(-1.0, 1.0, 3)
             before = poses[-1]
-            goal = _asked(robot, tool_at(robot, q))
+            goal = _requested(robot, tool_at(robot, q))
             rotation = None if goal.rotation is None else goal.rotation @ rotation_from_rpy(*turn)
             goal = Pose(before.position + rng.uniform(-size, size, 3), rotation)
             chain = trace(robot, on_line(before, goal, 0.005), q)
@@ -52,7 +52,7 @@ def lines(robot: Robot, rng: np.random.Generator) -> tuple[FloatArray, list[Pose
             return start, poses[: int(rng.integers(3, len(poses) + 1))]
 
 
-def _asked(robot: Robot, pose: Pose) -> Pose:
+def _requested(robot: Robot, pose: Pose) -> Pose:
     return Pose(pose.position) if robot.dof == 3 else pose
 
 

@@ -199,9 +199,9 @@ def test_a_line_out_of_the_plane_of_a_stretched_wrist_is_singular(name: str) -> 
 @pytest.mark.skipif("panda" not in catalogue_ids(), reason="example-robot-data is not installed")
 def test_a_circle_out_of_the_work_space_is_unreachable() -> None:
     """It goes by way of a point 20 % further away than all links end to end; the arm is singular before."""
-    asked = job("infeasible-01-panda")
+    requested = job("infeasible-01-panda")
     with pytest.raises(UnreachableWaypoint):
-        plan(asked.problem, Cubic())
+        plan(requested.problem, Cubic())
 
 
 def test_a_line_out_of_a_stretched_elbow_is_singular() -> None:

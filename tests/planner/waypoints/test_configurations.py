@@ -165,8 +165,13 @@ def test_a_line_ends_in_the_configuration_asked_or_is_refused_with_that_in_which
 def test_reachability_counts_solutions_in_the_configuration() -> None:
     robot = load_robot("ngv_refuelling_arm")
     pose = forward_kinematics(robot, np.array([[0.3, 0.4, -1.0, 0.5, 0.8, -0.4]]))[0]
-    asked = [Configuration(), Configuration("left"), Configuration("left", "up"), Configuration("left", "up", "flip")]
-    found = reachability(robot, [PoseWaypoint(pose, wanted) for wanted in asked], OPTIONS)
+    requested = [
+        Configuration(),
+        Configuration("left"),
+        Configuration("left", "up"),
+        Configuration("left", "up", "flip"),
+    ]
+    found = reachability(robot, [PoseWaypoint(pose, wanted) for wanted in requested], OPTIONS)
     assert [one.solutions for one in found] == [8, 4, 2, 1]
     beyond = pose_at(KUKA, np.array(HOME))
     (one,) = reachability(KUKA, [PoseWaypoint(beyond, Configuration("left"))], OPTIONS)

@@ -84,12 +84,12 @@ def test_after_a_pose_and_along_a_line() -> None:
 def test_random_lists_go_the_short_way_at_every_waypoint() -> None:
     rng = np.random.default_rng(7)
     for _ in range(20):
-        asked = rng.uniform(-np.pi, np.pi, (6, 3)) * [1.0, 0.5, 1.0]
-        positions = reached(*(joints(*q) for q in asked.tolist()))
+        requested = rng.uniform(-np.pi, np.pi, (6, 3)) * [1.0, 0.5, 1.0]
+        positions = reached(*(joints(*q) for q in requested.tolist()))
         steps = np.diff(positions, axis=0)
         assert (np.abs(steps[:, [0, 2]]) <= np.pi + 1e-9).all()
-        turns = (positions - asked) / TURN
+        turns = (positions - requested) / TURN
         assert turns == pytest.approx(np.round(turns), abs=1e-9)
         assert (turns[0] == 0.0).all()
-        literal = reached(*(replace(joints(*q), motion=JointMotion("as_given")) for q in asked.tolist()))
-        assert literal == pytest.approx(asked)
+        literal = reached(*(replace(joints(*q), motion=JointMotion("as_given")) for q in requested.tolist()))
+        assert literal == pytest.approx(requested)

@@ -69,8 +69,8 @@ def test_a_line_along_the_rail_is_followed_by_arm_and_rail(name: str, kind: str)
     goal = moved(start, 2.0)
     with pytest.raises(UnreachableWaypoint):
         positions(arm, JointWaypoint(STARTS[name][1:]), PoseWaypoint(moved(goal, -0.5), motion=LinearMotion()))
-    asked = [JointWaypoint(STARTS[name]), PoseWaypoint(goal, motion=LinearMotion())]
-    found = plan(PlanningProblem(robot, asked), BACKENDS[kind]())
+    requested = [JointWaypoint(STARTS[name]), PoseWaypoint(goal, motion=LinearMotion())]
+    found = plan(PlanningProblem(robot, requested), BACKENDS[kind]())
     assert found.certificate.satisfied
     times = np.linspace(0.0, found.trajectory.duration, 60)
     q, v, *_ = found.trajectory.evaluate(times, [0, 1])
@@ -98,12 +98,12 @@ def test_a_pinned_axis_is_where_it_is_pinned_and_the_arm_does_the_rest(name: str
         goal = moved(start, pin - 0.5 + float(rng.uniform(-0.15, 0.05)), float(rng.uniform(-0.1, 0.1)))
         solutions = all_solutions(arm, moved(goal, -pin))
         waypoint = PoseWaypoint(goal, external={"rail": pin}, **kept)  # type: ignore[arg-type]
-        asked = [JointWaypoint(STARTS[name]), waypoint]
+        requested = [JointWaypoint(STARTS[name]), waypoint]
         if not solutions:
             with pytest.raises(UnreachableWaypoint):
-                positions(robot, *asked)
+                positions(robot, *requested)
             continue
-        solved = plan(PlanningProblem(robot, asked)).path.waypoints[-1]
+        solved = plan(PlanningProblem(robot, requested)).path.waypoints[-1]
         assert solved.position[0] == pytest.approx(pin, abs=1e-9)
         reached = forward_kinematics(arm, [solved.position[1:]])[0]
         np.testing.assert_allclose(reached.position, goal.position - [pin, 0.0, 0.0], atol=2e-6)
@@ -194,7 +194,7 @@ def test_the_arm_reaches_alone_where_it_can_and_else_the_rail_moves_little(name:
 def test_a_line_that_the_arm_can_follow_alone_leaves_the_rail_where_it_is() -> None:
     for name in ("ur5e", "kuka_kr16_2"):
         start = start_pose(name)
-        asked = [JointWaypoint(STARTS[name]), PoseWaypoint(moved(start, 0.1), motion=LinearMotion())]
-        still, both = (positions(ON_RAIL[name], *asked, prefer=prefer) for prefer in ("arm", "continuous"))
+        requested = [JointWaypoint(STARTS[name]), PoseWaypoint(moved(start, 0.1), motion=LinearMotion())]
+        still, both = (positions(ON_RAIL[name], *requested, prefer=prefer) for prefer in ("arm", "continuous"))
         assert still[1, 0] == pytest.approx(0.5, abs=1e-12)
         assert both[1, 0] > 0.55

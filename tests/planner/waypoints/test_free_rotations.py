@@ -24,7 +24,7 @@ from planner.problems.problem import (
 from planner.problems.regions import Region
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy, rotation_z
-from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion, follow_motion
+from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, ToolMotion, follow_motion
 from planner.waypoints import choice
 from planner.waypoints.reachability import reachability
 from planner.waypoints.solve import solve_waypoints
@@ -37,12 +37,12 @@ def robot_of(arm: str) -> Robot:
     return load_robot(arm)
 
 
-def has_its_axis(robot: Robot, q: FloatArray, asked: Pose) -> None:
+def has_its_axis(robot: Robot, q: FloatArray, requested: Pose) -> None:
     tool = tool_at(robot, q)
-    assert asked.rotation is not None
+    assert requested.rotation is not None
     assert tool.rotation is not None
-    assert np.linalg.norm(tool.position - asked.position) < 2e-6
-    assert np.linalg.norm(tool.rotation[:, 2] - asked.rotation[:, 2]) < 2e-6
+    assert np.linalg.norm(tool.position - requested.position) < 2e-6
+    assert np.linalg.norm(tool.rotation[:, 2] - requested.rotation[:, 2]) < 2e-6
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -52,11 +52,13 @@ def test_no_turn_of_a_dense_sweep_leads_to_a_nearer_posture(arm: str, seed: int)
     start = np.array(ARMS[arm])
     before = tool_at(robot, start)
     turn = rotation_from_rpy(*rng.uniform(-0.4, 0.4, 2), rng.uniform(-3.0, 3.0))
-    asked = Pose(before.position + rng.uniform(-0.15, 0.15, 3), before.rotation @ turn)
-    goal = PoseWaypoint(asked, free="rotation_z")
+    requested = Pose(before.position + rng.uniform(-0.15, 0.15, 3), before.rotation @ turn)
+    goal = PoseWaypoint(requested, free="rotation_z")
     reached = solve_path(PlanningProblem(robot, [JointWaypoint(start), goal])).waypoints[1]
-    has_its_axis(robot, reached.position, asked)
-    sweep = [Pose(asked.position, asked.rotation @ rotation_z(angle)) for angle in np.linspace(0.0, 2.0 * np.pi, 361)]
+    has_its_axis(robot, reached.position, requested)
+    sweep = [
+        Pose(requested.position, requested.rotation @ rotation_z(angle)) for angle in np.linspace(0.0, 2.0 * np.pi, 361)
+    ]
     layers = solution_layers(robot, sweep, InverseKinematicsOptions(), start)
     velocity = robot.limit("velocity")
     nearest = min(float((np.abs(q - start) / velocity).max()) for layer in layers for q in layer)
@@ -68,10 +70,10 @@ def test_an_arm_with_seven_joints_and_a_pose_in_a_frame() -> None:
     robot, start = robot_of("panda"), np.array(PANDA)
     before = tool_at(robot, start)
     frame = Pose.from_rpy([0.2, -0.1, 0.3], [0.1, 0.2, 0.3])
-    asked = Pose(before.position + np.array([0.0, 0.1, -0.05]), before.rotation @ rotation_from_rpy(0.1, 0.2, 2.0))
-    goal = PoseWaypoint(asked.to_frame(frame), frame=frame, free="rotation_z")
+    requested = Pose(before.position + np.array([0.0, 0.1, -0.05]), before.rotation @ rotation_from_rpy(0.1, 0.2, 2.0))
+    goal = PoseWaypoint(requested.to_frame(frame), frame=frame, free="rotation_z")
     reached = solve_path(PlanningProblem(robot, [JointWaypoint(start), goal])).waypoints[1].position
-    has_its_axis(robot, reached, asked)
+    has_its_axis(robot, reached, requested)
     assert np.abs(reached - start).max() < 0.5  # and not two radians for the turn
 
 
@@ -80,19 +82,19 @@ def test_lines_go_to_a_free_pose_and_on_from_it() -> None:
     robot = robot_of("kuka_kr16_l6_2")
     start = np.array(ARMS["kuka_kr16_l6_2"])
     before = tool_at(robot, start)
-    asked = [
+    requested = [
         Pose(before.position - np.array([0.0, 0.1 * k, 0.0]), before.rotation @ rotation_z(turn))
         for k, turn in enumerate((2.0, -1.5, 3.0), 1)
     ]
-    seam = [PoseWaypoint(pose, free="rotation_z", motion=LinearMotion()) for pose in asked]
+    seam = [PoseWaypoint(pose, free="rotation_z", motion=LinearMotion()) for pose in requested]
     up = RelativeWaypoint(CartesianMove((0.0, 0.0, 0.05)), "base", motion=LinearMotion())
     made = plan(PlanningProblem(robot, [JointWaypoint(start), *seam, up]), Trapezoidal())
     assert made.certificate.satisfied
-    for pose, q in zip(asked, made.path.positions[1:], strict=False):
+    for pose, q in zip(requested, made.path.positions[1:], strict=False):
         has_its_axis(robot, q, pose)
     assert np.ptp(made.path.positions[:, 5]) < 0.5
     turned = plan(
-        PlanningProblem(robot, [JointWaypoint(start), *(PoseWaypoint(pose) for pose in asked)]), Trapezoidal()
+        PlanningProblem(robot, [JointWaypoint(start), *(PoseWaypoint(pose) for pose in requested)]), Trapezoidal()
     )
     assert made.problem.waypoints[1].free == "rotation_z"
     assert np.ptp(turned.path.positions[:, 5]) > 2.0
@@ -131,9 +133,9 @@ def test_a_motion_with_freedom_is_given_up_after_some_starts(monkeypatch: pytest
     monkeypatch.setattr(choice, "MOST_REFUSED", 3)
     starts = []
 
-    def follow(asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
+    def follow(requested: RequestedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
         starts.append(start)
-        return follow_motion(asked, start)
+        return follow_motion(requested, start)
 
     with pytest.raises(UnreachableWaypoint):
         solve_waypoints(robot, waypoints, InverseKinematicsOptions(), follow)

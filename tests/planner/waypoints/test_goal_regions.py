@@ -43,23 +43,23 @@ def robot_of(arm: str) -> Robot:
     return load_robot(arm)
 
 
-def at(asked: Pose, offsets: dict[str, float]) -> Pose:
+def at(requested: Pose, offsets: dict[str, float]) -> Pose:
     """Return the pose at offsets by scipy: turns about the axes of the pose, x first."""
     shift = np.array([offsets.get(name, 0.0) for name in NAMES[:3]])
     turn = Rotation.from_euler("XYZ", [offsets.get(name, 0.0) for name in NAMES[3:]]).as_matrix()
-    assert asked.rotation is not None
-    return Pose(asked.position + asked.rotation @ shift, asked.rotation @ turn)
+    assert requested.rotation is not None
+    return Pose(requested.position + requested.rotation @ shift, requested.rotation @ turn)
 
 
-def offsets_of(asked: Pose, reached: Pose) -> dict[str, float]:
-    assert asked.rotation is not None
-    shift = asked.rotation.T @ (reached.position - asked.position)
-    turn = Rotation.from_matrix(asked.rotation.T @ reached.rotation).as_euler("XYZ")
+def offsets_of(requested: Pose, reached: Pose) -> dict[str, float]:
+    assert requested.rotation is not None
+    shift = requested.rotation.T @ (reached.position - requested.position)
+    turn = Rotation.from_matrix(requested.rotation.T @ reached.rotation).as_euler("XYZ")
     return dict(zip(NAMES, [*shift.tolist(), *turn.tolist()], strict=True))
 
 
-def is_in(region: Region, asked: Pose, reached: Pose) -> None:
-    for name, offset in offsets_of(asked, reached).items():
+def is_in(region: Region, requested: Pose, reached: Pose) -> None:
+    for name, offset in offsets_of(requested, reached).items():
         lower, upper = region.ranges.get(name, (0.0, 0.0))
         assert lower - 2e-6 <= offset <= upper + 2e-6
 
@@ -76,15 +76,15 @@ def somewhere(robot: Robot, start: FloatArray, seed: int) -> Pose:
 @pytest.mark.parametrize("name", REGIONS)
 def test_no_pose_of_a_dense_grid_has_a_nearer_posture(name: str, arm: str, seed: int) -> None:
     robot, region, start = robot_of(arm), REGIONS[name], np.array(ARMS[arm])
-    asked = somewhere(robot, start, seed)
-    goal = PoseWaypoint(asked, free=region)
+    requested = somewhere(robot, start, seed)
+    goal = PoseWaypoint(requested, free=region)
     reached = solve_path(PlanningProblem(robot, [JointWaypoint(start), goal])).waypoints[1]
-    is_in(region, asked, tool_at(robot, reached.position))
-    assert region.offsets(asked, reached.pose) == pytest.approx(
-        {name: value for name, value in offsets_of(asked, reached.pose).items() if name in region.ranges}, abs=1e-9
+    is_in(region, requested, tool_at(robot, reached.position))
+    assert region.offsets(requested, reached.pose) == pytest.approx(
+        {name: value for name, value in offsets_of(requested, reached.pose).items() if name in region.ranges}, abs=1e-9
     )
     grids = (np.linspace(*ends, DENSE[len(region.ranges)]) for ends in region.ranges.values())
-    poses = [at(asked, dict(zip(region.ranges, values, strict=True))) for values in product(*grids)]
+    poses = [at(requested, dict(zip(region.ranges, values, strict=True))) for values in product(*grids)]
     velocity = robot.limit("velocity")
     layers = solution_layers(robot, poses, InverseKinematicsOptions(), start)
     nearest = min(float((np.abs(q - start) / velocity).max()) for layer in layers for q in layer)
@@ -96,14 +96,14 @@ def test_an_arm_with_seven_joints_goes_no_further_than_without_the_region() -> N
     """And no further than to any of a grid of poses in it, each by many descents from around the start."""
     robot, region = robot_of("panda"), Region(z=(-0.05, 0.05), rotation_z=(-0.5, 0.5))
     start, velocity = np.array(ARMS["panda"]), robot_of("panda").limit("velocity")
-    asked = somewhere(robot, start, 3)
-    goals = [PoseWaypoint(asked, free=region), PoseWaypoint(asked)]
+    requested = somewhere(robot, start, 3)
+    goals = [PoseWaypoint(requested, free=region), PoseWaypoint(requested)]
     ways = [solve_path(PlanningProblem(robot, [JointWaypoint(start), goal])).positions[1] for goal in goals]
-    is_in(region, asked, tool_at(robot, ways[0]))
+    is_in(region, requested, tool_at(robot, ways[0]))
     times = [float((np.abs(q - start) / velocity).max()) for q in ways]
     assert times[0] < 0.9 * times[1]
     for z, turn in product(np.linspace(-0.05, 0.05, 3), np.linspace(-0.5, 0.5, 3)):
-        there = PoseWaypoint(at(asked, {"z": z, "rotation_z": turn}))
+        there = PoseWaypoint(at(requested, {"z": z, "rotation_z": turn}))
         q = solve_path(PlanningProblem(robot, [JointWaypoint(start), there])).positions[1]
         assert times[0] <= 1.02 * float((np.abs(q - start) / velocity).max())
 
@@ -120,21 +120,21 @@ def test_a_pose_out_of_reach_is_reached_at_the_near_end_of_its_range() -> None:
 
 def test_the_configuration_asked_is_kept() -> None:
     robot, start = robot_of("kuka_kr16_l6_2"), np.array(ARMS["kuka_kr16_l6_2"])
-    asked, region = somewhere(robot, start, 1), Region(rotation_z=(-1.0, 1.0), z=(-0.02, 0.02))
+    requested, region = somewhere(robot, start, 1), Region(rotation_z=(-1.0, 1.0), z=(-0.02, 0.02))
     for wrist in ("flip", "no_flip"):
-        goal = PoseWaypoint(asked, Configuration(wrist=wrist), free=region)  # type: ignore[arg-type]
+        goal = PoseWaypoint(requested, Configuration(wrist=wrist), free=region)  # type: ignore[arg-type]
         reached = solve_path(PlanningProblem(robot, [JointWaypoint(start), goal])).waypoints[1]
         assert configurations(robot, [reached.position])[0].wrist == wrist
-        is_in(region, asked, reached.pose)
+        is_in(region, requested, reached.pose)
 
 
 def test_a_line_goes_to_a_region_in_a_frame() -> None:
     robot, start = robot_of("kuka_kr16_l6_2"), np.array(ARMS["kuka_kr16_l6_2"])
-    frame, asked = Pose.from_rpy([0.2, -0.1, 0.3], [0.1, 0.2, 0.3]), somewhere(robot, start, 2)
+    frame, requested = Pose.from_rpy([0.2, -0.1, 0.3], [0.1, 0.2, 0.3]), somewhere(robot, start, 2)
     region = Region(z=(-0.02, 0.02), rotation_x=(-0.1, 0.1))
-    goal = PoseWaypoint(asked.to_frame(frame), frame=frame, free=region, motion=LinearMotion())
+    goal = PoseWaypoint(requested.to_frame(frame), frame=frame, free=region, motion=LinearMotion())
     made = plan(PlanningProblem(robot, [JointWaypoint(start), goal]))
-    is_in(region, asked, made.path.waypoints[1].pose)
+    is_in(region, requested, made.path.waypoints[1].pose)
 
 
 @pytest.mark.parametrize("tool", [None, Pose.from_rpy([0.1, 0.0, 0.2], [0.3, -0.5, 0.7])])

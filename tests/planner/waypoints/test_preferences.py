@@ -132,8 +132,8 @@ def test_a_configuration_goes_before_what_is_preferred() -> None:
     robot = load_robot("kuka_kr16_l6_2")
     goal = tool_at(robot, np.array(KUKA))
     for wrist in ("flip", "no_flip"):
-        asked = Configuration(wrist=wrist)  # type: ignore[arg-type]
-        goals = [PoseWaypoint(goal, asked), PoseWaypoint(goal, asked, free=Region(rotation_z=(-0.5, 0.5)))]
+        requested = Configuration(wrist=wrist)  # type: ignore[arg-type]
+        goals = [PoseWaypoint(goal, requested), PoseWaypoint(goal, requested, free=Region(rotation_z=(-0.5, 0.5)))]
         options = InverseKinematicsOptions(prefer="manipulability")
         for q in solve_path(PlanningProblem(robot, goals, inverse_kinematics=options)).positions:
             assert configurations(robot, [q])[0].wrist == wrist

@@ -23,7 +23,7 @@ from planner.problems.problem import (
     RelativeWaypoint,
 )
 from planner.robots import DHJoint, Robot, load_robot
-from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion
+from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, ToolMotion
 from planner.trajectories.polynomials import PiecewisePolynomial
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
 from tests.planner.problems_of_tests import random_position
@@ -289,13 +289,13 @@ class Dense:
         self.robot, self.barrier = robot, barrier
         self.calls: list[tuple[int, FloatArray]] = []
 
-    def __call__(self, asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
-        self.calls.append((asked.index, start))
-        path = asked.pose_path(start)
+    def __call__(self, requested: RequestedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
+        self.calls.append((requested.index, start))
+        path = requested.pose_path(start)
         try:
-            end = self.end(asked.index, start, asked.before, asked.after)
+            end = self.end(requested.index, start, requested.before, requested.after)
         except PlanningError as error:
-            return RefusedMotion(asked, start, path, PathPoint(0.0, pose_at(self.robot, start), start), error)
+            return RefusedMotion(requested, start, path, PathPoint(0.0, pose_at(self.robot, start), start), error)
         straight = PiecewisePolynomial(np.ones(1), np.stack([start, end - start], axis=-1)[None])
         return ToolMotion(path, straight, end)
 

@@ -113,13 +113,13 @@ def test_effort_is_never_above_other_laws_of_the_same_duration(name: str, slower
     is_single = len(PATHS[name]) == 2
     others = [planned(name, backend) for backend in (Ruckig(), Toppra(jerk_limited=True), Quintic())]
     if is_single:
-        asked = slower * others[0].trajectory.duration
-        result = planned(name, QUICK, (asked,))
+        requested = slower * others[0].trajectory.duration
+        result = planned(name, QUICK, (requested,))
     else:
-        asked = slower * others[2].trajectory.duration
+        requested = slower * others[2].trajectory.duration
         result = planned(name, replace(QUICK, slowdown=slower))
     duration = result.trajectory.duration
-    assert duration == pytest.approx(asked, rel=0.0 if is_single else 1e-9)
+    assert duration == pytest.approx(requested, rel=0.0 if is_single else 1e-9)
     assert dense_use(result).max() <= 1.0 + 1e-9
     for other in others:
         if other.trajectory.duration <= duration * (1.0 + 1e-9):
@@ -145,8 +145,8 @@ def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float]
     problem = PlanningProblem(replace(ARM, joints=joints), (START, towards(*move)))
     fastest = plan(problem, Ruckig())
     duration = slower * fastest.trajectory.duration
-    asked = (START, replace(problem.waypoints[1], duration=duration))
-    result = plan(replace(problem, waypoints=asked), MinEffort(knots=100))
+    requested = (START, replace(problem.waypoints[1], duration=duration))
+    result = plan(replace(problem, waypoints=requested), MinEffort(knots=100))
 
     curve, limits, nodes = result.path.runs[0].curve, result.path.limits, 50
     s = np.linspace(0.0, curve.breakpoints[-1], nodes + 1)
@@ -234,8 +234,8 @@ def test_durations_of_segments_that_are_passed_are_kept() -> None:
     free = planned("blends", replace(QUICK, slowdown=1.2))
     times = np.diff(free.trajectory.arrivals).tolist()
     unequal = [1.4 * times[0], 1.1 * times[1], 1.2 * times[2]]
-    for asked in (unequal, [unequal[0], None, unequal[2]]):
-        result, quintic = (planned("blends", backend, tuple(asked)) for backend in (QUICK, Quintic()))
+    for requested in (unequal, [unequal[0], None, unequal[2]]):
+        result, quintic = (planned("blends", backend, tuple(requested)) for backend in (QUICK, Quintic()))
         expected = np.diff(quintic.trajectory.arrivals)
         assert np.diff(result.trajectory.arrivals) == pytest.approx(expected, rel=1e-12)
         assert dense_use(result).max() <= 1.0 + 1e-9
@@ -246,14 +246,14 @@ def test_durations_of_segments_that_are_passed_are_kept() -> None:
 @pytest.mark.parametrize("name", ["line", "blends"])
 def test_a_duration_too_short_is_refused_with_one_that_will_do(name: str) -> None:
     times = np.diff(planned(name).trajectory.arrivals)
-    asked: list[float | None] = (0.4 * times).tolist()
+    requested: list[float | None] = (0.4 * times).tolist()
     with pytest.raises(InfeasibleDuration) as refused:
-        planned(name, QUICK, tuple(asked))
+        planned(name, QUICK, tuple(requested))
     assert refused.value.segment is not None
     for remedy in refused.value.remedies:
-        asked[remedy.field[1] - 1] = remedy.value
-    result = planned(name, QUICK, tuple(asked))
-    assert np.diff(result.trajectory.arrivals) == pytest.approx(asked, rel=1e-12)
+        requested[remedy.field[1] - 1] = remedy.value
+    result = planned(name, QUICK, tuple(requested))
+    assert np.diff(result.trajectory.arrivals) == pytest.approx(requested, rel=1e-12)
 
 
 def test_motions_of_all_kinds_in_one_list() -> None:

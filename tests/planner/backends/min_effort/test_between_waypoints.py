@@ -244,9 +244,9 @@ def test_a_duration_that_only_the_quintic_finds_too_short() -> None:
     shortest = plan(free, Quintic()).trajectory.duration
     faster = plan(with_durations(free, [0.9 * shortest]), QUICK)
     assert faster.trajectory.duration == pytest.approx(0.9 * shortest, rel=1e-12)
-    asked = with_durations(free, [0.3 * shortest])
+    requested = with_durations(free, [0.3 * shortest])
     with pytest.raises(InfeasibleDuration) as refused:
-        plan(asked, QUICK)
+        plan(requested, QUICK)
     assert (refused.value.segment, refused.value.joint) == (0, "joint_a4")
     remedy = refused.value.remedies[0]
     assert remedy.field == ("waypoints", 1, "duration")

@@ -58,15 +58,15 @@ def test_any_velocity_is_kept_or_refused_for_what_is_in_its_way(seed: int, data:
     """With limits of segments and of the tool, two waypoints at one position, and durations."""
     count = data.draw(st.integers(3, 5))
     problem = problem_of(data.draw(st.sampled_from(ARMS)), seed, count, 10.0 ** data.draw(st.floats(-4.0, 0.0)))
-    robot, waypoints, asked = problem.robot, list(problem.waypoints), {}
+    robot, waypoints, requested = problem.robot, list(problem.waypoints), {}
     for k in range(1, count - 1):
         velocity = None
         if data.draw(st.booleans()):
             shares = data.draw(st.lists(st.floats(-0.2, 0.2), min_size=robot.dof, max_size=robot.dof))
             velocity = np.array(shares) * robot.limit("velocity") * 10.0 ** data.draw(st.floats(-2.0, 0.0))
         if velocity is not None and velocity.any():
-            asked[k] = velocity
-        waypoints[k] = replace(waypoints[k], transition=ThroughTransition(asked.get(k)))
+            requested[k] = velocity
+        waypoints[k] = replace(waypoints[k], transition=ThroughTransition(requested.get(k)))
     if data.draw(st.booleans()):
         waypoints[1] = replace(waypoints[1], duration=data.draw(st.sampled_from([0.5, 3.0, 30.0])))
     speed = data.draw(st.sampled_from([None, None, None, 0.3]))
@@ -74,10 +74,10 @@ def test_any_velocity_is_kept_or_refused_for_what_is_in_its_way(seed: int, data:
     try:
         result = plan(problem, Ruckig())
     except (JointPositionLimit, InfeasibleDuration, LimitsUnsatisfiable) as refusal:
-        assert asked or (isinstance(refusal, InfeasibleDuration) and refusal.remedies)
+        assert requested or (isinstance(refusal, InfeasibleDuration) and refusal.remedies)
         return
     assert_within_limits(result)
-    for k, velocity in asked.items():
+    for k, velocity in requested.items():
         (found,) = result.trajectory.evaluate(result.trajectory.arrivals[[k]], [1])
         assert found[0] == pytest.approx(velocity, abs=1e-6 * np.abs(velocity).max() + 1e-12)
 

@@ -111,11 +111,11 @@ def test_time_synchronisation_bends_straight_lines_and_phase_does_not() -> None:
 def test_asked_durations_of_stops_are_exact(synchronization: str, factor: float) -> None:
     """1e4 times: the library's own minimum duration fails there (library-pitfalls.md, 11)."""
     problem = problem_of("ngv_refuelling_arm", 9, 4)
-    asked = durations_of(plan(problem, Ruckig(synchronization=synchronization))) * factor
+    requested = durations_of(plan(problem, Ruckig(synchronization=synchronization))) * factor
     result = plan(
-        with_durations(problem, dict(enumerate(asked.tolist(), start=1))), Ruckig(synchronization=synchronization)
+        with_durations(problem, dict(enumerate(requested.tolist(), start=1))), Ruckig(synchronization=synchronization)
     )
-    assert durations_of(result) == pytest.approx(asked, rel=1e-9)
+    assert durations_of(result) == pytest.approx(requested, rel=1e-9)
     assert_within_limits(result)
 
 

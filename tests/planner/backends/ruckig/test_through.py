@@ -140,12 +140,12 @@ def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataO
     shares = data.draw(
         st.lists(st.sampled_from([None, 0.7, 0.9, 1.0, 1.7, 6.0]), min_size=count - 1, max_size=count - 1)
     )
-    asked = {
+    requested = {
         k + 1: s * t
         for k, (s, t) in enumerate(zip(shares, durations_of(plan(stops, Ruckig())), strict=True))
         if s is not None
     }
-    problem, backend = with_durations(passing(stops), asked), Ruckig()
+    problem, backend = with_durations(passing(stops), requested), Ruckig()
     if data.draw(st.booleans()):
         share = st.lists(st.floats(-0.1, 0.1), min_size=stops.robot.dof, max_size=stops.robot.dof)
         own = {
@@ -161,10 +161,10 @@ def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataO
     except InfeasibleDuration as refusal:
         assert refusal.remedies
         changed = {remedy.field[1]: remedy.value for remedy in refusal.remedies}
-        asked |= changed
+        requested |= changed
         result = plan(with_durations(problem, changed), backend)
     assert_within_limits(result)
-    for waypoint, duration in asked.items():
+    for waypoint, duration in requested.items():
         if duration is not None:
             assert durations_of(result)[waypoint - 1] == pytest.approx(duration, rel=1e-9)
 
@@ -202,8 +202,8 @@ def test_a_straight_line_is_slow_only_where_the_tool_is_fast() -> None:
     assert speeds[1].max() <= 0.3
     assert np.median(speeds[1]) > 0.98 * 0.3
     assert slow.trajectory.duration < 0.7 * free.trajectory.duration * speeds[0].max() / 0.3
-    asked = with_durations(slow.problem, {1: slow.trajectory.duration})
-    assert plan(asked, Ruckig()).trajectory.duration == slow.trajectory.duration
+    requested = with_durations(slow.problem, {1: slow.trajectory.duration})
+    assert plan(requested, Ruckig()).trajectory.duration == slow.trajectory.duration
     hurried = with_durations(slow.problem, {1: 0.99 * slow.trajectory.duration})
     with pytest.raises(InfeasibleDuration, match="the limit of the tool's speed") as refusal:
         plan(hurried, Ruckig())

@@ -150,11 +150,11 @@ def test_sensitivities_to_durations_are_those_of_differences(degree: Degree, see
 
 
 def timed(
-    positions: FloatArray, velocities: FloatArray, limits: SegmentLimits, asked: FloatArray, degree: Degree
+    positions: FloatArray, velocities: FloatArray, limits: SegmentLimits, requested: FloatArray, degree: Degree
 ) -> PiecewisePolynomial:
     """Return the spline at the durations that are found."""
     spline = PassingSpline(positions, velocities, limits, degree)
-    return interpolate(positions, spline.durations(asked), degree, velocities).curve
+    return interpolate(positions, spline.durations(requested), degree, velocities).curve
 
 
 def keeps_all(
@@ -228,13 +228,13 @@ def test_velocities_are_had_within_all_limits_or_refused_for_the_limit_in_their_
     positions, limits = random_problem(seed, segments, joints, data.draw(st.sampled_from([0.05, 0.3, INF])))
     velocities = some_velocities(seed, segments, joints, size)
     some = st.one_of(st.just(NONE), st.just(NONE), st.floats(0.05, 8.0))
-    asked = np.array(data.draw(st.lists(some, min_size=segments, max_size=segments)))
-    given_ones = ~np.isnan(asked)
+    requested = np.array(data.draw(st.lists(some, min_size=segments, max_size=segments)))
+    given_ones = ~np.isnan(requested)
     try:
-        spline = timed(positions, velocities, limits, asked, degree)
+        spline = timed(positions, velocities, limits, requested, degree)
     except DurationsTooShort as error:
         assert given_ones.any()
-        assert (error.durations[given_ones] >= asked[given_ones]).all()
+        assert (error.durations[given_ones] >= requested[given_ones]).all()
         assert error.value > error.limit or error.quantity == "position"
         return
     except VelocityOutOfReach as error:
@@ -243,7 +243,7 @@ def test_velocities_are_had_within_all_limits_or_refused_for_the_limit_in_their_
         assert given_ones.any() or size > 0.1 or np.isfinite(limits.position.upper).all()
         return
     keeps_all(spline, positions, velocities, limits, degree)
-    assert np.array_equal(spline.lengths[given_ones], asked[given_ones])
+    assert np.array_equal(spline.lengths[given_ones], requested[given_ones])
 
 
 @pytest.mark.long_table

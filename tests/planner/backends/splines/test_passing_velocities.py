@@ -79,13 +79,13 @@ def test_any_velocity_is_kept_or_refused_for_what_is_in_its_way(
 ) -> None:
     count = data.draw(st.integers(3, 5))
     problem = problem_of(data.draw(st.sampled_from(ARMS)), seed, count, 10.0 ** data.draw(st.floats(-4.0, 0.0)))
-    robot, waypoints, asked = problem.robot, list(problem.waypoints), {}
+    robot, waypoints, requested = problem.robot, list(problem.waypoints), {}
     for k in range(1, count - 1):
         shares = data.draw(st.lists(st.floats(-0.2, 0.2), min_size=robot.dof, max_size=robot.dof))
         velocity = np.array(shares) * robot.limit("velocity") * 10.0 ** data.draw(st.floats(-2.0, 0.0))
         if data.draw(st.booleans()) and velocity.any():
-            asked[k] = velocity
-        waypoints[k] = replace(waypoints[k], transition=ThroughTransition(asked.get(k)))
+            requested[k] = velocity
+        waypoints[k] = replace(waypoints[k], transition=ThroughTransition(requested.get(k)))
     is_timed = data.draw(st.booleans())
     if is_timed:
         waypoints[1] = replace(waypoints[1], duration=data.draw(st.sampled_from([0.5, 3.0, 30.0])))
@@ -95,11 +95,11 @@ def test_any_velocity_is_kept_or_refused_for_what_is_in_its_way(
         made = plan(problem, backend)
     except (JointPositionLimit, InfeasibleDuration, LimitsUnsatisfiable) as refusal:
         # Without velocities and durations a smooth spline can still swing beyond a position limit.
-        assert asked or is_timed or isinstance(refusal, JointPositionLimit)
-        assert asked or isinstance(refusal, JointPositionLimit) or refusal.remedies
+        assert requested or is_timed or isinstance(refusal, JointPositionLimit)
+        assert requested or isinstance(refusal, JointPositionLimit) or refusal.remedies
         return
     within_limits(made, backend)
-    for k, velocity in asked.items():
+    for k, velocity in requested.items():
         passes(made, k, velocity)
 
 

@@ -225,10 +225,10 @@ def test_asked_durations_are_kept_or_refused_with_what_would_do(problem, degree,
     positions, limits = problem
     segments = len(positions) - 1
     some = st.one_of(st.just(np.nan), st.floats(0.05, 8.0))
-    asked = np.array(data.draw(st.lists(some, min_size=segments, max_size=segments)))
-    given_ones = ~np.isnan(asked)
+    requested = np.array(data.draw(st.lists(some, min_size=segments, max_size=segments)))
+    given_ones = ~np.isnan(requested)
     try:
-        spline = timed_spline(positions, limits, asked, degree)
+        spline = timed_spline(positions, limits, requested, degree)
     except PositionOvershoot:
         assert np.isfinite(limits.position.upper).all()
         return
@@ -237,7 +237,7 @@ def test_asked_durations_are_kept_or_refused_with_what_would_do(problem, degree,
         assert error.factor == pytest.approx(
             (error.value / error.limit) ** (1.0 / (1 + "vaj".index(error.quantity[0])))
         )
-        assert error.durations[given_ones] == pytest.approx(error.factor * asked[given_ones])
+        assert error.durations[given_ones] == pytest.approx(error.factor * requested[given_ones])
         enough = timed_spline(positions, limits, error.durations, degree)
         worst, overshoot = excess(enough, limits, degree)
         assert worst.max() <= 1.0 + 1e-9
@@ -246,7 +246,7 @@ def test_asked_durations_are_kept_or_refused_with_what_would_do(problem, degree,
         with pytest.raises(DurationsTooShort):
             timed_spline(positions, limits, error.durations * (1.0 - 1e-6), degree)
         return
-    assert np.array_equal(spline.lengths[given_ones], asked[given_ones])
+    assert np.array_equal(spline.lengths[given_ones], requested[given_ones])
     worst, overshoot = excess(spline, limits, degree)
     assert worst.max() <= 1.0 + 1e-9
     assert overshoot <= 1e-9
@@ -258,13 +258,13 @@ def test_asked_durations_are_kept_or_refused_with_what_would_do(problem, degree,
 @pytest.mark.parametrize("seed", range(7))
 def test_a_free_duration_beside_an_asked_one_is_the_shortest_of_all(seed, share, degree) -> None:
     positions, limits = random_problem(seed, 2, 2)
-    asked = share * timed_spline(positions, limits, free(2), degree).lengths[0]
+    requested = share * timed_spline(positions, limits, free(2), degree).lengths[0]
     bounds = [limits.velocity.narrower, limits.acceleration.narrower, limits.jerk.narrower][: (degree + 1) // 2]
 
     def worst(other):
-        durations = np.array([asked, other])
+        durations = np.array([requested, other])
         coefficients = reference(positions, durations, degree)
-        times = np.array([[0.0], [asked]]) + np.linspace(0.0, 1.0, 101) * durations[:, None]
+        times = np.array([[0.0], [requested]]) + np.linspace(0.0, 1.0, 101) * durations[:, None]
         return max(
             (np.abs(coefficients.derivative(order)(times)) / bound[:, None]).max() ** (1.0 / order)
             for order, bound in enumerate(bounds, start=1)
@@ -273,7 +273,7 @@ def test_a_free_duration_beside_an_asked_one_is_the_shortest_of_all(seed, share,
     others = np.geomspace(0.05, 12.0, 150)
     excesses = np.array([worst(other) for other in others])
     try:
-        spline = timed_spline(positions, limits, np.array([asked, np.nan]), degree)
+        spline = timed_spline(positions, limits, np.array([requested, np.nan]), degree)
     except DurationsTooShort as error:
         assert excesses.min() > 1.0 - 2e-3
         assert error.factor <= 1.1 * excesses.min()
@@ -359,15 +359,15 @@ def test_durations_found_by_ratios_alone_keep_the_asked_ones(degree) -> None:
     positions, limits = random_problem(5, 6, 1)
     evaluate = ratios_of(positions, limits, degree)
     shortest = shortest_durations(everywhere(evaluate), np.ones(6), free(6))[0]
-    asked = np.where(np.arange(6) == 2, 1.3 * shortest, np.nan)
-    durations, ratios = shortest_durations(everywhere(evaluate), shortest, asked)
-    assert durations[2] == asked[2]
+    requested = np.where(np.arange(6) == 2, 1.3 * shortest, np.nan)
+    durations, ratios = shortest_durations(everywhere(evaluate), shortest, requested)
+    assert durations[2] == requested[2]
     assert ratios == pytest.approx(evaluate(durations))
     assert ratios.max() <= 1.0
     assert durations.sum() <= 1.15 * shortest.sum()
 
-    asked[2] = 0.2 * shortest[2]
-    durations, ratios = shortest_durations(everywhere(evaluate), shortest, asked)
-    assert durations[2] == asked[2]
+    requested[2] = 0.2 * shortest[2]
+    durations, ratios = shortest_durations(everywhere(evaluate), shortest, requested)
+    assert durations[2] == requested[2]
     assert evaluate(durations * ratios.max()).max() == pytest.approx(1.0)
     assert ratios.max() > 1.0

@@ -179,10 +179,10 @@ def test_fifty_waypoints_in_one_run() -> None:
 
 
 @pytest.mark.parametrize("asked", [{"tcp_linear_velocity": 0.15}, {"tcp_angular_velocity": 0.3}])
-def test_tool_speed_limits_bind_and_hold(asked: dict[str, float]) -> None:
-    result = plan(replace(through(KUKA, 5, 5, 0.3), limits=Limits(**asked)), Toppra())  # type: ignore[arg-type]
+def test_tool_speed_limits_bind_and_hold(requested: dict[str, float]) -> None:
+    result = plan(replace(through(KUKA, 5, 5, 0.3), limits=Limits(**requested)), Toppra())  # type: ignore[arg-type]
     assert 0.99 <= worst_ratio(result) <= 1.0 + 1e-6
-    check = next(check for check in result.certificate.checks if check.quantity in asked)
+    check = next(check for check in result.certificate.checks if check.quantity in requested)
     assert check.ratio is not None
     assert check.ratio > 0.99
 

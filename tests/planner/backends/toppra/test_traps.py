@@ -95,10 +95,10 @@ def test_trap_asked_durations_are_met(factor: float, torque_scale: float | None)
     """Trap 4: it answered Ok with another duration, twice as long."""
     limits = Limits() if torque_scale is None else robot_limits(load_robot(KUKA), torque_scale)
     problem = joint_problem(KUKA, [list(KUKA_START), [-1.0, -0.6, 0.9, 1.0, -0.5, 1.0]], limits=limits)
-    asked = plan(problem, Toppra()).trajectory.duration * factor
-    waypoints = (problem.waypoints[0], replace(problem.waypoints[1], duration=asked))
+    requested = plan(problem, Toppra()).trajectory.duration * factor
+    waypoints = (problem.waypoints[0], replace(problem.waypoints[1], duration=requested))
     result = plan(replace(problem, waypoints=waypoints), Toppra())
-    assert result.trajectory.duration == pytest.approx(asked, rel=1e-12)
+    assert result.trajectory.duration == pytest.approx(requested, rel=1e-12)
     assert worst_ratio(result) <= 1.0 + 1e-6
 
 

@@ -64,8 +64,10 @@ def middles(length: float, count: int) -> tuple[np.ndarray, float]:
 
 def robot_limits(robot: Robot, torque_scale: float = 1.0) -> Limits:
     torque = robot.limit("torque") * torque_scale
-    asked = tuple(torque.tolist()) if robot.has_dynamics else None
-    return Limits(tuple(robot.limit("velocity").tolist()), tuple(robot.limit("acceleration").tolist()), torque=asked)
+    requested = tuple(torque.tolist()) if robot.has_dynamics else None
+    return Limits(
+        tuple(robot.limit("velocity").tolist()), tuple(robot.limit("acceleration").tolist()), torque=requested
+    )
 
 
 def worst_ratio(result: Plan, count: int = 10_000) -> float:

@@ -156,8 +156,8 @@ class ReferenceChecker(CollisionChecker):
         nearest = _least(low.ravel(), MOST_LOOKED_AT)
         rows, bodies, groups = np.unravel_index(nearest[np.isfinite(low.ravel()[nearest])], low.shape)
         obstacles, of = self.obstacles.in_groups(groups)
-        asked = np.isfinite(wanted[bodies[of], obstacles])
-        rows, bodies, obstacles = rows[of[asked]], bodies[of[asked]], obstacles[asked]
+        requested = np.isfinite(wanted[bodies[of], obstacles])
+        rows, bodies, obstacles = rows[of[requested]], bodies[of[requested]], obstacles[requested]
         low = self.obstacles.sphere_distances(centers[rows, bodies], obstacles) - radii[rows, bodies]
         nearest = _least(low, MOST_LOOKED_AT)
         pairs = self.own_pairs + bodies * len(self.obstacles.all) + obstacles
@@ -177,9 +177,9 @@ class ReferenceChecker(CollisionChecker):
         obstacles, of = self.obstacles.in_groups(groups)
         rows, bodies = rows[of], bodies[of]
         low = self.obstacles.sphere_distances(centers[rows, bodies], obstacles) - reach[rows, bodies]
-        asked = wanted[bodies, obstacles]
-        left = low < asked
-        least = low[~left & np.isfinite(asked)].min(initial=least)
+        requested = wanted[bodies, obstacles]
+        left = low < requested
+        least = low[~left & np.isfinite(requested)].min(initial=least)
         pairs = self.own_pairs + bodies[left] * len(self.obstacles.all) + obstacles[left]
         return Items(rows[left], pairs), float(least)
 

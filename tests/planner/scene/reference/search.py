@@ -198,14 +198,14 @@ class _Search:
     def _all_items(self, postures: Postures, displacements: FloatArray, middles: FloatArray) -> Items:
         """Return the pairs that spheres about the pieces do not decide."""
         found = [self.checker.own_items(len(middles))]
-        for kind, asked in self.checker.asked.items():
-            wanted = np.where(asked, self.checker.margins - CONTACT_TOLERANCE, -np.inf)
+        for kind, requested in self.checker.requested.items():
+            wanted = np.where(requested, self.checker.margins - CONTACT_TOLERANCE, -np.inf)
             if self.tolerance is not None:
                 row, pair = self.checker.nearest_item(postures, wanted)
                 margin = float(self.checker.margins_of(np.array([pair]))[0])
                 self._look(postures, row, pair, float(middles[row]), kind, margin)
                 least = self.found.upper[kind] - self.tolerance
-                wanted = np.where(asked, np.maximum(wanted, least), -np.inf)
+                wanted = np.where(requested, np.maximum(wanted, least), -np.inf)
             near, least = self.checker.numpy_near_items(postures, displacements.sum(axis=2), wanted)
             self._done(kind, np.array([least]))
             found.append(near)
