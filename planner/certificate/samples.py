@@ -40,7 +40,9 @@ much shorter steps overflow."""
 INTERPOLATIONS: tuple[Interpolation, ...] = get_args(Interpolation)
 """Every interpolation; each meets one column more than the one before."""
 
-COLUMNS_OF: Mapping[Interpolation, int] = {interpolation: order for order, interpolation in enumerate(INTERPOLATIONS, 1)}
+COLUMNS_OF: Mapping[Interpolation, int] = {
+    interpolation: order for order, interpolation in enumerate(INTERPOLATIONS, 1)
+}
 """The number of columns that each interpolation meets."""
 
 REPORTED_OF: Mapping[Interpolation, frozenset[str]] = {
@@ -112,7 +114,9 @@ def certify_interpolation(
     refuse_unknown_torques(robot, (limits,))
     at_samples = replace(trajectory, arrivals=trajectory.breakpoints, departures=trajectory.breakpoints)
     met = trajectory.evaluate(trajectory.breakpoints, [0])[0]
-    return certificate_of(at_samples, robot, segment_limits(robot, limits, (None,)), guarantees_of(interpolation), met, ends=ends)
+    return certificate_of(
+        at_samples, robot, segment_limits(robot, limits, (None,)), guarantees_of(interpolation), met, ends=ends
+    )
 
 
 def interpolated(

@@ -37,10 +37,10 @@ from planner.operations.editing import slice_of
 from planner.operations.stopping_on_line import stop_on_line
 from planner.paths.runs import JOINT_TOLERANCE
 from planner.time_scaling.compose import compose, split_at_knots
+from planner.time_scaling.fastest import retimed
 from planner.time_scaling.limits_on_curve import LimitsOnCurve
 from planner.time_scaling.linear_limits import GRIDPOINTS
 from planner.time_scaling.retiming import best_retiming, of_duration
-from planner.time_scaling.time_law import retimed
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, horner
 from planner.trajectories.trajectory import PlanWarning, Trajectory
@@ -180,9 +180,9 @@ def _slowing(curve: SegmentedPolynomial, distance: float, *, is_smooth: bool) ->
     whole = PiecewisePolynomial(np.ones(1), 2.0 * distance * np.array([[units]]))
     knots = curve.breakpoints[1:-1]
     knots = knots[knots < distance * (1.0 - ROUNDING)]
-    law = split_at_knots(whole, knots, np.zeros(len(knots) + 1, dtype=int))
-    law.coefficients[1:, 0, 0] = knots
-    return law.split(np.ceil(law.lengths * PIECES).astype(int)).stretched(2.0 * distance)
+    scaling = split_at_knots(whole, knots, np.zeros(len(knots) + 1, dtype=int))
+    scaling.coefficients[1:, 0, 0] = knots
+    return scaling.split(np.ceil(scaling.lengths * PIECES).astype(int)).stretched(2.0 * distance)
 
 
 def _fastest(
@@ -196,22 +196,22 @@ def _fastest(
         margin: Fraction of the limits in reserve, unless the trajectory itself uses it.
         is_smooth: Whether s(t) begins with s'' = 0.
     """
-    law = _slowing(bounds.curve, distance, is_smooth=is_smooth)
-    within = bounds.along(law)
+    scaling = _slowing(bounds.curve, distance, is_smooth=is_smooth)
+    within = bounds.along(scaling)
     if not np.isfinite(within.scale(np.array([[1.0], [0.0], [0.0]]))):
-        return 1.0, law  # the trajectory rests
-    s = np.append(law.coefficients[:, 0, 0], horner(law.coefficients[-1, 0], law.lengths[-1]))
-    coefficients = np.stack([s[:-1], np.ones(len(law.lengths))], axis=1)[:, None]
+        return 1.0, scaling  # the trajectory rests
+    s = np.append(scaling.coefficients[:, 0, 0], horner(scaling.coefficients[-1, 0], scaling.lengths[-1]))
+    coefficients = np.stack([s[:-1], np.ones(len(scaling.lengths))], axis=1)[:, None]
     own = bounds.along(PiecewisePolynomial(np.diff(s), coefficients)).used()
-    passed = law.breakpoints[:-1] + GRIDPOINTS[:, None] * law.lengths
-    growth = np.minimum(passed.ravel() / (FREE * law.breakpoints[-1]), 1.0)
+    passed = scaling.breakpoints[:-1] + GRIDPOINTS[:, None] * scaling.lengths
+    growth = np.minimum(passed.ravel() / (FREE * scaling.breakpoints[-1]), 1.0)
     allowed = np.clip(own * (1.0 - 0.5 * margin * growth), 1.0 - margin, 1.0 / INSCRIBED)
     within = within.narrowed(1.0 / allowed)
     for part in (within.by_b, within.by_a, within.by_c):
         part[within.inverse[:, 0] == 0.0, 0] = 0.0  # but for the jerk, what is there at the start is given
-    weights = of_duration(law.lengths).weights * HASTE / law.breakpoints[-1]
+    weights = of_duration(scaling.lengths).weights * HASTE / scaling.breakpoints[-1]
     weights[0] += 1.0
-    found = best_retiming(law.lengths, within, Objective(weights), None, GAP, begins_evenly=is_smooth)
+    found = best_retiming(scaling.lengths, within, Objective(weights), None, GAP, begins_evenly=is_smooth)
     unknowns = found.unknowns
     speed = float(unknowns[0] ** 0.5)
-    return speed, retimed(law, unknowns / max(speed, 1.0) ** 2)
+    return speed, retimed(scaling, unknowns / max(speed, 1.0) ** 2)

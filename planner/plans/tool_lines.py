@@ -30,7 +30,7 @@ NEWTON_STEPS = 8
 Each step squares the error: an error of a tenth vanishes after five.
 """
 
-SAME_LAW = 1e-9
+SAME_SCALING = 1e-9
 """Largest difference of two time-scaling functions, as a fraction of the path, that still counts as one polynomial.
 
 It is below any measurable value and a thousand times the rounding error on a line of a millimetre.
@@ -124,8 +124,8 @@ def _line_polynomial(plan: Plan, run: Run, k: int, line: Line) -> LinePolynomial
         rate = (slope * v).sum(axis=1) / squared
         rates = rate, (slope * (a - bend * rate[:, None] ** 2)).sum(axis=1) / squared
         states.append(np.array([s - first, *rates])[..., None] / (last - first))
-    law = PiecewisePolynomial(lengths, quintic_hermite(lengths, tuple(states[0]), tuple(states[1])))
-    ends_of_pieces, path_parameter = _in_few_pieces(law)
+    scaling = PiecewisePolynomial(lengths, quintic_hermite(lengths, tuple(states[0]), tuple(states[1])))
+    ends_of_pieces, path_parameter = _in_few_pieces(scaling)
     way = line.end.position - line.start.position
     position = path_parameter[:, None] * way[:, None] + 0.0  # no minus before a zero
     position[:, :, 0] += line.start.position
@@ -159,7 +159,7 @@ def _share_behind(robot: Robot, line: Line, positions: FloatArray) -> FloatArray
     return share
 
 
-def _in_few_pieces(law: PiecewisePolynomial) -> tuple[list[int], FloatArray]:
+def _in_few_pieces(scaling: PiecewisePolynomial) -> tuple[list[int], FloatArray]:
     """Join adjacent quintics of a time-scaling function that are one polynomial.
 
     Returns:
@@ -168,24 +168,24 @@ def _in_few_pieces(law: PiecewisePolynomial) -> tuple[list[int], FloatArray]:
     """
     ends: list[int] = []
     coefficients: list[FloatArray] = []
-    while (first := ends[-1] if ends else 0) < len(law.lengths):
-        end, step, found = first + 1, 1, law.coefficients[first, 0]
+    while (first := ends[-1] if ends else 0) < len(scaling.lengths):
+        end, step, found = first + 1, 1, scaling.coefficients[first, 0]
         while step:
-            longer = _one_polynomial(law, first, end + step) if end + step <= len(law.lengths) else None
+            longer = _one_polynomial(scaling, first, end + step) if end + step <= len(scaling.lengths) else None
             if longer is None:
                 step //= 2
             else:
                 end, step, found = end + step, 2 * step, longer
         ends.append(end)
-        length = float(law.lengths[first:end].sum())
-        coefficients.append(np.where(np.abs(found) * powers(length, 6) > SAME_LAW, found, 0.0))
+        length = float(scaling.lengths[first:end].sum())
+        coefficients.append(np.where(np.abs(found) * powers(length, 6) > SAME_SCALING, found, 0.0))
     rows = np.array(coefficients)
     return ends, rows[:, : 1 + int(np.flatnonzero(rows.any(axis=0)).max(initial=0))]
 
 
-def _one_polynomial(law: PiecewisePolynomial, first: int, end: int) -> FloatArray | None:
+def _one_polynomial(scaling: PiecewisePolynomial, first: int, end: int) -> FloatArray | None:
     """Return the coefficients (6,) of the one polynomial that pieces `first` to before `end` are; None: of none."""
-    lengths, rows = law.lengths[first:end], law.coefficients[first:end, 0]
+    lengths, rows = scaling.lengths[first:end], scaling.coefficients[first:end, 0]
     whole = lengths.sum()
     start, last = (
         tuple(horner(differentiate(row, order), at).reshape(1, 1) for order in range(3))
@@ -198,4 +198,4 @@ def _one_polynomial(law: PiecewisePolynomial, first: int, end: int) -> FloatArra
         for at in (np.zeros_like(lengths), lengths / 2.0)
         for order, scale in enumerate((1.0, SAME_RATE * whole))
     ]
-    return one if np.abs(apart).max() <= SAME_LAW else None
+    return one if np.abs(apart).max() <= SAME_SCALING else None

@@ -57,28 +57,28 @@ class ScaledCurve(NamedTuple):
         return [*by_s.reshape(3, *t.shape, 1), *by_q.reshape(4, *t.shape, -1)[: order + 1]]
 
 
-def split_at_knots(law: PiecewisePolynomial, knots: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:
+def split_at_knots(scaling: PiecewisePolynomial, knots: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:
     """Split a time-scaling function over several segments at the ends of the segments.
 
     Args:
-        law: s(t), ascending.
+        scaling: s(t), ascending.
         knots: (segments - 1,), path positions s where the segments meet.
         segments: (segments,), their indices.
     """
-    pieces, starts, ends = _split_pieces(law, knots, law.evaluate(law.breakpoints, [0])[0][:, 0])
-    middles = law.evaluate(law.breakpoints[pieces] + (starts + ends) / 2.0, [0])[0][:, 0]
-    coefficients = shifted(law.coefficients[pieces], starts[:, None])
+    pieces, starts, ends = _split_pieces(scaling, knots, scaling.evaluate(scaling.breakpoints, [0])[0][:, 0])
+    middles = scaling.evaluate(scaling.breakpoints[pieces] + (starts + ends) / 2.0, [0])[0][:, 0]
+    coefficients = shifted(scaling.coefficients[pieces], starts[:, None])
     return SegmentedPolynomial(ends - starts, coefficients, segments[np.searchsorted(knots, middles)])
 
 
-def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
+def follow_curve(run: Run, scaling: SegmentedPolynomial) -> SegmentedPolynomial:
     """Return the motion q(s(t)) along the curve of a run within its tolerance; see `compose`."""
-    pieces, of = compose(run.curve, law, run.tolerance)
-    return pieces.of_segments(law.segments[of])
+    pieces, of = compose(run.curve, scaling, run.tolerance)
+    return pieces.of_segments(scaling.segments[of])
 
 
 def compose(
-    curve: PiecewisePolynomial, law: PiecewisePolynomial, tolerance: float
+    curve: PiecewisePolynomial, scaling: PiecewisePolynomial, tolerance: float
 ) -> tuple[PiecewisePolynomial, np.ndarray]:
     """Return q(s(t)) in quintics of time, and the piece (pieces,) of s(t) that each belongs to.
 
@@ -87,14 +87,14 @@ def compose(
 
     Args:
         curve: q(s).
-        law: s(t), ascending from 0 to the length of the curve.
+        scaling: s(t), ascending from 0 to the length of the curve.
         tolerance: The largest distance of a joint from the curve, rad or m.
     """
-    s = law.evaluate(law.breakpoints, [0])[0][:, 0]
+    s = scaling.evaluate(scaling.breakpoints, [0])[0][:, 0]
     s[-1] = curve.breakpoints[-1]
     # The ends of the curve are no knots: a law whose rounding begins behind them would get a piece of no length there.
-    of, start, end = _split_pieces(law, curve.breakpoints[1:-1], s)
-    motion, on = ScaledCurve(curve, law), curve.locate(horner(law.coefficients[of, 0], (start + end) / 2.0))[0]
+    of, start, end = _split_pieces(scaling, curve.breakpoints[1:-1], s)
+    motion, on = ScaledCurve(curve, scaling), curve.locate(horner(scaling.coefficients[of, 0], (start + end) / 2.0))[0]
     for halvings in range(MOST_HALVINGS + 1):
         states = [tuple(motion.derivatives(of, on, t, 2)[3:]) for t in (start, end)]
         coefficients = quintic_hermite(end - start, *states)
@@ -115,7 +115,7 @@ def compose(
 
 
 def _split_pieces(
-    law: PiecewisePolynomial, knots: FloatArray, s: FloatArray
+    scaling: PiecewisePolynomial, knots: FloatArray, s: FloatArray
 ) -> tuple[np.ndarray, FloatArray, FloatArray]:
     """Cut the pieces of s(t) at knots; return the index and the local ends of each part, all (N,).
 
@@ -123,7 +123,7 @@ def _split_pieces(
     end. Two knots may be as close as waypoints, 1e-10 of the curve.
 
     Args:
-        law: The time-scaling function s(t).
+        scaling: The time-scaling function s(t).
         knots: Path positions (knots,), ascending.
         s: Path positions (pieces + 1,) at the breakpoints of s(t).
     """
@@ -132,13 +132,13 @@ def _split_pieces(
     counts = np.maximum(np.searchsorted(knots, s[1:] - margins) - first, 0)
     passing = np.repeat(np.arange(len(counts)), counts)
     passed = knots[np.arange(len(passing)) + np.repeat(first - (np.cumsum(counts) - counts), counts)]
-    low, high = np.zeros(len(passing)), law.lengths[passing]
+    low, high = np.zeros(len(passing)), scaling.lengths[passing]
     for _ in range(BISECTIONS if len(passing) else 0):
         middle = (low + high) / 2.0
-        before = horner(law.coefficients[passing, 0], middle) < passed
+        before = horner(scaling.coefficients[passing, 0], middle) < passed
         low, high = np.where(before, middle, low), np.where(before, high, middle)
     pieces = np.repeat(np.arange(len(counts)), counts + 1)
-    starts, ends = np.zeros(len(pieces)), law.lengths[pieces]
+    starts, ends = np.zeros(len(pieces)), scaling.lengths[pieces]
     later = np.flatnonzero(np.diff(pieces) == 0) + 1
     starts[later] = ends[later - 1] = high
     return pieces, starts, ends

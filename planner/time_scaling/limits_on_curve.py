@@ -70,34 +70,34 @@ class LimitsOnCurve:
         self.curve, self.limits = curve, limits
         self.sampled = _Sampled(robot, limits, curve, knows_torques)
 
-    def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
+    def pieces(self, scaling: PiecewisePolynomial) -> np.ndarray:
         """Return the indices (pieces of the time scaling,) of the pieces of the curve that they are on."""
-        return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
+        return self.curve.locate(horner(scaling.coefficients[:, 0], scaling.lengths / 2.0))[0]
 
     def points(self, on: np.ndarray, s: FloatArray) -> FloatArray:
         """Return the points of the sampled limits at path positions (..., N) on pieces (N,) of the curve."""
         at: FloatArray = on + np.clip((s - self.curve.breakpoints[on]) / self.curve.lengths[on], 0.0, 1.0) / 2.0
         return at
 
-    def on_segments(self, law: PiecewisePolynomial) -> SegmentedPolynomial:
+    def on_segments(self, scaling: PiecewisePolynomial) -> SegmentedPolynomial:
         """Mark each piece of the time scaling with the segment that it is on."""
-        return law.of_segments(self.curve.segments[self.pieces(law)])
+        return scaling.of_segments(self.curve.segments[self.pieces(scaling)])
 
-    def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
+    def used(self, scaling: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
         """Return the largest and the least share (pieces,) of its limits that the time scaling uses on each piece."""
-        halves = self.along(law.split(np.full(len(law.lengths), 2)))
+        halves = self.along(scaling.split(np.full(len(scaling.lengths), 2)))
         used = halves.used().max(axis=0).reshape(len(GRIDPOINTS), -1, 2)
         return used.max(axis=(0, 2)), used.min(axis=(0, 2))
 
-    def rates(self, law: PiecewisePolynomial) -> list[FloatArray]:
+    def rates(self, scaling: PiecewisePolynomial) -> list[FloatArray]:
         """Return `ScaledCurve.derivatives` up to jerks at the gridpoints (gridpoints, pieces, ...) of all pieces."""
-        on, t = self.pieces(law), GRIDPOINTS[:, None] * law.lengths
-        return ScaledCurve(self.curve, law).derivatives(np.arange(len(on)), on, t, 3)
+        on, t = self.pieces(scaling), GRIDPOINTS[:, None] * scaling.lengths
+        return ScaledCurve(self.curve, scaling).derivatives(np.arange(len(on)), on, t, 3)
 
-    def along(self, law: PiecewisePolynomial) -> LinearLimits:
+    def along(self, scaling: PiecewisePolynomial) -> LinearLimits:
         """Linearise all limits at the gridpoints of pieces of the time scaling, each divided by the limit itself."""
-        s, ds, dds, q, first, second, third = self.rates(law)
-        on = self.pieces(law)
+        s, ds, dds, q, first, second, third = self.rates(scaling)
+        on = self.pieces(scaling)
         at, segments = self.points(on, s[..., 0]), self.curve.segments[on]
         own = self.limits.of(segments)
         speeds = self.limits.velocity.used(np.broadcast_to(segments, at.shape), first).max(axis=2)[..., None]

@@ -16,9 +16,9 @@ import numpy as np
 
 from planner.constraints import Constraint
 from planner.time_scaling.compose import compose
+from planner.time_scaling.fastest import refined, retimed
 from planner.time_scaling.limits_on_curve import LimitsOnCurve
 from planner.time_scaling.retiming import RequestedDurations, fastest_retiming
-from planner.time_scaling.time_law import refined, retimed
 from planner.time_scaling.uniform import slowest, time_scalings
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, shifted
 
@@ -132,19 +132,19 @@ def _slowed(
     rows = curve.of_segments(np.arange(len(under)))
     bounds = LimitsOnCurve(path.dynamics.robot_on(run.first), replace(limits, further=further), rows)
     as_planned = np.stack([curve.breakpoints[:-1], np.ones(len(under))], axis=1)[:, None]
-    law = PiecewisePolynomial(curve.lengths, as_planned)
+    scaling = PiecewisePolynomial(curve.lengths, as_planned)
 
-    def requested_of(law: PiecewisePolynomial) -> RequestedDurations:
+    def requested_of(scaling: PiecewisePolynomial) -> RequestedDurations:
         """Return the requested durations of segments on the pieces of a time-scaling function."""
-        segments = motion.segments[under[bounds.pieces(law)]]
+        segments = motion.segments[under[bounds.pieces(scaling)]]
         return RequestedDurations.of_parts(
-            law.lengths, segments == np.array([*requested])[:, None], np.array([*requested.values()])
+            scaling.lengths, segments == np.array([*requested])[:, None], np.array([*requested.values()])
         )
 
-    law = retimed(law, fastest_retiming(law.lengths, bounds.along(law), GAP, requested_of(law)))
-    law = bounds.on_segments(refined(bounds, law, GAP, requested=requested_of))
-    timed, of = compose(curve, law, run.tolerance)
-    row = law.segments[of]
+    scaling = retimed(scaling, fastest_retiming(scaling.lengths, bounds.along(scaling), GAP, requested_of(scaling)))
+    scaling = bounds.on_segments(refined(bounds, scaling, GAP, requested=requested_of))
+    timed, of = compose(curve, scaling, run.tolerance)
+    row = scaling.segments[of]
     pieces = timed.of_segments(motion.segments[under[row]])
     factor = slowest(time_scalings(path, pieces, kept).values()).factor
     times = np.column_stack([pieces.breakpoints[:-1], pieces.breakpoints[1:]])

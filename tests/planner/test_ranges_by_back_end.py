@@ -83,14 +83,14 @@ def test_laws_that_brake_otherwise_are_those_of_ruckig(limits: tuple[float, ...]
         np.inf if unlimited == name else limit
         for name, limit in (("velocity", v), ("acceleration", a), ("acceleration", d), ("jerk", j))
     )
-    duration, laws, _ = s_curves(*(np.array([limit]) for limit in (v, a, j)), braking=np.array([d]))
+    duration, scalings, _ = s_curves(*(np.array([limit]) for limit in (v, a, j)), braking=np.array([d]))
     target, output = ruckig.InputParameter(1), ruckig.Trajectory(1)
     target.target_position, target.max_velocity, target.max_acceleration = [1.0], [v], [a]
     target.min_acceleration, target.max_jerk = [-d], [j]
     ruckig.Ruckig(1).calculate(target, output)
     assert duration[0] == pytest.approx(output.duration, rel=1e-6)
-    law = laws.stretched(float(duration[0]))
-    position, velocity, acceleration = law.evaluate(np.linspace(0.0, duration[0], 500), [0, 1, 2])
+    scaling = scalings.stretched(float(duration[0]))
+    position, velocity, acceleration = scaling.evaluate(np.linspace(0.0, duration[0], 500), [0, 1, 2])
     assert position[-1] == pytest.approx(1.0)
     assert velocity.max() <= v * (1.0 + 1e-9)
     assert velocity.min() >= -1e-9 * velocity.max()

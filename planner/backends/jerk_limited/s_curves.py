@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.rest_to_rest import unit_laws
+from planner.backends.shared.rest_to_rest import unit_scalings
 from planner.tolerances import LIMIT_TOLERANCE, ROUNDING
 
 if TYPE_CHECKING:
@@ -51,10 +51,10 @@ def s_curves(
     t_j, t_a, t_v = np.where(limited, t_j, 1.0), np.where(limited, t_a, 0.0), np.where(limited, t_v, 0.0)
     least = ROUNDING * (4.0 * t_j + 2.0 * t_a + t_v)
     t_a, t_v = np.where(t_a > least, t_a, 0.0), np.where(t_v > least, t_v, 0.0)
-    duration, v, (a, _), laws = _of_times(t_v, (t_j, t_a), (t_j, t_a))
+    duration, v, (a, _), scalings = _of_times(t_v, (t_j, t_a), (t_j, t_a))
     at_limit = 1.0 - LIMIT_TOLERANCE
     reached = v / duration >= V * at_limit, a / duration**2 >= A * at_limit, t_j > 0.0
-    return np.where(limited, duration, np.inf), laws, [limited & bind for bind in reached]
+    return np.where(limited, duration, np.inf), scalings, [limited & bind for bind in reached]
 
 
 def _lopsided(
@@ -91,11 +91,11 @@ def _lopsided(
     least = ROUNDING * (t_v + 2.0 * (rise[0] + fall[0]) + rise[1] + fall[1])
     t_v = np.where(t_v > least, t_v, 0.0)
     rise, fall = ((t_j, np.where(t_a > least, t_a, 0.0)) for t_j, t_a in (rise, fall))
-    duration, v, gains, laws = _of_times(t_v, rise, fall)
+    duration, v, gains, scalings = _of_times(t_v, rise, fall)
     at_limit = 1.0 - LIMIT_TOLERANCE
     steep = (gains[0] / duration**2 >= A * at_limit) | (gains[1] / duration**2 >= braking * at_limit)
     reached = v / duration >= V * at_limit, steep, rise[0] + fall[0] > 0.0
-    return np.where(limited, duration, np.inf), laws, [limited & bind for bind in reached]
+    return np.where(limited, duration, np.inf), scalings, [limited & bind for bind in reached]
 
 
 def _of_times(
@@ -127,8 +127,8 @@ def _of_times(
     )
     ways = phases * (velocities + phases * (accelerations / 2.0 + phases * jerks / 6.0))
     positions = np.cumsum(ways, axis=1) - ways
-    laws = unit_laws(phases, np.stack([positions, velocities, accelerations / 2.0, jerks / 6.0], axis=-1))
-    return duration, v, (a, d), laws
+    scalings = unit_scalings(phases, np.stack([positions, velocities, accelerations / 2.0, jerks / 6.0], axis=-1))
+    return duration, v, (a, d), scalings
 
 
 def with_ramps(

@@ -31,9 +31,9 @@ def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
     velocity, acceleration, jerk = (limit.min(axis=1, keepdims=True) for limit in by_joint)
     jerk = with_ramps(np.ones_like(jerk), velocity, acceleration, jerk, motions.durations)
     line = velocity[:, 0], acceleration[:, 0], jerk[:, 0]
-    shortest, laws, binds = s_curves(*line, braking)
+    shortest, scalings, binds = s_curves(*line, braking)
     bounds = {
         quantity: np.where(bind[:, None] & (own <= limit[:, None]), shortest[:, None] * ROUNDED_UP, 0.0)
         for quantity, own, limit, bind in zip(JOINT_DERIVATIVES[1:], by_joint, line, binds, strict=True)
     }
-    return time_straight_motions(motions, bounds, lambda _durations: laws)
+    return time_straight_motions(motions, bounds, lambda _durations: scalings)

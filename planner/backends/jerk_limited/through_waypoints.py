@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.shared.smooth_curve import smoothed
-from planner.time_scaling.time_law import time_run
+from planner.time_scaling.fastest import time_run
 
 if TYPE_CHECKING:
     from planner.paths import JointPath, Run

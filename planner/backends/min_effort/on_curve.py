@@ -20,10 +20,10 @@ import numpy as np
 from planner.backends.min_effort.stage import SMOOTHING
 from planner.constraints import TORQUE
 from planner.kernels.retiming import Objective, PathCost
+from planner.time_scaling.fastest import COARSE, retimed, retimed_lengths
 from planner.time_scaling.limits_on_curve import limits_on
 from planner.time_scaling.linear_limits import QuadraticSpline
 from planner.time_scaling.retiming import RequestedDurations, best_retiming, of_duration
-from planner.time_scaling.time_law import COARSE, retimed, retimed_lengths
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.cost import Cost
@@ -45,10 +45,10 @@ STILL_MISSED = 1e-14
 """Share of an asked duration that may still be missed then: a few units in its last place."""
 
 
-class FoundLaw(NamedTuple):
+class FoundScaling(NamedTuple):
     """A law that a search found, and whether nothing better is left."""
 
-    law: SegmentedPolynomial
+    scaling: SegmentedPolynomial
     converged: bool
 
 
@@ -76,30 +76,30 @@ class Search:
     knots: int
     steps: int
 
-    def improved(self, law: PiecewisePolynomial, margin: float) -> FoundLaw | None:
+    def improved(self, scaling: PiecewisePolynomial, margin: float) -> FoundScaling | None:
         """Find a better law than a first one; None: the durations cannot be met.
 
         Args:
-            law: A law s(t), with a breakpoint where the curve has one.
+            scaling: A law s(t), with a breakpoint where the curve has one.
             margin: Factor by which all limits are narrower.
         """
         limits = limits_on(self.path, self.run, knows_torques=self.cost.objective != "jerk")
         for gap in ROUNDS:
-            even = np.ceil(self.knots * law.lengths / law.lengths.sum()).astype(int)
-            most = limits.used(law)[0]
-            law = law.split(np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
-            requested, within = self._requested(limits.on_segments(law)), limits.along(law).narrowed(margin)
-            found = best_retiming(law.lengths, within, self._objective(limits, law), requested, gap, self.steps)
-            missed = requested.missed(QuadraticSpline(law.lengths).states(found.unknowns)[0])
+            even = np.ceil(self.knots * scaling.lengths / scaling.lengths.sum()).astype(int)
+            most = limits.used(scaling)[0]
+            scaling = scaling.split(np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
+            requested, within = self._requested(limits.on_segments(scaling)), limits.along(scaling).narrowed(margin)
+            found = best_retiming(scaling.lengths, within, self._objective(limits, scaling), requested, gap, self.steps)
+            missed = requested.missed(QuadraticSpline(scaling.lengths).states(found.unknowns)[0])
             if (np.abs(missed) > NEARLY * requested.durations).any():
                 return None
-            law = retimed(law, _on_time(law, found.unknowns, requested))
-        return FoundLaw(limits.on_segments(law), found.converged)
+            scaling = retimed(scaling, _on_time(scaling, found.unknowns, requested))
+        return FoundScaling(limits.on_segments(scaling), found.converged)
 
-    def _objective(self, limits: LimitsOnCurve, law: PiecewisePolynomial) -> Objective:
+    def _objective(self, limits: LimitsOnCurve, scaling: PiecewisePolynomial) -> Objective:
         """Return the cost of retiming a law."""
         torque, power, jerk = self.cost.units
-        s, ds, dds, _, first, second, third = limits.rates(law)
+        s, ds, dds, _, first, second, third = limits.rates(scaling)
         by_work = self.cost.objective == "mechanical_work"
         costs: list[PathCost] = []
 
@@ -109,26 +109,26 @@ class Search:
 
         if self.cost.objective != "jerk":
             unit, exponent = (first / power, 0.0) if by_work else (1.0 / torque, -0.5)
-            at = limits.points(limits.pieces(law), s[..., 0])
+            at = limits.points(limits.pieces(scaling), s[..., 0])
             torques = limits.sampled.values_at(TORQUE, at, ds, dds)
             by_b, by_a, gravity = (row * unit for row in torques)
             add((by_b, by_a, np.zeros_like(by_b), gravity), exponent, SMOOTHING if by_work else 0.0)
         if self.cost.objective == "jerk" or self.cost.adds_jerk:
             add((third / jerk, 3.0 * second / jerk, first / jerk, np.zeros_like(first)), 0.5)
-        return Objective(of_duration(law.lengths).weights, self.time_weight, tuple(costs))
+        return Objective(of_duration(scaling.lengths).weights, self.time_weight, tuple(costs))
 
-    def _requested(self, law: SegmentedPolynomial) -> RequestedDurations:
+    def _requested(self, scaling: SegmentedPolynomial) -> RequestedDurations:
         """Return the asked durations by the gridpoints of a law."""
-        own = self.parts[:, np.searchsorted(self.run.segments, law.segments)]
-        return RequestedDurations.of_parts(law.lengths, own, self.durations)
+        own = self.parts[:, np.searchsorted(self.run.segments, scaling.segments)]
+        return RequestedDurations.of_parts(scaling.lengths, own, self.durations)
 
 
-def _on_time(law: PiecewisePolynomial, unknowns: FloatArray, requested: RequestedDurations) -> FloatArray:
+def _on_time(scaling: PiecewisePolynomial, unknowns: FloatArray, requested: RequestedDurations) -> FloatArray:
     """Correct the unknowns as little as possible, until the asked durations are met to rounding."""
-    spline = QuadraticSpline(law.lengths)
-    parts = requested.weights[:, : len(law.lengths)] > 0.0
+    spline = QuadraticSpline(scaling.lengths)
+    parts = requested.weights[:, : len(scaling.lengths)] > 0.0
     for _ in range(CORRECTIONS):
-        missed = parts @ retimed_lengths(law, unknowns) - requested.durations
+        missed = parts @ retimed_lengths(scaling, unknowns) - requested.durations
         if (np.abs(missed) <= STILL_MISSED * requested.durations).all():
             break
         slopes = np.array([spline.force(slope) for slope in requested.slopes(spline.states(unknowns)[0])])

@@ -20,9 +20,9 @@ from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import QUANTITIES, TCP_ORDERS
 from planner.kinematics.forward import VELOCITIES
 from planner.time_scaling.compose import follow_curve
+from planner.time_scaling.fastest import fastest_scaling
 from planner.time_scaling.retiming import MOST_STEPS
 from planner.time_scaling.sampled_limits import SampledLimits
-from planner.time_scaling.time_law import fastest_law
 from planner.time_scaling.uniform import scaled_to_duration, slowest, time_scalings
 from planner.tolerances import DURATION_TOLERANCE, ROUNDING
 from planner.trajectories.extrema import derivatives_on_unit_time
@@ -151,12 +151,12 @@ class OnCurve(Optimum):
 
     def find(self) -> SegmentedPolynomial:
         """Return the best motion within the limits."""
-        law = fastest_law(self.path, self.run)
-        known, refusal = self._known(law)
-        first = known[0] if known else follow_curve(self.run, law)
+        scaling = fastest_scaling(self.path, self.run)
+        known, refusal = self._known(scaling)
+        first = known[0] if known else follow_curve(self.run, scaling)
         self.cost = Cost(self.robot, self.options.objective, first)
         nothing = self.costs_nothing(first)
-        found = None if nothing else self._search(law, self.durations(known[0]) if known else self.requested)
+        found = None if nothing else self._search(scaling, self.durations(known[0]) if known else self.requested)
         if found is not None:
             return min([*known, found], key=self.price)
         if refusal and not known:
@@ -165,7 +165,7 @@ class OnCurve(Optimum):
         self.converged = nothing or needed > 1.0 / NO_CHOICE
         return min(known, key=self.price)
 
-    def _known(self, law: SegmentedPolynomial) -> tuple[list[SegmentedPolynomial], InfeasibleDuration | None]:
+    def _known(self, scaling: SegmentedPolynomial) -> tuple[list[SegmentedPolynomial], InfeasibleDuration | None]:
         """Find motions within the limits without a search, the fastest law first, and the quintic's refusal if any.
 
         Raises:
@@ -180,7 +180,7 @@ class OnCurve(Optimum):
         if self.free.all():
             known[0] = known[0].stretched(self.options.slowdown)
         if self.free.all() or len(self.requested) == 1:
-            pieces = follow_curve(self.run, law)
+            pieces = follow_curve(self.run, scaling)
             fastest = scaled_to_duration(self.path, self.run, float(self.requested[0]), pieces, self.enforced)
             if self.free.all() and self.options.time_weight is None:
                 fastest = fastest.stretched(max(float(known[0].lengths.sum() / fastest.lengths.sum()), 1.0))
@@ -189,11 +189,11 @@ class OnCurve(Optimum):
             raise refusal
         return known, refusal
 
-    def _search(self, law: PiecewisePolynomial, durations: FloatArray) -> SegmentedPolynomial | None:
+    def _search(self, scaling: PiecewisePolynomial, durations: FloatArray) -> SegmentedPolynomial | None:
         """Return the optimum; None: none was found that keeps the limits.
 
         Args:
-            law: The law that the search begins with, in any time.
+            scaling: The law that the search begins with, in any time.
             durations: (segments,), s: those asked; those that are not asked are met together, unless time has a weight.
         """
         if self.options.iterations == 0:
@@ -206,22 +206,22 @@ class OnCurve(Optimum):
         (positions,) = self.run.curve.evaluate(self.run.curve.breakpoints, [0])
         if self.turn(positions).sum(axis=0).max(initial=0.0) > MOST_TURN * knots:
             return None
-        law = law.stretched(float(durations.sum() / law.lengths.sum()))
+        scaling = scaling.stretched(float(durations.sum() / scaling.lengths.sum()))
         steps = min(self.options.iterations or MOST_STEPS, MOST_STEPS)
         search = Search(self.path, self.run, self.cost, weight or 0.0, parts, parts @ durations, knots, steps)
         margin = FIRST_MARGIN
         for _ in range(MOST_REPAIRS):
-            found = search.improved(law, margin)
+            found = search.improved(scaling, margin)
             if found is None:
                 return None
-            pieces = follow_curve(self.run, found.law)
+            pieces = follow_curve(self.run, found.scaling)
             factor = slowest(time_scalings(self.path, pieces, self.enforced).values()).factor
             if not len(parts):
                 pieces, factor = pieces.stretched(max(factor, 1.0)), 1.0
             if factor <= 1.0 + DURATION_TOLERANCE:
                 self.converged = found.converged
                 return pieces
-            law, margin = found.law, margin * min(factor**3, COARSE)
+            scaling, margin = found.scaling, margin * min(factor**3, COARSE)
         return None
 
 

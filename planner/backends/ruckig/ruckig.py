@@ -19,7 +19,7 @@ from planner.backends.shared.straight_lines import time_lines
 from planner.errors import InfeasibleDuration, LimitsUnsatisfiable
 from planner.guarantees import ALL_HARD, Capabilities, EndStates, Guarantee, end_states
 from planner.kinematics.turns import counted_velocity
-from planner.time_scaling.time_law import time_run
+from planner.time_scaling.fastest import time_run
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ MOST_STRETCHES = 50
 """Number of times that a segment is lengthened, at most, for its sampled limits; each time by less."""
 
 
-def unit_laws(lengths: FloatArray, coefficients: FloatArray) -> SegmentedPolynomial:
+def unit_scalings(lengths: FloatArray, coefficients: FloatArray) -> SegmentedPolynomial:
     """Make the laws of several motions on unit time, each of the same number of pieces.
 
     Args:
@@ -42,7 +42,7 @@ def unit_laws(lengths: FloatArray, coefficients: FloatArray) -> SegmentedPolynom
 
 
 @dataclass(frozen=True)
-class PolynomialLaw:
+class PolynomialScaling:
     """A time law of one polynomial, the same for every segment.
 
     Attributes:
@@ -67,27 +67,27 @@ class PolynomialLaw:
         if self.jerk is not None:
             bounds["jerk"] = np.cbrt(self.jerk * travels / limits.jerk.upper)
         count = len(travels)
-        laws = unit_laws(np.ones((count, 1)), np.tile(self.coefficients, (count, 1, 1)))
-        return time_straight_motions(motions, bounds, lambda _durations: laws)
+        scalings = unit_scalings(np.ones((count, 1)), np.tile(self.coefficients, (count, 1, 1)))
+        return time_straight_motions(motions, bounds, lambda _durations: scalings)
 
 
 def time_straight_motions(
-    motions: StraightMotions, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], SegmentedPolynomial]
+    motions: StraightMotions, bounds: dict[str, FloatArray], scalings_of: Callable[[FloatArray], SegmentedPolynomial]
 ) -> SegmentedPolynomial:
     """Choose the durations and put the laws on the motions: see `_choose_durations`."""
-    durations = _choose_durations(motions, bounds, laws_of)
-    return _moved(motions, laws_of(durations), durations)
+    durations = _choose_durations(motions, bounds, scalings_of)
+    return _moved(motions, scalings_of(durations), durations)
 
 
 def _choose_durations(
-    motions: StraightMotions, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], SegmentedPolynomial]
+    motions: StraightMotions, bounds: dict[str, FloatArray], scalings_of: Callable[[FloatArray], SegmentedPolynomial]
 ) -> FloatArray:
     """Choose the durations (segments,), s: those asked, or the shortest that keep the limits.
 
     Args:
         motions: The motions, with asked durations, NaN where the shortest is wanted.
         bounds: Shortest durations (motions, joints), s, that keep each joint limit of closed form.
-        laws_of: The laws of the motions on unit time at their durations (motions,).
+        scalings_of: The laws of the motions on unit time at their durations (motions,).
 
     Raises:
         InfeasibleDuration: An asked duration is shorter than the shortest feasible one.
@@ -100,7 +100,7 @@ def _choose_durations(
     if len(unlimited):
         raise no_duration_error(int(motions.segments[unlimited[0]]))
     start = np.where(free, shortest, np.maximum(shortest, requested))
-    stretched, binding = _stretched(motions, start, laws_of)
+    stretched, binding = _stretched(motions, start, scalings_of)
     shortest = np.where(stretched > start, stretched, shortest)
     short = np.flatnonzero(requested < shortest * (1.0 - DURATION_TOLERANCE))
     if len(short):
@@ -109,17 +109,17 @@ def _choose_durations(
     return durations
 
 
-def _moved(motions: StraightMotions, laws: SegmentedPolynomial, durations: FloatArray) -> SegmentedPolynomial:
+def _moved(motions: StraightMotions, scalings: SegmentedPolynomial, durations: FloatArray) -> SegmentedPolynomial:
     """Move the joints by laws on unit time, in these durations (motions,), s."""
-    rows = laws.segments
-    timed = laws.stretched(durations[rows])
+    rows = scalings.segments
+    timed = scalings.stretched(durations[rows])
     coefficients = timed.coefficients * motions.travels[rows][..., None]
     coefficients[..., 0] += motions.starts[rows]
     return replace(timed, coefficients=coefficients, segments=motions.segments[rows])
 
 
 def _stretched(
-    motions: StraightMotions, durations: FloatArray, laws_of: Callable[[FloatArray], SegmentedPolynomial]
+    motions: StraightMotions, durations: FloatArray, scalings_of: Callable[[FloatArray], SegmentedPolynomial]
 ) -> tuple[FloatArray, dict[int, BindingLimit]]:
     """Lengthen durations (segments,), s, until they keep the sampled limits.
 
@@ -133,15 +133,15 @@ def _stretched(
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
     sampled, durations = SampledLimits(motions.dynamics, motions.limits), durations.copy()
-    laws: SegmentedPolynomial | None = None
+    scalings: SegmentedPolynomial | None = None
     binding: dict[int, BindingLimit] = {}
     for _ in range(MOST_STRETCHES):
-        before, laws = laws, laws_of(durations)
-        if laws is before or not sampled.limited.any():
+        before, scalings = scalings, scalings_of(durations)
+        if scalings is before or not sampled.limited.any():
             break
         rows = np.flatnonzero(sampled.limited)
-        there = sampled.limited[laws.segments]
-        own, pieces = laws.segments[there], _moved(motions, laws, durations).of(there)
+        there = sampled.limited[scalings.segments]
+        own, pieces = scalings.segments[there], _moved(motions, scalings, durations).of(there)
         factors, limits = sampled.stretch(pieces, own, np.searchsorted(rows, own), above=1.0)
         limited = factors > 1.0 + DURATION_TOLERANCE
         binding |= {row: sampled.each[limit] for row, limit in zip(rows[limited], limits[limited], strict=True)}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
-from planner.backends.shared.rest_to_rest import PolynomialLaw
+from planner.backends.shared.rest_to_rest import PolynomialScaling
 from planner.backends.splines.run_timing import time_run
 from planner.guarantees import ALL_BUT_JERK, Capabilities, Guarantee
 
@@ -31,11 +31,11 @@ class Cubic:
     summary: ClassVar[str] = "Third-order polynomial, rest to rest: the law of the seed documents, C1."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_BUT_JERK
     capabilities: ClassVar[Capabilities] = Capabilities(passes_with_velocities=True)
-    law: ClassVar[PolynomialLaw] = PolynomialLaw((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)
+    scaling: ClassVar[PolynomialScaling] = PolynomialScaling((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """Put the cubic on each segment, at the asked durations or the shortest."""
         kept = enforced(self)
         path = path.keeping(kept)
         runs = [time_run(path, run, 3, kept) for run in path.runs]
-        return assemble(path, [self.law.time(path.straight), *runs])
+        return assemble(path, [self.scaling.time(path.straight), *runs])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
-from planner.backends.shared.rest_to_rest import PolynomialLaw
+from planner.backends.shared.rest_to_rest import PolynomialScaling
 from planner.backends.splines.run_timing import time_run
 from planner.guarantees import ALL_HARD, Capabilities, Guarantee
 
@@ -32,11 +32,11 @@ class Quintic:
     summary: ClassVar[str] = "Fifth-order polynomial, rest to rest: smooth acceleration, limited jerk, C2."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
     capabilities: ClassVar[Capabilities] = Capabilities(passes_with_velocities=True)
-    law: ClassVar[PolynomialLaw] = PolynomialLaw(
+    scaling: ClassVar[PolynomialScaling] = PolynomialScaling(
         (0.0, 0.0, 0.0, 10.0, -15.0, 6.0), velocity=15.0 / 8.0, acceleration=10.0 / sqrt(3.0), jerk=60.0
     )
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """Put the quintic on each segment, at the asked durations or the shortest."""
         runs = [time_run(path, run, 5, enforced(self)) for run in path.runs]
-        return assemble(path, [self.law.time(path.straight), *runs])
+        return assemble(path, [self.scaling.time(path.straight), *runs])

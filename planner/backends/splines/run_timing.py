@@ -286,7 +286,7 @@ class _CurveTiming(_Timing):
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
         """Return the motion along the curve under the law with these durations, in quintics."""
         if self._ascends(durations):
-            return follow_curve(self.run, self._law(durations))
+            return follow_curve(self.run, self._scaling(durations))
         if np.isnan(self.requested).all():
             return follow_curve(self.run, self._single)
         raise self._runs_backwards_error()
@@ -312,7 +312,7 @@ class _CurveTiming(_Timing):
         ends = np.array([[0.0], [self.knots[-1]]])
         return split_at_knots(interpolating_spline(ends, np.ones(1), self.degree), self.knots[1:-1], self.segments)
 
-    def _law(self, durations: FloatArray) -> SegmentedPolynomial:
+    def _scaling(self, durations: FloatArray) -> SegmentedPolynomial:
         """Return the time law s(t) with these durations (intervals,), s."""
         return interpolating_spline(self.knots[:, None], durations, self.degree).of_segments(self.segments)
 
@@ -323,14 +323,14 @@ class _CurveTiming(_Timing):
             durations: Durations (intervals,), s, of the law.
             units: Unit times (samples,) or (intervals, samples) of the samples.
         """
-        law, curve, limits = self._law(durations), self.run.curve, self.path.limits
+        scaling, curve, limits = self._scaling(durations), self.run.curve, self.path.limits
         t = units * durations[:, None]
-        s = horner(law.coefficients, t)
+        s = horner(scaling.coefficients, t)
         starts, ends = self.knots[:-1, None], self.knots[1:, None]
         margin = NEGLIGIBLE_SHARE * (ends - starts)  # at its ends an interval's own derivatives count
         within = np.clip(s, starts + margin, ends - margin)
         on, highest = curve.locate(within)[0], 3 if "jerk" in self.enforced else 2
-        _, ds, _, _, *rates = ScaledCurve(curve, law).derivatives(np.arange(len(t))[:, None], on, t, highest)
+        _, ds, _, _, *rates = ScaledCurve(curve, scaling).derivatives(np.arange(len(t))[:, None], on, t, highest)
         factors = np.maximum(self.tool_speeds.shares_at(within) * np.abs(ds[..., 0]), LEAST_FACTOR)
         for order, (quantity, values) in enumerate(zip(JOINT_DERIVATIVES[1:], rates, strict=False), 1):
             if quantity in self.enforced:

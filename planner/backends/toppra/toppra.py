@@ -19,8 +19,8 @@ from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fast
 from planner.backends.toppra.solvers import Solver, SolverFailed  # Solver: the schema of the options is made from it
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids, reciprocal_accelerations
 from planner.guarantees import ALL_BUT_JERK, ALL_HARD, Capabilities, Guarantee
+from planner.time_scaling.fastest import time_run
 from planner.time_scaling.refusals import duration_of_run, infeasible_duration_error, no_duration_error
-from planner.time_scaling.time_law import time_run
 from planner.time_scaling.uniform import slowest, time_scalings
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.polynomials import joined

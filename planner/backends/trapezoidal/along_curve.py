@@ -57,14 +57,18 @@ def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> SegmentedPo
 
 
 def time_run_with_ramps(
-    path: JointPath, run: Run, law_of: Callable[[float], PiecewisePolynomial], ramps: float, enforced: frozenset[str]
+    path: JointPath,
+    run: Run,
+    scaling_of: Callable[[float], PiecewisePolynomial],
+    ramps: float,
+    enforced: frozenset[str],
 ) -> SegmentedPolynomial:
     """Put one trapezoid over the whole run, with given times of acceleration and braking.
 
     Args:
         path: The path, with limits and durations.
         run: A run of the path.
-        law_of: The law s(t) from 0 to 1 in a given time, s.
+        scaling_of: The law s(t) from 0 to 1 in a given time, s.
         ramps: The time of both ramps, s: the least duration there is.
         enforced: The quantities whose limits are kept.
 
@@ -78,8 +82,8 @@ def time_run_with_ramps(
 
     def at(duration: float) -> tuple[SegmentedPolynomial, TimeScaling]:
         """Return the motion in a duration, s, and how it has to be scaled in time to keep its limits."""
-        law = law_of(duration)
-        whole = PiecewisePolynomial(law.lengths, law.coefficients * run.curve.breakpoints[-1])
+        scaling = scaling_of(duration)
+        whole = PiecewisePolynomial(scaling.lengths, scaling.coefficients * run.curve.breakpoints[-1])
         pieces = follow_curve(run, split_at_knots(whole, knots, run.segments))
         return pieces, slowest(time_scalings(path, pieces, enforced).values())
 
@@ -110,11 +114,11 @@ def _fastest(path: JointPath, run: Run) -> SegmentedPolynomial:
         plain = np.minimum(plain, 1.0 / ToolSpeeds(path, run).shares_at(at).reshape(len(lengths), SAMPLES).max(axis=1))
         curved = 1.0 / np.max(second / acceleration, axis=(1, 2))
         straight = 1.0 / np.max(first / acceleration, axis=(1, 2))
-    laws = [
+    scalings = [
         _trapezoids(lengths, np.minimum(plain, np.sqrt(share * curved)), (1.0 - share) * straight, segments)
         for share in SHARES
     ]
-    return min(laws, key=lambda law: float(law.lengths.sum()))
+    return min(scalings, key=lambda scaling: float(scaling.lengths.sum()))
 
 
 def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:

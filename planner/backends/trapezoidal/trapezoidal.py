@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
-from planner.backends.shared.rest_to_rest import time_straight_motions, unit_laws
+from planner.backends.shared.rest_to_rest import time_straight_motions, unit_scalings
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.trapezoidal.along_curve import time_run, time_run_with_ramps
 from planner.guarantees import ALL_BUT_JERK, Capabilities, Guarantee
@@ -67,7 +67,7 @@ class Trapezoidal:
             lines = time_lines(path, path.straight, fastest_trapezoids, lambda run: time_run(path, run, kept))
             return assemble(path, [*lines, *(time_run(path, run, kept) for run in path.runs)])
         t1, t3 = times
-        runs = [time_run_with_ramps(path, run, lambda T: _law(t1, t3, T), t1 + t3, kept) for run in path.runs]
+        runs = [time_run_with_ramps(path, run, lambda T: _scaling(t1, t3, T), t1 + t3, kept) for run in path.runs]
         return assemble(path, [_with_times(path.straight, t1, t3), *runs])
 
     def _times(self) -> tuple[float, float] | None:
@@ -104,8 +104,8 @@ def fastest_trapezoids(motions: StraightMotions) -> SegmentedPolynomial:
             (gaining == by_ramp[0][:, None]) | (braking == by_ramp[1][:, None]), shortest[:, None], 0.0
         ),
     }
-    laws = _trapezoids(t1, t3)
-    return time_straight_motions(motions, bounds, lambda _durations: laws)
+    scalings = _trapezoids(t1, t3)
+    return time_straight_motions(motions, bounds, lambda _durations: scalings)
 
 
 def reciprocal_accelerations(motions: StraightMotions) -> tuple[FloatArray, FloatArray]:
@@ -126,7 +126,7 @@ def _with_times(motions: StraightMotions, t1: float, t3: float) -> SegmentedPoly
     return time_straight_motions(motions, bounds, lambda durations: _trapezoids(t1 / durations, t3 / durations))
 
 
-def _law(t1: float, t3: float, duration: float) -> PiecewisePolynomial:
+def _scaling(t1: float, t3: float, duration: float) -> PiecewisePolynomial:
     """Return the law s(t) from 0 to 1 in `duration`, which the ramps t1 and t3 fit into."""
     return _trapezoids(np.array([t1 / duration]), np.array([t3 / duration])).stretched(duration)
 
@@ -142,4 +142,4 @@ def _trapezoids(t1: FloatArray, t3: FloatArray) -> SegmentedPolynomial:
     coefficients[:, 1:, 1] = peak[:, None]
     coefficients[:, 2, 0] = 1.0 - peak * t3 / 2.0
     coefficients[:, 2, 2] = -peak / t3 / 2.0
-    return unit_laws(np.column_stack([t1, cruise, t3]), coefficients)
+    return unit_scalings(np.column_stack([t1, cruise, t3]), coefficients)

@@ -15,7 +15,7 @@ from planner.planning import plan
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 from planner.spatial import FloatArray
-from planner.time_scaling.time_law import time_run
+from planner.time_scaling.fastest import time_run
 from tests.planner.backends.ruckig.ruckig_problems import passing
 
 SLOWER = 1.001

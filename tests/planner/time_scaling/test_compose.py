@@ -45,12 +45,12 @@ def test_a_curve_that_cannot_be_followed_more_closely_is_followed_as_closely_as_
     path = solve_path(blended(2.0))
     run = replace(path.every_run[0], tolerance=0.0)
     length = run.curve.breakpoints[-1]
-    law = SegmentedPolynomial(
+    scaling = SegmentedPolynomial(
         np.ones(1), np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]) * length, np.zeros(1, dtype=int)
     )
-    motion = follow_curve(run, law)
+    motion = follow_curve(run, scaling)
     assert motion.coefficients.shape == (len(motion.lengths), 3, 6)
     assert motion.breakpoints[-1] == pytest.approx(1.0)
     times = np.linspace(0.0, 1.0, 500)
-    exact = run.curve.evaluate(np.clip(law.evaluate(times, [0])[0][:, 0], 0.0, length), [0])[0]
+    exact = run.curve.evaluate(np.clip(scaling.evaluate(times, [0])[0][:, 0], 0.0, length), [0])[0]
     assert motion.evaluate(times, [0])[0] == pytest.approx(exact, abs=1e-12)

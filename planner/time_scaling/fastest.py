@@ -87,37 +87,37 @@ def time_run(path: JointPath, run: Run) -> SegmentedPolynomial:
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
     requested = duration_of_run(path, run)
-    return scaled_to_duration(path, run, requested, follow_curve(run, fastest_law(path, run)), ENFORCED)
+    return scaled_to_duration(path, run, requested, follow_curve(run, fastest_scaling(path, run)), ENFORCED)
 
 
-def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
+def fastest_scaling(path: JointPath, run: Run) -> SegmentedPolynomial:
     """Find the law, but for what is left between the gridpoints of the search.
 
     Raises:
         LimitsUnsatisfiable: Gravity exceeds a torque limit.
     """
-    law, limits = _quintic(run), limits_on(path, run)
-    if not np.isfinite(limits.along(law).scale(np.array([[1.0], [0.0], [0.0]]))):
-        return limits.on_segments(law)  # nothing limits: any law will do
+    scaling, limits = _quintic(run), limits_on(path, run)
+    if not np.isfinite(limits.along(scaling).scale(np.array([[1.0], [0.0], [0.0]]))):
+        return limits.on_segments(scaling)  # nothing limits: any law will do
     counts = [count + each * len(run.segments) for count, each, _ in ROUNDS]
-    is_dense = len(law.lengths) > max(counts)
+    is_dense = len(scaling.lengths) > max(counts)
     if is_dense:  # a law that has nothing to do with its limits would be cut everywhere, time and again
-        law = retimed(law, fastest_retiming(law.lengths, limits.along(law), ROUNDS[0][2]))
-        law = law.split(np.full(len(law.lengths), DENSE_PARTS))
-        law = retimed(law, fastest_retiming(law.lengths, near_limits(limits.along(law)), ROUNDS[1][2]))
+        scaling = retimed(scaling, fastest_retiming(scaling.lengths, limits.along(scaling), ROUNDS[0][2]))
+        scaling = scaling.split(np.full(len(scaling.lengths), DENSE_PARTS))
+        scaling = retimed(scaling, fastest_retiming(scaling.lengths, near_limits(limits.along(scaling)), ROUNDS[1][2]))
     for number, ((_, _, gap), wanted) in enumerate(zip(ROUNDS, counts, strict=True)):
-        if wanted < len(law.lengths):
+        if wanted < len(scaling.lengths):
             continue
-        law = law.split(np.ceil(law.lengths / law.lengths.sum() * wanted).astype(int))
-        within = limits.along(law)
-        law = retimed(law, fastest_retiming(law.lengths, near_limits(within) if number else within, gap))
+        scaling = scaling.split(np.ceil(scaling.lengths / scaling.lengths.sum() * wanted).astype(int))
+        within = limits.along(scaling)
+        scaling = retimed(scaling, fastest_retiming(scaling.lengths, near_limits(within) if number else within, gap))
     enough, gap = (ENOUGH_OF_DENSE, ROUNDS[1][2]) if is_dense else (ENOUGH, ROUNDS[-1][2])
-    return limits.on_segments(refined(limits, law, gap, enough))
+    return limits.on_segments(refined(limits, scaling, gap, enough))
 
 
 def refined(
     limits: LimitsOnCurve,
-    law: PiecewisePolynomial,
+    scaling: PiecewisePolynomial,
     gap: float,
     enough: float = ENOUGH,
     requested: Callable[[PiecewisePolynomial], RequestedDurations | None] = lambda _: None,
@@ -126,22 +126,26 @@ def refined(
 
     Args:
         limits: The limits.
-        law: The time scaling.
+        scaling: The time scaling.
         gap: Relative gap to the optimum that may be left.
         enough: Share of a limit that may be used between gridpoints.
         requested: The requested durations of parts of a time scaling; None: none.
     """
-    best, shortest = law, np.inf
+    best, shortest = scaling, np.inf
     for refinement in range(MOST_REFINEMENTS + 1):
-        most, least = limits.used(law)
-        stretched = float(law.lengths.sum() * max(1.0, most.max()) ** 0.5)
-        best, shortest = (law, stretched) if stretched < shortest else (best, shortest)
-        idle = (least < IDLE) & (law.lengths > law.lengths.sum() / FINEST)
-        is_done = most.max() < enough and (refinement or law.lengths[idle].sum() < MOST_IDLE * law.lengths.sum())
+        most, least = limits.used(scaling)
+        stretched = float(scaling.lengths.sum() * max(1.0, most.max()) ** 0.5)
+        best, shortest = (scaling, stretched) if stretched < shortest else (best, shortest)
+        idle = (least < IDLE) & (scaling.lengths > scaling.lengths.sum() / FINEST)
+        is_done = most.max() < enough and (
+            refinement or scaling.lengths[idle].sum() < MOST_IDLE * scaling.lengths.sum()
+        )
         if is_done or refinement == MOST_REFINEMENTS:
             break
-        law = law.split(np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
-        law = retimed(law, fastest_retiming(law.lengths, near_limits(limits.along(law)), gap, requested(law)))
+        scaling = scaling.split(np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
+        scaling = retimed(
+            scaling, fastest_retiming(scaling.lengths, near_limits(limits.along(scaling)), gap, requested(scaling))
+        )
     return best
 
 
@@ -159,26 +163,26 @@ def _quintic(run: Run) -> PiecewisePolynomial:
     knots = run.curve.breakpoints
     inner = knots[1:-1]
     whole = PiecewisePolynomial(np.ones(1), knots[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
-    law = split_at_knots(whole, inner, np.zeros(len(inner) + 1, dtype=int))
-    law.coefficients[1:, 0, 0] = inner
-    return law
+    scaling = split_at_knots(whole, inner, np.zeros(len(inner) + 1, dtype=int))
+    scaling.coefficients[1:, 0, 0] = inner
+    return scaling
 
 
-def retimed_lengths(law: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
+def retimed_lengths(scaling: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
     """Return the durations (pieces,), s, of the pieces of a law after retiming."""
-    b = QuadraticSpline(law.lengths).states(unknowns)[0].reshape(len(GRIDPOINTS), -1)
+    b = QuadraticSpline(scaling.lengths).states(unknowns)[0].reshape(len(GRIDPOINTS), -1)
     u, weights = GAUSS_RULE[0, :, None], GAUSS_RULE[1]
     inside = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
-    lengths: FloatArray = weights @ (1.0 / np.sqrt(inside)) * law.lengths
+    lengths: FloatArray = weights @ (1.0 / np.sqrt(inside)) * scaling.lengths
     return lengths
 
 
-def retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
+def retimed(scaling: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
     """Return the law after retiming: quintics between its nodes, whose speed and acceleration are exact there."""
-    b, a, _ = QuadraticSpline(law.lengths).states(unknowns).reshape(3, len(GRIDPOINTS), -1)
-    lengths = retimed_lengths(law, unknowns)
+    b, a, _ = QuadraticSpline(scaling.lengths).states(unknowns).reshape(3, len(GRIDPOINTS), -1)
+    lengths = retimed_lengths(scaling, unknowns)
     b, a = np.append(b[0], b[-1, -1]), np.append(a[0], a[-1, -1])
-    s, speed, gain = law.evaluate(law.breakpoints, range(3))
+    s, speed, gain = scaling.evaluate(scaling.breakpoints, range(3))
     speed, gain = speed * np.sqrt(b)[:, None], gain * b[:, None] + speed * a[:, None]
     starts, ends = (s[:-1], speed[:-1], gain[:-1]), (s[1:], speed[1:], gain[1:])
     return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))

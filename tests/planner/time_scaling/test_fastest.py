@@ -29,9 +29,9 @@ from planner.problems.problem import (
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose
+from planner.time_scaling.fastest import ENFORCED, near_limits, time_run
 from planner.time_scaling.limits_on_curve import FEWER_PER_RADIAN, limits_on
 from planner.time_scaling.linear_limits import LinearLimits
-from planner.time_scaling.time_law import ENFORCED, near_limits, time_run
 from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
 from planner.trajectories.sampled_peaks import MOST_TRAVEL
 
