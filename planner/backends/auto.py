@@ -72,7 +72,7 @@ def _choices(path: JointPath) -> Iterator[tuple[dict[str, BackEnd], str]]:
         yield {"quintic": Quintic()}, "it passes waypoints with the requested velocities"
         return
     requested = ~np.isnan(path.durations)
-    inside = any(len(run.segments) > 1 and requested[run.segments].any() for run in path.runs)
+    inside = any(len(group.segments) > 1 and requested[group.segments].any() for group in path.groups)
     if inside:
         yield {"quintic": Quintic()}, "it keeps the requested durations within segment groups"
         yield {"ruckig": Ruckig()}, "it keeps all limits, jerk included"

@@ -18,7 +18,7 @@ from planner.limits import Limits
 from planner.operations.certified import CertifiedTrajectory, certified, kept_clear
 from planner.operations.smoothing import smooth_curve_near
 from planner.paths import JointPath, solve_path
-from planner.paths.runs import Run
+from planner.paths.segment_groups import SegmentGroup
 from planner.problems.check import check_problem
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.problems.transitions import StopTransition, ThroughTransition
@@ -187,7 +187,7 @@ def _along(path: JointPath, curve: PiecewisePolynomial, waypoint_knots: np.ndarr
     """Return a path with one segment group along a curve; back ends choose their speed by parts."""
     pieces, segments = len(curve.lengths), np.arange(len(waypoint_knots) - 1)
     knots = np.unique(np.linspace(0, pieces, min(pieces, MOST_KNOTS) + 1).round().astype(int))
-    run = Run(
+    group = SegmentGroup(
         segments=segments,
         curve=curve.of_segments(np.repeat(segments, np.diff(waypoint_knots))),
         waypoint_knots=waypoint_knots,
@@ -195,7 +195,7 @@ def _along(path: JointPath, curve: PiecewisePolynomial, waypoint_knots: np.ndarr
         is_spline=False,
         tolerance=tolerance,
     )
-    return replace(path, runs=(run,))
+    return replace(path, groups=(group,))
 
 
 def _refuse_beyond(robot: Robot, curve: PiecewisePolynomial) -> None:

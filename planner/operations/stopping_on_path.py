@@ -35,7 +35,7 @@ from planner.operations.certified import (
 )
 from planner.operations.editing import slice_of
 from planner.operations.stopping_on_line import stop_on_line
-from planner.paths.runs import JOINT_TOLERANCE
+from planner.paths.segment_groups import JOINT_TOLERANCE
 from planner.time_scaling.compose import compose, split_at_knots
 from planner.time_scaling.fastest import retimed
 from planner.time_scaling.limits_on_curve import LimitsOnCurve

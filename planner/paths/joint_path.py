@@ -13,7 +13,7 @@ from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
 from planner.kinematics.turns import counted_velocity
 from planner.paths.clear_motions import ClearMotions
-from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
+from planner.paths.segment_groups import SegmentGroup, build_group, is_joint_motion, straight_group, travel_time
 from planner.problems.problem import JointMotion
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.waypoints.goal_regions import with_chosen_poses
@@ -87,8 +87,8 @@ class JointPath:
         limits: The limits in force on each segment.
         durations: (segments,), s; NaN: as fast as the limits allow.
         dwells: (waypoints,), s.
-        runs: The segment groups and the tool motions. All other segments with a length are straight joint motions from
-            rest to rest.
+        groups: The segment groups and the tool motions. All other segments with a length are straight joint motions
+            from rest to rest.
         tool_motions: (segments,), the path of the tool; None: a joint motion.
         passed_at: The velocities (joints,), rad/s or m/s, requested at passed waypoints, by the segment that begins
             there.
@@ -101,7 +101,7 @@ class JointPath:
     limits: SegmentLimits
     durations: FloatArray
     dwells: FloatArray
-    runs: tuple[Run, ...]
+    groups: tuple[SegmentGroup, ...]
     tool_motions: tuple[PosePath | None, ...]
     passed_at: Mapping[int, FloatArray] = field(default_factory=dict)
     half_spaces: HalfSpaces | None = None
@@ -132,22 +132,22 @@ class JointPath:
         still[self.moving] = False
         return np.flatnonzero(still)
 
-    def positions_of(self, run: Run) -> FloatArray:
-        """Return the joint positions (segments + 1, joints) of the waypoints of a run, rad or m, each of them once."""
-        positions: FloatArray = self.positions[np.append(run.segments, run.segments[-1] + 1)]
+    def positions_of(self, group: SegmentGroup) -> FloatArray:
+        """Return the joint positions (segments + 1, joints) of the waypoints of a segment group, rad or m."""
+        positions: FloatArray = self.positions[np.append(group.segments, group.segments[-1] + 1)]
         return positions
 
     @cached_property
-    def every_run(self) -> tuple[Run, ...]:
-        """The runs, and each straight motion as a run of its own, in order."""
-        own = self.straight_runs(self.straight.segments)
-        return tuple(sorted((*self.runs, *own), key=lambda run: run.first))
+    def every_group(self) -> tuple[SegmentGroup, ...]:
+        """The groups, and each straight motion as a segment group of its own, in order."""
+        own = self.straight_groups(self.straight.segments)
+        return tuple(sorted((*self.groups, *own), key=lambda group: group.first))
 
     @cached_property
     def straight(self) -> StraightMotions:
-        """The segments that have a length and belong to no run."""
-        in_runs = {segment for run in self.runs for segment in run.segments.tolist()}
-        return self.straight_motions(np.array([k for k in self.moving.tolist() if k not in in_runs], dtype=int))
+        """The segments that have a length and belong to no group."""
+        in_groups = {segment for group in self.groups for segment in group.segments.tolist()}
+        return self.straight_motions(np.array([k for k in self.moving.tolist() if k not in in_groups], dtype=int))
 
     def straight_motions(self, segments: np.ndarray) -> StraightMotions:
         """Return straight joint motions from waypoint to waypoint, with rest at both."""
@@ -156,11 +156,11 @@ class JointPath:
         durations, limits = self.durations[segments], self.limits.of(segments).along(travels)
         return StraightMotions(self.robot, self.dynamics, segments, starts, travels, durations, limits)
 
-    def straight_runs(self, segments: np.ndarray) -> list[Run]:
-        """Make each of these segments a run of its own, straight from waypoint to waypoint."""
+    def straight_groups(self, segments: np.ndarray) -> list[SegmentGroup]:
+        """Make each of these segments a segment group of its own, straight from waypoint to waypoint."""
         most = self.limits.velocity.narrower
         return [
-            straight_run(segment, self.positions[segment], self.positions[segment + 1], most[segment])
+            straight_group(segment, self.positions[segment], self.positions[segment + 1], most[segment])
             for segment in segments.tolist()
         ]
 
@@ -188,8 +188,8 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     transitions = [_transition(waypoints[before + 1 : after + 1]) for before, after in pairwise(moving.tolist())]
     transitions = _with_stops_where_sharp(solved, limits, moving, transitions)
     stops = _stops(transitions)
-    runs = tuple(
-        build_run(
+    groups = tuple(
+        build_group(
             robots[moving[first] + 1], waypoints, solved, limits, moving[first:last], transitions[first : last - 1]
         )
         for first, last in pairwise([0, *stops, len(moving)])
@@ -204,7 +204,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         limits=limits,
         durations=durations,
         dwells=dwells,
-        runs=runs,
+        groups=groups,
         tool_motions=tuple(
             None if waypoint.tool_motion is None else waypoint.tool_motion.path for waypoint in solved[1:]
         ),

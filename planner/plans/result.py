@@ -187,7 +187,7 @@ def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, traje
         ClearanceUnproved: The planner could not prove the clearance.
         LimitsUnsatisfiable: The trajectory breaks a limit that the back end enforces.
     """
-    met = certify_waypoints(trajectory, problem, path.positions, [k for run in path.runs for k in run.blended])
+    met = certify_waypoints(trajectory, problem, path.positions, [k for group in path.groups for k in group.blended])
     certificate = _certificate(problem, backend, path, trajectory, met)
     refuse_unless_satisfied(certificate)
     certificate = replace(
@@ -248,7 +248,7 @@ def _certificate(
     problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory, met: MetWaypoints
 ) -> Certificate:
     wanted = np.where(np.isnan(met.positions), path.positions, met.positions)
-    wanted[[waypoint for run in path.runs for waypoint in run.blended]] = np.nan
+    wanted[[waypoint for group in path.groups for waypoint in group.blended]] = np.nan
     checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, path.waypoints, met.targets)
     checks += [*certify_passages(trajectory, path.robot.joint_names, path.passed_at), *met.checks]
     checks += certify_durations(trajectory, problem.waypoints, problem.duration)

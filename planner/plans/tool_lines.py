@@ -19,7 +19,7 @@ from planner.tool_motions.pose_paths import Line
 from planner.trajectories.polynomials import PiecewisePolynomial, differentiate, horner, powers, quintic_hermite
 
 if TYPE_CHECKING:
-    from planner.paths import Run
+    from planner.paths import SegmentGroup
     from planner.plans.result import Plan
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -74,30 +74,30 @@ class LinePolynomial:
 def line_polynomials(plan: Plan) -> list[LinePolynomial]:
     """Write the straight lines of a plan as polynomials of time, one for each linear motion that has a length."""
     found = []
-    for run in plan.path.runs:
-        for k, segment in enumerate(run.segments.tolist()):
+    for group in plan.path.groups:
+        for k, segment in enumerate(group.segments.tolist()):
             line = plan.path.tool_motions[segment]
             if isinstance(line, Line):
-                found.append(_line_polynomial(plan, run, k, line))
+                found.append(_line_polynomial(plan, group, k, line))
     return found
 
 
-def _line_polynomial(plan: Plan, run: Run, k: int, line: Line) -> LinePolynomial:
+def _line_polynomial(plan: Plan, group: SegmentGroup, k: int, line: Line) -> LinePolynomial:
     """Return the polynomial of a line.
 
     Args:
         plan: The plan.
-        run: The run that the line is a part of.
-        k: Which of the run's segments it is.
+        group: The segment group of the line.
+        k: Which of the group's segments it is.
         line: The line itself.
     """
-    segment = int(run.segments[k])
-    trajectory, robot, curve = plan.trajectory, plan.path.dynamics.robot_on(segment), run.curve
-    first, last = curve.breakpoints[run.waypoint_knots[k : k + 2]]
-    of_blends = curve.breakpoints[run.blend_knots]
+    segment = int(group.segments[k])
+    trajectory, robot, curve = plan.trajectory, plan.path.dynamics.robot_on(segment), group.curve
+    first, last = curve.breakpoints[group.waypoint_knots[k : k + 2]]
+    of_blends = curve.breakpoints[group.blend_knots]
     leaves = of_blends[(of_blends > first) & (of_blends < last)]
-    begins = leaves[0] if segment in run.blended else first
-    ends = leaves[-1] if segment + 1 in run.blended else last
+    begins = leaves[0] if segment in group.blended else first
+    ends = leaves[-1] if segment + 1 in group.blended else last
     starts, durations = trajectory.breakpoints[:-1], trajectory.lengths
     middles = starts + durations / 2.0
     in_motion = (middles > trajectory.departures[segment]) & (middles < trajectory.arrivals[segment + 1])

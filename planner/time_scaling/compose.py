@@ -19,7 +19,7 @@ from planner.trajectories.polynomials import (
 )
 
 if TYPE_CHECKING:
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.spatial import FloatArray
 
 PROBES = np.array([0.25, 0.5, 0.75])
@@ -71,9 +71,9 @@ def split_at_knots(scaling: PiecewisePolynomial, knots: FloatArray, segments: np
     return SegmentedPolynomial(ends - starts, coefficients, segments[np.searchsorted(knots, middles)])
 
 
-def follow_curve(run: Run, scaling: SegmentedPolynomial) -> SegmentedPolynomial:
-    """Return the motion q(s(t)) along the curve of a run within its tolerance; see `compose`."""
-    pieces, of = compose(run.curve, scaling, run.tolerance)
+def follow_curve(group: SegmentGroup, scaling: SegmentedPolynomial) -> SegmentedPolynomial:
+    """Return the motion q(s(t)) along the curve of a segment group within its tolerance; see `compose`."""
+    pieces, of = compose(group.curve, scaling, group.tolerance)
     return pieces.of_segments(scaling.segments[of])
 
 
@@ -152,14 +152,14 @@ class ToolSpeeds:
         shares: (N,), by the constraints that follow the path speed alone.
     """
 
-    def __init__(self, path: JointPath, run: Run) -> None:
-        curve, limited = run.curve, path.limits.constraints
+    def __init__(self, path: JointPath, group: SegmentGroup) -> None:
+        curve, limited = group.curve, path.limits.constraints
         self.gridpoints = np.zeros(1)
         self.shares = np.zeros(1)
         if any(constraint.follows_path_speed for constraint, _ in limited):
             unit = (np.arange(SPEED_SAMPLES) + 0.5) / SPEED_SAMPLES
             self.gridpoints = (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
-            states = JointStates(path.dynamics.robot_on(run.first), *curve.evaluate(self.gridpoints))
+            states = JointStates(path.dynamics.robot_on(group.first), *curve.evaluate(self.gridpoints))
             self.shares = path_speed_shares(limited, states, np.repeat(curve.segments, SPEED_SAMPLES))
 
     def shares_at(self, s: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from planner.guarantees import QUANTITIES
 from planner.time_scaling.compose import follow_curve, split_at_knots
 from planner.time_scaling.limits_on_curve import limits_on
 from planner.time_scaling.linear_limits import GRIDPOINTS, QuadraticSpline
-from planner.time_scaling.refusals import duration_of_run
+from planner.time_scaling.refusals import duration_of_group
 from planner.time_scaling.retiming import fastest_retiming
 from planner.time_scaling.uniform import scaled_to_duration
 from planner.trajectories.polynomials import (
@@ -22,7 +22,7 @@ from planner.trajectories.polynomials import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.spatial import FloatArray
     from planner.time_scaling.limits_on_curve import LimitsOnCurve
     from planner.time_scaling.linear_limits import LinearLimits
@@ -73,33 +73,33 @@ ENFORCED = frozenset(QUANTITIES)
 """The quantities whose limits the law keeps: all there are."""
 
 
-def time_run(path: JointPath, run: Run) -> SegmentedPolynomial:
-    """Return the fastest law s(t) along the run's curve that keeps every limit, jerk included; C2, from rest to rest.
+def time_group(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
+    """Move along a group's curve from rest to rest by the fastest time scaling s(t) that keeps every limit.
 
-    The search begins with one quintic over the whole run. Each round splits its longest pieces and retimes it: where it
-    may be faster, and by how much, is a smooth function of time even at the ends, where path velocity over path
-    position has a singularity. What is left between the gridpoints of the search, one exact factor on all times sets
-    right.
+    The time scaling is C2, and its jerk is limited. The search begins with one quintic over the whole group. Each round
+    splits its longest pieces and retimes it. The retiming is a smooth function of time even at the ends, where the path
+    velocity has a singularity as a function of the path position. One exact factor on all times removes excesses
+    between the gridpoints of the search.
 
     Raises:
-        InvalidProblem: A duration is asked of a segment that is not alone in its run.
-        InfeasibleDuration: The asked duration is too short.
+        InvalidProblem: A segment that is not alone in its group has a duration.
+        InfeasibleDuration: The requested duration is too short.
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
-    requested = duration_of_run(path, run)
-    return scaled_to_duration(path, run, requested, follow_curve(run, fastest_scaling(path, run)), ENFORCED)
+    requested = duration_of_group(path, group)
+    return scaled_to_duration(path, group, requested, follow_curve(group, fastest_scaling(path, group)), ENFORCED)
 
 
-def fastest_scaling(path: JointPath, run: Run) -> SegmentedPolynomial:
+def fastest_scaling(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
     """Find the law, but for what is left between the gridpoints of the search.
 
     Raises:
         LimitsUnsatisfiable: Gravity exceeds a torque limit.
     """
-    scaling, limits = _quintic(run), limits_on(path, run)
+    scaling, limits = _quintic(group), limits_on(path, group)
     if not np.isfinite(limits.along(scaling).scale(np.array([[1.0], [0.0], [0.0]]))):
         return limits.on_segments(scaling)  # nothing limits: any law will do
-    counts = [count + each * len(run.segments) for count, each, _ in ROUNDS]
+    counts = [count + each * len(group.segments) for count, each, _ in ROUNDS]
     is_dense = len(scaling.lengths) > max(counts)
     if is_dense:  # a law that has nothing to do with its limits would be cut everywhere, time and again
         scaling = retimed(scaling, fastest_retiming(scaling.lengths, limits.along(scaling), ROUNDS[0][2]))
@@ -158,9 +158,9 @@ def near_limits(limits: LinearLimits) -> LinearLimits:
     return limits.of(near) if near.any() else limits
 
 
-def _quintic(run: Run) -> PiecewisePolynomial:
+def _quintic(group: SegmentGroup) -> PiecewisePolynomial:
     """Return the law from rest to rest in 1 s that is one quintic, with a breakpoint where the curve has one."""
-    knots = run.curve.breakpoints
+    knots = group.curve.breakpoints
     inner = knots[1:-1]
     whole = PiecewisePolynomial(np.ones(1), knots[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
     scaling = split_at_knots(whole, inner, np.zeros(len(inner) + 1, dtype=int))

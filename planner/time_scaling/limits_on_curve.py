@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from planner.constraints import Constraint
     from planner.constraints.constraint import Rows
     from planner.limits import SegmentLimits
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
@@ -41,9 +41,9 @@ MANY_SAMPLES = 10_000
 """Number of samples of a piece beyond which there are fewer on a radian, for their memory."""
 
 
-def limits_on(path: JointPath, run: Run, *, knows_torques: bool = False) -> LimitsOnCurve:
-    """Return the limits on the curve of a run."""
-    return LimitsOnCurve(path.dynamics.robot_on(run.first), path.limits, run.curve, knows_torques=knows_torques)
+def limits_on(path: JointPath, group: SegmentGroup, *, knows_torques: bool = False) -> LimitsOnCurve:
+    """Return the limits on the curve of a segment group."""
+    return LimitsOnCurve(path.dynamics.robot_on(group.first), path.limits, group.curve, knows_torques=knows_torques)
 
 
 class LimitsOnCurve:

@@ -12,7 +12,7 @@ from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiab
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -116,17 +116,17 @@ def refuse_what_gravity_exceeds(
         )
 
 
-def duration_of_run(path: JointPath, run: Run) -> float:
+def duration_of_group(path: JointPath, group: SegmentGroup) -> float:
     """Return the requested duration of a segment group as a whole, s; NaN: none.
 
     Raises:
         InvalidProblem: Only one of several segments has a duration; this back end cannot set the times of passed
             waypoints.
     """
-    requested = path.durations[run.segments]
+    requested = path.durations[group.segments]
     if len(requested) > 1 and not np.isnan(requested).all():
         message = "this back end cannot give a duration to a segment that is passed without stopping; leave it out"
         raise InvalidProblem(
-            [(("waypoints", k + 1, "duration"), message) for k in run.segments[requested > 0].tolist()]
+            [(("waypoints", k + 1, "duration"), message) for k in group.segments[requested > 0].tolist()]
         )
     return float(requested[0])

@@ -17,7 +17,7 @@ from planner.trajectories.sampled_peaks import DERIVATIVES
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.trajectories.polynomials import SegmentedPolynomial
 
 
@@ -84,15 +84,15 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
 
 
 def scaled_to_duration(
-    path: JointPath, run: Run, requested: float, pieces: SegmentedPolynomial, enforced: frozenset[str]
+    path: JointPath, group: SegmentGroup, requested: float, pieces: SegmentedPolynomial, enforced: frozenset[str]
 ) -> SegmentedPolynomial:
     """Stretch a segment group's motion uniformly to its requested duration, or to the shortest within the limits.
 
     Args:
         path: The path, with its limits.
-        run: One of its runs.
+        group: One of its groups.
         requested: The duration of the segment group, s; NaN: the shortest.
-        pieces: The motion of the run, in any time.
+        pieces: The motion of the group, in any time.
         enforced: The quantities whose limits are kept.
 
     Raises:
@@ -103,8 +103,8 @@ def scaled_to_duration(
     scaling = slowest(time_scalings(path, pieces, enforced).values())
     if not np.isnan(requested):
         if requested < scaling.factor * own * (1.0 - DURATION_TOLERANCE):
-            raise infeasible_duration_error(requested, {run.first: scaling.factor * own}, scaling.binding)
+            raise infeasible_duration_error(requested, {group.first: scaling.factor * own}, scaling.binding)
         return pieces.stretched(requested / own)
     if scaling.factor <= 0.0:
-        raise no_duration_error(run.first)
+        raise no_duration_error(group.first)
     return pieces.stretched(scaling.factor)

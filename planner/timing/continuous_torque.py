@@ -56,8 +56,8 @@ def within_rms_torque(
     if rms is None or not path.dynamics.has_dynamics or is_kept(path, trajectory, rms):
         return trajectory
     means, free = _Means(path.dynamics, trajectory, rms), np.isnan(path.durations)
-    for run in path.every_run:
-        free[run.segments] &= not is_rigid(backend, path, run)
+    for group in path.every_group:
+        free[group.segments] &= not is_rigid(backend, path, group)
     pieces = trajectory.moves & free[trajectory.segments]
     factor = None if problem.duration is not None else means.factor(pieces)
     slower = None if factor is None else trajectory.stretched(np.where(pieces, factor, 1.0))

@@ -20,7 +20,7 @@ from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.problems.problem import PlanningProblem
     from planner.spatial import FloatArray
     from planner.trajectories.trajectory import Trajectory
@@ -165,7 +165,7 @@ def _slowed(backend: BackEnd, path: JointPath, fastest: Trajectory, least: Float
     """
     own = _durations_of(fastest)
     short = own < least * (1.0 - DURATION_TOLERANCE)
-    if any(short[run.segments].any() and is_rigid(backend, path, run) for run in path.every_run):
+    if any(short[group.segments].any() and is_rigid(backend, path, group) for group in path.every_group):
         return None
     longer = {k: float(least[k]) for k in np.flatnonzero(short).tolist()}
     return slow_down(path, fastest, enforced(backend), requested=longer)
@@ -176,7 +176,7 @@ def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, requeste
 
     It is the stretched fastest trajectory, or the back end's own result for these durations if it has one.
     """
-    rigid = any(is_rigid(backend, path, run) for run in path.every_run)
+    rigid = any(is_rigid(backend, path, group) for group in path.every_group)
     if rigid or backend.capabilities.is_shaped_by_duration:
         try:
             return backend.parametrize(replace(path, durations=requested))
@@ -189,11 +189,11 @@ def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, requeste
     )
 
 
-def is_rigid(backend: BackEnd, path: JointPath, run: Run) -> bool:
+def is_rigid(backend: BackEnd, path: JointPath, group: SegmentGroup) -> bool:
     """Tell whether no stretch fits a segment group: part of it has durations, or fixed velocities."""
-    ends, moving, free = end_states(backend, path.robot.dof), path.moving, np.isnan(path.durations[run.segments])
-    moves = (ends.starts_moving and run.first == moving[0]) or (ends.ends_moving and run.segments[-1] == moving[-1])
-    moves = moves or not path.passed_at.keys().isdisjoint(run.segments.tolist())
+    ends, moving, free = end_states(backend, path.robot.dof), path.moving, np.isnan(path.durations[group.segments])
+    moves = (ends.starts_moving and group.first == moving[0]) or (ends.ends_moving and group.segments[-1] == moving[-1])
+    moves = moves or not path.passed_at.keys().isdisjoint(group.segments.tolist())
     return bool(free.any()) and (moves or not bool(free.all()))
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from planner.kinematics.forward import JointStates
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.spatial import FloatArray
     from planner.trajectories.trajectory import Trajectory
 
@@ -79,7 +79,7 @@ def slow_down(
     path: JointPath,
     trajectory: Trajectory,
     kept: frozenset[str],
-    parts_of: Callable[[Run, SegmentedPolynomial], Sequence[Part]] = lambda _run, _motion: (),
+    parts_of: Callable[[SegmentGroup, SegmentedPolynomial], Sequence[Part]] = lambda _run, _motion: (),
     requested: Mapping[int, float] = MappingProxyType({}),
 ) -> Trajectory:
     """Slow parts of a trajectory on its own path; return it unchanged without such parts.
@@ -88,7 +88,7 @@ def slow_down(
         path: The path.
         trajectory: A trajectory on it.
         kept: The quantities whose limits are kept.
-        parts_of: The parts of the motion of a run that are slowed; the motion rests at its ends if there are any.
+        parts_of: The parts of a group's motion that are slowed; if there are any, the motion rests at its ends.
         requested: Longer durations of some segments, s; their segment groups start and end at rest.
 
     Raises:
@@ -99,14 +99,17 @@ def slow_down(
         path = replace(path, limits=path.limits.without(["jerk"]))
     segments, changed = trajectory.segments, False
     motions = [trajectory.of(np.array([row])) for row in range(len(segments))]
-    for run in path.every_run:
-        rows = np.flatnonzero(trajectory.moves & np.isin(segments, run.segments))
+    for group in path.every_group:
+        rows = np.flatnonzero(trajectory.moves & np.isin(segments, group.segments))
         if not len(rows):
             continue
         motion = trajectory.of(rows)
-        parts, own_requested = parts_of(run, motion), {k: requested[k] for k in run.segments.tolist() if k in requested}
+        parts, own_requested = (
+            parts_of(group, motion),
+            {k: requested[k] for k in group.segments.tolist() if k in requested},
+        )
         if parts or own_requested:
-            slow = _slowed(path, run, motion, parts, own_requested, kept)
+            slow = _slowed(path, group, motion, parts, own_requested, kept)
             for row, own in zip(rows.tolist(), slow, strict=True):
                 motions[row] = own
             changed = True
@@ -115,7 +118,7 @@ def slow_down(
 
 def _slowed(
     path: JointPath,
-    run: Run,
+    group: SegmentGroup,
     motion: SegmentedPolynomial,
     parts: Sequence[Part],
     requested: Mapping[int, float],
@@ -130,7 +133,7 @@ def _slowed(
         wider = further.get(part.constraint, np.full(len(under), np.inf))
         further[part.constraint] = np.where(there, np.minimum(wider, part.limit), wider)
     rows = curve.of_segments(np.arange(len(under)))
-    bounds = LimitsOnCurve(path.dynamics.robot_on(run.first), replace(limits, further=further), rows)
+    bounds = LimitsOnCurve(path.dynamics.robot_on(group.first), replace(limits, further=further), rows)
     as_planned = np.stack([curve.breakpoints[:-1], np.ones(len(under))], axis=1)[:, None]
     scaling = PiecewisePolynomial(curve.lengths, as_planned)
 
@@ -143,7 +146,7 @@ def _slowed(
 
     scaling = retimed(scaling, fastest_retiming(scaling.lengths, bounds.along(scaling), GAP, requested_of(scaling)))
     scaling = bounds.on_segments(refined(bounds, scaling, GAP, requested=requested_of))
-    timed, of = compose(curve, scaling, run.tolerance)
+    timed, of = compose(curve, scaling, group.tolerance)
     row = scaling.segments[of]
     pieces = timed.of_segments(motion.segments[under[row]])
     factor = slowest(time_scalings(path, pieces, kept).values()).factor

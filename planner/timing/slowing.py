@@ -25,7 +25,7 @@ from planner.tolerances import DURATION_TOLERANCE
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.fields import FieldPath
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.problems.problem import PlanningProblem
     from planner.scene.bodies import Bodies
     from planner.spatial import FloatArray
@@ -77,9 +77,9 @@ def _refuse_short_durations(path: JointPath, fastest: Trajectory) -> None:
         InfeasibleDuration: A duration is too short.
     """
     requested = path.durations
-    for run in path.every_run:
-        among = run.segments[~np.isnan(requested[run.segments])].tolist()
-        if among and len(run.segments) > 1:
+    for group in path.every_group:
+        among = group.segments[~np.isnan(requested[group.segments])].tolist()
+        if among and len(group.segments) > 1:
             message = "in speed zones a segment keeps a duration only if the robot stops before it and after it"
             raise InvalidProblem([(("waypoints", k + 1, "duration"), message) for k in among])
     took = fastest.arrivals[1:] - fastest.departures[:-1]
@@ -102,10 +102,10 @@ def _slowed(problem: PlanningProblem, backend: BackEnd, path: JointPath, traject
     """Return a trajectory slowed in the zones, the same one if it is slow there; ignore requested durations."""
     checkers = segment_checkers(problem, path.positions)
 
-    def parts_of(run: Run, motion: SegmentedPolynomial) -> list[Part]:
+    def parts_of(group: SegmentGroup, motion: SegmentedPolynomial) -> list[Part]:
         """Return where the robot is near to objects, if it is too fast there."""
-        checker = checkers[run.first]
-        bodies = moving_bodies(path.dynamics.robot_on(run.first), checker)
+        checker = checkers[group.first]
+        bodies = moving_bodies(path.dynamics.robot_on(group.first), checker)
         fastest, parts = PointSpeed(bodies), []
         for zone in problem.speed_zones:
             near = near_intervals(checker, motion, zone.clearance + WIDER, zone.objects)
@@ -113,13 +113,13 @@ def _slowed(problem: PlanningProblem, backend: BackEnd, path: JointPath, traject
                 parts.append(Part(near, fastest, zone.speed * SHARE, partial(_excess, bodies, zone.speed)))
         if all(part.excess(motion, part.intervals) <= 1.0 for part in parts):
             return []
-        _refuse_what_cannot_be_slowed(backend, path, run)
+        _refuse_what_cannot_be_slowed(backend, path, group)
         return parts
 
     return slow_down(path, trajectory, enforced(backend), parts_of)
 
 
-def _refuse_what_cannot_be_slowed(backend: BackEnd, path: JointPath, run: Run) -> None:
+def _refuse_what_cannot_be_slowed(backend: BackEnd, path: JointPath, group: SegmentGroup) -> None:
     """Refuse segment groups with requested velocities or ramps, which slowing would change.
 
     Raises:
@@ -127,14 +127,14 @@ def _refuse_what_cannot_be_slowed(backend: BackEnd, path: JointPath, run: Run) -
     """
     faults: list[tuple[FieldPath, str]] = []
     ends, moving = end_states(backend, path.robot.dof), path.moving
-    is_first, is_last = run.first == moving[0], run.segments[-1] == moving[-1]
+    is_first, is_last = group.first == moving[0], group.segments[-1] == moving[-1]
     for name, concerned in zip(END_OPTIONS, (is_first, is_first, is_last), strict=True):
         if concerned and any(getattr(backend, name, None) or ()) and (ends.starts_moving or ends.ends_moving):
             faults.append(((BACK_END, name), "a motion is slowed in speed zones only from rest to rest"))
     ramps = [name for name in RAMP_OPTIONS if getattr(backend, name, None) is not None]
     message = "ramps of given times cannot be kept where speed zones slow the motion"
     faults += [((BACK_END, name), message) for name in ramps]
-    for segment in sorted(path.passed_at.keys() & set(run.segments.tolist())):
+    for segment in sorted(path.passed_at.keys() & set(group.segments.tolist())):
         message = "a velocity here cannot be kept where speed zones slow the motion"
         faults.append((("waypoints", segment, "transition", "velocity"), message))
     if faults:

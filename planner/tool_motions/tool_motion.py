@@ -346,22 +346,19 @@ def _followed(
 
 
 def _warning(
-    requested: RequestedMotion, path: PosePath, curve: PiecewisePolynomial, deviation: float
+    requested: RequestedMotion, path: PosePath, curve: PiecewisePolynomial, angle: float
 ) -> PlanWarning | None:
     """Return the warning of a motion through a singularity or near one."""
-    if deviation > 0.0:
+    if angle > 0.0:
         how = "goes right through a singularity of the wrist"
-        return PlanWarning(
-            "orientation_deviates", f"{requested.name} {how}, for which it turns off by {deviation:.3g} rad"
-        )
+        return PlanWarning("orientation_deviates", f"{requested.name} {how}, for which it turns off by {angle:.3g} rad")
     rates = np.abs(curve.coefficients[:, :, 1]) / max(float(np.abs(path.twist(0.0)).max()), SLOWEST)
     knot, joint = np.unravel_index(rates.argmax(), rates.shape)
     if rates[knot, joint] < WORTH_A_WARNING:
         return None
     message = (
         f"{requested.name} passes near a singularity after {curve.breakpoints[knot]:.1%} of the way: for 1 m or 1 rad "
-        f"of the tool {requested.robot.joint_names[joint]} goes {rates[knot, joint]:.3g}, for which the tool has to go "
-        "slowly"
+        f"of the tool {requested.robot.joint_names[joint]} goes {rates[knot, joint]:.3g}, so the tool has to go slowly"
     )
     return PlanWarning("near_singularity", message)
 

@@ -86,7 +86,7 @@ def save_plan(plan: Plan) -> bytes:
     return zlib.compress(packed, 0 if len(packed) < SMALL else zlib.Z_DEFAULT_COMPRESSION)
 
 
-def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_runs: bool = False) -> Plan:
+def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_groups: bool = False) -> Plan:
     """Read a plan.
 
     Args:
@@ -94,7 +94,7 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
         problem: The problem of the plan. The loaded plan's own problem also has the detours and blend radii that the
             planner found.
         backend: The back end of the plan.
-        with_runs: Whether the path also needs its curves and tool motions, as the parts `OF_THE_PATH` do. If so, the
+        with_groups: Whether the path also needs its curves and tool motions, as the parts `OF_THE_PATH` do. If so, the
             path is solved again; otherwise the plan's path has none.
 
     Raises:
@@ -118,7 +118,7 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
     ways = tuple(_way(*way) for way in saved.get("ways", ()))
     problem = with_blend_radii(with_ways(problem, ways), dict(saved.get("blend_radii", ())))
     path = _path(saved, problem)
-    if with_runs:
+    if with_groups:
         solved = solve_path(problem)
         pairs = zip(solved.waypoints, path.waypoints, strict=True)
         same = [replace(own, **{name: getattr(other, name) for name in WAYPOINT_FIELDS}) for own, other in pairs]
@@ -164,7 +164,7 @@ def _path(saved: dict[str, Any], problem: PlanningProblem) -> JointPath:
         limits=problem.segment_limits(),
         durations=np.full(segments, np.nan),
         dwells=np.zeros(segments + 1),
-        runs=(),
+        groups=(),
         tool_motions=(None,) * segments,
     )
 

@@ -228,5 +228,5 @@ def loaded_plan(result: Result, context: TaskContext) -> LoadedPlan:
         validated(PlanRequest, parse_json(decompressed(result.request)), context.caps), scene
     )
     asked, backend = _problem_of(request, definition)
-    with_runs = not OF_THE_PATH.isdisjoint(request.include)
-    return LoadedPlan(load_plan(result.result, asked, backend, with_runs), request, definition)
+    with_groups = not OF_THE_PATH.isdisjoint(request.include)
+    return LoadedPlan(load_plan(result.result, asked, backend, with_groups), request, definition)

@@ -78,7 +78,7 @@ class MinEffort(MinEffortOptions):
         return replace(self, max_deviation=held[0], max_joint_deviation=held[1])
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """Return the motion of least cost of each run.
+        """Return the motion of least cost of each group.
 
         Raises:
             InvalidProblem: More waypoints are passed between two stops than can be planned at once.
@@ -86,16 +86,16 @@ class MinEffort(MinEffortOptions):
             InfeasibleDuration: A segment's duration is shorter than its limits allow.
             LimitsUnsatisfiable: No duration keeps the limits.
         """
-        known = (path.dynamics.robot_on(run.first).has_dynamics for run in path.every_run)
+        known = (path.dynamics.robot_on(group.first).has_dynamics for group in path.every_group)
         if self.objective != "jerk" and not all(known):
             raise MissingDynamics(f"{path.robot.id} has no link inertias and carries no payload: its effort is unknown")
-        _refuse_long_runs(path)
+        _refuse_long_groups(path)
         optima: list[Optimum] = [
-            (OnCurve if run.tool_motions or run.blended else ThroughWaypoints)(self, path, run)
-            for run in path.every_run
+            (OnCurve if group.tool_motions or group.blended else ThroughWaypoints)(self, path, group)
+            for group in path.every_group
         ]
         trajectory = assemble(path, [optimum.find() for optimum in optima])
-        stopped = [int(optimum.run.first) for optimum in optima if not optimum.converged]
+        stopped = [int(optimum.group.first) for optimum in optima if not optimum.converged]
         warnings = []
         if any(optimum.cost.adds_jerk for optimum in optima):
             message = f"{path.robot.id} has links without masses: {self.objective} and jerk are minimised together"
@@ -109,7 +109,7 @@ class MinEffort(MinEffortOptions):
         return replace(trajectory, warnings=tuple(warnings)) if warnings else trajectory
 
 
-def _refuse_long_runs(path: JointPath) -> None:
+def _refuse_long_groups(path: JointPath) -> None:
     """Refuse at once what would take more time and memory than there are.
 
     Raises:
@@ -117,12 +117,12 @@ def _refuse_long_runs(path: JointPath) -> None:
     """
     faults = [
         Fault(
-            ("waypoints", int(run.segments[MOST_SEGMENTS]), "transition"),
+            ("waypoints", int(group.segments[MOST_SEGMENTS]), "transition"),
             f"{MinEffort.kind} passes at most {MOST_SEGMENTS - 1} waypoints between two stops, and here are "
-            f"{len(run.segments) - 1}: stop at this one, or choose another back end",
+            f"{len(group.segments) - 1}: stop at this one, or choose another back end",
         )
-        for run in path.every_run
-        if len(run.segments) > MOST_SEGMENTS
+        for group in path.every_group
+        if len(group.segments) > MOST_SEGMENTS
     ]
     if faults:
         raise InvalidProblem(faults)

@@ -1,4 +1,4 @@
-"""The law of least cost along a run whose curve is given: lines, circles, blends.
+"""The law of least cost along a segment group whose curve is given: lines, circles, blends.
 
 Along a curve torques are linear in the square of the speed and its derivative, and effort is a convex function of them
 (Verscheure et al., Time-optimal path tracking for robots: a convex optimization approach, IEEE Transactions on
@@ -27,7 +27,7 @@ from planner.time_scaling.retiming import RequestedDurations, best_retiming, of_
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.cost import Cost
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.spatial import FloatArray
     from planner.time_scaling.limits_on_curve import LimitsOnCurve
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
@@ -54,11 +54,11 @@ class FoundScaling(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The search for the law of least cost along the curve of a run.
+    """The search for the law of least cost along the curve of a segment group.
 
     Attributes:
         path: The path, with its limits.
-        run: A run of the path.
+        group: A segment group of the path.
         cost: The cost that is minimised.
         time_weight: The cost of a second.
         parts: Whether (parts, segments) a segment belongs to a part, whose duration as a whole is asked.
@@ -68,7 +68,7 @@ class Search:
     """
 
     path: JointPath
-    run: Run
+    group: SegmentGroup
     cost: Cost
     time_weight: float
     parts: np.ndarray
@@ -83,7 +83,7 @@ class Search:
             scaling: A law s(t), with a breakpoint where the curve has one.
             margin: Factor by which all limits are narrower.
         """
-        limits = limits_on(self.path, self.run, knows_torques=self.cost.objective != "jerk")
+        limits = limits_on(self.path, self.group, knows_torques=self.cost.objective != "jerk")
         for gap in ROUNDS:
             even = np.ceil(self.knots * scaling.lengths / scaling.lengths.sum()).astype(int)
             most = limits.used(scaling)[0]
@@ -119,7 +119,7 @@ class Search:
 
     def _requested(self, scaling: SegmentedPolynomial) -> RequestedDurations:
         """Return the asked durations by the gridpoints of a law."""
-        own = self.parts[:, np.searchsorted(self.run.segments, scaling.segments)]
+        own = self.parts[:, np.searchsorted(self.group.segments, scaling.segments)]
         return RequestedDurations.of_parts(scaling.lengths, own, self.durations)
 
 

@@ -1,4 +1,4 @@
-"""The motion of least cost on one run: where its curve is given, and where only its waypoints are."""
+"""The motion of least cost on one group: where its curve is given, and where only its waypoints are."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from planner.backends.min_effort.on_curve import Search
 from planner.backends.min_effort.program import Numbers, program_of
 from planner.backends.min_effort.terms import Layout
 from planner.backends.min_effort.way import Way
+from planner.backends.splines.group_timing import time_group
 from planner.backends.splines.interpolation import interpolating_spline
-from planner.backends.splines.run_timing import time_run
 from planner.constraints import VELOCITY_AT_POSITION, Bounds
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import QUANTITIES, TCP_ORDERS
@@ -30,7 +30,7 @@ from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolyn
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.options import MinEffortOptions
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.spatial import FloatArray
 
 FEWEST_INTERVALS = 8
@@ -94,7 +94,7 @@ def _work(layout: Layout) -> int:
 
 
 class Optimum(ABC):
-    """The search on one run.
+    """The search on one group.
 
     Attributes:
         converged: Whether an optimum was found.
@@ -103,11 +103,11 @@ class Optimum(ABC):
 
     cost: Cost
 
-    def __init__(self, options: MinEffortOptions, path: JointPath, run: Run) -> None:
+    def __init__(self, options: MinEffortOptions, path: JointPath, group: SegmentGroup) -> None:
         self.options, self.path = options, path
-        self.run, self.robot = run, path.dynamics.robot_on(run.first)
+        self.group, self.robot = group, path.dynamics.robot_on(group.first)
         self.enforced = frozenset(QUANTITIES)
-        self.requested = path.durations[run.segments]
+        self.requested = path.durations[group.segments]
         self.free = np.isnan(self.requested)
         self.converged = False
 
@@ -139,11 +139,11 @@ class Optimum(ABC):
 
     def durations(self, pieces: SegmentedPolynomial) -> FloatArray:
         """Return the durations (segments,), s, of the segments of a motion."""
-        return np.array([pieces.lengths[pieces.segments == segment].sum() for segment in self.run.segments])
+        return np.array([pieces.lengths[pieces.segments == segment].sum() for segment in self.group.segments])
 
 
 class OnCurve(Optimum):
-    """The search along the curve of a run: lines, circles, blends.
+    """The search along the curve of a segment group: lines, circles, blends.
 
     The cost is never above that of the fastest law within the jerk limits, stretched to the same duration, nor above
     the quintic's; where durations are asked of segments that are passed without stopping, only not above the quintic's.
@@ -151,9 +151,9 @@ class OnCurve(Optimum):
 
     def find(self) -> SegmentedPolynomial:
         """Return the best motion within the limits."""
-        scaling = fastest_scaling(self.path, self.run)
+        scaling = fastest_scaling(self.path, self.group)
         known, refusal = self._known(scaling)
-        first = known[0] if known else follow_curve(self.run, scaling)
+        first = known[0] if known else follow_curve(self.group, scaling)
         self.cost = Cost(self.robot, self.options.objective, first)
         nothing = self.costs_nothing(first)
         found = None if nothing else self._search(scaling, self.durations(known[0]) if known else self.requested)
@@ -174,14 +174,14 @@ class OnCurve(Optimum):
         known: list[SegmentedPolynomial] = []
         refusal = None
         try:
-            known.append(time_run(self.path, self.run, 5, self.enforced))
+            known.append(time_group(self.path, self.group, 5, self.enforced))
         except InfeasibleDuration as error:
             refusal = error
         if self.free.all():
             known[0] = known[0].stretched(self.options.slowdown)
         if self.free.all() or len(self.requested) == 1:
-            pieces = follow_curve(self.run, scaling)
-            fastest = scaled_to_duration(self.path, self.run, float(self.requested[0]), pieces, self.enforced)
+            pieces = follow_curve(self.group, scaling)
+            fastest = scaled_to_duration(self.path, self.group, float(self.requested[0]), pieces, self.enforced)
             if self.free.all() and self.options.time_weight is None:
                 fastest = fastest.stretched(max(float(known[0].lengths.sum() / fastest.lengths.sum()), 1.0))
             known.insert(0, fastest)
@@ -203,18 +203,18 @@ class OnCurve(Optimum):
         if self.free.any() and weight is None:
             parts = np.vstack([parts, self.free])
         knots = max(self.options.knots, FEWEST_INTERVALS * len(durations))
-        (positions,) = self.run.curve.evaluate(self.run.curve.breakpoints, [0])
+        (positions,) = self.group.curve.evaluate(self.group.curve.breakpoints, [0])
         if self.turn(positions).sum(axis=0).max(initial=0.0) > MOST_TURN * knots:
             return None
         scaling = scaling.stretched(float(durations.sum() / scaling.lengths.sum()))
         steps = min(self.options.iterations or MOST_STEPS, MOST_STEPS)
-        search = Search(self.path, self.run, self.cost, weight or 0.0, parts, parts @ durations, knots, steps)
+        search = Search(self.path, self.group, self.cost, weight or 0.0, parts, parts @ durations, knots, steps)
         margin = FIRST_MARGIN
         for _ in range(MOST_REPAIRS):
             found = search.improved(scaling, margin)
             if found is None:
                 return None
-            pieces = follow_curve(self.run, found.scaling)
+            pieces = follow_curve(self.group, found.scaling)
             factor = slowest(time_scalings(self.path, pieces, self.enforced).values()).factor
             if not len(parts):
                 pieces, factor = pieces.stretched(max(factor, 1.0)), 1.0
@@ -232,10 +232,10 @@ class ThroughWaypoints(Optimum):
         begins_outside: Whether the search begins with a motion that breaks limits.
     """
 
-    def __init__(self, options: MinEffortOptions, path: JointPath, run: Run) -> None:
-        super().__init__(options, path, run)
-        self.positions = path.positions_of(run)
-        self.limits = path.limits.of(run.segments)
+    def __init__(self, options: MinEffortOptions, path: JointPath, group: SegmentGroup) -> None:
+        super().__init__(options, path, group)
+        self.positions = path.positions_of(group)
+        self.limits = path.limits.of(group.segments)
         self.begins_outside = False
 
     def find(self) -> SegmentedPolynomial:
@@ -260,24 +260,24 @@ class ThroughWaypoints(Optimum):
         return min(candidates, key=self.price)
 
     def _quintic(self, path: JointPath) -> SegmentedPolynomial:
-        """Return the motion to improve: quintics through the waypoints, or along the run's curve if they overshoot."""
+        """Return the motion to improve: quintics through the waypoints, or along the curve if they overshoot."""
         try:
-            pieces = time_run(path, replace(self.run, is_spline=True), 5, self.enforced)
+            pieces = time_group(path, replace(self.group, is_spline=True), 5, self.enforced)
         except JointPositionLimit:
-            pieces = time_run(path, replace(self.run, is_spline=False), 5, self.enforced)
+            pieces = time_group(path, replace(self.group, is_spline=False), 5, self.enforced)
         return pieces.stretched(self.options.slowdown) if self.free.all() else pieces
 
     def _too_fast(self) -> SegmentedPolynomial:
         """Return the quintic at the asked durations, which breaks limits: a beginning all the same."""
         requested = self.path.durations.copy()
-        requested[self.run.segments] = np.nan
+        requested[self.group.segments] = np.nan
         at_leisure = self._quintic(replace(self.path, durations=requested))
-        durations = np.where(self.free, self.durations(at_leisure), self.path.durations[self.run.segments])
-        return interpolating_spline(self.positions, durations, 5).of_segments(self.run.segments)
+        durations = np.where(self.free, self.durations(at_leisure), self.path.durations[self.group.segments])
+        return interpolating_spline(self.positions, durations, 5).of_segments(self.group.segments)
 
     def _solve(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
         """Return the optimum from a first motion, near its way; None: none was found that keeps the limits."""
-        segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
+        segments, weight, limits = len(self.group.segments), self.options.time_weight, self.limits
         if limits.further.keys() - {VELOCITY_AT_POSITION} or any(
             TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool
         ):
@@ -334,7 +334,7 @@ class ThroughWaypoints(Optimum):
             if motion is None:
                 return None
             left -= motion.iterations * work
-            own = self.run.segments[rows]
+            own = self.group.segments[rows]
             pieces = SegmentedPolynomial(motion.lengths, motion.coefficients, own)
             if use_of_rates(pieces, self.path.limits.of(own)) > 1.0 + DURATION_TOLERANCE:
                 return None
@@ -380,7 +380,7 @@ class ThroughWaypoints(Optimum):
         if self.path.half_spaces is None:
             return np.empty(0)
         segments, shares = layout.dense_shares
-        normals, offsets = self.path.half_spaces.at(self.run.segments[segments], shares)
+        normals, offsets = self.path.half_spaces.at(self.group.segments[segments], shares)
         return np.concatenate([normals, offsets[..., None]], axis=2).reshape(len(shares), -1).T
 
     def _use(self, pieces: SegmentedPolynomial) -> FloatArray:

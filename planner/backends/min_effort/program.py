@@ -64,7 +64,7 @@ UNNEEDED = {"calc_lam_p": False, "no_nlp_grad": True}
 """Options that keep CasADi from building the sensitivity of the optimum to the parameters."""
 
 NEARLY_THERE = 1e-6
-"""Distance from a waypoint, by the run's travel, up to which an iterate is put onto it."""
+"""Distance from a waypoint, by the group's travel, up to which an iterate is put onto it."""
 
 BYTES_PER_NUMBER = 16
 """Memory of a program by the numbers in the work vectors of its functions, bytes: they have 8, and IPOPT needs as much

@@ -1,16 +1,17 @@
 """The nonlinear program of a least-cost motion as CasADi expressions: a cubic B-spline in time under its limits.
 
-Each joint is a cubic B-spline over the segments of a run, every segment in equal intervals: C2, with piecewise linear
-acceleration and piecewise constant jerk. The coefficients of a B-spline and of its derivatives bound it (de Boor, A
-Practical Guide to Splines, 2001, ch. IX and XI), so position, velocity, acceleration and jerk keep their limits
-everywhere if the coefficients do. Torques are held, and the cost is summed, at the breakpoints; the tool's speed, which
-is cheaper to know and would rise between them, at shares of the intervals, too. The first and the last three
-coefficients are the ends: rest, without acceleration. Where the motion is held near a way, it is so at these, too.
+Each joint is a cubic B-spline over the segments of a group, every segment in equal intervals. It is C2, with piecewise
+linear acceleration and piecewise constant jerk. The coefficients of a B-spline and of its derivatives bound it (de
+Boor, A Practical Guide to Splines, 2001, ch. IX and XI). So position, velocity, acceleration and jerk keep their limits
+at all times if the coefficients do. The program limits torques, and sums the cost, at the breakpoints. The tool's speed
+is cheaper to compute and can rise between breakpoints, so the program limits it inside the intervals, too. The same
+instants count for a limited deviation from a path. The first and the last three coefficients are fixed: the motion
+starts and ends at rest, without acceleration.
 
-Unknown are the other coefficients and the durations of the segments. Lengths are measured by the run's largest travel,
-times by its mean segment, so that motions of any size look alike to the solver. CasADi differentiates; the second
-derivatives of the torques are put together by the chain rule from one function mapped over the instants, which
-saves colouring the whole program for them.
+The unknowns are the other coefficients and the durations of the segments. The unit of length is the group's largest
+travel, that of time its mean segment: motions of any size look alike to the solver. CasADi differentiates. The chain
+rule builds the second derivatives of the torques from one function mapped over the instants. So CasADi need not colour
+the whole program for them.
 """
 
 from __future__ import annotations

@@ -12,20 +12,20 @@ import numpy as np
 from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.ruckig.state_to_state import Synchronization  # noqa: TC001 - the schema of the options is made from it
-from planner.backends.ruckig.via_runs import time_joint_run
+from planner.backends.ruckig.via_groups import time_joint_group
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.smooth_curve import smoothed
 from planner.backends.shared.straight_lines import time_lines
 from planner.errors import InfeasibleDuration, LimitsUnsatisfiable
 from planner.guarantees import ALL_HARD, Capabilities, EndStates, Guarantee, end_states
 from planner.kinematics.turns import counted_velocity
-from planner.time_scaling.fastest import time_run
+from planner.time_scaling.fastest import time_group
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.paths import JointPath, Run, StraightMotions
+    from planner.paths import JointPath, SegmentGroup, StraightMotions
     from planner.trajectories.trajectory import Trajectory
 
 FEW_SEGMENTS = 20
@@ -90,72 +90,72 @@ class Ruckig:
         """Compute the fastest motion found, or one of the asked durations."""
         ends = end_states(self, path.robot.dof)
         lines = self._lines(path, ends)
-        parts = time_lines(path, lines, along_lines, partial(time_run, path))
+        parts = time_lines(path, lines, along_lines, partial(time_group, path))
         on_lines = set(lines.segments.tolist())
-        for run in path.every_run:
-            if run.first in on_lines:
+        for group in path.every_group:
+            if group.first in on_lines:
                 continue
-            own = _ends_of(path, run.segments, ends)
-            if not path.passed_at.keys().isdisjoint(run.segments.tolist()):
-                parts += self._passing(path, run, own)
-            elif run.is_spline or run.first in path.straight.segments:
-                parts.append(self._time_joint_run(path, run, own))
+            own = _ends_of(path, group.segments, ends)
+            if not path.passed_at.keys().isdisjoint(group.segments.tolist()):
+                parts += self._passing(path, group, own)
+            elif group.is_spline or group.first in path.straight.segments:
+                parts.append(self._time_joint_group(path, group, own))
             else:
-                parts.append(time_run(path, run))
+                parts.append(time_group(path, group))
         return assemble(path, parts)
 
-    def _time_joint_run(self, path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
+    def _time_joint_group(self, path: JointPath, group: SegmentGroup, ends: EndStates) -> SegmentedPolynomial:
         """Move each joint on a law of its own, or all on one along a smooth curve where that is faster.
 
         It is where waypoints are dense or on one straight line, and where torque or tool speed limit the motion: they
         slow a segment as a whole, but the law along a curve only where it has to.
         """
         moves = ends.starts_moving or ends.ends_moving
-        free = not moves and bool(np.isnan(path.durations[run.segments]).all())
-        passes = free and len(run.segments) > 1
+        free = not moves and bool(np.isnan(path.durations[group.segments]).all())
+        passes = free and len(group.segments) > 1
         found: list[SegmentedPolynomial] = []
-        if passes and _straightness(path, run) > (STRAIGHT if len(run.segments) > 2 else STRAIGHT_PAST_ONE):
-            found = _along_curve(path, run)
-            if found and len(run.segments) > FEW_SEGMENTS:
-                stopping = along_lines(path.straight_motions(run.segments))
+        if passes and _straightness(path, group) > (STRAIGHT if len(group.segments) > 2 else STRAIGHT_PAST_ONE):
+            found = _along_curve(path, group)
+            if found and len(group.segments) > FEW_SEGMENTS:
+                stopping = along_lines(path.straight_motions(group.segments))
                 if found[0].lengths.sum() < DENSE * stopping.lengths.sum():
                     return found[0]
         try:
-            own, slowed = time_joint_run(path, run.segments, ends, self.synchronization, enforced(self))
+            own, slowed = time_joint_group(path, group.segments, ends, self.synchronization, enforced(self))
         except InfeasibleDuration as refusal:
-            if not moves and len(run.segments) == 1 and refusal.joint is None:
-                return time_run(path, run)
+            if not moves and len(group.segments) == 1 and refusal.joint is None:
+                return time_group(path, group)
             raise
         except LimitsUnsatisfiable:
-            if passes and (found := found or _along_curve(path, run)):
+            if passes and (found := found or _along_curve(path, group)):
                 return found[0]
             raise
         if free and slowed:
-            found = found or _along_curve(path, run)
+            found = found or _along_curve(path, group)
             if passes:
-                found = [*found, self._stopping(path, run, ends)]
+                found = [*found, self._stopping(path, group, ends)]
         return min([own, *found], key=lambda pieces: float(pieces.lengths.sum()))
 
-    def _passing(self, path: JointPath, run: Run, ends: EndStates) -> list[SegmentedPolynomial]:
-        """Return the motions of a run from each waypoint whose velocity is asked to the next.
+    def _passing(self, path: JointPath, group: SegmentGroup, ends: EndStates) -> list[SegmentedPolynomial]:
+        """Return the motions of a segment group from each waypoint whose velocity is asked to the next.
 
         Without an acceleration there: that leaves most room before the velocity limits.
         """
-        cuts = [segment for segment in run.segments.tolist() if segment in path.passed_at]
+        cuts = [segment for segment in group.segments.tolist() if segment in path.passed_at]
         velocities = [ends.initial_velocity, *(path.passed_at[cut] for cut in cuts), ends.final_velocity]
         gains = [ends.initial_acceleration, *(np.zeros(path.robot.dof) for _ in cuts)]
-        parts = np.split(run.segments, np.searchsorted(run.segments, cuts))
+        parts = np.split(group.segments, np.searchsorted(group.segments, cuts))
         return [
-            time_joint_run(path, part, EndStates(begin, gain, end), self.synchronization, enforced(self))[0]
+            time_joint_group(path, part, EndStates(begin, gain, end), self.synchronization, enforced(self))[0]
             for part, begin, gain, end in zip(parts, velocities[:-1], gains, velocities[1:], strict=True)
         ]
 
-    def _stopping(self, path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
-        """Return the motion that stops at each waypoint of a run."""
+    def _stopping(self, path: JointPath, group: SegmentGroup, ends: EndStates) -> SegmentedPolynomial:
+        """Return the motion that stops at each waypoint of a segment group."""
         if self.synchronization == "phase":
-            lines = path.straight_motions(run.segments)
-            return joined(time_lines(path, lines, along_lines, partial(time_run, path)))
-        return joined([self._time_joint_run(path, one, ends) for one in path.straight_runs(run.segments)])
+            lines = path.straight_motions(group.segments)
+            return joined(time_lines(path, lines, along_lines, partial(time_group, path)))
+        return joined([self._time_joint_group(path, one, ends) for one in path.straight_groups(group.segments)])
 
     def _lines(self, path: JointPath, ends: EndStates) -> StraightMotions:
         """Return the straight motions that one scalar law moves, from rest to rest."""
@@ -173,21 +173,21 @@ def _ends_of(path: JointPath, segments: np.ndarray, ends: EndStates) -> EndState
     return EndStates(*begin, ends.final_velocity if segments[-1] == path.moving[-1] else still)
 
 
-def _straightness(path: JointPath, run: Run) -> float:
-    """Return the mean magnitude of the cosine of the angle between the chords of a run that meet at a waypoint.
+def _straightness(path: JointPath, group: SegmentGroup) -> float:
+    """Return the mean magnitude of the cosines of the angles between adjacent chords of a segment group.
 
-    It is 1 where all waypoints are on one straight line, also one back and forth. Joints are measured by their velocity
+    It is 1 if all waypoints are on one straight line, even one back and forth. Joints are measured by their velocity
     limits, and each waypoint counts by the shorter chord: noise turns short ones most.
     """
-    chords = np.diff(path.positions_of(run), axis=0) / counted_velocity(path.limits.velocity.narrower[run.segments])
+    chords = np.diff(path.positions_of(group), axis=0) / counted_velocity(path.limits.velocity.narrower[group.segments])
     lengths = np.linalg.norm(chords, axis=1)
     directions = chords / lengths[:, None]
     cosines = (directions[:-1] * directions[1:]).sum(axis=1)
     return float(np.average(np.abs(cosines), weights=np.minimum(lengths[:-1], lengths[1:])))
 
 
-def _along_curve(path: JointPath, run: Run) -> list[SegmentedPolynomial]:
+def _along_curve(path: JointPath, group: SegmentGroup) -> list[SegmentedPolynomial]:
     """Return fastest motion along a smooth curve through the waypoints; none if gravity exceeds a limit on its way."""
     with suppress(LimitsUnsatisfiable):
-        return [time_run(path, smoothed(path, run))]
+        return [time_group(path, smoothed(path, group))]
     return []

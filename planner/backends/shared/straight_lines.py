@@ -15,7 +15,7 @@ from planner.tolerances import DURATION_TOLERANCE
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.paths import JointPath, Run, StraightMotions
+    from planner.paths import JointPath, SegmentGroup, StraightMotions
     from planner.trajectories.polynomials import SegmentedPolynomial
 
 NOTICED = 1.01
@@ -26,7 +26,7 @@ def time_lines(
     path: JointPath,
     motions: StraightMotions,
     closed_form: Callable[[StraightMotions], SegmentedPolynomial],
-    time_run: Callable[[Run], SegmentedPolynomial],
+    time_group: Callable[[SegmentGroup], SegmentedPolynomial],
     noticed: float = NOTICED,
 ) -> list[SegmentedPolynomial]:
     """Each in its time, the shortest or the one asked.
@@ -38,7 +38,7 @@ def time_lines(
         path: The path that the motions belong to.
         motions: Straight motions of this path.
         closed_form: The fastest law by the joints' own limits.
-        time_run: The fastest found along a curve by all limits.
+        time_group: The fastest found along a curve by all limits.
         noticed: The factor on a duration above which that is looked for.
 
     Raises:
@@ -61,14 +61,14 @@ def time_lines(
     slowed = factors > np.where(free, noticed, 1.0 + DURATION_TOLERANCE)
     whole = pieces.stretched(np.where(free, np.maximum(factors, 1.0), 1.0)[rows])
     parts, too_short = [whole.of(~slowed[rows])], {}
-    for run, row in zip(path.straight_runs(motions.segments[slowed]), np.flatnonzero(slowed), strict=True):
+    for group, row in zip(path.straight_groups(motions.segments[slowed]), np.flatnonzero(slowed), strict=True):
         own = whole.of(rows == row)
         try:
-            along = time_run(run)
+            along = time_group(group)
             parts.append(min(own, along, key=lambda part: float(part.lengths.sum())) if free[row] else along)
         except InfeasibleDuration as refusal:
             needed = float(motions.durations[row] * factors[row])
-            too_short[run.first] = min(needed, refusal.limit or np.inf)
+            too_short[group.first] = min(needed, refusal.limit or np.inf)
     if too_short:
         first = next(iter(too_short))
         at = int(np.searchsorted(motions.segments, first))

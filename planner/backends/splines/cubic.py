@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.rest_to_rest import PolynomialScaling
-from planner.backends.splines.run_timing import time_run
+from planner.backends.splines.group_timing import time_group
 from planner.guarantees import ALL_BUT_JERK, Capabilities, Guarantee
 
 if TYPE_CHECKING:
@@ -37,5 +37,5 @@ class Cubic:
         """Put the cubic on each segment, at the asked durations or the shortest."""
         kept = enforced(self)
         path = path.keeping(kept)
-        runs = [time_run(path, run, 3, kept) for run in path.runs]
-        return assemble(path, [self.scaling.time(path.straight), *runs])
+        groups = [time_group(path, group, 3, kept) for group in path.groups]
+        return assemble(path, [self.scaling.time(path.straight), *groups])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.rest_to_rest import PolynomialScaling
-from planner.backends.splines.run_timing import time_run
+from planner.backends.splines.group_timing import time_group
 from planner.guarantees import ALL_HARD, Capabilities, Guarantee
 
 if TYPE_CHECKING:
@@ -38,5 +38,5 @@ class Quintic:
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """Put the quintic on each segment, at the asked durations or the shortest."""
-        runs = [time_run(path, run, 5, enforced(self)) for run in path.runs]
-        return assemble(path, [self.scaling.time(path.straight), *runs])
+        groups = [time_group(path, group, 5, enforced(self)) for group in path.groups]
+        return assemble(path, [self.scaling.time(path.straight), *groups])

@@ -15,7 +15,7 @@ from planner.trajectories.polynomials import shifted
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.paths import Run
+    from planner.paths import SegmentGroup
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial
 
@@ -49,18 +49,18 @@ class Intervals:
         lengths: (intervals,), in the unit of each curve's parameter s.
         coefficients: (intervals, joints, order), ascending powers of the local coordinate.
         segments: (intervals,), index of the segment that each interval belongs to.
-        runs: (intervals,), index of the curve that each interval belongs to, ascending.
+        groups: (intervals,), index of the curve that each interval belongs to, ascending.
     """
 
     lengths: FloatArray
     coefficients: FloatArray
     segments: np.ndarray
-    runs: np.ndarray
+    groups: np.ndarray
 
     @property
     def rests(self) -> np.ndarray:
         """Whether (intervals + 1,) the robot rests at a gridpoint, between one curve and the next."""
-        return np.concatenate([[True], np.diff(self.runs) > 0, [True]])
+        return np.concatenate([[True], np.diff(self.groups) > 0, [True]])
 
     def split(self, parts: np.ndarray) -> Intervals:
         """Cut each interval into a number (intervals,) of equal parts."""
@@ -78,7 +78,7 @@ class Intervals:
         """
         lengths = self.lengths[rows]
         coefficients = shifted(self.coefficients[rows], (starts * lengths)[:, None])
-        return Intervals((ends - starts) * lengths, coefficients, self.segments[rows], self.runs[rows])
+        return Intervals((ends - starts) * lengths, coefficients, self.segments[rows], self.groups[rows])
 
     def graded(self) -> Intervals:
         """Split the intervals next to rest, which take longer than others, into parts of about equal time."""
@@ -96,7 +96,7 @@ class Intervals:
 
     def of(self, rows: np.ndarray) -> Intervals:
         """Take some of the intervals."""
-        return Intervals(self.lengths[rows], self.coefficients[rows], self.segments[rows], self.runs[rows])
+        return Intervals(self.lengths[rows], self.coefficients[rows], self.segments[rows], self.groups[rows])
 
     def at(self, points: FloatArray) -> list[FloatArray]:
         """Positions and their first two derivatives by s, each (points, intervals, joints), at shares of intervals."""
@@ -116,16 +116,16 @@ def shares_between(inner: FloatArray) -> tuple[np.ndarray, FloatArray, FloatArra
 
 
 def cut(
-    runs: Sequence[Run],
+    groups: Sequence[SegmentGroup],
     curves: Sequence[PiecewisePolynomial],
     velocity: FloatArray,
     fewest: int = FEWEST_INTERVALS,
 ) -> Intervals:
-    """Cut the curves of runs into intervals, more of them where the curves turn.
+    """Cut the curves of groups into intervals, more of them where the curves turn.
 
     Args:
-        runs: One a curve.
-        curves: Each with the pieces of its run's curve.
+        groups: One a curve.
+        curves: Each with the pieces of its group's curve.
         velocity: (segments, joints), limits, rad/s or m/s.
         fewest: Least number of intervals between two waypoints.
     """
@@ -134,8 +134,8 @@ def cut(
     whole = Intervals(
         lengths=np.concatenate([curve.lengths for curve in curves]),
         coefficients=np.concatenate(padded),
-        segments=np.concatenate([run.curve.segments for run in runs]),
-        runs=np.repeat(np.arange(len(runs)), [len(run.curve.segments) for run in runs]),
+        segments=np.concatenate([group.curve.segments for group in groups]),
+        groups=np.repeat(np.arange(len(groups)), [len(group.curve.segments) for group in groups]),
     )
     limit = velocity[whole.segments]
     _, first, second = (rows / counted_velocity(limit) for rows in whole.at(PROBES))
@@ -144,7 +144,7 @@ def cut(
     rates = np.where(bends > rounding, bends, 0.0) / np.maximum(speeds, ROUNDING * speeds.max(axis=0))
     turns = rates.mean(axis=0) * whole.lengths
     spans = np.bincount(whole.segments, whole.lengths)[whole.segments]
-    lengths = np.bincount(whole.runs, whole.lengths)[whole.runs]
+    lengths = np.bincount(whole.groups, whole.lengths)[whole.groups]
     shares = np.maximum(whole.lengths / spans, FEWEST_OF_A_RUN / FEWEST_INTERVALS * whole.lengths / lengths)
     parts = np.ceil(fewest * np.maximum(turns / (TURN * FEWEST_INTERVALS), shares) - ROUNDING)
     return whole.split(np.clip(parts, 1, MOST_INTERVALS).astype(int)).graded()

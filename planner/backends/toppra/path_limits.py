@@ -84,7 +84,7 @@ def _sampled(
         return []
     q, first, second = states
     segments = np.broadcast_to(intervals.segments, q.shape[:2])
-    # Where a run goes on, the end of an interval is the start of the next.
+    # Where a segment group goes on, the end of an interval is the start of the next.
     own = np.ones(q.shape[:2], dtype=bool)
     own[-1, :-1] = intervals.rests[1:-1] | ~np.all([_equal(rows[-1, :-1], rows[0, 1:]) for rows in states], axis=0)
 

@@ -135,14 +135,14 @@ class Profile:
 
     @cached_property
     def mean_times(self) -> FloatArray:
-        """The mean time (intervals,), s, of the intervals of the same run."""
-        means: FloatArray = (self.durations / np.bincount(self.intervals.runs))[self.intervals.runs]
+        """The mean time (intervals,), s, of the intervals of the same group."""
+        means: FloatArray = (self.durations / np.bincount(self.intervals.groups))[self.intervals.groups]
         return means
 
     @cached_property
     def durations(self) -> FloatArray:
-        """The times (runs,), s, that the runs take."""
-        durations: FloatArray = np.bincount(self.intervals.runs, self.times).astype(np.float64)
+        """The times (groups,), s, that the groups take."""
+        durations: FloatArray = np.bincount(self.intervals.groups, self.times).astype(np.float64)
         return durations
 
 
@@ -276,7 +276,7 @@ def pieces_of(profile: Profile, tolerances: FloatArray) -> SegmentedPolynomial:
 
     Args:
         profile: The profile of the path velocity.
-        tolerances: (runs,), rad or m.
+        tolerances: (groups,), rad or m.
     """
     for _ in range(MOST_HALVINGS):
         intervals, times = profile.intervals, profile.times
@@ -285,7 +285,7 @@ def pieces_of(profile: Profile, tolerances: FloatArray) -> SegmentedPolynomial:
         states = q, first * np.sqrt(x), second * x + first * u
         coefficients = quintic_hermite(times, *(tuple(rows[end] for rows in states) for end in (0, -1)))
         missed = np.abs(horner(coefficients, profile.times_between(0.0, 0.5)[:, None]) - q[1]).max(axis=1)
-        rough = missed > tolerances[intervals.runs]
+        rough = missed > tolerances[intervals.groups]
         if not rough.any():
             break
         x = np.insert(profile.x, np.flatnonzero(rough) + 1, x[1, rough, 0])

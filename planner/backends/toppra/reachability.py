@@ -230,10 +230,10 @@ def _joined(long: np.ndarray, rests: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
     That is the next one, or the one before where the robot rests between it and the next.
     """
-    runs = np.cumsum(rests[:-1])
+    groups = np.cumsum(rests[:-1])
     following = np.cumsum(long) - long
-    has_next = np.append(runs[long], -1)[following] == runs
-    has_one_before = np.append(-1, runs[long])[following] == runs
+    has_next = np.append(groups[long], -1)[following] == groups
+    has_one_before = np.append(-1, groups[long])[following] == groups
     return np.where(has_next, following, following - 1), ~(has_next & has_one_before)
 
 
@@ -245,7 +245,7 @@ def _units(
     Its tolerances are absolute. A curve is about as fast as its bounds allow, or as it can get from rest on half of it.
     The unit of s is what is travelled at that speed in 1 s, but no more than the whole curve: u is then about 1, too.
     """
-    runs = np.cumsum(rests[:-1]) - 1
+    groups = np.cumsum(rests[:-1]) - 1
     with np.errstate(divide="ignore"):
         gains = 1.0 / np.abs(rows.a).max(axis=1)
     starts = np.flatnonzero(rests[:-1])
@@ -253,6 +253,6 @@ def _units(
         np.array([np.sort(part)[len(part) // 2] for part in np.split(values, starts[1:])])
         for values in (np.maximum(bounds[:-1], bounds[1:]), gains)
     )
-    whole = np.bincount(runs, lengths)
+    whole = np.bincount(groups, lengths)
     units = np.sqrt(np.minimum(bound, gain * whole))
-    return units[runs], np.minimum(units, whole)[runs]
+    return units[groups], np.minimum(units, whole)[groups]

@@ -19,8 +19,8 @@ from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fast
 from planner.backends.toppra.solvers import Solver, SolverFailed  # Solver: the schema of the options is made from it
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids, reciprocal_accelerations
 from planner.guarantees import ALL_BUT_JERK, ALL_HARD, Capabilities, Guarantee
-from planner.time_scaling.fastest import time_run
-from planner.time_scaling.refusals import duration_of_run, infeasible_duration_error, no_duration_error
+from planner.time_scaling.fastest import time_group
+from planner.time_scaling.refusals import duration_of_group, infeasible_duration_error, no_duration_error
 from planner.time_scaling.uniform import slowest, time_scalings
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.polynomials import joined
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from planner.backends.toppra.profile import Profile
-    from planner.paths import JointPath, Run, StraightMotions
+    from planner.paths import JointPath, SegmentGroup, StraightMotions
     from planner.spatial import FloatArray
     from planner.time_scaling.uniform import TimeScaling
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
@@ -112,8 +112,8 @@ class Toppra:
 
 def _with_limited_jerk(path: JointPath) -> Trajectory:
     """Return the fastest motion found along the path that keeps the jerk limits, too."""
-    lines = time_lines(path, path.straight, along_lines, partial(time_run, path))
-    return assemble(path, [*lines, *(time_through_waypoints(path, run) for run in path.runs)])
+    lines = time_lines(path, path.straight, along_lines, partial(time_group, path))
+    return assemble(path, [*lines, *(time_through_waypoints(path, group) for group in path.groups)])
 
 
 def _time_optimal(path: JointPath, backend: Toppra) -> Trajectory:
@@ -123,29 +123,29 @@ def _time_optimal(path: JointPath, backend: Toppra) -> Trajectory:
         SolverFailed: The package's solver found no profile.
     """
     parts = _lines(path, path.straight, backend)
-    solver = backend.solver if path.runs or len(parts) > 1 else None  # all lines in closed form are one part
-    if path.runs:
-        timed = _time(path, path.runs, backend)
-        parts += [_unless_stopping_is_faster(path, run, timed, backend) for run in path.runs]
+    solver = backend.solver if path.groups or len(parts) > 1 else None  # all lines in closed form are one part
+    if path.groups:
+        timed = _time(path, path.groups, backend)
+        parts += [_unless_stopping_is_faster(path, group, timed, backend) for group in path.groups]
     return replace(assemble(path, parts), solver=solver)
 
 
 def _lines(path: JointPath, motions: StraightMotions, backend: Toppra) -> list[SegmentedPolynomial]:
     """Straight motions from rest to rest: trapezoids, unless torque or the tool's speed slow them down."""
-    return time_lines(path, motions, fastest_trapezoids, lambda run: _time(path, [run], backend), noticed=SLOWED)
+    return time_lines(path, motions, fastest_trapezoids, lambda group: _time(path, [group], backend), noticed=SLOWED)
 
 
 def _unless_stopping_is_faster(
-    path: JointPath, run: Run, timed: SegmentedPolynomial, backend: Toppra
+    path: JointPath, group: SegmentGroup, timed: SegmentedPolynomial, backend: Toppra
 ) -> SegmentedPolynomial:
-    """Give the motion of a run; where the way between its waypoints is free, never slower than a stop at each of them.
+    """Return the timed motion of a group; a spline group stops at each waypoint if that is faster.
 
-    Where velocity limits alone count, straight lines are the shortest way, and stops cost little.
+    If velocity limits alone bind, straight lines are fastest, and stops cost little.
     """
-    own = timed.of(np.isin(timed.segments, run.segments))
-    if not run.is_spline or len(run.segments) == 1 or not np.isnan(path.durations[run.segments]).all():
+    own = timed.of(np.isin(timed.segments, group.segments))
+    if not group.is_spline or len(group.segments) == 1 or not np.isnan(path.durations[group.segments]).all():
         return own
-    motions, duration = path.straight_motions(run.segments), float(own.lengths.sum())
+    motions, duration = path.straight_motions(group.segments), float(own.lengths.sum())
     slowness = (np.abs(motions.travels) / motions.limits.velocity.upper).max(axis=1)
     gaining, braking = reciprocal_accelerations(motions)
     sluggishness = (gaining.max(axis=1) + braking.max(axis=1)) / 2.0
@@ -159,44 +159,44 @@ def _unless_stopping_is_faster(
     return stopping if stopping.lengths.sum() < duration else own
 
 
-def _time(path: JointPath, runs: Sequence[Run], backend: Toppra) -> SegmentedPolynomial:
-    """All runs at once, each at its asked duration or the shortest.
+def _time(path: JointPath, groups: Sequence[SegmentGroup], backend: Toppra) -> SegmentedPolynomial:
+    """Time all groups at once, each in its requested duration or the shortest.
 
-    An even stretch of a motion keeps all limits that the motion keeps; torques with their gravity, too: at each place
-    they come to lie between those of the motion and those of standing still.
+    A motion that is stretched evenly keeps every limit that it kept before. That includes torques with gravity: each
+    torque comes to lie between its value in motion and its value at rest.
     """
-    requested = np.array([duration_of_run(path, run) for run in runs])
-    run_of = np.repeat(np.arange(len(runs)), [len(run.segments) for run in runs])
-    segments = np.concatenate([run.segments for run in runs])
-    profile, tolerances = _fastest(path, runs, backend.solver), np.array([run.tolerance for run in runs])
+    requested = np.array([duration_of_group(path, group) for group in groups])
+    group_of = np.repeat(np.arange(len(groups)), [len(group.segments) for group in groups])
+    segments = np.concatenate([group.segments for group in groups])
+    profile, tolerances = _fastest(path, groups, backend.solver), np.array([group.tolerance for group in groups])
     pieces, needed = _within_limits(path, profile, tolerances, backend)
     rows = np.searchsorted(segments, pieces.segments)
-    own = run_of[rows]
-    factors = np.zeros(len(runs))
+    own = group_of[rows]
+    factors = np.zeros(len(groups))
     for segment, scaling in needed.items():
-        run = run_of[np.searchsorted(segments, segment)]
-        factors[run] = max(factors[run], scaling.factor)
+        group = group_of[np.searchsorted(segments, segment)]
+        factors[group] = max(factors[group], scaling.factor)
     times = np.bincount(own, pieces.lengths)
     shortest = factors * times
     free = np.isnan(requested)
     for k in np.flatnonzero(free & (factors <= 0.0)).tolist():
-        raise no_duration_error(runs[k].first)
+        raise no_duration_error(groups[k].first)
     short = np.flatnonzero(requested < shortest * (1.0 - DURATION_TOLERANCE)).tolist()
     if short:
-        binding = slowest(needed[segment] for segment in runs[short[0]].segments.tolist()).binding
-        too_short = {runs[k].first: float(shortest[k]) for k in short}
+        binding = slowest(needed[segment] for segment in groups[short[0]].segments.tolist()).binding
+        too_short = {groups[k].first: float(shortest[k]) for k in short}
         raise infeasible_duration_error(float(requested[short[0]]), too_short, binding)
     return pieces.stretched(np.where(free, factors, requested / times)[own])
 
 
-def _fastest(path: JointPath, runs: Sequence[Run], solver: Solver) -> Profile:
-    """Return fastest profile along the runs; where what lies between waypoints is free, along the faster of two curves.
+def _fastest(path: JointPath, groups: Sequence[SegmentGroup], solver: Solver) -> Profile:
+    """Return the fastest profile of the groups; spline groups take the faster of two curves.
 
-    That is nearly always the smoother one, and a look at the other on few intervals settles it.
+    The smoother curve is nearly always faster. A profile of the other one on few intervals decides.
     """
 
     def fastest(
-        of: Sequence[Run],
+        of: Sequence[SegmentGroup],
         curves: Sequence[PiecewisePolynomial],
         fewest: int = FEWEST_INTERVALS,
         steps: tuple[int, int] = (MOST_REFINEMENTS, MOST_REPAIRS),
@@ -204,21 +204,21 @@ def _fastest(path: JointPath, runs: Sequence[Run], solver: Solver) -> Profile:
         intervals = cut(of, curves, path.limits.velocity.narrower, fewest)
         return fastest_on(path, intervals, np.ones(len(path.durations)), *steps, solver=solver)
 
-    curves = [smooth_curve(path, run) if run.is_spline else run.curve for run in runs]
-    profile = fastest(runs, curves)
+    curves = [smooth_curve(path, group) if group.is_spline else group.curve for group in groups]
+    profile = fastest(groups, curves)
     durations = profile.durations
-    rivals = [k for k, run in enumerate(runs) if run.is_spline and curves[k] is not run.curve]
+    rivals = [k for k, group in enumerate(groups) if group.is_spline and curves[k] is not group.curve]
     in_earnest = FEWEST_INTERVALS, (MOST_REFINEMENTS, MOST_REPAIRS)
     for how, handicap in (((FEW_INTERVALS, (0, 0)), HANDICAP), (in_earnest, 1.0)):
         if rivals:
-            rival = fastest([runs[k] for k in rivals], [runs[k].curve for k in rivals], *how)
+            rival = fastest([groups[k] for k in rivals], [groups[k].curve for k in rivals], *how)
             own = zip(rivals, rival.durations, strict=True)
             rivals = [k for k, duration in own if duration < handicap * durations[k]]
     if not rivals:
         return profile
-    if len(rivals) == len(runs):
+    if len(rivals) == len(groups):
         return rival
-    return fastest(runs, [run.curve if k in rivals else curves[k] for k, run in enumerate(runs)])
+    return fastest(groups, [group.curve if k in rivals else curves[k] for k, group in enumerate(groups)])
 
 
 def _within_limits(

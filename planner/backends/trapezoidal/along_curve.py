@@ -1,4 +1,4 @@
-"""Trapezoids along the curve of a run: on each interval as fast as the limits there allow."""
+"""Trapezoids along the curve of a segment group: on each interval as fast as the limits there allow."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from planner.time_scaling.compose import ToolSpeeds, follow_curve, split_at_knot
 from planner.time_scaling.refusals import (
     RAMPS,
     BindingLimit,
-    duration_of_run,
+    duration_of_group,
     infeasible_duration_error,
     ramps_error,
 )
@@ -21,7 +21,7 @@ from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolyn
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.spatial import FloatArray
 
 SAMPLES = 64
@@ -34,13 +34,13 @@ STEP = 1.001
 """Least ratio of the speeds that a ramp leads between."""
 
 MOST_LENGTHENINGS = 60
-"""Number of times that a run with given ramps is lengthened, at most, until it keeps its limits."""
+"""Number of times that a segment group with given ramps is lengthened, at most, until it keeps its limits."""
 
 HASTE = 1.0 + 1e-6
-"""Factor by which such a run is lengthened beyond its need, so that the search ends."""
+"""Factor by which such a group is lengthened beyond its need, so that the search ends."""
 
 
-def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> SegmentedPolynomial:
+def time_group(path: JointPath, group: SegmentGroup, enforced: frozenset[str]) -> SegmentedPolynomial:
     """Accelerate, cruise and brake on each interval between waypoints and ends of blends.
 
     On each interval the speed along the curve is limited to V and its change to A, such that
@@ -48,43 +48,43 @@ def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> SegmentedPo
     the next can be reached and the last be braked (a forward and a backward pass).
 
     Raises:
-        InvalidProblem: A duration is asked of a segment that is not alone in its run.
+        InvalidProblem: A duration is asked of a segment that is not alone in its group.
         InfeasibleDuration: The asked duration is too short.
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
-    requested = duration_of_run(path, run)
-    return scaled_to_duration(path, run, requested, follow_curve(run, _fastest(path, run)), enforced)
+    requested = duration_of_group(path, group)
+    return scaled_to_duration(path, group, requested, follow_curve(group, _fastest(path, group)), enforced)
 
 
-def time_run_with_ramps(
+def time_group_with_ramps(
     path: JointPath,
-    run: Run,
+    group: SegmentGroup,
     scaling_of: Callable[[float], PiecewisePolynomial],
     ramps: float,
     enforced: frozenset[str],
 ) -> SegmentedPolynomial:
-    """Put one trapezoid over the whole run, with given times of acceleration and braking.
+    """Put one trapezoid over the whole group, with given times of acceleration and braking.
 
     Args:
         path: The path, with limits and durations.
-        run: A run of the path.
+        group: A segment group of the path.
         scaling_of: The law s(t) from 0 to 1 in a given time, s.
         ramps: The time of both ramps, s: the least duration there is.
         enforced: The quantities whose limits are kept.
 
     Raises:
-        InvalidProblem: A duration is asked of a segment that is not alone in its run.
+        InvalidProblem: A duration is asked of a segment that is not alone in its group.
         InfeasibleDuration: The asked duration is too short.
         LimitsUnsatisfiable: Gravity exceeds a torque limit, or the limits cannot be kept with these ramps.
     """
-    requested = duration_of_run(path, run)
-    knots = run.curve.breakpoints[run.waypoint_knots[1:-1]]
+    requested = duration_of_group(path, group)
+    knots = group.curve.breakpoints[group.waypoint_knots[1:-1]]
 
     def at(duration: float) -> tuple[SegmentedPolynomial, TimeScaling]:
         """Return the motion in a duration, s, and how it has to be scaled in time to keep its limits."""
         scaling = scaling_of(duration)
-        whole = PiecewisePolynomial(scaling.lengths, scaling.coefficients * run.curve.breakpoints[-1])
-        pieces = follow_curve(run, split_at_knots(whole, knots, run.segments))
+        whole = PiecewisePolynomial(scaling.lengths, scaling.coefficients * group.curve.breakpoints[-1])
+        pieces = follow_curve(group, split_at_knots(whole, knots, group.segments))
         return pieces, slowest(time_scalings(path, pieces, enforced).values())
 
     duration = ramps if np.isnan(requested) else max(requested, ramps)
@@ -97,21 +97,23 @@ def time_run_with_ramps(
     else:
         raise ramps_error(binding)
     if requested < duration * (1.0 - DURATION_TOLERANCE):
-        raise infeasible_duration_error(requested, {run.first: duration}, binding)
+        raise infeasible_duration_error(requested, {group.first: duration}, binding)
     return pieces
 
 
-def _fastest(path: JointPath, run: Run) -> SegmentedPolynomial:
+def _fastest(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
     """Return the fastest law over all `SHARES` of the acceleration limits for the curvature."""
-    knots, segments = run.curve.breakpoints[run.knots], run.curve.segments[run.knots[:-1]]
+    knots, segments = group.curve.breakpoints[group.knots], group.curve.segments[group.knots[:-1]]
     lengths = np.diff(knots)
     unit = (np.arange(SAMPLES) + 0.5) / SAMPLES
     at = (knots[:-1, None] + unit * lengths[:, None]).ravel()
-    first, second = (np.abs(x).reshape(len(lengths), SAMPLES, -1) for x in run.curve.evaluate(at, [1, 2]))
+    first, second = (np.abs(x).reshape(len(lengths), SAMPLES, -1) for x in group.curve.evaluate(at, [1, 2]))
     velocity, acceleration = (path.limits.magnitudes(name)[segments][:, None] for name in ("velocity", "acceleration"))
     with np.errstate(divide="ignore"):
         plain = 1.0 / np.max(first / velocity, axis=(1, 2))
-        plain = np.minimum(plain, 1.0 / ToolSpeeds(path, run).shares_at(at).reshape(len(lengths), SAMPLES).max(axis=1))
+        plain = np.minimum(
+            plain, 1.0 / ToolSpeeds(path, group).shares_at(at).reshape(len(lengths), SAMPLES).max(axis=1)
+        )
         curved = 1.0 / np.max(second / acceleration, axis=(1, 2))
         straight = 1.0 / np.max(first / acceleration, axis=(1, 2))
     scalings = [

@@ -11,7 +11,7 @@ from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.rest_to_rest import time_straight_motions, unit_scalings
 from planner.backends.shared.straight_lines import time_lines
-from planner.backends.trapezoidal.along_curve import time_run, time_run_with_ramps
+from planner.backends.trapezoidal.along_curve import time_group, time_group_with_ramps
 from planner.guarantees import ALL_BUT_JERK, Capabilities, Guarantee
 from planner.time_scaling.refusals import RAMPS
 from planner.tolerances import ROUNDING
@@ -64,11 +64,13 @@ class Trapezoidal:
         kept = enforced(self)
         path = path.keeping(kept)
         if times is None:
-            lines = time_lines(path, path.straight, fastest_trapezoids, lambda run: time_run(path, run, kept))
-            return assemble(path, [*lines, *(time_run(path, run, kept) for run in path.runs)])
+            lines = time_lines(path, path.straight, fastest_trapezoids, lambda group: time_group(path, group, kept))
+            return assemble(path, [*lines, *(time_group(path, group, kept) for group in path.groups)])
         t1, t3 = times
-        runs = [time_run_with_ramps(path, run, lambda T: _scaling(t1, t3, T), t1 + t3, kept) for run in path.runs]
-        return assemble(path, [_with_times(path.straight, t1, t3), *runs])
+        groups = [
+            time_group_with_ramps(path, group, lambda T: _scaling(t1, t3, T), t1 + t3, kept) for group in path.groups
+        ]
+        return assemble(path, [_with_times(path.straight, t1, t3), *groups])
 
     def _times(self) -> tuple[float, float] | None:
         """Return the times of acceleration and of braking, s; None: the limits set them."""

@@ -23,7 +23,7 @@ SHARES = (0.99, 0.9, 0.5)
 """Shares of a torque limit that gravity may take; the first is offered that leaves enough for the motion."""
 
 SAMPLES = 200
-"""The number of positions on each run for which gravity is computed."""
+"""The number of positions on each group for which gravity is computed."""
 
 MOVED = "a torque limit that holds the arm and leaves some to move it"
 """The explanation of a higher limit, for a person."""
@@ -67,8 +67,8 @@ def _positions_along(path: JointPath) -> tuple[FloatArray, np.ndarray]:
     """
     resting = path.still if len(path.durations) else np.zeros(1, dtype=int)  # the only waypoint counts as a segment
     positions, segments = [path.positions[resting]], [resting]
-    for run in path.every_run:
-        curve = run.curve
+    for group in path.every_group:
+        curve = group.curve
         s = np.linspace(0.0, curve.breakpoints[-1], SAMPLES)
         own = curve.segments[curve.locate(s)[0]]
         positions += [curve.evaluate(s, [0])[0], curve.evaluate(curve.breakpoints[1:], [0])[0]]

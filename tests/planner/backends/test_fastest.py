@@ -15,7 +15,7 @@ from planner.planning import plan
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 from planner.spatial import FloatArray
-from planner.time_scaling.fastest import time_run
+from planner.time_scaling.fastest import time_group
 from tests.planner.backends.ruckig.ruckig_problems import passing
 
 SLOWER = 1.001
@@ -66,8 +66,8 @@ def test_ruckig_is_no_slower_than_one_law_along_a_curve_where_that_is_not_tried(
     for _ in range(3):
         steps = rng.uniform(-0.3, 0.3, (5, 6)) * (np.arange(6) < joints)
         path = solve_path(through("ur5", home + np.cumsum(steps, axis=0)))
-        (run,) = path.runs
-        along_curve = float(time_run(path, smoothed(path, run)).lengths.sum())
+        (group,) = path.groups
+        along_curve = float(time_group(path, smoothed(path, group)).lengths.sum())
         assert Ruckig().parametrize(path).duration <= SLOWER * along_curve
 
 

@@ -89,7 +89,7 @@ def disturbed(trajectory: Trajectory, seed: int) -> Trajectory:
 
 
 def checks_of(done: Plan, trajectory: Trajectory) -> dict[str, Check]:
-    blended = [k for group in done.path.runs for k in group.blended]
+    blended = [k for group in done.path.groups for k in group.blended]
     met = certify_waypoints(trajectory, done.problem, done.path.positions, blended)
     problem, solved = done.problem, done.path.waypoints
     checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, solved, met.targets)

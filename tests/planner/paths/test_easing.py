@@ -71,9 +71,9 @@ def test_tangent_lines_and_arcs_are_passed_at_speed_within_their_tolerance(backe
         length = 2.0 * STRAIGHT + RADIUS * np.pi / 2.0
         assert np.mean(speeds > 0.98 * SPEED) > 0.9
         assert trajectory.duration < 1.1 * length / SPEED
-    breakpoints = made.path.runs[0].curve.breakpoints[1:-1]
+    breakpoints = made.path.groups[0].curve.breakpoints[1:-1]
     for order in range(3):
-        before, after = (made.path.runs[0].curve.evaluate(breakpoints + at, [order])[0] for at in (-1e-9, 1e-9))
+        before, after = (made.path.groups[0].curve.evaluate(breakpoints + at, [order])[0] for at in (-1e-9, 1e-9))
         assert np.abs(after - before).max() < 1e-6 * max(1.0, float(np.abs(after).max()))
     assert trajectory.duration < bend(StopTransition(), backend).trajectory.duration
 

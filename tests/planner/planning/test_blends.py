@@ -135,9 +135,9 @@ def test_what_no_smaller_blend_helps_is_refused(
 
 
 def test_the_radius_taken_is_that_of_the_saved_plan(problem: planner.PlanningProblem, plan: planner.Plan) -> None:
-    loaded = load_plan(save_plan(plan), problem, plan.backend, with_runs=True)
+    loaded = load_plan(save_plan(plan), problem, plan.backend, with_groups=True)
     assert blend_radii(loaded.problem) == blend_radii(plan.problem) != blend_radii(problem)
-    (own,), (again,) = (made.path.runs for made in (plan, loaded))
+    (own,), (again,) = (made.path.groups for made in (plan, loaded))
     np.testing.assert_array_equal(again.curve.coefficients, own.curve.coefficients)
 
 

@@ -82,10 +82,10 @@ def test_others_heed_the_direction_of_velocities(backend: BackEnd) -> None:
 
 def least_time(result: Plan, torque: tuple[tuple[float, float], ...] | None, count: int = 400) -> float:
     """Of the run's curve by a linear program: the largest x = s'^2 everywhere, u = s'' constant between gridpoints."""
-    (run,) = result.path.every_run
-    s = np.linspace(0.0, run.curve.breakpoints[-1], count + 1)
+    (group,) = result.path.every_group
+    s = np.linspace(0.0, group.curve.breakpoints[-1], count + 1)
     step = s[1] - s[0]
-    q, first, second = run.curve.evaluate(s)
+    q, first, second = group.curve.evaluate(s)
     model, data = result.path.robot.model, result.path.robot.model.createData()
     limited = [(first, second, np.zeros_like(q), np.array(ACCELERATION))]
     if torque is not None:

@@ -43,14 +43,14 @@ def test_a_corner_that_is_far_away_is_rounded_or_refused(backend: planner.BackEn
 def test_a_curve_that_cannot_be_followed_more_closely_is_followed_as_closely_as_can_be() -> None:
     """With no tolerance at all rounding is too much: the motion is that of the finest parts."""
     path = solve_path(blended(2.0))
-    run = replace(path.every_run[0], tolerance=0.0)
-    length = run.curve.breakpoints[-1]
+    group = replace(path.every_group[0], tolerance=0.0)
+    length = group.curve.breakpoints[-1]
     scaling = SegmentedPolynomial(
         np.ones(1), np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]) * length, np.zeros(1, dtype=int)
     )
-    motion = follow_curve(run, scaling)
+    motion = follow_curve(group, scaling)
     assert motion.coefficients.shape == (len(motion.lengths), 3, 6)
     assert motion.breakpoints[-1] == pytest.approx(1.0)
     times = np.linspace(0.0, 1.0, 500)
-    exact = run.curve.evaluate(np.clip(scaling.evaluate(times, [0])[0][:, 0], 0.0, length), [0])[0]
+    exact = group.curve.evaluate(np.clip(scaling.evaluate(times, [0])[0][:, 0], 0.0, length), [0])[0]
     assert motion.evaluate(times, [0])[0] == pytest.approx(exact, abs=1e-12)

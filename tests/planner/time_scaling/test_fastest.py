@@ -11,12 +11,12 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.backends.splines.run_timing import time_run as quintic_along
+from planner.backends.splines.group_timing import time_group as quintic_along
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, PlanningError
 from planner.kinematics.forward import tool_pose, tool_speeds
 from planner.limits import Limits
-from planner.paths import JointPath, Run, solve_path
+from planner.paths import JointPath, SegmentGroup, solve_path
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
@@ -29,7 +29,7 @@ from planner.problems.problem import (
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose
-from planner.time_scaling.fastest import ENFORCED, near_limits, time_run
+from planner.time_scaling.fastest import ENFORCED, near_limits, time_group
 from planner.time_scaling.limits_on_curve import FEWER_PER_RADIAN, limits_on
 from planner.time_scaling.linear_limits import LinearLimits
 from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
@@ -71,17 +71,19 @@ def random_waypoints(robot: Robot, rng: np.random.Generator, kind: str) -> list[
     return waypoints
 
 
-def first_run(robot: Robot, waypoints: list[AnyWaypoint], limits: Limits | None = None) -> tuple[JointPath, Run]:
+def first_group(
+    robot: Robot, waypoints: list[AnyWaypoint], limits: Limits | None = None
+) -> tuple[JointPath, SegmentGroup]:
     path = solve_path(PlanningProblem(robot, tuple(waypoints), limits=limits or Limits()))
-    return path, path.every_run[0]
+    return path, path.every_group[0]
 
 
-def random_run(robot_id: str, kind: str, seed: int, limits: Limits | None = None) -> tuple[JointPath, Run]:
+def random_group(robot_id: str, kind: str, seed: int, limits: Limits | None = None) -> tuple[JointPath, SegmentGroup]:
     """Return the first of the random runs of a seed that the arm can follow."""
     robot, rng = load_robot(robot_id), np.random.default_rng(seed)
     while True:
         try:
-            return first_run(robot, random_waypoints(robot, rng, kind), limits)
+            return first_group(robot, random_waypoints(robot, rng, kind), limits)
         except PlanningError:
             continue
 
@@ -103,7 +105,7 @@ def worst_ratio(path: JointPath, pieces: SegmentedPolynomial) -> float:
     )
 
 
-def assert_rest_to_rest(path: JointPath, run: Run, pieces: SegmentedPolynomial) -> None:
+def assert_rest_to_rest(path: JointPath, group: SegmentGroup, pieces: SegmentedPolynomial) -> None:
     """C2, at rest at both ends, along the curve and in its direction, every limit kept."""
     values = sampled(pieces)
     for order in range(3):
@@ -112,11 +114,11 @@ def assert_rest_to_rest(path: JointPath, run: Run, pieces: SegmentedPolynomial) 
         if order > 0:
             assert np.abs(values[order][0, 0]).max() <= 1e-9 * largest
             assert np.abs(values[order][-1, -1]).max() <= 1e-9 * largest
-    ends = run.curve.evaluate(np.array([0.0, run.curve.breakpoints[-1]]), [0])[0]
+    ends = group.curve.evaluate(np.array([0.0, group.curve.breakpoints[-1]]), [0])[0]
     assert np.abs(values[0][[0, -1], [0, -1]] - ends).max() <= 1e-9
-    dense = run.curve.evaluate(np.linspace(0.0, run.curve.breakpoints[-1], 20001), [0])[0]
+    dense = group.curve.evaluate(np.linspace(0.0, group.curve.breakpoints[-1], 20001), [0])[0]
     for q in values[0].reshape(-1, values[0].shape[2])[::101]:
-        assert np.abs(dense - q).max(axis=1).min() <= run.tolerance + np.abs(np.diff(dense, axis=0)).max()
+        assert np.abs(dense - q).max(axis=1).min() <= group.tolerance + np.abs(np.diff(dense, axis=0)).max()
     assert worst_ratio(path, pieces) <= 1.0 + 1e-9
 
 
@@ -126,18 +128,18 @@ def assert_rest_to_rest(path: JointPath, run: Run, pieces: SegmentedPolynomial) 
 @settings(max_examples=2, deadline=None)
 @given(seed=st.integers(0, 2**32))
 def test_limits_of_all_orders_are_kept_and_one_is_used_in_full(robot_id: str, kind: str, seed: int) -> None:
-    path, run = random_run(robot_id, kind, seed)
-    pieces = time_run(path, run)
-    assert_rest_to_rest(path, run, pieces)
+    path, group = random_group(robot_id, kind, seed)
+    pieces = time_group(path, group)
+    assert_rest_to_rest(path, group, pieces)
     assert worst_ratio(path, pieces) >= 0.999 or path.robot.has_dynamics
-    assert np.array_equal(time_run(path, run).coefficients, pieces.coefficients)
+    assert np.array_equal(time_group(path, group).coefficients, pieces.coefficients)
 
     # No law is faster than the velocity limits everywhere; a quintic along the same curve is slower.
-    slopes = horner(differentiate(run.curve.coefficients), DENSE[:, None, None] * run.curve.lengths[:, None])
-    shares = (np.abs(slopes) / path.limits.velocity.narrower[run.curve.segments]).max(axis=2)
-    assert pieces.lengths.sum() >= float(shares.min(axis=0) @ run.curve.lengths)
-    if not run.is_spline and run.curve.lengths.min() > 1e-6:  # the quintic needs intervals that have a length
-        assert pieces.lengths.sum() <= quintic_along(path, run, 5, ENFORCED).lengths.sum()
+    slopes = horner(differentiate(group.curve.coefficients), DENSE[:, None, None] * group.curve.lengths[:, None])
+    shares = (np.abs(slopes) / path.limits.velocity.narrower[group.curve.segments]).max(axis=2)
+    assert pieces.lengths.sum() >= float(shares.min(axis=0) @ group.curve.lengths)
+    if not group.is_spline and group.curve.lengths.min() > 1e-6:  # the quintic needs intervals that have a length
+        assert pieces.lengths.sum() <= quintic_along(path, group, 5, ENFORCED).lengths.sum()
 
 
 @pytest.mark.parametrize("robot_id", ROBOTS)
@@ -147,19 +149,19 @@ def test_a_straight_motion_takes_the_time_that_ruckig_needs(robot_id: str, scale
     start, end = (np.array(random_waypoints(robot, rng, "straight")[0].position) for _ in range(2))
     end = start + scale * (end - start)
     waypoints: list[AnyWaypoint] = [JointWaypoint(position=tuple(q.tolist())) for q in (start, end)]
-    path, run = first_run(robot, waypoints)
+    path, group = first_group(robot, waypoints)
     ask, trajectory = ruckig.InputParameter(1), ruckig.Trajectory(1)
     ask.target_position = [1.0]
     for quantity in ("velocity", "acceleration", "jerk"):
         setattr(ask, f"max_{quantity}", [float((path.limits.magnitudes(quantity)[0] / np.abs(end - start)).min())])
     ruckig.Ruckig(1).calculate(ask, trajectory)
-    duration = time_run(path, run).lengths.sum()
+    duration = time_group(path, group).lengths.sum()
     assert trajectory.duration * (1.0 - 1e-6) <= duration <= trajectory.duration * 1.01
 
 
-def fine_optimum(path: JointPath, run: Run, count: int) -> float:
+def fine_optimum(path: JointPath, group: SegmentGroup, count: int) -> float:
     """Duration of the fastest piecewise cubic s(t) with knots at fixed places, by IPOPT; without tool and torque."""
-    curve, length = run.curve, run.curve.breakpoints[-1]
+    curve, length = group.curve, group.curve.breakpoints[-1]
     u = np.linspace(0.0, 1.0, count + 1)
     places = np.union1d(length * u**3 * (10.0 - 15.0 * u + 6.0 * u**2), curve.breakpoints)
     places = places[np.append(True, np.diff(places) > 1e-9 * length)]
@@ -175,7 +177,7 @@ def fine_optimum(path: JointPath, run: Run, count: int) -> float:
     opti.subject_to(v[1:-1] >= 1e-6)
     middles = (places[:-1] + places[1:]) / 2.0
     on = curve.locate(middles)[0]
-    limits = path.limits.of(run.curve.segments[on])
+    limits = path.limits.of(group.curve.segments[on])
     for side in (0, 1):
         at = (places[side : knots - 1 + side] - curve.breakpoints[on])[:, None]
         dq, ddq, dddq = (horner(curve.derivative_coefficients(k)[on], at) for k in (1, 2, 3))
@@ -208,9 +210,9 @@ def fine_optimum(path: JointPath, run: Run, count: int) -> float:
     ],
 )
 def test_a_curve_is_as_fast_as_an_independent_optimum(robot_id: str, kind: str, seed: int, count: int) -> None:
-    path, run = random_run(robot_id, kind, seed)
-    optimum = fine_optimum(path, run, count)
-    duration = time_run(path, run).lengths.sum()
+    path, group = random_group(robot_id, kind, seed)
+    optimum = fine_optimum(path, group, count)
+    duration = time_group(path, group).lengths.sum()
     assert 0.99 * optimum <= duration <= 1.01 * optimum
 
 
@@ -224,21 +226,21 @@ def test_blended_lines_are_as_fast_as_on_a_grid_of_more_pieces(seed: int, known:
     ]
     lines[-1] = replace(lines[-1], transition=StopTransition())
     home = JointWaypoint(position=(0.0, -1.5, 1.5, 0.0, 0.8, 0.0))
-    path, run = first_run(load_robot("kuka_kr16_l6_2"), [home, *lines])
-    assert time_run(path, run).lengths.sum() <= known
+    path, group = first_group(load_robot("kuka_kr16_l6_2"), [home, *lines])
+    assert time_group(path, group).lengths.sum() <= known
 
 
 @pytest.mark.parametrize("kind", ["linear", "blend", "through"])
 def test_tool_speed_shapes_the_law(kind: str) -> None:
     # Stretched as a whole until the tool is slow enough, the law would be far slower.
     limits = Limits(tcp_linear_velocity=0.25)
-    path, run = random_run("kuka_kr16_l6_2", kind, 11, limits)
-    pieces = time_run(path, run)
+    path, group = random_group("kuka_kr16_l6_2", kind, 11, limits)
+    pieces = time_group(path, group)
     q, dq, _, _ = (value.reshape(-1, path.robot.dof) for value in sampled(pieces))
     speeds = tool_speeds(path.robot, q, dq)[0]
     assert speeds.max() <= 0.25 * (1.0 + 1e-9)
-    free_path, free_run = random_run("kuka_kr16_l6_2", kind, 11)
-    free = time_run(free_path, free_run)
+    free_path, free_group = random_group("kuka_kr16_l6_2", kind, 11)
+    free = time_group(free_path, free_group)
     q, dq, _, _ = (value.reshape(-1, path.robot.dof) for value in sampled(free))
     factor = tool_speeds(path.robot, q, dq)[0].max() / 0.25
     assert factor > 1.2
@@ -247,15 +249,15 @@ def test_tool_speed_shapes_the_law(kind: str) -> None:
 
 def test_torque_shapes_the_law() -> None:
     robot = load_robot(TORQUE_ARM)
-    path, run = random_run(TORQUE_ARM, "through", 5)
-    free = time_run(path, run)
+    path, group = random_group(TORQUE_ARM, "through", 5)
+    free = time_group(path, group)
     q, dq, ddq, _ = (value.reshape(-1, robot.dof) for value in sampled(free))
     most = np.abs(inverse_dynamics(path.robot, q, dq, ddq)).max(axis=0)
     still = np.abs(inverse_dynamics(path.robot, q, 0.0 * q, 0.0 * q)).max(axis=0)
     limits = Limits(torque=tuple((still + 0.4 * (most - still) + 1e-3).tolist()))
-    path, run = random_run(TORQUE_ARM, "through", 5, limits)
-    pieces = time_run(path, run)
-    assert_rest_to_rest(path, run, pieces)
+    path, group = random_group(TORQUE_ARM, "through", 5, limits)
+    pieces = time_group(path, group)
+    assert_rest_to_rest(path, group, pieces)
     q, dq, ddq, _ = (value.reshape(-1, robot.dof) for value in sampled(pieces))
     assert (np.abs(inverse_dynamics(path.robot, q, dq, ddq)) <= path.limits.torque.narrower[0] * (1.0 + 1e-9)).all()
     # The whole law stretched until the torques fit: gravity + inertial / factor^2.
@@ -264,51 +266,51 @@ def test_torque_shapes_the_law() -> None:
 
 def test_gravity_beyond_a_torque_limit_is_refused() -> None:
     robot = load_robot(TORQUE_ARM)
-    path, run = random_run(TORQUE_ARM, "through", 5, Limits(torque=(1e-3,) * robot.dof))
+    path, group = random_group(TORQUE_ARM, "through", 5, Limits(torque=(1e-3,) * robot.dof))
     with pytest.raises(LimitsUnsatisfiable, match="gravity alone"):
-        time_run(path, run)
+        time_group(path, group)
 
 
 @pytest.mark.parametrize("kind", ["straight", "linear", "circular"])
 def test_an_asked_duration_is_kept_exactly_and_refused_below_the_shortest(kind: str) -> None:
-    path, run = random_run("kuka_kr16_l6_2", kind, 8)
-    shortest = float(time_run(path, run).lengths.sum())
-    longer = time_run(replace(path, durations=np.array([1.7 * shortest])), run)
+    path, group = random_group("kuka_kr16_l6_2", kind, 8)
+    shortest = float(time_group(path, group).lengths.sum())
+    longer = time_group(replace(path, durations=np.array([1.7 * shortest])), group)
     assert longer.lengths.sum() == pytest.approx(1.7 * shortest, rel=1e-12)
-    assert_rest_to_rest(path, run, longer)
+    assert_rest_to_rest(path, group, longer)
     with pytest.raises(InfeasibleDuration) as refused:
-        time_run(replace(path, durations=np.array([0.99 * shortest])), run)
+        time_group(replace(path, durations=np.array([0.99 * shortest])), group)
     (remedy,) = refused.value.remedies
     assert remedy.field == ("waypoints", 1, "duration")
-    assert time_run(replace(path, durations=np.array([remedy.value])), run).lengths.sum() == pytest.approx(shortest)
+    assert time_group(replace(path, durations=np.array([remedy.value])), group).lengths.sum() == pytest.approx(shortest)
 
 
 def test_an_asked_duration_inside_a_run_is_refused_with_its_pointer() -> None:
-    path, run = random_run("kuka_kr16_l6_2", "through", 8)
+    path, group = random_group("kuka_kr16_l6_2", "through", 8)
     durations = path.durations.copy()
     durations[1] = 100.0
     with pytest.raises(InvalidProblem) as refused:
-        time_run(replace(path, durations=durations), run)
+        time_group(replace(path, durations=durations), group)
     assert [field for field, _ in refused.value.faults] == [("waypoints", 2, "duration")]
 
 
 def test_without_any_limit_only_an_asked_duration_will_do() -> None:
-    path, run = random_run("three_dof_arm", "straight", 1)
+    path, group = random_group("three_dof_arm", "straight", 1)
     limits = path.limits
     path = replace(path, limits=limits.without(["velocity", "acceleration", "jerk", "torque"]))
     with pytest.raises(LimitsUnsatisfiable, match="neither a duration nor"):
-        time_run(path, run)
-    assert time_run(replace(path, durations=np.array([3.0])), run).lengths.sum() == pytest.approx(3.0)
+        time_group(path, group)
+    assert time_group(replace(path, durations=np.array([3.0])), group).lengths.sum() == pytest.approx(3.0)
 
 
 def test_limits_of_each_segment_count_there_and_nowhere_else() -> None:
     robot = load_robot("kuka_kr16_l6_2")
     waypoints = random_waypoints(robot, np.random.default_rng(4), "through")
-    free_path, free_run = first_run(robot, waypoints)
+    free_path, free_group = first_group(robot, waypoints)
     waypoints[1] = replace(waypoints[1], limits=Limits(velocity_scale=0.2, acceleration_scale=0.2))
-    path, run = first_run(robot, waypoints)
-    pieces, free = time_run(path, run), time_run(free_path, free_run)
-    assert_rest_to_rest(path, run, pieces)
+    path, group = first_group(robot, waypoints)
+    pieces, free = time_group(path, group), time_group(free_path, free_group)
+    assert_rest_to_rest(path, group, pieces)
     slow, fast = pieces.lengths[pieces.segments == 0].sum(), pieces.lengths[pieces.segments > 0].sum()
     assert slow > 2.0 * free.lengths[free.segments == 0].sum()
     assert fast < 1.5 * free.lengths[free.segments > 0].sum()
@@ -316,9 +318,9 @@ def test_limits_of_each_segment_count_there_and_nowhere_else() -> None:
 
 def test_two_blends_that_meet_leave_a_piece_between_them() -> None:
     """Its length was zero once, which no law can be put on."""
-    path, run = random_run("date_sorting_arm", "blend", 0)
-    assert run.curve.lengths.min() > 1e-4 * run.curve.lengths.max()
-    assert_rest_to_rest(path, run, time_run(path, run))
+    path, group = random_group("date_sorting_arm", "blend", 0)
+    assert group.curve.lengths.min() > 1e-4 * group.curve.lengths.max()
+    assert_rest_to_rest(path, group, time_group(path, group))
 
 
 def test_a_joint_that_turns_a_hundred_thousand_times_takes_no_more_samples_than_are_refused() -> None:
@@ -327,7 +329,7 @@ def test_a_joint_that_turns_a_hundred_thousand_times_takes_no_more_samples_than_
     far = JointWaypoint(position=tuple(robot.middle + 1e6 * np.eye(6)[5]), transition=ThroughTransition())
     waypoints = (JointWaypoint(position=ends[0]), far, JointWaypoint(position=ends[1]))
     path = solve_path(PlanningProblem(robot, waypoints, limits=Limits(tcp_linear_jerk=35.0)))
-    assert len(limits_on(path, path.runs[0]).sampled.gridpoints) < 2.1 * FEWER_PER_RADIAN * MOST_TRAVEL
+    assert len(limits_on(path, path.groups[0]).sampled.gridpoints) < 2.1 * FEWER_PER_RADIAN * MOST_TRAVEL
 
 
 def test_a_time_scaling_that_is_slow_everywhere_keeps_its_limits() -> None:

@@ -129,9 +129,9 @@ def test_a_contour_with_joint_waypoints_is_solved_as_one_by_one(arm: str, monkey
     monkeypatch.setattr("planner.waypoints.choice.FEWEST_TOGETHER", 1000)
     alone = solve_path(problem)
     assert together.positions == pytest.approx(alone.positions, abs=1e-7)
-    (run,), (other,) = together.runs, alone.runs
-    assert len(run.curve.lengths) < 0.6 * len(other.curve.lengths)
-    assert run.curve.lengths.sum() == pytest.approx(other.curve.lengths.sum(), rel=1e-3)
+    (group,), (other,) = together.groups, alone.groups
+    assert len(group.curve.lengths) < 0.6 * len(other.curve.lengths)
+    assert group.curve.lengths.sum() == pytest.approx(other.curve.lengths.sum(), rel=1e-3)
 
 
 def test_a_chain_that_leaves_the_position_limits_is_refused_as_one_line_is() -> None:
@@ -166,7 +166,7 @@ def test_a_path_followed_at_once_ends_where_it_does_from_knot_to_knot(arm: str, 
     robot, start = robot_of(arm), np.array(ARMS[arm])
     size = {"three_dof_arm": 0.001, "date_sorting_arm": 0.005}.get(arm, 0.01)
     path = pieced(kind, contour(robot, ARMS[arm], size, count, arm == "three_dof_arm"))
-    at_once, alone = (run(robot, path, start, None, TOLERANCE, STEEP) for run in (follow_at_once, follow))
+    at_once, alone = (group(robot, path, start, None, TOLERANCE, STEEP) for group in (follow_at_once, follow))
     assert isinstance(at_once, PiecewisePolynomial)
     assert isinstance(alone, PiecewisePolynomial)
     u = np.linspace(0.0, 1.0, 301)

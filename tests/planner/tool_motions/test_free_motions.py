@@ -148,7 +148,7 @@ def test_a_range_is_kept_to_and_one_that_is_too_narrow_is_refused() -> None:
 def test_a_line_that_can_be_driven_as_it_is_written_is() -> None:
     robot = load_robot("kuka_kr16_l6_2")
     fixed, free = (solve_path(line(robot, 2, LinearMotion(free=free))) for free in (None, "rotation_z"))
-    (first,), (second,) = fixed.runs, free.runs
+    (first,), (second,) = fixed.groups, free.groups
     assert (first.curve.coefficients == second.curve.coefficients).all()
 
 

@@ -274,8 +274,8 @@ def test_a_polyline_between_blends_goes_on_at_speed() -> None:
     ]
     made = plan(PlanningProblem(robot, ways, Limits(tcp_linear_velocity=SPEED)), Trapezoidal())
     assert made.certificate.satisfied
-    (run,) = made.path.runs
-    assert len(run.path_knots) == 8  # two for each corner
+    (group,) = made.path.groups
+    assert len(group.path_knots) == 8  # two for each corner
     velocities = made.trajectory.evaluate(made.trajectory.arrivals[1:3], [1])[0]
     assert (np.abs(velocities).max(axis=1) > 0.01).all()
 

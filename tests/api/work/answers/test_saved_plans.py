@@ -37,7 +37,7 @@ def test_every_form_of_a_loaded_plan_is_that_of_the_plan(name: str) -> None:
     made = plan(problem, backend)
     saved = save_plan(made)
     assert len(saved) < 1000 + 8 * made.trajectory.coefficients.size + 300 * len(made.path.waypoints)
-    loaded = load_plan(saved, problem, backend, with_runs=not OF_THE_PATH.isdisjoint(request.include))
+    loaded = load_plan(saved, problem, backend, with_groups=not OF_THE_PATH.isdisjoint(request.include))
     options = AnswerOptions(request.sample_period, frozenset(request.include))
     for form in ("json", "csv", "ros2", "msgpack"):
         assert FORMATS[form].render(loaded, options) == FORMATS[form].render(made, options)

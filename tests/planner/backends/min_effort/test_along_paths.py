@@ -148,7 +148,7 @@ def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float]
     requested = (START, replace(problem.waypoints[1], duration=duration))
     result = plan(replace(problem, waypoints=requested), MinEffort(knots=100))
 
-    curve, limits, nodes = result.path.runs[0].curve, result.path.limits, 50
+    curve, limits, nodes = result.path.groups[0].curve, result.path.limits, 50
     s = np.linspace(0.0, curve.breakpoints[-1], nodes + 1)
     q, dq, ddq = curve.evaluate((s[:-1] + s[1:]) / 2.0)
     still = np.zeros_like(q)

@@ -41,7 +41,7 @@ def is_no_slower(problem: PlanningProblem) -> None:
         own = plan(problem, Toppra())
     except PlanningError:
         assume(False)
-    free = any(run.is_spline for run in own.path.runs)
+    free = any(group.is_spline for group in own.path.groups)
     for backend in ON_EVERY_PATH if free else (*ON_EVERY_PATH, *OWN_WAY):
         try:
             check_problem(problem, backend)
@@ -126,11 +126,11 @@ def test_no_slower_where_the_bound_on_the_speed_dips() -> None:
 def densely(path: JointPath) -> float:
     """Duration, s, by the plain package on each run's curve, 3,000 gridpoints, within velocity and acceleration."""
     total = 0.0
-    for run in path.runs:
-        length = float(run.curve.breakpoints[-1])
+    for group in path.groups:
+        length = float(group.curve.breakpoints[-1])
         grid = np.linspace(0.0, length, 3001)
-        curve = toppra.SplineInterpolator(grid, run.curve.evaluate(grid, [0])[0])
-        segment = run.segments[0]
+        curve = toppra.SplineInterpolator(grid, group.curve.evaluate(grid, [0])[0])
+        segment = group.segments[0]
         limits = [
             np.column_stack([-x[segment], x[segment]])
             for x in (path.limits.velocity.narrower, path.limits.acceleration.narrower)

@@ -118,9 +118,9 @@ def test_motions_of_the_tool_as_fast_as_a_fine_linear_program(transition: object
     limits = robot_limits(robot, torque_scale)
     problem = tool_problem(transition, limits=limits)
     best = 0.0
-    for run in solve_path(problem).runs:
-        s, step = middles(float(run.curve.breakpoints[-1]), 800)
-        best += independent_optimum(robot, *run.curve.evaluate(s), step, limits, torque=True)
+    for group in solve_path(problem).groups:
+        s, step = middles(float(group.curve.breakpoints[-1]), 800)
+        best += independent_optimum(robot, *group.curve.evaluate(s), step, limits, torque=True)
     found = plan(problem, Toppra()).trajectory.duration
     assert found <= (1.01 if torque_scale == 1.0 else 1.02) * best
     assert found >= 0.995 * best

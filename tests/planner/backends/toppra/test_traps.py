@@ -142,8 +142,8 @@ def test_trap_the_grid_does_not_depend_on_the_unit_of_the_path(unit: float) -> N
     path = solve_path(through("ngv_refuelling_arm", 6, 4, 0.5))
     factors = np.ones(len(path.durations))
     durations, counts = [], []
-    for curve in (path.runs[0].curve, path.runs[0].curve.stretched(unit)):
-        law = fastest_on(path, cut(path.runs, [curve], path.limits.velocity.narrower), factors)
+    for curve in (path.groups[0].curve, path.groups[0].curve.stretched(unit)):
+        law = fastest_on(path, cut(path.groups, [curve], path.limits.velocity.narrower), factors)
         durations.append(law.times.sum())
         counts.append(len(law.times))
     assert counts[0] == counts[1]
@@ -199,8 +199,8 @@ def test_the_package_computes_the_profile(case: str, monkeypatch: pytest.MonkeyP
         ),
     }[case]
     path = solve_path(problem)
-    runs = path.every_run
-    intervals = cut(runs, [run.curve for run in runs], path.limits.velocity.narrower)
+    groups = path.every_group
+    intervals = cut(groups, [group.curve for group in groups], path.limits.velocity.narrower)
     ones = np.ones(len(path.durations))
     fast = fastest_on(path, intervals, ones, refinements=0, repairs=0)
     own = TOPPRA.compute_parameterization

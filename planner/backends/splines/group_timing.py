@@ -1,4 +1,4 @@
-"""Splines that time a run: in time through its waypoints, or as a time law s(t) along its curve."""
+"""Splines that time a segment group: in time through its waypoints, or as a time law s(t) along its curve."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planner.backends.splines.interpolation import Degree
     from planner.errors import PlanningError
     from planner.fields import FieldPath
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, SegmentGroup
     from planner.spatial import FloatArray
 
 UNITS = np.linspace(0.0, 1.0, 24)
@@ -52,7 +52,7 @@ UNHURRIED = 1.0005
 """Factor by which they are lengthened beyond their need, so that a few times are enough."""
 
 
-def time_run(path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> SegmentedPolynomial:
+def time_group(path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> SegmentedPolynomial:
     """Fit a spline in time through the waypoints of joint motions, and a time law s(t) along any other curve.
 
     Raises:
@@ -61,13 +61,13 @@ def time_run(path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]
         LimitsUnsatisfiable: Nothing limits the durations, gravity exceeds a torque limit, or no motion was found that
             passes a waypoint with the velocity asked.
     """
-    passes = not path.passed_at.keys().isdisjoint(run.segments.tolist())
-    timing = _CurveTiming if not run.is_spline else _PassingTiming if passes else _SplineTiming
-    return timing(path, run, degree, enforced).time()
+    passes = not path.passed_at.keys().isdisjoint(group.segments.tolist())
+    timing = _CurveTiming if not group.is_spline else _PassingTiming if passes else _SplineTiming
+    return timing(path, group, degree, enforced).time()
 
 
 class _Timing(ABC):
-    """A run between whose intervals the time is shared out, at last so that all limits are kept.
+    """A segment group between whose intervals the time is shared out, at last so that all limits are kept.
 
     Attributes:
         segments: Index (intervals,) of the segment that each interval belongs to.
@@ -79,8 +79,8 @@ class _Timing(ABC):
     longest = LONGEST
     """Multiple of the first durations up to which those without one asked are lengthened."""
 
-    def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
-        self.path, self.run, self.degree, self.enforced = path, run, degree, enforced
+    def __init__(self, path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> None:
+        self.path, self.group, self.degree, self.enforced = path, group, degree, enforced
 
     @property
     def requested(self) -> FloatArray:
@@ -89,7 +89,7 @@ class _Timing(ABC):
         return requested
 
     def time(self) -> SegmentedPolynomial:
-        """Time the run so that it keeps the limits."""
+        """Time the group so that it keeps the limits."""
         durations, free = self.first_durations(), np.isnan(self.requested)
         longest = self.longest * durations.sum()
         needed: dict[int, TimeScaling] = {}
@@ -104,7 +104,7 @@ class _Timing(ABC):
             if self.may_stretch and free.all():
                 factor = max(scaling.factor for scaling in needed.values())
                 if factor <= 0.0:
-                    raise no_duration_error(self.run.first)
+                    raise no_duration_error(self.group.first)
                 return pieces.stretched(factor)
             excess = np.array([needed[segment].factor for segment in self.segments])
             if (excess <= 1.0 + DURATION_TOLERANCE).all():
@@ -132,7 +132,7 @@ class _Timing(ABC):
     def too_short_error(self, needed: TimeScaling, segment: int) -> InfeasibleDuration:
         """Return the error where all asked durations would have to be longer by a factor."""
         requested = self.path.durations
-        given = [k for k in self.run.segments.tolist() if not np.isnan(requested[k])]
+        given = [k for k in self.group.segments.tolist() if not np.isnan(requested[k])]
         given.sort(key=lambda k: k != segment)
         longer = {k: float(requested[k] * needed.factor * (1.0 + DURATION_TOLERANCE)) for k in given}
         return infeasible_duration_error(float(requested[given[0]]), longer, needed.binding)
@@ -141,10 +141,10 @@ class _Timing(ABC):
 class _SplineTiming(_Timing):
     """The timing of joint motions through waypoints, between which the path is up to the spline."""
 
-    def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
-        super().__init__(path, run, degree, enforced)
-        self.segments = run.segments
-        self.positions = path.positions_of(run)
+    def __init__(self, path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> None:
+        super().__init__(path, group, degree, enforced)
+        self.segments = group.segments
+        self.positions = path.positions_of(group)
 
     def first_durations(self) -> FloatArray:
         """Return the durations of the shortest spline that is found."""
@@ -152,7 +152,7 @@ class _SplineTiming(_Timing):
         try:
             return timed_spline(self.positions, limits, self.requested, self.degree).lengths
         except NothingLimits:
-            raise no_duration_error(self.run.first) from None
+            raise no_duration_error(self.group.first) from None
         except DurationsTooShort as short:
             name = self.path.robot.joint_names[short.joint]
             segment = int(self.segments[short.segment])
@@ -161,7 +161,7 @@ class _SplineTiming(_Timing):
         except PositionOvershoot as overshoot:
             name = self.path.robot.joint_names[overshoot.joint]
             segment = int(self.segments[overshoot.segment])
-            ends = [k for k in (segment, segment + 1) if self.run.first < k <= self.run.segments[-1]]
+            ends = [k for k in (segment, segment + 1) if self.group.first < k <= self.group.segments[-1]]
             raise passing_error(ends, segment, name, overshoot.value, overshoot.limit) from None
 
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
@@ -175,11 +175,11 @@ class _PassingTiming(_SplineTiming):
     may_stretch = False
     longest = 100.0  # what a velocity itself exceeds no time mends, and the swings before it grow
 
-    def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
-        super().__init__(path, run, degree, enforced)
+    def __init__(self, path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> None:
+        super().__init__(path, group, degree, enforced)
         suiting = np.full(path.robot.dof, np.nan)
-        velocities = np.array([path.passed_at.get(segment, suiting) for segment in run.segments[1:].tolist()])
-        self.spline = PassingSpline(self.positions, velocities, path.limits.of(run.segments), degree)
+        velocities = np.array([path.passed_at.get(segment, suiting) for segment in group.segments[1:].tolist()])
+        self.spline = PassingSpline(self.positions, velocities, path.limits.of(group.segments), degree)
 
     def first_durations(self) -> FloatArray:
         """Return the durations of the shortest spline that is found."""
@@ -245,7 +245,7 @@ class _PassingTiming(_SplineTiming):
     def _passed_around(self, segment: int) -> tuple[str, list[Remedy]]:
         """Name the waypoints with velocities before and after a segment, and offer other velocities and durations."""
         part = self.segments[self.spline.parts == self.spline.parts[self.segments == segment]]
-        after = self.run.segments[self.run.segments > part[-1]][:1].tolist()
+        after = self.group.segments[self.group.segments > part[-1]][:1].tolist()
         waypoints = [k for k in (int(part[0]), *after) if k in self.path.passed_at]
         fields: list[FieldPath] = [("waypoints", k, "transition", "velocity") for k in waypoints]
         remedies = [Remedy(field, None, "one that suits the motion") for field in fields]
@@ -258,14 +258,14 @@ class _CurveTiming(_Timing):
     """The timing by a law of that degree along the curve: the spline s(t) through waypoints and ends of blends.
 
     The intervals between these knots share the time so that each comes as near to its limits as it can. A single law
-    over the whole run is such a spline, too: the search begins there.
+    over the whole group is such a spline, too: the search begins there.
     """
 
-    def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
-        super().__init__(path, run, degree, enforced)
-        self.knots = run.curve.breakpoints[run.knots]
-        self.segments = run.curve.segments[run.knots[:-1]]
-        self.tool_speeds = ToolSpeeds(path, run)
+    def __init__(self, path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> None:
+        super().__init__(path, group, degree, enforced)
+        self.knots = group.curve.breakpoints[group.knots]
+        self.segments = group.curve.segments[group.knots[:-1]]
+        self.tool_speeds = ToolSpeeds(path, group)
 
     def first_durations(self) -> FloatArray:
         """Return durations of the best law found; the intervals of a segment share its asked duration in proportion."""
@@ -286,9 +286,9 @@ class _CurveTiming(_Timing):
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
         """Return the motion along the curve under the law with these durations, in quintics."""
         if self._ascends(durations):
-            return follow_curve(self.run, self._scaling(durations))
+            return follow_curve(self.group, self._scaling(durations))
         if np.isnan(self.requested).all():
-            return follow_curve(self.run, self._single)
+            return follow_curve(self.group, self._single)
         raise self._runs_backwards_error()
 
     def _shortest(self, start: FloatArray, requested: FloatArray) -> FloatArray:
@@ -308,7 +308,7 @@ class _CurveTiming(_Timing):
 
     @cached_property
     def _single(self) -> SegmentedPolynomial:
-        """A single polynomial from rest to rest over the whole run, in 1 s, cut at the ends of the intervals."""
+        """A single polynomial from rest to rest over the whole group, in 1 s, cut at the ends of the intervals."""
         ends = np.array([[0.0], [self.knots[-1]]])
         return split_at_knots(interpolating_spline(ends, np.ones(1), self.degree), self.knots[1:-1], self.segments)
 
@@ -323,7 +323,7 @@ class _CurveTiming(_Timing):
             durations: Durations (intervals,), s, of the law.
             units: Unit times (samples,) or (intervals, samples) of the samples.
         """
-        scaling, curve, limits = self._scaling(durations), self.run.curve, self.path.limits
+        scaling, curve, limits = self._scaling(durations), self.group.curve, self.path.limits
         t = units * durations[:, None]
         s = horner(scaling.coefficients, t)
         starts, ends = self.knots[:-1, None], self.knots[1:, None]

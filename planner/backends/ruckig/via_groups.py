@@ -48,7 +48,7 @@ SURELY = 1.0 + 1e-6
 """Factor by which a duration that is offered as a remedy is longer than the one that was found."""
 
 
-def time_joint_run(
+def time_joint_group(
     path: JointPath, segments: np.ndarray, ends: EndStates, synchronization: Synchronization, enforced: frozenset[str]
 ) -> tuple[SegmentedPolynomial, bool]:
     """Find the fastest motion through the waypoints of some joint motions, never slower than stopping at each.
@@ -69,7 +69,7 @@ def time_joint_run(
         LimitsUnsatisfiable: The state at an end breaks a limit, nothing limits a duration, or gravity exceeds a torque
             limit.
     """
-    return _JointRun(path, segments, ends, synchronization, enforced).time()
+    return _JointGroup(path, segments, ends, synchronization, enforced).time()
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +93,8 @@ class _Candidate:
     slowed: bool
 
 
-class _JointRun:
-    """A run of joint motions, with the durations and the motion at its ends that are asked."""
+class _JointGroup:
+    """A segment group of joint motions, with the durations and the motion at its ends that are asked."""
 
     def __init__(
         self,
@@ -256,7 +256,7 @@ class _JointRun:
         return motion.pieces.of_segments(self.segments[motion.pieces.segments])
 
     def _outside(self, motion: ViaMotion) -> tuple[int, int, float, float] | None:
-        """Segment (within the run), joint, position and limit, where a position limit is left the farthest."""
+        """Segment (within the group), joint, position and limit, where a position limit is left the farthest."""
         lower, upper = self.problem.limits.position
         below, above = lower - motion.lowest, motion.highest - upper
         excess = np.maximum(below, above)

@@ -61,7 +61,7 @@ SHARE_OF_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class SegmentGroup:
     """A segment group: segments traversed without stopping.
 
     Attributes:
@@ -125,7 +125,7 @@ def _steps(curve: PiecewisePolynomial) -> FloatArray:
     return np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)
 
 
-def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: FloatArray) -> Run:
+def straight_group(segment: int, start: FloatArray, end: FloatArray, velocity: FloatArray) -> SegmentGroup:
     """Build one straight joint motion from rest to rest.
 
     Args:
@@ -136,7 +136,7 @@ def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: Flo
     """
     time = float((np.abs(end - start) / counted_velocity(velocity)).max())
     coefficients = np.stack([start, (end - start) / time], axis=-1)[None]
-    return Run(
+    return SegmentGroup(
         segments=np.array([segment]),
         curve=SegmentedPolynomial(np.array([time]), coefficients, np.array([segment])),
         waypoint_knots=np.array([0, 1]),
@@ -146,14 +146,14 @@ def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: Flo
     )
 
 
-def build_run(
+def build_group(
     robot: Robot,
     waypoints: Sequence[AnyWaypoint],
     solved: Sequence[SolvedWaypoint],
     limits: SegmentLimits,
     segments: np.ndarray,
     transitions: Sequence[Transition],
-) -> Run:
+) -> SegmentGroup:
     """Build the segment group of some segments, from rest to rest.
 
     Args:
@@ -181,7 +181,7 @@ def build_run(
     if (beyond := first_beyond(robot, whole)) is not None:
         raise _leaves_limits_error(robot, segments, whole, *beyond)
     ends = [waypoints[segment + 1] for segment in segments]
-    return Run(
+    return SegmentGroup(
         segments=segments,
         curve=whole,
         waypoint_knots=waypoint_knots,
