@@ -69,11 +69,11 @@ def _fields(check: Check, problem: PlanningProblem, segment: int) -> Iterator[Fi
     """Yield the fields that set the limit of a check on a segment; none if they set another one."""
     robot, quantity, limit = problem.robot, check.quantity, check.limit or 0.0
     joint = None if check.joint is None else robot.joint_names.index(check.joint)
-    asked = [
+    requested = [
         (("limits",), problem.limits),
         (("waypoints", segment + 1, "limits"), problem.waypoints[segment + 1].limits),
     ]
-    given: list[tuple[FieldPath, Limits]] = [(field, own) for field, own in asked if own is not None]
+    given: list[tuple[FieldPath, Limits]] = [(field, own) for field, own in requested if own is not None]
     found: list[FieldPath] = []
     if quantity in JOINT_QUANTITIES and joint is not None:
         for side in (0, 1):

@@ -212,7 +212,9 @@ class PassingSpline:
             low, high = np.where(kept, low, middle), np.where(kept, middle, high)
         return durations(high), durations(np.where(np.isnan(dip), high, dip))
 
-    def _refusal(self, durations: FloatArray, requested: np.ndarray, part: int) -> DurationsTooShort | VelocityOutOfReach:
+    def _refusal(
+        self, durations: FloatArray, requested: np.ndarray, part: int
+    ) -> DurationsTooShort | VelocityOutOfReach:
         """Return the refusal where these durations (segments,), some of them asked, break a limit on a part."""
         own, motion = self.parts == part, self.held(durations)
         peaks = np.flatnonzero(own[motion.segment])
