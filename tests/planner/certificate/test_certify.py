@@ -25,7 +25,9 @@ def check_of(certificate: Certificate, quantity: str) -> Check:
 def test_a_plans_trajectory_gets_the_certificate_of_the_plan() -> None:
     result = plan(problem_of("kuka_kr16_2", 1, 4), Quintic())
     certificate = certify(result.path.robot, result.trajectory, positions=result.path.positions)
-    assert certificate.checks == result.certificate.checks
+    # Only the plan knows the request, whose fields relax a limit.
+    of_trajectory = [replace(check, segment=None, relaxed_by=()) for check in result.certificate.checks]
+    assert list(certificate.checks) == of_trajectory
     assert certificate.waypoint_error == result.certificate.waypoint_error
     assert (certificate.satisfied, certificate.continuity) == (True, "C2")
 

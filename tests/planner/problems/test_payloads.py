@@ -152,7 +152,8 @@ def test_one_payload_from_the_first_waypoint_on_is_that_of_the_problem(kind: str
     ):
         found = plan(changed, backend_of(kind))
         assert found.trajectory.coefficients.tobytes() == of_problem.trajectory.coefficients.tobytes()
-        assert found.certificate.checks == of_problem.certificate.checks
+        unnamed = ([replace(check, relaxed_by=()) for check in made.certificate.checks] for made in (found, of_problem))
+        assert next(unnamed) == next(unnamed)
 
 
 def test_what_is_carried_is_held_in_the_dwell_by_both() -> None:
