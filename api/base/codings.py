@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from functools import lru_cache
 from typing import NamedTuple
 
 GZIP, ZSTD = "gzip", "zstd"
@@ -55,6 +56,7 @@ def _weight(text: str) -> float:
         return 0.0
 
 
+@lru_cache(maxsize=256)
 def negotiate_coding(accept: str, names: tuple[str, ...] = NAMES) -> Coding:
     """Choose the coding of an answer.
 

@@ -9,7 +9,6 @@ from http import HTTPStatus
 from typing import TYPE_CHECKING
 
 import structlog
-from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import ClientDisconnect
 
 from api.base.content_policies import security_headers
@@ -21,6 +20,8 @@ from api.http.transport.senders import request_id
 from api.telemetry.traces import Outcome, trace_context
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from fastapi.routing import APIRoute
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -34,6 +35,9 @@ TIMINGS = ("queue", "validate", "plan", "serialise")
 
 FAILED = InternalError("the service failed on this request")
 """The answer to a request that raised an unexpected exception."""
+
+RawHeaders = list[tuple[bytes, bytes]]
+"""Headers as ASGI has them."""
 
 log = structlog.get_logger()
 
@@ -61,7 +65,7 @@ class RequestContext:
         state |= {"submitted": None, "code": None, "client": client, "quota": None, "grants": []}
         until_answered = state["until_answered"] = ExitStack()
         until_answered.callback(share.release)
-        context = trace_context(Headers(scope=scope).get("traceparent"))
+        context = trace_context(dict(scope["headers"]).get(b"traceparent", b"").decode("latin-1"))
         span = None
         if self._traces is not None:
             span, context = self._traces.begin(context)
@@ -72,14 +76,12 @@ class RequestContext:
             nonlocal status, sent
             if message["type"] == "http.response.start":
                 status = message["status"]
-                headers = MutableHeaders(scope=message)
-                for name, value in security_headers(headers.get("Content-Type")).items():
-                    headers.setdefault(name, value)
+                own = {"x-request-id": state["request_id"]}
+                own["server-timing"] = _server_timing(state["timings"], time.monotonic() - arrived)
                 if state["grants"]:
                     grants = (grant.headers() for grant in state["grants"])
-                    headers.update(min(grants, key=lambda left: int(left["RateLimit-Remaining"])))
-                headers["X-Request-ID"] = state["request_id"]
-                headers["Server-Timing"] = _server_timing(state["timings"], time.monotonic() - arrived)
+                    own |= min(grants, key=lambda left: int(left["RateLimit-Remaining"]))
+                message = {**message, "headers": _with_own(message["headers"], own)}
             else:
                 sent += len(message.get("body", b""))
             await send(message)
@@ -132,6 +134,15 @@ def _operation(scope: Scope, status: int) -> APIRoute | None:
     """Find the route that answered; None: it is no operation, or the router itself answered."""
     route: APIRoute | None = scope.get("route")
     return None if route is None or not route.tags or status == HTTPStatus.METHOD_NOT_ALLOWED else route
+
+
+def _with_own(headers: RawHeaders, own: Mapping[str, str]) -> RawHeaders:
+    """Add the headers that every answer has; a route may have a policy of its own."""
+    given = dict(headers)
+    media_type = given.get(b"content-type")
+    policies = security_headers(None if media_type is None else media_type.decode("latin-1"))
+    every = [(name.lower().encode(), value.encode("latin-1")) for name, value in {**policies, **own}.items()]
+    return [*headers, *((name, value) for name, value in every if name not in given)]
 
 
 def _server_timing(timings: dict[str, float], total: float) -> str:

@@ -62,7 +62,7 @@ async def get_reply(
     arrived: float = request.state.arrived
     task = Task(
         operation=operation,
-        instance=request.url.path,
+        instance=request.scope["path"],
         submitted=time.monotonic(),
         deadline=arrived + body.deadline,
         body=body.content,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 from prometheus_client.exposition import CONTENT_TYPE_PLAIN_0_0_4
+from prometheus_client.metrics import MetricWrapperBase
 from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily
 from prometheus_client.registry import Collector
 from typing_extensions import override
@@ -71,7 +72,7 @@ class Metrics:
         self._items = Counter(
             "planner_batch_items", "Requests of batches that this service has answered.", ["outcome"], registry=registry
         )
-        self._labelled = cache(Histogram.labels)  # to look one up takes as long as to count in it
+        self._labelled = cache(MetricWrapperBase.labels)  # to look one up takes as long as to count in it
         self._running = Gauge("planner_batches_running", "Batches with requests left to plan.", registry=registry)
         self._waiting = Gauge("planner_batch_items_waiting", "Requests of batches left to plan.", registry=registry)
 
@@ -81,8 +82,8 @@ class Metrics:
 
     def count_request(self, operation: str, status: int, seconds: float, code: str | None) -> None:
         """Count a request that was answered, with a problem of this code if there is one."""
-        self._requests.labels(operation, str(status)).inc()
-        self._durations.labels(operation).observe(seconds)
+        self._labelled(self._requests, operation, str(status)).inc()
+        self._labelled(self._durations, operation).observe(seconds)
         if code is not None:
             self._refusals.labels(operation, code).inc()
 
