@@ -22,11 +22,9 @@ if TYPE_CHECKING:
 
     from planner.spatial import FloatArray
 
-MOST_STEPS = 14
-"""Quadratic programs in one search, at most."""
-
-MOST_STEPS_TO_KEEP_LIMITS = 20
-"""Quadratic programs in one search, as long as limits are broken that scaling all durations does not mend."""
+MOST_STEPS = 45
+"""Most quadratic programs in one search. Ten to fifty waypoints far apart need fewer than 14. Dense waypoints on one line
+need more: after 14 their motions take up to 1.7 times as long, and rounding decides by how much."""
 
 LEAST_GAIN = 3e-3
 """Decrease of the merit (the logarithm of the total duration) that a step must promise to be worth it."""
@@ -190,9 +188,7 @@ def search_durations(
     best = assess(start)
     value = merit(best)
     radius = np.full(len(start), LARGEST_STEP)
-    for steps in range(MOST_STEPS_TO_KEEP_LIMITS):
-        if steps >= MOST_STEPS and broken(best) == 0.0:
-            break
+    for _ in range(MOST_STEPS):
         step, promised = _best_step(best, free, radius, scalable=scalable)
         if promised < LEAST_GAIN:
             break

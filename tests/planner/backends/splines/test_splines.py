@@ -179,6 +179,21 @@ def test_the_shortest_is_as_short_as_an_independent_optimiser_makes_it(seed, deg
     assert start.sum() <= 1.02 * min(totals)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_cubic_through_dense_waypoints_on_one_line_is_as_fast_as_one_without_them(seed) -> None:
+    """One cubic over the whole line is a spline through its waypoints, too: an upper bound of the shortest."""
+    shares = np.linspace(-1.0, 1.0, 42)
+    line = np.random.default_rng(seed).uniform(0.1, 0.5, 3)
+    positions = (np.sign(shares) * shares**2)[:, None] * line
+    totals = []
+    for waypoints in (positions, positions[[0, -1]]):
+        segments = len(waypoints) - 1
+        rates = (np.full((segments, 3), x) for x in (5.0, 7.0, 70.0))
+        limits = spline_limits(*np.full((2, 3), INF) * [[-1], [1]], *rates)
+        totals.append(timed_spline(waypoints, limits, free(segments), 3).lengths.sum())
+    assert totals[0] <= totals[1]
+
+
 @fewer
 @given(problem=problems, degree=st.sampled_from(DEGREES))
 def test_there_and_back_take_as_long(problem, degree) -> None:
