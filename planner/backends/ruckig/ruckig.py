@@ -12,7 +12,7 @@ import numpy as np
 from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.ruckig.state_to_state import Synchronization  # noqa: TC001 - the schema of the options is made from it
-from planner.backends.ruckig.via_groups import time_joint_group
+from planner.backends.ruckig.via_groups import least_stopping_time, time_joint_group
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.smooth_curve import smoothed
 from planner.backends.shared.straight_lines import time_lines
@@ -118,7 +118,7 @@ class Ruckig:
             found = _along_curve(path, group)
             if found and len(group.segments) > FEW_SEGMENTS:
                 stopping = along_lines(path.straight_motions(group.segments))
-                if found[0].lengths.sum() < DENSE * stopping.lengths.sum():
+                if _duration(found[0]) < DENSE * _duration(stopping):
                     return found[0]
         try:
             own, slowed = time_joint_group(path, group.segments, ends, self.synchronization, enforced(self))
@@ -132,9 +132,12 @@ class Ruckig:
             raise
         if free and slowed:
             found = found or _along_curve(path, group)
-            if passes:
-                found = [*found, self._stopping(path, group, ends)]
-        return min([own, *found], key=lambda pieces: float(pieces.lengths.sum()))
+        best = min([own, *found], key=_duration)
+        if passes and slowed:
+            travels, limits = np.diff(path.positions_of(group), axis=0), path.limits.of(group.segments)
+            if least_stopping_time(travels, limits) < _duration(best):
+                best = min(best, self._stopping(path, group, ends), key=_duration)
+        return best
 
     def _passing(self, path: JointPath, group: SegmentGroup, ends: EndStates) -> list[SegmentedPolynomial]:
         """Return the motions of a segment group from each waypoint whose velocity is asked to the next.
@@ -171,6 +174,10 @@ def _ends_of(path: JointPath, segments: np.ndarray, ends: EndStates) -> EndState
     still = np.zeros(path.robot.dof)
     begin = (ends.initial_velocity, ends.initial_acceleration) if segments[0] == path.moving[0] else (still, still)
     return EndStates(*begin, ends.final_velocity if segments[-1] == path.moving[-1] else still)
+
+
+def _duration(pieces: SegmentedPolynomial) -> float:
+    return float(pieces.lengths.sum())
 
 
 def _straightness(path: JointPath, group: SegmentGroup) -> float:

@@ -72,6 +72,21 @@ def time_joint_group(
     return _JointGroup(path, segments, ends, synchronization, enforced).time()
 
 
+def least_stopping_time(travels: FloatArray, limits: SegmentLimits) -> float:
+    """Return the time, s, that stopping at each waypoint takes at least: the joints' own limits alone set it.
+
+    Args:
+        travels: Travels (segments, joints), rad or m.
+        limits: The limits of each segment.
+    """
+    d, limits = np.abs(travels), limits.along(travels)
+    with np.errstate(divide="ignore"):
+        v, a, j = ((limits.bounds(quantity).upper / d).ravel() for quantity in JOINT_DERIVATIVES[1:])
+        brakes = None if limits.acceleration.is_symmetric else (-limits.acceleration.lower / d).ravel()
+    times = s_curves(v, a, j, brakes)[0].reshape(d.shape)
+    return float(np.where(d > 0.0, times, 0.0).max(axis=1).sum())
+
+
 @dataclass(frozen=True, eq=False)
 class _Candidate:
     """A motion that keeps its limits, but for the durations asked of it.
@@ -133,7 +148,9 @@ class _JointGroup:
         through = None
         if self.at_rest and len(self.segments) > 1 and np.isnan(self.requested).all():
             through = self._slowed(free, stopping=False)
-            if through is not None and through.durations.sum() <= self._least_stopping():
+            if through is not None and through.durations.sum() <= least_stopping_time(
+                self.problem.travels, self.problem.limits
+            ):
                 return through.pieces, through.slowed
         stopping = self._stopping() if self.at_rest else self._slowed(free, stopping=True)
         stop_times = None if stopping is None else stopping.shortest
@@ -153,15 +170,6 @@ class _JointGroup:
     def _too_short(self, candidate: _Candidate) -> np.ndarray:
         too_short: np.ndarray = candidate.durations > self.requested * (1.0 + DURATION_TOLERANCE)
         return too_short
-
-    def _least_stopping(self) -> float:
-        """Return the time, s, that stopping at each waypoint takes at least: the joints' own limits alone set it."""
-        d, limits = np.abs(self.problem.travels), self.problem.limits.along(self.problem.travels)
-        with np.errstate(divide="ignore"):
-            v, a, j = ((limits.bounds(quantity).upper / d).ravel() for quantity in JOINT_DERIVATIVES[1:])
-            brakes = None if limits.acceleration.is_symmetric else (-limits.acceleration.lower / d).ravel()
-        times = s_curves(v, a, j, brakes)[0].reshape(d.shape)
-        return float(np.where(d > 0.0, times, 0.0).max(axis=1).sum())
 
     def _stopping(self) -> _Candidate | None:
         """Each segment from rest to rest by itself: a longer duration stretches it."""

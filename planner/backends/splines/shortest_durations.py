@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MOST_STEPS = 45
-"""Most quadratic programs in one search. Ten to fifty waypoints far apart need fewer than 14. Dense waypoints on one line
-need more: after 14 their motions take up to 1.7 times as long, and rounding decides by how much."""
+"""Most quadratic programs in one search. Ten to fifty waypoints far apart need fewer than 14. Dense waypoints on one
+line need more: after 14 their motions take up to 1.7 times as long, and rounding decides the factor."""
 
 LEAST_GAIN = 3e-3
 """Decrease of the merit (the logarithm of the total duration) that a step must promise to be worth it."""

@@ -144,9 +144,10 @@ class VelocityConditions:
 
     def shares(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:
         """Return the shares (..., joints) of the allowed speeds that velocities (..., joints) at positions use."""
-        upper, lower = self.allowed(positions)
-        speeds = np.abs(velocities)
-        shares: FloatArray = np.where(speeds > LEAST_SPEED, speeds / np.where(velocities > 0.0, upper, lower), 0.0)
+        speeds, down = np.abs(velocities), velocities <= 0.0
+        joints = np.broadcast_to(np.arange(positions.shape[-1]), positions.shape)
+        allowed = self.speeds(down.astype(int), joints, np.where(down, -positions, positions))
+        shares: FloatArray = np.where(speeds > LEAST_SPEED, speeds / allowed, 0.0)
         return shares
 
 

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from planner.backends import Ruckig, Toppra
 from planner.backends.ruckig.state_to_state import Synchronization
+from planner.backends.ruckig.via_groups import least_stopping_time
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.kinematics import tool_speeds
 from planner.limits import Limits
@@ -47,6 +48,25 @@ def test_passing_waypoints_keeps_all_limits_and_is_never_slower_than_stopping(ro
         assert result.trajectory.duration > (travels / stops.robot.limit("velocity")).max(axis=1).sum()
         peak = max(check.ratio or 0.0 for check in result.certificate.checks if check.quantity != "position")
         assert peak == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_least_time_of_stopping_is_that_of_the_slowest_joint_by_single_calls_of_the_library(seed: int) -> None:
+    path = plan(passing(problem_of("ur5e", seed, 4, 0.5)), Toppra()).path
+    limits = path.limits.of(np.arange(len(path.positions) - 1))
+    travels = np.diff(path.positions, axis=0)
+    target, output, library = ruckig.InputParameter(1), ruckig.Trajectory(1), ruckig.Ruckig(1)
+    total = 0.0
+    for segment, travel in enumerate(travels):
+        times = []
+        for joint, distance in enumerate(travel):
+            rates = (limits.bounds(quantity).upper[segment, joint] for quantity in RATES)
+            target.max_velocity, target.max_acceleration, target.max_jerk = ([rate] for rate in rates)
+            target.target_position = [distance]
+            library.calculate(target, output)
+            times.append(output.duration)
+        total += max(times)
+    assert least_stopping_time(travels, limits) == pytest.approx(total, rel=1e-9)
 
 
 @pytest.mark.parametrize(("end", "gain"), [(2.0, 0.2), (1.4, 0.2), (0.9, 0.0)])
