@@ -207,7 +207,8 @@ class MaxPayloadRequest(Schema):
     mounting: Pose | None = None
     """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
     limits: Limits = Limits()
-    """The limits of the torque; those that are omitted are the robot's own, and other limits do not count."""
+    """The limits of torque, RMS torque and power. Limits that are omitted are the robot's own, and limits that do not
+    depend on the payload do not count."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""
 
@@ -220,12 +221,15 @@ class MaxPayloadAnswer(Answer):
     mass: float | None
     """The mass, kg, besides the carried one, accurate to 0.01 %; null: no joint feels it, and the robot has no known
     rating."""
-    limited_by: Literal["torque", "rating"] | None
-    """The limit of the mass: the torque of a joint, or the rated payload of the robot; null: none."""
+    limited_by: (
+        Literal["torque", "torque_at_speed", "rms_torque", "power", "total_power", "acceleration", "jerk", "rating"]
+        | None
+    )
+    """The quantity whose limit bounds the mass, or `rating`, the rated payload of the robot; null: none."""
     joint: str | None
-    """The name of the joint whose torque limits the mass; null: no torque does."""
+    """The name of the joint whose limit it is; null: it is not one of a joint."""
     time: float | None
-    """The time at which it does, s; null: no torque limits the mass."""
+    """The time at which it does, s; null: no limit of the motion does."""
 
 
 class StopRequest(EditRequest):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
@@ -15,6 +15,7 @@ from planner.dynamics.inverse import check_dynamics
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.limits import SMALLEST, Limits, segment_limits
 from planner.operations.certified import refuse_other_joints
+from planner.plans.binding import BY_MASS
 from planner.robots.payload import Payload
 
 if TYPE_CHECKING:
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 ACCURACY = 1e-4
 """The largest difference between the mass and the heaviest one, relative to the mass."""
+
+HEAVIER = 10.0 ** np.arange(10)
+"""Masses, kg, that are tried one after the other where no torque limit bounds the mass."""
 
 SAMPLES_OF_PIECE = 8
 """The times in each piece of a trajectory whose torques bound the mass from above."""
@@ -35,13 +39,14 @@ class MaxPayload:
 
     Attributes:
         mass: Mass of the payload, kg, besides what the robot carries already; None: no joint feels it.
-        limited_by: `torque`, `rating` (the rated payload of the robot), or None: nothing limits the mass.
-        joint: Name of the joint whose torque limits the mass; None: no torque does.
-        time: The time at which it does, s; None: no torque limits the mass.
+        limited_by: The quantity whose limit bounds the mass, such as `torque` or `rms_torque`; `rating`, the rated
+            payload of the robot; or None: nothing does.
+        joint: Name of the joint whose limit it is; None: it is not one of a joint.
+        time: The time at which it does, s; None: no limit of the motion does.
     """
 
     mass: float | None
-    limited_by: Literal["torque", "rating"] | None
+    limited_by: str | None
     joint: str | None = None
     time: float | None = None
 
@@ -59,7 +64,7 @@ def max_payload(
 
     Torques are affine in the mass for a given center of mass. A linear program in the mass over the torques at samples
     gives an upper bound. Below it, the largest share of a limit, which the certificate finds between samples too, is a
-    convex function of the mass, and its root is the answer.
+    convex function of the mass, and its root is the answer. Limits by speed, of RMS torque and of power count, too.
 
     Args:
         robot: The robot, with its tool and what it carries already.
@@ -68,7 +73,7 @@ def max_payload(
         center_of_mass_tolerance: Half the sizes (x, y, z), m, of a box about the center of mass. The mass is carried
             with any center of mass in it.
         inertia: Principal moments (ixx, iyy, izz) of the payload about its center of mass, kg m^2, whatever its mass.
-        limits: Limits besides the robot's; those of the torque count.
+        limits: Limits besides the robot's; those that depend on the payload count: of torque, RMS torque and power.
 
     Returns:
         The mass, accurate to 0.01 %, for which the certificate of the trajectory finds the torque limits kept.
@@ -85,15 +90,14 @@ def max_payload(
     bodies = [Payload(0.0, (x, y, z), inertia) for x, y, z in corners.tolist()]
 
     def worst(mass: float) -> Check:
-        checks = [_torque_check(robot.with_payload(replace(body, mass=mass)), trajectory, limits) for body in bodies]
+        checks = [_heaviest_check(robot.with_payload(replace(body, mass=mass)), trajectory, limits) for body in bodies]
         return max(checks, key=lambda check: check.ratio or 0.0)
 
-    if not np.isfinite(segment_limits(robot, limits, (None,)).torque.upper).any():
-        raise InvalidProblem([(("robot",), f"{robot.id} has no torque limits")])
     light = worst(0.0)
     if not light.satisfied:
+        name = light.quantity.replace("_", " ") + (f" of {light.joint}" if light.joint else "")
         raise LimitsUnsatisfiable(
-            f"the torque of {light.joint} is {light.peak:.6g} without a payload, beyond its limit {light.limit:.6g}",
+            f"the {name} is {light.peak:.6g} without a payload, beyond its limit {light.limit:.6g}",
             joint=light.joint,
             value=light.peak,
             limit=light.limit,
@@ -101,6 +105,9 @@ def max_payload(
         )
     rating = np.inf if robot.rated_payload is None else max(robot.rated_payload - robot.payload_mass, 0.0)
     most = min(rating, *(_most_at_samples(robot, body, trajectory, limits) for body in bodies))
+    if most == np.inf:
+        heavier = (mass for mass in HEAVIER if not worst(mass).satisfied)
+        most = next(heavier, np.inf)
     if most == np.inf:
         return MaxPayload(None, None)
     mass, heaviest = most, worst(most)
@@ -110,13 +117,21 @@ def max_payload(
         mass = brentq(lambda mass: (worst(mass).ratio or 0.0) - 1.0, 0.0, most, xtol=SMALLEST, rtol=0.1 * ACCURACY)
     while not (heaviest := worst(mass)).satisfied:
         mass *= 1.0 - 0.5 * ACCURACY
-    return MaxPayload(mass, "torque", heaviest.joint, heaviest.time)
+    return MaxPayload(mass, heaviest.quantity, heaviest.joint, heaviest.time)
 
 
-def _torque_check(robot: Robot, trajectory: Trajectory, limits: Limits) -> Check:
-    """Return the check of the torques of a trajectory."""
+def _heaviest_check(robot: Robot, trajectory: Trajectory, limits: Limits) -> Check:
+    """Return the check with the largest share of a limit that depends on the payload.
+
+    Raises:
+        InvalidProblem: There is no such limit.
+    """
+    quantities = BY_MASS if robot.payload_table is None else (*BY_MASS, "acceleration", "jerk")
     certificate = certify(robot, trajectory, limits=limits, enforced=("torque",))
-    return next(check for check in certificate.checks if check.quantity == "torque")
+    checks = [own for own in certificate.checks if own.quantity in quantities and own.ratio is not None]
+    if not checks:
+        raise InvalidProblem([(("robot",), f"{robot.id} has no torque limits, and no others that a payload uses")])
+    return max(checks, key=lambda check: check.ratio or 0.0)
 
 
 def _most_at_samples(robot: Robot, body: Payload, trajectory: Trajectory, limits: Limits) -> float:

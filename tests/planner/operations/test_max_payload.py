@@ -17,6 +17,8 @@ from planner.planning import plan
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
+from planner.robots.varying.payload_table import PayloadTable
+from planner.robots.varying.torque_curves import TorqueCurve
 from planner.trajectories.trajectory import Trajectory
 
 RATED = load_robot("kuka_kr16_l6_2")
@@ -122,6 +124,32 @@ def test_limits_of_the_request_narrow_those_of_the_robot() -> None:
     assert found < wide
     assert carries(UNRATED, trajectory, Payload(found), narrow)
     assert not carries(UNRATED, trajectory, Payload(1.001 * found), narrow)
+
+
+WEAKER = {joint.name: TorqueCurve((0.0, 2.0), (joint.torque, 0.45 * joint.torque)) for joint in UNRATED.joints}
+GENTLER = PayloadTable((1.0, 20.0), (1.0, 0.2))
+OTHER_LIMITS: dict[str, tuple[Robot, Limits]] = {
+    "torque_at_speed": (UNRATED.derived(limits={k: {"torque_curve": curve} for k, curve in WEAKER.items()}), Limits()),
+    "power": (UNRATED, Limits(power=(900.0,) * 6)),
+    "total_power": (UNRATED, Limits(total_power=800.0)),
+    "rms_torque": (UNRATED, Limits(rms_torque=tuple(0.45 * UNRATED.limit("torque")))),
+    "acceleration": (UNRATED.derived(payload_table=GENTLER), Limits()),
+}
+"""Robots and limits by the quantity that bounds the mass of a slow motion."""
+
+
+@pytest.mark.parametrize("quantity", OTHER_LIMITS)
+def test_other_limits_that_depend_on_the_payload_bound_the_mass(quantity: str) -> None:
+    (robot, limits), trajectory = OTHER_LIMITS[quantity], moved("quintic").scaled(1.6)
+    found = max_payload(robot, trajectory, limits=limits)
+    assert found.limited_by == quantity and found.mass is not None
+    assert found.mass < 0.99 * (max_payload(UNRATED, trajectory).mass or 0.0)
+
+    def keeps(mass: float) -> bool:
+        checks = certify(robot.with_payload(Payload(mass)), trajectory, limits=limits).checks
+        return all(check.satisfied for check in checks if check.quantity == quantity)
+
+    assert keeps(found.mass) and not keeps(1.001 * found.mass)
 
 
 def test_a_trajectory_too_fast_without_a_payload_is_refused() -> None:
