@@ -178,7 +178,7 @@ def test_fifty_waypoints_in_one_run() -> None:
     assert result.certificate.waypoint_error <= 1e-9
 
 
-@pytest.mark.parametrize("asked", [{"tcp_linear_velocity": 0.15}, {"tcp_angular_velocity": 0.3}])
+@pytest.mark.parametrize("requested", [{"tcp_linear_velocity": 0.15}, {"tcp_angular_velocity": 0.3}])
 def test_tool_speed_limits_bind_and_hold(requested: dict[str, float]) -> None:
     result = plan(replace(through(KUKA, 5, 5, 0.3), limits=Limits(**requested)), Toppra())  # type: ignore[arg-type]
     assert 0.99 <= worst_ratio(result) <= 1.0 + 1e-6
