@@ -9,7 +9,7 @@ import numpy as np
 from planner.certificate.checks import Check
 from planner.problems.problem import JointMotion
 from planner.problems.transitions import StopTransition
-from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest_from_way
+from planner.tool_motions.path_distances import CHORDS, farthest_from_path, joints_farthest_from_path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,9 +59,9 @@ def certify_joint_motions(
         first, last = float(trajectory.departures[segment]), float(trajectory.arrivals[segment + 1])
         straight = np.linspace(positions[segment], positions[segment + 1], CHORDS + 1)
         stops = not (passed[segment] or passed[segment + 1])
-        found = farthest_from_way(robot, trajectory, first, last, straight)
+        found = farthest_from_path(robot, trajectory, first, last, straight)
         of_tool.append(_check(TOOL_DEVIATION, None, found, allowed.max_deviation, stops))
-        found = joints_farthest_from_way(trajectory, first, last, straight)
+        found = joints_farthest_from_path(trajectory, first, last, straight)
         away = np.abs(trajectory.evaluate(np.array([found[1]]), [0])[0] - straight)
         joint = robot.joint_names[int(away[away.max(axis=1).argmin()].argmax())]
         of_joints.append(_check(JOINT_DEVIATION, joint, found, allowed.max_joint_deviation, stops))

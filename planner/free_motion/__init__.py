@@ -1,5 +1,5 @@
 """Free motions: collision-free paths of proved straight joint motions."""
 
-from planner.free_motion.way import Way, find_way
+from planner.free_motion.free_path import FreePath, find_free_path
 
-__all__ = ["Way", "find_way"]
+__all__ = ["FreePath", "find_free_path"]

@@ -1,4 +1,4 @@
-"""Straight joint motions that are looked at quickly first, and proved free of collisions where a way needs them."""
+"""Straight joint motions that are looked at quickly first, and proved free of collisions where a path needs them."""
 
 from __future__ import annotations
 

@@ -67,14 +67,14 @@ class Estimate:
     """
 
     def __init__(self, objective: Objective, path: JointPath, segment: int) -> None:
-        """Prepare for ways whose legs have the limits, the payload and the tool of a segment of a path."""
+        """Prepare for paths whose legs have the limits, the payload and the tool of a segment of a path."""
         self._objective: Objective = objective
         self._path, self._segment = path, segment
         limits = path.limits
         self._velocity, self._acceleration = (own.narrower[segment] for own in (limits.velocity, limits.acceleration))
 
     def __call__(self, positions: FloatArray) -> float:
-        """Estimate the cost of a way (positions, joints), in the units of its objective."""
+        """Estimate the cost of a path (positions, joints), in the units of its objective."""
         legs = lengths(positions)
         if self._objective == "path_length":
             return float(legs.sum())
@@ -82,16 +82,16 @@ class Estimate:
         if not moving.any():
             return 0.0
         corners = positions[np.append(moving, True)]
-        ways = np.diff(corners, axis=0)
-        times = np.maximum((np.abs(ways) / self._velocity).max(axis=1), LEAST_TIME * legs[moving])
-        still = np.zeros((1, ways.shape[1]))
-        changes = np.diff(np.concatenate([still, ways / times[:, None], still]), axis=0)
+        steps = np.diff(corners, axis=0)
+        times = np.maximum((np.abs(steps) / self._velocity).max(axis=1), LEAST_TIME * legs[moving])
+        still = np.zeros((1, steps.shape[1]))
+        changes = np.diff(np.concatenate([still, steps / times[:, None], still]), axis=0)
         turns = (np.abs(changes) / self._acceleration).max(axis=1)
         going, turning = float(times.sum()), 0.5 * float(turns.sum())
         slower = max(1.0, (turning / going) ** 0.5)
         if self._objective == "duration":
             return float(going * slower + turning / slower)
-        middles, rest = corners[:-1] + ways / 2.0, np.zeros_like(ways)
+        middles, rest = corners[:-1] + steps / 2.0, np.zeros_like(steps)
         held = self._effort(middles, rest) @ times
         bent = self._effort(corners, changes / np.where(turns > 0.0, turns, 1.0)[:, None]) @ turns
         return float(held * slower + 0.5 * bent / slower)

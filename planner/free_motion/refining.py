@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 LEAST_GAIN = 1e-3
-"""The share of its cost by which a change has to make a way better, to be looked at."""
+"""The share of its cost by which a change has to make a path better, to be looked at."""
 
 MOVED = 0.5
 """The share of changes by which a corner is moved."""
@@ -24,7 +24,7 @@ LEFT_OUT = 0.1
 """The share of changes by which a corner is left out."""
 
 CUT = 0.2
-"""The share of changes by which a corner is cut; by the rest a part of the way is."""
+"""The share of changes by which a corner is cut; by the rest a part of the path is."""
 
 LEAST_SHIFT = 0.01
 """Smallest standard deviation of the shift of a corner along a joint, rad or m."""

@@ -1,4 +1,4 @@
-"""Two trees that grow towards each other (Kuffner and LaValle, RRT-Connect, ICRA 2000) until a way is proved free."""
+"""Two trees that grow towards each other (Kuffner and LaValle, RRT-Connect, ICRA 2000) until a path is proved free."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ A tree then approaches a position with each step, even if only a joint with litt
 
 
 class Meeting(NamedTuple):
-    """A way that joins two trees which have met.
+    """A path that joins two trees which have met.
 
     Attributes:
         positions: (positions, joints), rad or m, from the start to a goal, proved free between any two neighbours.
@@ -79,7 +79,7 @@ class Trees:
         weights = np.maximum(levers, LEAST_WEIGHT * levers.max())
         self.from_start, self.from_goals = Tree(start[None], weights), Tree(goals, weights)
 
-    def find_way(self, rng: np.random.Generator) -> Meeting | None:
+    def find_meeting(self, rng: np.random.Generator) -> Meeting | None:
         """Grow the trees until they meet on a proved path; cut unproved motions from their tree.
 
         Args:

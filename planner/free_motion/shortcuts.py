@@ -1,4 +1,4 @@
-"""Shorter ways, proved free."""
+"""Shorter paths, proved free."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MOST_CUTS = 100
-"""The most cuts that are tried on a way."""
+"""The most cuts that are tried on a path."""
 
 FRUITLESS_CUTS = 20
-"""The number of cuts in a row without a gain after which a way counts as short."""
+"""The number of cuts in a row without a gain after which a path counts as short."""
 
 LEAST_GAIN = 0.01
 """The smallest relative gain of a cut that is worth a proof."""
@@ -37,7 +37,7 @@ def lengths(positions: FloatArray) -> FloatArray:
 
 
 def shortened(edges: FreeEdges, positions: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Make a way shorter while its ends stay.
+    """Make a path shorter while its ends stay.
 
     Args:
         edges: Proves the motions; nothing is tried once its budget is spent.
@@ -55,7 +55,7 @@ def shortened(edges: FreeEdges, positions: FloatArray, rng: np.random.Generator)
 
 
 def _cut_short(edges: FreeEdges, positions: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Go from corner to corner first, then between random points of a way, where that seems free."""
+    """Go from corner to corner first, then between random points of a path, where that seems free."""
     positions = _without_detours(edges, positions)
     fruitless = 0
     for _ in range(MOST_CUTS):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.free_motion.edges import FreeEdges
-from planner.free_motion.way import Way, find_way
+from planner.free_motion.free_path import FreePath, find_free_path
 from planner.kinematics.forward import tool_pose
 from planner.problems.problem import LinearMotion, PoseWaypoint
 from planner.spatial import Pose
@@ -35,14 +35,14 @@ SHARE = 0.25
 """The share of the motions of a search that each search between such lines may look at."""
 
 
-def find_way_with_straight_ends(
+def find_path_with_straight_ends(
     robots: Sequence[Robot],
     checker: CollisionChecker,
     start: FloatArray,
     goals: Sequence[FloatArray] | FloatArray,
     options: InverseKinematicsOptions,
     most_checks: int,
-) -> Way | None:
+) -> FreePath | None:
     """Find a free path that ends, and if necessary begins, with a straight line along the tool's z axis.
 
     Args:
@@ -54,7 +54,7 @@ def find_way_with_straight_ends(
         most_checks: The most motions that a search without lines looks at.
 
     Returns:
-        The way; None: none was found.
+        The path; None: none was found.
     """
     edges = FreeEdges(checker, inf)
     out = _line_back(edges, robots[0], start, options)
@@ -64,10 +64,10 @@ def find_way_with_straight_ends(
             continue  # that is the search without lines
         ends = [line[-1] for line in lines]
         most = int(SHARE * most_checks)
-        way = find_way(robots[0], checker, first[-1], ends, most_checks=most, seed=options.seed)
-        if way.status == "found":
-            positions = np.concatenate([first[:-1], way.positions, lines[way.goal][-2::-1]])
-            return Way("found", positions, way.goal, 0.0, way.checks)
+        path = find_free_path(robots[0], checker, first[-1], ends, most_checks=most, seed=options.seed)
+        if path.status == "found":
+            positions = np.concatenate([first[:-1], path.positions, lines[path.goal][-2::-1]])
+            return FreePath("found", positions, path.goal, 0.0, path.checks)
     return None
 
 

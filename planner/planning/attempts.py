@@ -14,8 +14,8 @@ from time import monotonic
 from typing import TYPE_CHECKING, TypeVar
 
 from planner.errors import PlanningError
+from planner.free_motion.detours import find_detours, with_detours
 from planner.free_motion.objectives import value_of
-from planner.free_motion.ways import find_ways, with_ways
 from planner.paths import solve_path
 from planner.plans.result import certified, timed
 from planner.problems.blend_radii import with_blend_radii
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from planner.backends.base import BackEnd
-    from planner.free_motion.ways import FoundWay
+    from planner.free_motion.detours import Detour
     from planner.paths import JointPath
     from planner.plans.result import Plan
     from planner.problems.motion_around import Objective
@@ -73,7 +73,7 @@ class Attempt:
 
     problem: PlanningProblem
     backend: BackEnd
-    detours: tuple[FoundWay, ...] | None = None
+    detours: tuple[Detour, ...] | None = None
     path: JointPath | None = None
     warnings: tuple[PlanWarning, ...] = ()
     better_than: tuple[Objective, float] | None = None
@@ -81,9 +81,9 @@ class Attempt:
     @cached_property
     def with_detours(self) -> PlanningProblem:
         """The problem with joint motions along the detours in the place of free ones."""
-        return with_ways(self.problem, self.detours or ())
+        return with_detours(self.problem, self.detours or ())
 
-    def along(self, detours: Sequence[FoundWay]) -> Attempt:
+    def along(self, detours: Sequence[Detour]) -> Attempt:
         """Return the attempt with other detours."""
         return replace(self, detours=tuple(detours), path=None)
 
@@ -97,7 +97,7 @@ class Attempt:
         try:
             if attempt.detours is None:
                 check_problem(attempt.problem, attempt.backend)
-                attempt = replace(attempt, detours=find_ways(attempt.problem))
+                attempt = replace(attempt, detours=find_detours(attempt.problem))
         except PlanningError as refusal:
             return Refused(attempt, refusal)
         problem = attempt.with_detours
@@ -111,7 +111,7 @@ class Attempt:
         except PlanningError as refusal:
             return Refused(attempt, refusal.numbered(problem.numbers), trajectory)
         warnings = (*attempt.warnings, *plan.warnings)
-        return Planned(attempt, replace(plan, ways=attempt.detours or (), warnings=warnings))
+        return Planned(attempt, replace(plan, detours=attempt.detours or (), warnings=warnings))
 
     @property
     def solved(self) -> JointPath:

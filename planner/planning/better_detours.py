@@ -7,11 +7,11 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING
 
+from planner.free_motion.detours import LADDER, Gain, ends_of_detour, free_waypoints
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.objectives import Estimate, value_of
-from planner.free_motion.ways import LADDER, Gain, ends_of_way, free_waypoints
 from planner.planning.attempts import NotBetter, Planned, Refused
-from planner.planning.better_ways import BetterWays
+from planner.planning.candidate_detours import CandidateDetours
 from planner.problems.motion_around import OPTIMISE_CHECKS, FreeMotion
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def with_better_detours(first: Proposals[Outcome]) -> Proposals[Outcome]:
         first: What leads to the plan. Time budgets include it.
 
     Returns:
-        A plan that is no worse by the objectives, with the gains in its `ways`; or the refusal.
+        A plan that is no worse by the objectives, with the gains in its `detours`; or the refusal.
     """
     until = monotonic()
     planned = yield from first
@@ -47,7 +47,7 @@ def with_better_detours(first: Proposals[Outcome]) -> Proposals[Outcome]:
 
 def _with_quicker(planned: Planned, number: int) -> Proposals[Planned]:
     """Take one change of a detour, where the trajectory is quicker with it."""
-    if not planned.plan.ways[number].has_corners:
+    if not planned.plan.detours[number].has_corners:
         return planned
     positions = _candidates(planned, number, "duration", inf, inf).at_once()
     if positions is None:
@@ -67,47 +67,47 @@ def _with_better(planned: Planned, number: int, objective: Objective, most: floa
         until: The time, s on the monotonic clock, at which it ends.
     """
     first = value = _value(planned, objective)
-    candidates, checks, longest = 0, 0, 0.0
-    if planned.plan.ways[number].has_corners:
-        ways = _candidates(planned, number, objective, most, until)
-        for positions in ways:
+    timed, checks, longest = 0, 0, 0.0
+    if planned.plan.detours[number].has_corners:
+        candidates = _candidates(planned, number, objective, most, until)
+        for positions in candidates:
             begun = monotonic()
             if begun + longest > until:
                 break
-            candidates += 1
+            timed += 1
             outcome = yield from _along(planned, number, positions, (objective, value), until)
             if isinstance(outcome, Planned):
-                planned, ways.best = outcome, positions
+                planned, candidates.best = outcome, positions
                 value = _value(planned, objective)
             longest = max(longest, monotonic() - begun)
-        checks = ways.edges.checked
-    detours = list(planned.plan.ways)
-    detours[number] = replace(detours[number], gain=Gain(objective, first, value, candidates, checks))
-    return Planned(planned.attempt.along(detours), replace(planned.plan, ways=tuple(detours)))
+        checks = candidates.edges.checked
+    detours = list(planned.plan.detours)
+    detours[number] = replace(detours[number], gain=Gain(objective, first, value, timed, checks))
+    return Planned(planned.attempt.along(detours), replace(planned.plan, detours=tuple(detours)))
 
 
 def _value(planned: Planned, objective: Objective) -> float:
     return value_of(objective, planned.plan.path, planned.plan.trajectory)
 
 
-def _candidates(planned: Planned, number: int, objective: Objective, most: float, until: float) -> BetterWays:
+def _candidates(planned: Planned, number: int, objective: Objective, most: float, until: float) -> CandidateDetours:
     """Return where other detours come from. Only after the last free motion no other detour begins where it ends."""
-    problem, detours = planned.attempt.problem, planned.plan.ways
+    problem, detours = planned.attempt.problem, planned.plan.detours
     own = detours[number]
-    ends = ends_of_way(problem, detours[:number], own.waypoint)
+    ends = ends_of_detour(problem, detours[:number], own.waypoint)
     if number < len(detours) - 1:
         ends = ends._replace(goals=own.positions[-1:])
     edges = FreeEdges(ends.checker, most)
     edges.until = until
     cost = Estimate(objective, planned.plan.path, planned.plan.problem.numbers.index(own.waypoint) - 1)
-    return BetterWays(problem.robot, ends, own.positions, cost, edges, problem.inverse_kinematics.seed)
+    return CandidateDetours(problem.robot, ends, own.positions, cost, edges, problem.inverse_kinematics.seed)
 
 
 def _along(
     planned: Planned, number: int, positions: FloatArray, better_than: tuple[Objective, float], until: float
 ) -> Proposals[Outcome | None]:
     """Plan along another detour (positions, joints), as smoothly as stays free; None: it is no better."""
-    detours = list(planned.plan.ways)
+    detours = list(planned.plan.detours)
     for transition in LADDER:
         if monotonic() > until:
             return None

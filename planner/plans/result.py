@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from planner.certificate.clearance import ClearanceReport
     from planner.certificate.speed_zones import SpeedZoneCheck
     from planner.certificate.waypoints import MetWaypoints
-    from planner.free_motion.ways import FoundWay
+    from planner.free_motion.detours import Detour
     from planner.paths import JointPath
     from planner.plots.animation import Animation
     from planner.plots.picture import Picture
@@ -59,7 +59,7 @@ class Plan:
         trajectory: The path with time on it.
         certificate: The check of the trajectory against every limit; satisfied.
         warnings: Warnings of the back end and of the planner, such as requested limits that are not enforced.
-        ways: The collision-free paths found for the requested free motions. In `problem`, joint motions along these
+        detours: The collision-free paths found for the requested free motions. In `problem`, joint motions along these
             paths replace the free motions.
     """
 
@@ -69,7 +69,7 @@ class Plan:
     trajectory: Trajectory
     certificate: Certificate
     warnings: tuple[PlanWarning, ...]
-    ways: tuple[FoundWay, ...] = ()
+    detours: tuple[Detour, ...] = ()
 
     def __repr__(self) -> str:
         """Return robot, back end and duration, in one line."""

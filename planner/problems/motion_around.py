@@ -42,7 +42,8 @@ class FreeMotion(JointMotion):
         time_budget: Longest time of the optimisation, s, the search for the first path included. The best path so far
             is the answer, so equal requests may have different answers. None: no limit of time.
         optimise_checks: The largest number of motions that the optimisation checks. Each trajectory computed counts as
-            `planner.planning.better_ways.CHECKS_OF_A_PLAN`; None: `OPTIMISE_CHECKS`, with a `time_budget`: any number.
+            `planner.planning.candidate_detours.CHECKS_OF_A_PLAN`. None: `OPTIMISE_CHECKS`, or any number with a
+            `time_budget`.
     """
 
     most_checks: int = MOST_CHECKS

@@ -12,7 +12,7 @@ import pytest
 from benchmarks.collisions import measure, report
 from benchmarks.collisions.models import Contacts
 from benchmarks.collisions.scenes import KINDS, ROOM, problem
-from planner.free_motion import find_way
+from planner.free_motion import find_free_path
 from planner.robots import load_robot
 from planner.scene import CollisionChecker, Scene, SceneObject, is_free
 from planner.shapes import Box
@@ -68,7 +68,7 @@ def test_out_of_a_shelf_that_the_search_once_did_not_leave(seed: int) -> None:
     """The wrist is folded between boards: one seed of ten led out while all joints weighed the same."""
     robot = load_robot("ur5")
     asked = problem(robot, "tall_bookshelf", 12)
-    way = find_way(robot, CollisionChecker(robot, asked.scene), asked.start, [asked.goal], seed=seed)
+    way = find_free_path(robot, CollisionChecker(robot, asked.scene), asked.start, [asked.goal], seed=seed)
     assert way.status == "found"
     np.testing.assert_array_equal(way.positions[[0, -1]], [asked.start, asked.goal])
     assert not Contacts(robot, asked.scene, true_meshes=True).touches_along(way.positions)

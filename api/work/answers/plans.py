@@ -157,7 +157,7 @@ def _gained(plan: Plan, waypoint: int, asked: int) -> dict[str, Any]:
     """Return the gain of improving a detour; nothing for corners, or without an optimisation."""
     if isinstance(plan.problem.waypoints[waypoint], ViaWaypoint):
         return {}
-    gain = next((way.gain for way in plan.ways if way.waypoint == asked), None)
+    gain = next((detour.gain for detour in plan.detours if detour.waypoint == asked), None)
     return {} if gain is None else {"gain": vars(gain)}
 
 

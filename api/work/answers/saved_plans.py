@@ -17,7 +17,7 @@ import ormsgpack
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.clearance import ClearanceReport
 from planner.certificate.speed_zones import SpeedZoneCheck
-from planner.free_motion.ways import FoundWay, Gain, with_ways
+from planner.free_motion.detours import Detour, Gain, with_detours
 from planner.paths import JointPath, dynamics_of, solve_path
 from planner.plans.result import Plan
 from planner.problems.blend_radii import blend_radii, with_blend_radii
@@ -72,14 +72,14 @@ def save_plan(plan: Plan) -> bytes:
         "warnings": [(warning.code, warning.message) for warning in plan.warnings],
         "ways": [
             (
-                way.waypoint,
-                _packed(way.positions),
-                type(way.transition).__name__,
-                vars(way.transition),
-                None if way.gain is None else vars(way.gain),
-                _packed(way.lead),
+                detour.waypoint,
+                _packed(detour.positions),
+                type(detour.transition).__name__,
+                vars(detour.transition),
+                None if detour.gain is None else vars(detour.gain),
+                _packed(detour.lead),
             )
-            for way in plan.ways
+            for detour in plan.detours
         ],
     }
     packed = ormsgpack.packb(content, option=ormsgpack.OPT_SERIALIZE_NUMPY)
@@ -115,15 +115,15 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_g
     zones = tuple(SpeedZoneCheck.from_dict(check) for check in saved["certificate"].pop("speed_zones", ()))
     certificate = Certificate(**saved["certificate"], checks=checks, clearance=report, speed_zones=zones)
     warnings = tuple(PlanWarning(*warning) for warning in saved["warnings"])
-    ways = tuple(_way(*way) for way in saved.get("ways", ()))
-    problem = with_blend_radii(with_ways(problem, ways), dict(saved.get("blend_radii", ())))
+    detours = tuple(_way(*detour) for detour in saved.get("ways", ()))
+    problem = with_blend_radii(with_detours(problem, detours), dict(saved.get("blend_radii", ())))
     path = _path(saved, problem)
     if with_groups:
         solved = solve_path(problem)
         pairs = zip(solved.waypoints, path.waypoints, strict=True)
         same = [replace(own, **{name: getattr(other, name) for name in WAYPOINT_FIELDS}) for own, other in pairs]
         path = replace(solved, waypoints=tuple(same))
-    return Plan(problem, backend, path, trajectory, certificate, warnings, ways)
+    return Plan(problem, backend, path, trajectory, certificate, warnings, detours)
 
 
 def _way(
@@ -133,11 +133,11 @@ def _way(
     transition: dict[str, Any],
     gain: dict[str, Any] | None = None,
     lead: Packed | None = None,
-) -> FoundWay:
+) -> Detour:
     """Return a way as it was saved; the first plans saved have neither gain nor lead."""
     corners = _unpacked(positions)
     before = corners[:0] if lead is None else _unpacked(lead)
-    return FoundWay(waypoint, corners, TRANSITIONS[kind](**transition), before, Gain(**gain) if gain else None)
+    return Detour(waypoint, corners, TRANSITIONS[kind](**transition), before, Gain(**gain) if gain else None)
 
 
 def _path(saved: dict[str, Any], problem: PlanningProblem) -> JointPath:

@@ -11,8 +11,8 @@ import numpy as np
 from planner.backends.min_effort.cost import Cost, use_of_rates
 from planner.backends.min_effort.on_curve import Search
 from planner.backends.min_effort.program import Numbers, program_of
+from planner.backends.min_effort.reference_path import ReferencePath
 from planner.backends.min_effort.terms import Layout
-from planner.backends.min_effort.way import Way
 from planner.backends.splines.group_timing import time_group
 from planner.backends.splines.interpolation import interpolating_spline
 from planner.constraints import VELOCITY_AT_POSITION, Bounds
@@ -70,7 +70,7 @@ MOST_WORK = 24_000
 WORK_OF_TOOL = 1.0
 """How much longer an iteration takes where the tool's speed is limited, too, as a share."""
 
-WORK_OF_WAY = 0.5
+WORK_OF_PATH = 0.5
 """How much longer an iteration takes where the motion is held near a way, as a share."""
 
 WORK_OF_HALF_SPACE = 0.07
@@ -89,7 +89,7 @@ REPAIRS_SHARE = 2
 
 def _work(layout: Layout) -> int:
     """Return what one iteration takes, as a number of intervals."""
-    more = WORK_OF_TOOL * layout.watches_tool + WORK_OF_WAY * bool(layout.way_instants)
+    more = WORK_OF_TOOL * layout.watches_tool + WORK_OF_PATH * bool(layout.path_instants)
     return round(layout.segments * layout.intervals * (1.0 + more + WORK_OF_HALF_SPACE * layout.half_spaces))
 
 
@@ -286,7 +286,7 @@ class ThroughWaypoints(Optimum):
         if self.turn(self.positions).max(initial=0.0) > MOST_TURN * intervals:
             return None  # between its instants torques would come and go unseen
         tool = np.hstack([limits.magnitudes(quantity) for quantity in VELOCITIES])
-        watches_tool, way = bool(np.isfinite(tool).any()), Way.of(self.robot, first, self.options)
+        watches_tool, reference = bool(np.isfinite(tool).any()), ReferencePath.of(self.robot, first, self.options)
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
         durations = self.durations(first)
         torque = np.abs(limits.torque if self.robot.has_dynamics else limits.without(["torque"]).torque)
@@ -294,7 +294,7 @@ class ThroughWaypoints(Optimum):
             positions=self.positions,
             lower=limits.position.lower,
             upper=limits.position.upper,
-            way=way,
+            reference=reference,
             near=np.empty(0),
             half_spaces=np.empty(0),
             rates=np.abs([self._velocities(first), limits.acceleration, limits.jerk]),
@@ -325,7 +325,7 @@ class ThroughWaypoints(Optimum):
                 rates=np.concatenate([velocity[None] / fastest, numbers.rates[1:]]),
                 torque=torque[:, rows] / margins,
                 tool=(tool[rows] / margins) ** 2,
-                near=np.empty(0) if way is None else way.limits(nearer),
+                near=np.empty(0) if reference is None else reference.limits(nearer),
                 half_spaces=self._half_spaces(layout),
             )
             most = -(-left // (REPAIRS_SHARE * work))
@@ -338,7 +338,7 @@ class ThroughWaypoints(Optimum):
             pieces = SegmentedPolynomial(motion.lengths, motion.coefficients, own)
             if use_of_rates(pieces, self.path.limits.of(own)) > 1.0 + DURATION_TOLERANCE:
                 return None
-            use, away = self._use(pieces), 0.0 if way is None else way.use(pieces)
+            use, away = self._use(pieces), 0.0 if reference is None else reference.use(pieces)
             if max(away, use.max()) <= 1.0:
                 self.converged = motion.converged
                 return pieces

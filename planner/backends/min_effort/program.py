@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from planner.backends.min_effort.stage import stage_of, tool_stage_of, way_stage_of
+from planner.backends.min_effort.stage import path_stage_of, stage_of, tool_stage_of
 from planner.backends.min_effort.terms import (
     RESTING,
     TOOL_SHARES,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     import casadi as ca
 
-    from planner.backends.min_effort.way import Way
+    from planner.backends.min_effort.reference_path import ReferencePath
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial
@@ -82,7 +82,7 @@ class Numbers(NamedTuple):
         positions: (segments + 1, joints), rad or m.
         lower: (joints,), position limits.
         upper: (joints,).
-        way: The way to stay near to; None: it may go anywhere.
+        reference: The way to stay near to; None: it may go anywhere.
         near: (rows,), limits of the rows of how near.
         half_spaces: (rows (joints + 1), dense instants), normals and offsets of the half-spaces to stay in.
         rates: (3, 2, segments, joints): magnitudes of the lower and upper limits of velocity, acceleration and jerk,
@@ -101,7 +101,7 @@ class Numbers(NamedTuple):
     positions: FloatArray
     lower: FloatArray
     upper: FloatArray
-    way: Way | None
+    reference: ReferencePath | None
     near: FloatArray
     half_spaces: FloatArray
     rates: FloatArray
@@ -156,9 +156,9 @@ class Program:
         if layout.watches_tool:
             none = ca.MX(0, layout.tool_instants)
             limited.append(Rows(tool_stage_of(robot), terms.tool_states, none, parameters.tool))
-        if layout.way_instants:
-            way_stage = way_stage_of(robot, layout.holds_tool, layout.holds_joints)
-            limited.append(Rows(way_stage, terms.way_states, parameters.way, parameters.near))
+        if layout.path_instants:
+            path_stage = path_stage_of(robot, layout.holds_tool, layout.holds_joints)
+            limited.append(Rows(path_stage, terms.path_states, parameters.reference, parameters.near))
         functions = with_derivatives(terms, parameters, stage_of(robot, layout.objective), limited)
         count = {name: terms.x.numel() if name == "x" else functions["jac_g"].size1_out("g") for name in ("x", "g")}
         self.inequalities = count["g"] - terms.at_via.numel() - 1
@@ -261,7 +261,7 @@ class Program:
             jerk.T,
             np.maximum(torque[:-1], torque[1:]).T,
             tool.T,
-            *self._way(m),
+            *self._reference(m),
             m.half_spaces,
             m.units[:2],
             m.units[2],
@@ -289,11 +289,11 @@ class Program:
         rows = self.inequalities - torque.shape[1] - sum(own.shape[1] for own in [*rates, rims])
         return np.concatenate([torque, np.ones((2, rows)), *rates, rims], axis=1)
 
-    def _way(self, m: Numbers) -> list[FloatArray]:
+    def _reference(self, m: Numbers) -> list[FloatArray]:
         """Return the reciprocals of the limits of how near the way is, and its constants."""
-        if m.way is None:
+        if m.reference is None:
             return []
-        return [np.tile(1.0 / m.near[:, None], self.layout.way_instants), m.way.constants(self.layout).T]
+        return [np.tile(1.0 / m.near[:, None], self.layout.path_instants), m.reference.constants(self.layout).T]
 
     def _box(self, m: Numbers, length: float) -> tuple[FloatArray, FloatArray]:
         """Bounds on the coefficients that are unknown, by the position limits."""

@@ -86,7 +86,7 @@ def _build_tool_stage(robot: Robot) -> RowStage:
     return _build_row_stage(ca.vertcat(ca.sumsqr(tool.tool_velocity), ca.sumsqr(tool.tool_spin)), z, ca.SX(0, 1))
 
 
-def way_stage_of(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStage:
+def path_stage_of(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStage:
     """How far a posture (joints,) is from a way: the square of the tool's distance, m^2, then joint by joint.
 
     The posture is compared with the one at a share u of the way, which is linear in it. The last row is 2 u - 1, which
@@ -99,18 +99,18 @@ def way_stage_of(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStage
         holds_joints: Whether the joints' distances, rad or m, are rows.
     """
     key = dynamics_content(robot), holds_tool, holds_joints
-    return _row_stages.get(key, lambda: _build_way_stage(robot, holds_tool, holds_joints))
+    return _row_stages.get(key, lambda: _build_path_stage(robot, holds_tool, holds_joints))
 
 
-def _build_way_stage(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStage:
+def _build_path_stage(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStage:
     import casadi as ca
 
     n = robot.dof
     q, known, known_u, slope, gradient = (ca.SX.sym("way", size) for size in (n, n, 1, n, n))
     beyond = ca.dot(gradient, q - known)
-    on_way = known + slope * beyond
-    away = symbolic_tool_position(robot, q) - symbolic_tool_position(robot, on_way)
-    rows = [ca.sumsqr(away)] * holds_tool + [q - on_way] * holds_joints
+    on_path = known + slope * beyond
+    away = symbolic_tool_position(robot, q) - symbolic_tool_position(robot, on_path)
+    rows = [ca.sumsqr(away)] * holds_tool + [q - on_path] * holds_joints
     rows.append(2.0 * (known_u + beyond) - 1.0)
     return _build_row_stage(ca.vertcat(*rows), q, ca.vertcat(known, known_u, slope, gradient))
 

@@ -83,7 +83,7 @@ class Layout(NamedTuple):
         return self.dense_instants if self.watches_tool else 0
 
     @property
-    def way_instants(self) -> int:
+    def path_instants(self) -> int:
         """The number of those at which the motion is held near a way: the same."""
         return self.dense_instants if self.holds_tool or self.holds_joints else 0
 
@@ -104,8 +104,8 @@ class Parameters:
         self.jerk = ca.MX.sym("jerk", joints, pieces)
         self.torque = ca.MX.sym("torque", joints, layout.instants)
         self.tool = ca.MX.sym("tool", 2, layout.tool_instants)
-        self.near = ca.MX.sym("near", layout.holds_tool + joints * layout.holds_joints + 1, layout.way_instants)
-        self.way = ca.MX.sym("way", 3 * joints + 1, layout.way_instants)
+        self.near = ca.MX.sym("near", layout.holds_tool + joints * layout.holds_joints + 1, layout.path_instants)
+        self.reference = ca.MX.sym("way", 3 * joints + 1, layout.path_instants)
         self.half_spaces = ca.MX.sym("half_spaces", layout.half_spaces * (joints + 1), layout.dense_instants)
         self.units = ca.MX.sym("units", 2, joints)
         self.unit_of_jerk = ca.MX.sym("unit_of_jerk", joints)
@@ -131,7 +131,7 @@ class Terms(NamedTuple):
         x: Coefficients, then durations.
         states: (3 joints + 1, instants), what the stage is a function of.
         tool_states: (2 joints, tool instants), what that of the tool is.
-        way_states: (joints, way instants), what that of the way is.
+        path_states: (joints, way instants), what that of the way is.
         smooth: The part of the cost that has nothing to do with torques.
         rest: Constraints that have nothing to do with torques, the tool and the way: rates, half-spaces (1 at their
             rims, less inside), waypoints, total duration.
@@ -142,7 +142,7 @@ class Terms(NamedTuple):
     x: ca.MX
     states: ca.MX
     tool_states: ca.MX
-    way_states: ca.MX
+    path_states: ca.MX
     smooth: ca.MX
     rest: ca.MX
     at_via: ca.MX
@@ -176,7 +176,7 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
     all_positions = ca.horzcat(*positions)
     all_positions = all_positions + ca.repmat(p.origin, 1, all_positions.shape[1])
     tool_states = ca.vertcat(all_positions, ca.horzcat(*speeds))[:, : layout.tool_instants]
-    way_states = all_positions[:, : layout.way_instants]
+    path_states = all_positions[:, : layout.path_instants]
     ends = (p.resting[0] * h[0] + p.resting[1] * h[-1]) / 2.0
     smooth = p.time_weight * ca.sum1(durations) * unit_time + ends
     if layout.objective == "jerk" or layout.adds_jerk:
@@ -186,7 +186,7 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
     half_spaces = ca.vertsplit(p.half_spaces, n + 1) if layout.half_spaces else []
     inside = [ca.sum1(own[:n, :] * all_positions) - own[n, :] for own in half_spaces]
     rest = ca.vertcat(rest, *[1.0 - depth.T / length for depth in inside], at_via, ca.dot(p.is_free, durations))
-    return Terms(x, states, tool_states, way_states, smooth, rest, at_via, [q, v, a, j, h])
+    return Terms(x, states, tool_states, path_states, smooth, rest, at_via, [q, v, a, j, h])
 
 
 class Rows(NamedTuple):

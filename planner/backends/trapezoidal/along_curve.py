@@ -139,16 +139,16 @@ def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segment
     slow, fast = ends[:-1], ends[1:]
     peak = np.minimum(most, np.sqrt(gain * lengths + (slow**2 + fast**2) / 2.0))
     up, down = (peak - slow) / gain, (peak - fast) / gain
-    way_up, way_down = (peak + slow) / 2.0 * up, (peak + fast) / 2.0 * down
-    cruise = np.maximum(lengths - way_up - way_down, 0.0) / peak
+    distance_up, distance_down = (peak + slow) / 2.0 * up, (peak + fast) / 2.0 * down
+    cruise = np.maximum(lengths - distance_up - distance_down, 0.0) / peak
     start = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
     end = start + lengths
     zero = np.zeros_like(peak)
     coefficients = np.array(
         [
             [start, slow, gain / 2.0],
-            [start + way_up, peak, zero],
-            [end - way_down, peak, -gain / 2.0],
+            [start + distance_up, peak, zero],
+            [end - distance_down, peak, -gain / 2.0],
         ]
     ).transpose(2, 0, 1)
     times = np.column_stack([up, cruise, down])

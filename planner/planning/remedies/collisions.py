@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, segment_checkers
 from planner.errors import Collision, Remedy
-from planner.free_motion.ways import last_of
+from planner.free_motion.detours import last_of
 from planner.kinematics.configurations import AHEAD, BEHIND, Configuration, named_parts
 from planner.planning.attempts import Planned
 from planner.planning.proofs import QUICK_CHECKS, first_proved, plan_with, proved

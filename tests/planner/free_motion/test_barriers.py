@@ -10,7 +10,7 @@ import pytest
 
 import planner
 from planner.free_motion.barriers import find_barrier
-from planner.free_motion.way import find_way
+from planner.free_motion.free_path import find_free_path
 from planner.robots import DHJoint, Robot, load_robot
 from planner.scene import CollisionChecker, Scene, SceneObject, is_free
 from planner.shapes import Box, Cylinder, Shape, Sphere
@@ -175,7 +175,7 @@ def test_a_blocked_rail_is_proved_before_any_search(arm: str) -> None:
     wall = SceneObject("wall", [Box([0.2, 6.0, 6.0])], Pose([1.5, 0.0, 0.0]))
     start, goal = np.tile(robot.middle, (2, 1))
     start[:2], goal[0] = (0.0, np.pi), 3.0
-    way = find_way(robot, CollisionChecker(robot, Scene([wall])), start, [goal])
+    way = find_free_path(robot, CollisionChecker(robot, Scene([wall])), start, [goal])
     assert way.status == "enclosed"
     assert way.checks == 1
     assert way.barrier == ("rail", ("wall",))

@@ -96,7 +96,7 @@ def test_a_part_beside_a_wall_is_picked_by_a_turn_that_was_searched() -> None:
     assert not is_planned(picking(HARD, planner.Region(rotation_z=(np.pi / 2.0, np.pi / 2.0))))
     made = planner.plan(picking(HARD, "rotation_z"), planner.Toppra())
     x, y, _ = parts()[HARD]
-    number = len(made.ways[0].positions) - 1
+    number = len(made.detours[0].positions) - 1
     above = planner.tool_pose(robot(), made.path.positions[number])
     assert above.rotation is not None
     assert np.abs(above.position - [x, y, ABOVE]).max() < 1e-5

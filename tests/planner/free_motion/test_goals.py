@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import planner
-from planner.free_motion.ways import MOST_GOALS, apart, ends_of_way, find_ways
+from planner.free_motion.detours import MOST_GOALS, apart, ends_of_detour, find_detours
 from planner.problems.regions import Free, Region
 from planner.robots import load_robot
 from planner.scene import AttachedObject, Scene, SceneObject
@@ -45,7 +45,7 @@ def test_every_goal_is_in_the_region() -> None:
     problem = bar_among_boxes()
     goal = problem.waypoints[1]
     assert isinstance(goal, planner.PoseWaypoint)
-    goals = ends_of_way(problem, (), 1).goals
+    goals = ends_of_detour(problem, (), 1).goals
     assert len(goals) > 4
     for position in goals:
         reached = planner.tool_pose(load_robot("ur5"), position)
@@ -57,8 +57,8 @@ def test_every_goal_is_in_the_region() -> None:
 def test_the_goal_that_is_reached_is_planned() -> None:
     """The end of the path is one of the goals, and the plan is certified."""
     problem = bar_among_boxes()
-    (found,) = find_ways(problem)
-    goals = ends_of_way(problem, (), 1).goals
+    (found,) = find_detours(problem)
+    goals = ends_of_detour(problem, (), 1).goals
     assert np.abs(goals - found.positions[-1]).max(axis=1).min() < 1e-9
     plan = planner.plan(problem, "quintic")
     assert plan.certificate.clearance is not None

@@ -187,7 +187,7 @@ def plain() -> planner.Plan:
 
 def test_without_an_objective_one_change_makes_the_first_way_quicker(plain: planner.Plan) -> None:
     quicker = around_the_wall()
-    assert quicker.ways[0].gain is None
+    assert quicker.detours[0].gain is None
     assert quicker.trajectory.duration < 0.97 * plain.trajectory.duration
     assert least_distance(ARM, SCENE, quicker.trajectory) > 0.01 - 2e-5
     assert save_plan(quicker) == save_plan(around_the_wall())
@@ -201,7 +201,7 @@ def test_better_than_the_first_way_and_as_free(objective: Objective, plain: plan
     assert least_distance(ARM, SCENE, better.trajectory) > 0.01 - 2e-5
     assert better.certificate.satisfied
     assert better.certificate.clearance is not None
-    gain = better.ways[0].gain
+    gain = better.detours[0].gain
     assert gain is not None
     assert gain.objective == objective
     assert gain.candidates > 0
@@ -229,8 +229,8 @@ def test_the_gain_is_saved() -> None:
     waypoints = [planner.JointWaypoint(LEFT), planner.JointWaypoint(RIGHT, motion=motion)]
     problem = planner.PlanningProblem(ARM, waypoints, scene=SCENE)
     made = planner.plan(problem, planner.Toppra())
-    (way,) = load_plan(save_plan(made), problem, made.backend).ways
-    assert way.gain == made.ways[0].gain is not None
+    (way,) = load_plan(save_plan(made), problem, made.backend).detours
+    assert way.gain == made.detours[0].gain is not None
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES)
@@ -241,7 +241,7 @@ def test_a_straight_way_stays_as_it_is(objective: Objective) -> None:
         for motion in (planner.FreeMotion(), planner.FreeMotion(optimise=objective, time_budget=60.0))
     ]
     assert plans[0].trajectory.coefficients.tobytes() == plans[1].trajectory.coefficients.tobytes()
-    gain = plans[1].ways[0].gain
+    gain = plans[1].detours[0].gain
     assert gain is not None
     assert gain.first == gain.last
     assert gain.candidates == gain.checks == 0
@@ -263,7 +263,7 @@ def test_the_budget_is_kept(plain: planner.Plan, monkeypatch: pytest.MonkeyPatch
         reads[0] = 0
         made = around_the_wall(optimise="duration", time_budget=budget)
         assert reads[0] < max(1e3 * budget, first_way) + 20
-        gain = made.ways[0].gain
+        gain = made.detours[0].gain
         assert gain is not None
         assert gain.last <= gain.first == plain.trajectory.duration
         if budget == 0.001:
@@ -284,7 +284,7 @@ def test_the_budget_is_kept_by_the_real_clock(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr("planner.free_motion.edges.monotonic", clock)
     made = around_the_wall(optimise="duration", time_budget=3.0)
     assert sum(read > reads[0] + 3.0 for read in reads) < 20
-    assert made.ways[0].gain is not None
+    assert made.detours[0].gain is not None
 
 
 def test_two_ways_each_in_its_turn() -> None:
@@ -298,7 +298,7 @@ def test_two_ways_each_in_its_turn() -> None:
     ]
     problem = planner.PlanningProblem(ARM, waypoints, scene=SCENE)
     made = planner.plan(problem, planner.Toppra())
-    there, back = made.ways
+    there, back = made.detours
     assert there.gain is not None
     assert back.gain is not None
     assert (there.gain.objective, back.gain.objective) == ("duration", "path_length")
@@ -314,7 +314,7 @@ def test_of_the_configurations_of_a_pose_any_may_be_taken() -> None:
     problem = planner.PlanningProblem(ARM, [planner.JointWaypoint(LEFT), goal, after], scene=SCENE)
     made = planner.plan(problem, planner.Toppra())
     assert least_distance(ARM, SCENE, made.trajectory) > 0.01 - 2e-5
-    reached = planner.tool_pose(ARM, made.ways[0].positions[-1])
+    reached = planner.tool_pose(ARM, made.detours[0].positions[-1])
     assert np.abs(reached.position - planner.tool_pose(ARM, RIGHT).position).max() < 1e-5
 
 

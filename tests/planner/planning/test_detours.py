@@ -39,7 +39,7 @@ def test_the_plan_is_free_between_its_samples(around: planner.Plan) -> None:
 
 
 def test_what_was_found_is_said(around: planner.Plan) -> None:
-    (way,) = around.ways
+    (way,) = around.detours
     assert way.waypoint == 1
     assert len(around.problem.waypoints) == len(way.positions) > 2
     answered = as_dict(around, AnswerOptions(0.1))["waypoints"]

@@ -388,7 +388,7 @@ def test_a_free_motion_goes_around_with_what_is_carried() -> None:
     waypoints = list(problem.waypoints)
     waypoints[3] = replace(waypoints[3], motion=planner.FreeMotion())
     plan = planner.plan(replace(problem, waypoints=waypoints))
-    assert plan.ways and plan.certificate.clearance is not None
+    assert plan.detours and plan.certificate.clearance is not None
 
 
 @pytest.mark.parametrize(

@@ -166,7 +166,7 @@ def test_a_free_motion_is_slowed() -> None:
         KUKA, [LEFT, replace(RIGHT, motion=planner.FreeMotion())], scene=scene, speed_zones=zones
     )
     plan = slow_plan(problem, "quintic")
-    assert plan.ways[0].has_corners
+    assert plan.detours[0].has_corners
     assert plan.certificate.speed_zones[0].ratio > 0.98
 
 

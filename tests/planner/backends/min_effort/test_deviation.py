@@ -20,7 +20,7 @@ from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import load_robot
 from tests.planner.problems_of_tests import problem_of
-from tests.planner.tool_motions.dense_ways import StraightPostures, StraightWay, tool_positions
+from tests.planner.tool_motions.dense_paths import StraightPostures, StraightWay, tool_positions
 
 ROBOT = load_robot("kuka_kr16_l6_2")
 REACHING = PlanningProblem(

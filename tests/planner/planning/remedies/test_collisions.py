@@ -97,7 +97,7 @@ def test_where_few_motions_were_looked_at_a_longer_search_is_offered() -> None:
     assert isinstance(refusal, NoPathFound)
     (longer,) = refusal.remedies
     assert longer.field == ("waypoints", 1, "motion", "most_checks")
-    assert plans[0].ways[0].has_corners
+    assert plans[0].detours[0].has_corners
 
 
 def wall(name: str, x: tuple[float, float], z: tuple[float, float]) -> planner.SceneObject:

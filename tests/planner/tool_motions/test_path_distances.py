@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from planner.robots import load_robot
-from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest_from_way
+from planner.tool_motions.path_distances import CHORDS, farthest_from_path, joints_farthest_from_path
 from planner.trajectories.polynomials import PiecewisePolynomial
 from tests.planner.problems_of_tests import ARMS, random_position
-from tests.planner.tool_motions.dense_ways import StraightPostures, StraightWay
+from tests.planner.tool_motions.dense_paths import StraightPostures, StraightWay
 
 
 @pytest.mark.long_table
@@ -29,13 +29,13 @@ def test_it_is_the_largest_distance_or_a_little_more(robot_id: str, seed: int) -
     true = way.farthest(whole)
     for motion in (whole, whole.split(np.array([7])), whole.stretched(1e3)):
         last = float(motion.breakpoints[-1])
-        found, time = farthest_from_way(robot, motion, 0.0, last, np.linspace(*ends, CHORDS + 1))
+        found, time = farthest_from_path(robot, motion, 0.0, last, np.linspace(*ends, CHORDS + 1))
         assert true - 1e-6 <= found <= true * 1.005 + 2e-4
         there = motion.evaluate(np.array([time]), [0])[0]
         assert way.distances(there)[0] >= 0.98 * true - 2e-4
     postures = StraightPostures(ends)
     true = postures.farthest(whole)
-    found, time = joints_farthest_from_way(whole, 0.0, 1.0, np.linspace(*ends, CHORDS + 1))
+    found, time = joints_farthest_from_path(whole, 0.0, 1.0, np.linspace(*ends, CHORDS + 1))
     assert true - 1e-9 <= found <= true * 1.005 + 1e-4
     assert postures.distances(whole.evaluate(np.array([time]), [0])[0])[0] >= 0.98 * true - 1e-4
 
@@ -45,4 +45,4 @@ def test_a_straight_motion_is_hardly_off_itself() -> None:
     ends = np.array([[0.0, -1.4, 1.5, 0.0, 0.6, 0.0], [2.0, -0.4, 0.9, 1.0, 0.4, 0.3]])
     coefficients = np.stack([ends[0], np.zeros(6), 3.0 * (ends[1] - ends[0]), -2.0 * (ends[1] - ends[0])], axis=-1)
     motion = PiecewisePolynomial(np.ones(1), coefficients[None])
-    assert farthest_from_way(robot, motion, 0.0, 1.0, np.linspace(*ends, CHORDS + 1))[0] < 2e-4
+    assert farthest_from_path(robot, motion, 0.0, 1.0, np.linspace(*ends, CHORDS + 1))[0] < 2e-4

@@ -33,8 +33,8 @@ KNOWN_TO = 1e-4
 KNOWN_SHARE = 0.005
 """Fraction of the distance by which the bound may exceed the true distance, if that is more."""
 
-KNOWN_OF_WAY = 1e-5
-"""The same as a share of the length of the way: of a joint that turns fifty times it would take a million samples."""
+KNOWN_OF_PATH = 1e-5
+"""The same as a share of the length of the path: of a joint that turns fifty times it would take a million samples."""
 
 HALVINGS = 20
 """Number of times that the part of a chord with the point nearest to another is halved: to 1e-6 of it."""
@@ -43,8 +43,8 @@ MOST_HALVINGS = 24
 """Times that steps are halved at most: then one of a second is 60 nanoseconds long."""
 
 
-def farthest_from_way(
-    robot: Robot, motion: PiecewisePolynomial, first: float, last: float, way: FloatArray
+def farthest_from_path(
+    robot: Robot, motion: PiecewisePolynomial, first: float, last: float, path: FloatArray
 ) -> tuple[float, float]:
     """Bound the largest distance of the tool from a path during a motion.
 
@@ -56,26 +56,26 @@ def farthest_from_way(
         motion: Joint positions by time.
         first: Start of the interval of time, s.
         last: Time until which it is looked at, s.
-        way: (`CHORDS` + 1, joints), positions along the way.
+        path: (`CHORDS` + 1, joints), positions along the path.
 
     Returns:
         The distance, m, and its time, s. The distance is at least the true one. It exceeds it by at most 0.1 mm, half a
         percent, or a hundred-thousandth of the length of the path.
     """
-    return _farthest(lambda positions: tool_poses(robot, positions)[0], _distances, motion, first, last, way)
+    return _farthest(lambda positions: tool_poses(robot, positions)[0], _distances, motion, first, last, path)
 
 
-def joints_farthest_from_way(
-    motion: PiecewisePolynomial, first: float, last: float, way: FloatArray
+def joints_farthest_from_path(
+    motion: PiecewisePolynomial, first: float, last: float, path: FloatArray
 ) -> tuple[float, float]:
     """Bound the largest distance of any joint from a path during a motion.
 
-    The distance of two joint positions is the largest of any joint; see `farthest_from_way`.
+    The distance of two joint positions is the largest of any joint; see `farthest_from_path`.
 
     Returns:
         The distance, rad or m: no less than the true one, by as much more at most as there; and its time, s.
     """
-    return _farthest(lambda positions: positions, _largest_distances, motion, first, last, way)
+    return _farthest(lambda positions: positions, _largest_distances, motion, first, last, path)
 
 
 def _farthest(
@@ -84,7 +84,7 @@ def _farthest(
     motion: PiecewisePolynomial,
     first: float,
     last: float,
-    way: FloatArray,
+    path: FloatArray,
 ) -> tuple[float, float]:
     """Bound the distance of the points of a motion from the points of a path.
 
@@ -94,15 +94,15 @@ def _farthest(
         motion: Joint positions by time.
         first: Start of the interval of time, s.
         last: Time until which it is looked at, s.
-        way: (`CHORDS` + 1, joints), positions along the way.
+        path: (`CHORDS` + 1, joints), positions along the path.
     """
-    corners = points_at(way)
+    corners = points_at(path)
     nothing = np.zeros((2, corners.shape[1]))
-    known_to = max(KNOWN_TO, KNOWN_OF_WAY * float(distances(np.diff(corners, axis=0), nothing).sum()))
+    known_to = max(KNOWN_TO, KNOWN_OF_PATH * float(distances(np.diff(corners, axis=0), nothing).sum()))
     sag = float(distances(np.diff(corners, 2, axis=0), nothing).max()) / 8.0
 
     def sampled(times: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Find the points (N, dimensions) at times (N,), and their distances (N,) from the way."""
+        """Find the points (N, dimensions) at times (N,), and their distances (N,) from the path."""
         points = points_at(motion.evaluate(times, [0])[0])
         parts = [distances(points[row : row + ROWS], corners) for row in range(0, len(points), ROWS)]
         return points, np.concatenate(parts)
@@ -130,12 +130,12 @@ def _distances(points: FloatArray, corners: FloatArray) -> FloatArray:
     squares = (points**2).sum(axis=1)[:, None] - 2.0 * points @ corners.T + (corners**2).sum(axis=1)
     nearest = squares.argmin(axis=1)
     found: FloatArray = np.linalg.norm(points - corners[nearest], axis=1)
-    ways = np.diff(corners, axis=0)
-    lengths = np.maximum((ways**2).sum(axis=1), np.finfo(float).tiny)
-    for chord in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(ways) - 1)):
+    steps = np.diff(corners, axis=0)
+    lengths = np.maximum((steps**2).sum(axis=1), np.finfo(float).tiny)
+    for chord in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(steps) - 1)):
         since = points - corners[chord]
-        share = np.clip((since * ways[chord]).sum(axis=1) / lengths[chord], 0.0, 1.0)
-        found = np.minimum(found, np.linalg.norm(since - share[:, None] * ways[chord], axis=1))
+        share = np.clip((since * steps[chord]).sum(axis=1) / lengths[chord], 0.0, 1.0)
+        found = np.minimum(found, np.linalg.norm(since - share[:, None] * steps[chord], axis=1))
     return found
 
 
@@ -144,10 +144,10 @@ def _largest_distances(points: FloatArray, corners: FloatArray) -> FloatArray:
     away = np.max([np.abs(points[:, [joint]] - corners[:, joint]) for joint in range(points.shape[1])], axis=0)
     nearest = away.argmin(axis=1)
     found: FloatArray = away[np.arange(len(points)), nearest]
-    ways = np.diff(corners, axis=0)
+    steps = np.diff(corners, axis=0)
     rows = np.arange(len(points))
-    for chord in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(ways) - 1)):
-        since, along = points - corners[chord], ways[chord]
+    for chord in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(steps) - 1)):
+        since, along = points - corners[chord], steps[chord]
         share, step = np.zeros(len(points)), 1.0
         for _ in range(HALVINGS):  # the distance is convex: it falls as long as that of the farthest joint does
             step /= 2.0

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.free_motion import Way, find_way
+from planner.free_motion import FreePath, find_free_path
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.rrt_connect import LEAST_RADIUS, Trees
 from planner.free_motion.tree import Tree
@@ -26,64 +26,64 @@ SAMPLES = 200
 """Number of postures of a leg that is looked at closely: some 5 mm of the tool apart."""
 
 
-def way_among(
+def path_among(
     things: list[SceneObject],
     start: FloatArray,
     goals: list[FloatArray],
     robot: Robot = ARM,
     margin: float = 0.0,
     **more: int,
-) -> Way:
+) -> FreePath:
     checker = CollisionChecker(robot, Scene(things, margin=margin), self_collision=False)
-    return find_way(robot, checker, start, goals, **more)
+    return find_free_path(robot, checker, start, goals, **more)
 
 
-def least_distance(way: Way, things: list[SceneObject], robot: Robot = ARM) -> float:
+def least_distance(path: FreePath, things: list[SceneObject], robot: Robot = ARM) -> float:
     """Least distance of the arm from the things on the way, by dense samples of capsules in closed form, m."""
     times = np.linspace(0.0, 1.0, SAMPLES)
-    legs = [edge(start, goal) for start, goal in pairwise(way.positions)]
+    legs = [edge(start, goal) for start, goal in pairwise(path.positions)]
     return min(float(np.nanmin(distances_over_time(robot, Scene(things), times, leg))) for leg in legs)  # type: ignore[arg-type]
 
 
-def assert_leads(way: Way, start: FloatArray, goal: FloatArray, robot: Robot = ARM) -> None:
-    assert way.status == "found"
-    assert (way.positions[0] == start).all()
-    assert (way.positions[-1] == goal).all()
-    assert (way.positions >= robot.limit("lower")).all()
-    assert (way.positions <= robot.limit("upper")).all()
+def assert_leads(path: FreePath, start: FloatArray, goal: FloatArray, robot: Robot = ARM) -> None:
+    assert path.status == "found"
+    assert (path.positions[0] == start).all()
+    assert (path.positions[-1] == goal).all()
+    assert (path.positions >= robot.limit("lower")).all()
+    assert (path.positions <= robot.limit("upper")).all()
 
 
 def test_around_a_wall_in_the_plane_of_symmetry() -> None:
-    way = way_among([WALL], LEFT, [RIGHT], margin=0.02)
-    assert_leads(way, LEFT, RIGHT)
-    assert len(way.positions) > 2
-    assert least_distance(way, [WALL]) > 0.02 - CONTACT_TOLERANCE
+    path = path_among([WALL], LEFT, [RIGHT], margin=0.02)
+    assert_leads(path, LEFT, RIGHT)
+    assert len(path.positions) > 2
+    assert least_distance(path, [WALL]) > 0.02 - CONTACT_TOLERANCE
 
 
 def test_straight_where_nothing_is_in_the_way() -> None:
-    way = way_among([SceneObject("far", [Sphere(0.1)], Pose([9.0, 0.0, 0.0]))], LEFT, [RIGHT])
-    assert way.checks == 1
-    assert (way.positions == np.stack([LEFT, RIGHT])).all()
+    path = path_among([SceneObject("far", [Sphere(0.1)], Pose([9.0, 0.0, 0.0]))], LEFT, [RIGHT])
+    assert path.checks == 1
+    assert (path.positions == np.stack([LEFT, RIGHT])).all()
 
 
 def test_the_same_way_for_the_same_seed_and_another_for_another() -> None:
-    first, again, other = (way_among([WALL], LEFT, [RIGHT], seed=seed).positions for seed in (3, 3, 4))
+    first, again, other = (path_among([WALL], LEFT, [RIGHT], seed=seed).positions for seed in (3, 3, 4))
     assert first.tobytes() == again.tobytes()
     assert first.shape != other.shape or (first != other).any()
 
 
 def test_an_end_without_room_is_told_apart() -> None:
     block = SceneObject("block", [Box([0.5, 0.5, 0.5])], Pose(tool_pose(ARM, LEFT).position))
-    assert way_among([block], LEFT, [RIGHT]).status == "start_not_free"
-    assert way_among([block], RIGHT, [LEFT]).status == "no_goal_free"
+    assert path_among([block], LEFT, [RIGHT]).status == "start_not_free"
+    assert path_among([block], RIGHT, [LEFT]).status == "no_goal_free"
 
 
 def test_the_goal_that_has_room_is_taken() -> None:
     block = SceneObject("block", [Box([0.5, 0.5, 0.5])], Pose(tool_pose(ARM, LEFT).position))
     beyond = np.array([-1.4, *LEFT[1:]])
-    way = way_among([block], RIGHT, [LEFT, beyond])
-    assert way.goal == 1
-    assert_leads(way, RIGHT, beyond)
+    path = path_among([block], RIGHT, [LEFT, beyond])
+    assert path.goal == 1
+    assert_leads(path, RIGHT, beyond)
 
 
 def test_of_two_goals_the_one_that_can_be_reached() -> None:
@@ -91,20 +91,20 @@ def test_of_two_goals_the_one_that_can_be_reached() -> None:
     walls = [SceneObject(f"wall {k}", [Box([4.0, 0.1, 6.0])], Pose([2.2, y, 1.0])) for k, y in enumerate((-0.5, 0.5))]
     between = np.array([0.0, -1.2, 1.2, 0.0, 0.8, 0.0])
     nearer, farther = np.array([-0.7, *between[1:]]), np.array([0.1, -0.9, 0.6, 0.0, 0.6, 0.0])
-    way = way_among(walls, between, [nearer, farther], most_checks=300)
-    assert way.status == "found"
-    assert way.goal == 1
+    path = path_among(walls, between, [nearer, farther], most_checks=300)
+    assert path.status == "found"
+    assert path.goal == 1
 
 
 def test_how_far_it_got_where_there_is_no_way() -> None:
     """The robot stands between two walls without end: the other side cannot be reached."""
     walls = [SceneObject(f"wall {k}", [Box([30.0, 0.1, 30.0])], Pose([0.0, y, 0.0])) for k, y in enumerate((-0.7, 0.7))]
     start, goal = np.array([0.0, -1.2, 1.2, 0.0, 0.8, 0.0]), np.array([3.0, -1.2, 1.2, 0.0, 0.8, 0.0])
-    way = way_among(walls, start, [goal], most_checks=60)
-    assert way.status == "budget_spent"
-    assert way.checks >= 60
-    assert (way.positions[0] == start).all()
-    assert 0.0 < way.left < np.linalg.norm(goal - start)
+    path = path_among(walls, start, [goal], most_checks=60)
+    assert path.status == "budget_spent"
+    assert path.checks >= 60
+    assert (path.positions[0] == start).all()
+    assert 0.0 < path.left < np.linalg.norm(goal - start)
 
 
 def test_through_a_slit() -> None:
@@ -112,10 +112,10 @@ def test_through_a_slit() -> None:
     plates = [SceneObject(f"plate {k}", [Box([0.7, 1.6, 0.03])], Pose([1.6, 0.0, 0.3 + 0.75 * k])) for k in range(3)]
     forward = Pose.from_rpy(np.zeros(3), [0.0, np.pi / 2.0, 0.0]).rotation
     start, goal = (inverse_kinematics(ARM, Pose([1.5, 0.0, z], forward), reference=RIGHT).position for z in (0.7, 1.4))
-    way = way_among(plates, start, [goal])
-    assert_leads(way, start, goal)
-    assert len(way.positions) > 2
-    assert least_distance(way, plates) > -CONTACT_TOLERANCE
+    path = path_among(plates, start, [goal])
+    assert_leads(path, start, goal)
+    assert len(path.positions) > 2
+    assert least_distance(path, plates) > -CONTACT_TOLERANCE
 
 
 @pytest.mark.sized
@@ -133,11 +133,11 @@ def test_random_ways_are_free_where_dense_samples_look() -> None:
             )
         lower, upper = np.maximum(ARM.limit("lower"), -2.5), np.minimum(ARM.limit("upper"), 2.5)
         start, goal = rng.uniform(lower, upper, (2, ARM.dof))
-        way = way_among(things, start, [goal], margin=0.01, most_checks=400)
-        if way.status == "found":
+        path = path_among(things, start, [goal], margin=0.01, most_checks=400)
+        if path.status == "found":
             found += 1
-            assert_leads(way, start, goal)
-            assert least_distance(way, things) > 0.01 - CONTACT_TOLERANCE
+            assert_leads(path, start, goal)
+            assert least_distance(path, things) > 0.01 - CONTACT_TOLERANCE
     assert found
 
 
@@ -205,7 +205,7 @@ def test_what_holds_a_tree_up_is_kept_when_it_is_cut() -> None:
     """Where something was in the way, positions that are sought are no further than a radius, which is never tiny."""
     wall = CollisionChecker(ARM, Scene([WALL]))
     trees = Trees(FreeEdges(wall, 2000), LEFT, RIGHT[None], (ARM.limit("lower"), ARM.limit("upper")))
-    assert trees.find_way(np.random.default_rng(0)) is not None
+    assert trees.find_meeting(np.random.default_rng(0)) is not None
     grown = [radius for tree in (trees.from_start, trees.from_goals) for radius in tree.radii if np.isfinite(radius)]
     assert grown
     assert min(grown) >= LEAST_RADIUS

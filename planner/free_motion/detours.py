@@ -1,4 +1,4 @@
-"""The ways of a problem's free motions, and the problem with their corners in the place of these motions."""
+"""The detours of a problem's free motions, and the problem with their corners in place of these motions."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy as np
 from planner.certificate.clearance import refuse_collision_at, segment_checkers
 from planner.errors import InvalidProblem, NoPathFound, PathPoint, PlanningError
 from planner.free_motion.edges import FreeEdges
-from planner.free_motion.straight_ends import find_way_with_straight_ends
-from planner.free_motion.way import find_way
+from planner.free_motion.free_path import find_free_path
+from planner.free_motion.straight_ends import find_path_with_straight_ends
 from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
@@ -31,7 +31,7 @@ from planner.waypoints.targets import first_fixing
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from planner.free_motion.way import Way
+    from planner.free_motion.free_path import FreePath
     from planner.problems.actions import Action
     from planner.problems.motion_around import Objective
     from planner.problems.problem import AnyWaypoint, PlanningProblem
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from planner.waypoints.solve import SolvedWaypoint
 
 LADDER = (ThroughTransition(), BlendTransition(0.05), BlendTransition(0.01), StopTransition())
-"""How the corners of a way are passed, the fastest first: the next one where the certificate refuses. With stops the
+"""How the corners of a detour are passed, the fastest first: the next one where the certificate refuses. With stops the
 trajectory keeps to the straight motions that have been proved free."""
 
 AS_GIVEN = JointMotion("as_given")
@@ -66,9 +66,9 @@ class Gain:
 
     Attributes:
         objective: The objective of the optimisation.
-        first: Its value with the first way, see `planner.problems.motion_around.Objective`.
-        last: Its value with the best way, no larger.
-        candidates: The number of other ways that were timed.
+        first: Its value with the first detour, see `planner.problems.motion_around.Objective`.
+        last: Its value with the best detour, no larger.
+        candidates: The number of other detours that were timed.
         checks: The number of motions that were looked at for them.
     """
 
@@ -80,12 +80,12 @@ class Gain:
 
 
 @dataclass(frozen=True, eq=False)
-class FoundWay:
+class Detour:
     """The path found for a free motion.
 
     Attributes:
         waypoint: Index of the waypoint that the motion leads to.
-        positions: (corners + 2, joints), rad or m: where it begins, the corners on the way, and where it ends.
+        positions: (corners + 2, joints), rad or m: its start, its corners, and where it ends.
         transition: How the corners are passed.
         lead: (waypoints, joints), rad or m: the joint positions of earlier waypoints that the pose at its start depends
             on. A relative move continues from their open coordinates.
@@ -103,8 +103,8 @@ class FoundWay:
         """Whether the path is not straight."""
         return len(self.positions) > 2
 
-    def slower(self) -> FoundWay | None:
-        """Return the way with its corners passed more slowly; None: it has none, or stops at them."""
+    def slower(self) -> Detour | None:
+        """Return the detour with its corners passed more slowly; None: it has none, or stops at them."""
         rung = LADDER.index(self.transition) + 1
         return replace(self, transition=LADDER[rung]) if self.has_corners and rung < len(LADDER) else None
 
@@ -114,25 +114,25 @@ def free_waypoints(problem: PlanningProblem) -> list[int]:
     return [i for i, waypoint in enumerate(problem.waypoints) if isinstance(waypoint.motion, FreeMotion)]
 
 
-def with_ways(problem: PlanningProblem, ways: Sequence[FoundWay]) -> PlanningProblem:
+def with_detours(problem: PlanningProblem, detours: Sequence[Detour]) -> PlanningProblem:
     """Replace free motions by joint motions from corner to corner of their paths.
 
     The start and the end of a path become joint waypoints, and so do the waypoints that the pose at its start depends
     on. This fixes their configurations.
     """
-    if not ways:
+    if not detours:
         return problem
     free = free_waypoints(problem)
-    by_waypoint = {way.waypoint: way for way in ways if way.waypoint in free}
+    by_waypoint = {detour.waypoint: detour for detour in detours if detour.waypoint in free}
     waypoints: list[AnyWaypoint] = []
     last: list[int] = []
     for i, waypoint in enumerate(problem.waypoints):
         if i in by_waypoint:
-            way = by_waypoint[i]
+            detour = by_waypoint[i]
             if i > 1 or not isinstance(waypoints[-1], JointWaypoint):
-                found = [*way.lead, way.positions[0]]
+                found = [*detour.lead, detour.positions[0]]
                 waypoints[-len(found) :] = map(_fixed_at, waypoints[-len(found) :], found)
-            waypoints += _along(waypoint, way)
+            waypoints += _along(waypoint, detour)
         else:
             waypoints.append(waypoint)
         last.append(len(waypoints) - 1)
@@ -148,36 +148,38 @@ def last_of(problem: PlanningProblem, number: int) -> int:
     return len(problem.waypoints) - 1 - problem.numbers[::-1].index(number)
 
 
-def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
-    """Find the ways of all free motions, each from where the one before ends.
+def find_detours(problem: PlanningProblem) -> tuple[Detour, ...]:
+    """Find the detours of all free motions, each from where the one before ends.
 
     Raises:
         Collision: There is not enough room at an end of a free motion.
         NoPathFound: The search looked at as many motions as it may.
         PlanningError: A waypoint cannot be solved; its index is that of the problem.
     """
-    ways: list[FoundWay] = []
+    detours: list[Detour] = []
     for index in free_waypoints(problem):
-        checker, start, goals, lead = ends_of_way(problem, ways, index)
+        checker, start, goals, lead = ends_of_detour(problem, detours, index)
         motion = problem.waypoints[index].motion
         most = motion.most_checks if isinstance(motion, FreeMotion) else 0
         robots, options = problem.robots[index - 1 : index + 1], problem.inverse_kinematics
-        lines = partial(find_way_with_straight_ends, robots, checker, start, goals, options, most)
-        way = find_way(problem.robot, checker, start, goals, most_checks=most, seed=options.seed, in_narrow=lines)
-        if way.status != "found":
-            raise _refusal(problem, checker, index, way, start, goals)
-        ways.append(FoundWay(index, way.positions, LADDER[0 if len(way.positions) > 2 else -1], lead))
-    return tuple(ways)
+        lines = partial(find_path_with_straight_ends, robots, checker, start, goals, options, most)
+        detour = find_free_path(
+            problem.robot, checker, start, goals, most_checks=most, seed=options.seed, in_narrow=lines
+        )
+        if detour.status != "found":
+            raise _refusal(problem, checker, index, detour, start, goals)
+        detours.append(Detour(index, detour.positions, LADDER[0 if len(detour.positions) > 2 else -1], lead))
+    return tuple(detours)
 
 
-class EndsOfWay(NamedTuple):
+class EndsOfDetour(NamedTuple):
     """The ends of the search for a path.
 
     Attributes:
         checker: The robot and its obstacles.
         start: (joints,), rad or m.
         goals: (goals, joints): any of them will do; the one that was chosen for the waypoint comes first.
-        lead: (waypoints, joints), see `FoundWay`.
+        lead: (waypoints, joints), see `Detour`.
     """
 
     checker: CollisionChecker
@@ -186,12 +188,12 @@ class EndsOfWay(NamedTuple):
     lead: FloatArray
 
 
-def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int) -> EndsOfWay:
+def ends_of_detour(problem: PlanningProblem, before: Sequence[Detour], index: int) -> EndsOfDetour:
     """Return the ends of the search for the path to a waypoint.
 
     Args:
         problem: The requested problem.
-        before: The ways of all free motions before.
+        before: The detours of all free motions before.
         index: Of the waypoint that the free motion leads to.
 
     Raises:
@@ -199,7 +201,7 @@ def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int
         PlanningError: A waypoint cannot be solved; its index is that of the problem.
     """
     itself = problem.self_collision if problem.scene is not None or problem.self_collision else False
-    so_far = with_ways(problem, before)
+    so_far = with_detours(problem, before)
     number = last_of(so_far, index)
     try:
         waypoints, solved = solved_waypoints(so_far)
@@ -216,18 +218,18 @@ def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int
         own, name = float(travels[0, joint]), problem.robots[index].joint_names[joint]
         message = f"{name} travels {own:g} rad or m there: a free motion is sought up to {LONGEST_TRAVEL:g}"
         raise InvalidProblem([(("waypoints", index), message)])
-    return EndsOfWay(checker, start, goals[travels.max(axis=1) <= LONGEST_TRAVEL], positions[first : number - 1])
+    return EndsOfDetour(checker, start, goals[travels.max(axis=1) <= LONGEST_TRAVEL], positions[first : number - 1])
 
 
-def _along(waypoint: AnyWaypoint, way: FoundWay) -> list[AnyWaypoint]:
-    """Return the corners of the way to a waypoint, and that waypoint where the way ends."""
+def _along(waypoint: AnyWaypoint, detour: Detour) -> list[AnyWaypoint]:
+    """Return the corners of the detour to a waypoint, and that waypoint."""
     vias: list[AnyWaypoint] = [
         ViaWaypoint(
-            position=corner, motion=AS_GIVEN, transition=way.transition, limits=waypoint.limits, tool=waypoint.tool
+            position=corner, motion=AS_GIVEN, transition=detour.transition, limits=waypoint.limits, tool=waypoint.tool
         )
-        for corner in way.positions[1:-1].tolist()
+        for corner in detour.positions[1:-1].tolist()
     ]
-    return [*vias, _fixed_at(waypoint, way.positions[-1])]
+    return [*vias, _fixed_at(waypoint, detour.positions[-1])]
 
 
 def _fixed_at(waypoint: AnyWaypoint, position: FloatArray) -> FixedWaypoint:
@@ -308,33 +310,38 @@ def apart(
 
 
 def _refusal(
-    problem: PlanningProblem, checker: CollisionChecker, index: int, way: Way, start: FloatArray, goals: FloatArray
+    problem: PlanningProblem,
+    checker: CollisionChecker,
+    index: int,
+    search: FreePath,
+    start: FloatArray,
+    goals: FloatArray,
 ) -> NoPathFound:
     """Build the refusal of a search without a path, with its farthest point.
 
     Raises:
         Collision: There is not enough room at an end of it.
     """
-    if way.status == "start_not_free":
+    if search.status == "start_not_free":
         refuse_collision_at(checker, start, index - 1)
-    if way.status == "no_goal_free":
+    if search.status == "no_goal_free":
         refuse_collision_at(checker, goals[0], index)
-    end = way.positions[-1]
-    whole = float(np.linalg.norm(goals[way.goal] - start))
-    fraction = float(np.clip(1.0 - way.left / whole, 0.0, 1.0)) if whole > 0.0 else 0.0
+    end = search.positions[-1]
+    whole = float(np.linalg.norm(goals[search.goal] - start))
+    fraction = float(np.clip(1.0 - search.left / whole, 0.0, 1.0)) if whole > 0.0 else 0.0
     where = f"from waypoint {index - 1} to {index}"
-    if way.barrier is None:
+    if search.barrier is None:
         message = (
-            f"no way was found {where} among {way.checks} motions: the search came within {way.left:.3g} of what leads "
-            "there, rad or m"
+            f"no path was found {where} among {search.checks} motions: the search came within {search.left:.3g} rad or "
+            "m of a position that leads to a goal"
         )
     else:
-        objects = " and ".join(way.barrier.objects)
-        message = f"no path exists {where}: {way.barrier.joint} cannot pass {objects}, whatever the other joints do"
+        objects = " and ".join(search.barrier.objects)
+        message = f"no path exists {where}: {search.barrier.joint} cannot pass {objects}, whatever the other joints do"
     return NoPathFound(
         message,
-        checks=way.checks,
-        enclosed_by=() if way.barrier is None else way.barrier.objects,
+        checks=search.checks,
+        enclosed_by=() if search.barrier is None else search.barrier.objects,
         segment=index - 1,
         path_point=PathPoint(fraction, tool_pose(problem.robots[index], end), end),
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kinematics.forward import jacobian
-from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest_from_way
+from planner.tool_motions.path_distances import CHORDS, farthest_from_path, joints_farthest_from_path
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.options import MinEffortOptions
@@ -22,7 +22,7 @@ JOINTS_SHARE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class ReferencePath:
     """The joint positions of a motion from which another may go so far.
 
     Attributes:
@@ -38,20 +38,20 @@ class Way:
     max_joint_deviation: float | None
 
     @classmethod
-    def of(cls, robot: Robot, motion: SegmentedPolynomial, options: MinEffortOptions) -> Way | None:
+    def of(cls, robot: Robot, motion: SegmentedPolynomial, options: MinEffortOptions) -> ReferencePath | None:
         """Return the way of a motion and how far another may go from it; None: anywhere."""
         if options.max_deviation is None and options.max_joint_deviation is None:
             return None
         return cls(robot, motion, options.max_deviation, options.max_joint_deviation)
 
     def limits(self, margin: float) -> FloatArray:
-        """Return the limits (rows,) of the rows of `way_stage_of`, those of deviations narrowed by a margin."""
+        """Return the limits (rows,) of the rows of `path_stage_of`, those of deviations narrowed by a margin."""
         tool = [] if self.max_deviation is None else [(self.max_deviation / margin) ** 2]
         joints = [] if self.max_joint_deviation is None else [self.max_joint_deviation / margin] * self.robot.dof
         return np.array([*tool, *joints, 1.0])
 
     def constants(self, layout: Layout) -> FloatArray:
-        """Return the constants (`Layout.way_instants`, 3 joints + 1) of `way_stage_of`.
+        """Return the constants (`Layout.path_instants`, 3 joints + 1) of `path_stage_of`.
 
         A straight way may be followed at any pace: a posture is compared with the point of it that is nearest in the
         measure of the tool's motion there. A bent one is followed at the pace of its motion, whatever the share.
@@ -76,12 +76,12 @@ class Way:
         """Return the largest share of what is allowed by which another motion leaves the way, segment by segment."""
         worst = 0.0
         for known, own in zip(by_segment(self.motion), by_segment(other), strict=True):
-            (way,) = known.evaluate(np.linspace(0.0, known.breakpoints[-1], CHORDS + 1), [0])
+            (reference,) = known.evaluate(np.linspace(0.0, known.breakpoints[-1], CHORDS + 1), [0])
             last = float(own.breakpoints[-1])
             if self.max_deviation is not None:
-                worst = max(worst, farthest_from_way(self.robot, own, 0.0, last, way)[0] / self.max_deviation)
+                worst = max(worst, farthest_from_path(self.robot, own, 0.0, last, reference)[0] / self.max_deviation)
             if self.max_joint_deviation is not None:
-                worst = max(worst, joints_farthest_from_way(own, 0.0, last, way)[0] / self.max_joint_deviation)
+                worst = max(worst, joints_farthest_from_path(own, 0.0, last, reference)[0] / self.max_joint_deviation)
         return worst
 
 

@@ -1,4 +1,4 @@
-"""A free way from one joint position to one of several others."""
+"""A free path from one joint position to one of several others."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ Such a path is proved faster, and stays free when its corners are cut.
 """
 
 SHARE_WITH_ROOM = 0.25
-"""The share of the motions that are looked at for a way with that much room, before one with less will do."""
+"""The share of the motions that are looked at for a path with that much room, before one with less will do."""
 
-WayStatus = Literal["found", "start_not_free", "no_goal_free", "enclosed", "budget_spent"]
-"""Whether there is a way, or why there is none."""
+SearchStatus = Literal["found", "start_not_free", "no_goal_free", "enclosed", "budget_spent"]
+"""Whether there is a path, or why there is none."""
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class FreePath:
     """A path of straight joint motions, or the partial result of the search.
 
     Attributes:
@@ -56,7 +56,7 @@ class Way:
         barrier: The proof that no path exists; None: there is none.
     """
 
-    status: WayStatus
+    status: SearchStatus
     positions: FloatArray
     goal: int
     left: float
@@ -64,7 +64,7 @@ class Way:
     barrier: Barrier | None = None
 
 
-def find_way(
+def find_free_path(
     robot: Robot,
     checker: CollisionChecker,
     start: FloatArray,
@@ -72,18 +72,18 @@ def find_way(
     *,
     most_checks: int = MOST_CHECKS,
     seed: int = 0,
-    in_narrow: Callable[[], Way | None] | None = None,
-) -> Way:
+    in_narrow: Callable[[], FreePath | None] | None = None,
+) -> FreePath:
     """Find a free path: the straight motion to a goal, the nearest first, or a detour.
 
     Args:
-        robot: The arm, whose position limits the way keeps.
+        robot: The arm, whose position limits the path keeps.
         checker: The arm and its obstacles.
         start: (joints,), rad or m, within the limits.
         goals: (goals, joints), within the limits: any of them will do.
         most_checks: The largest number of checked motions.
-        seed: Of the random positions; equal seeds give equal ways.
-        in_narrow: Another search, tried where no way with room was found, before one without; None: there is none.
+        seed: Of the random positions; equal seeds give equal paths.
+        in_narrow: Another search, tried where no path with room was found, before one without; None: there is none.
     """
     edges = FreeEdges(checker, most_checks)
     start, goals = np.asarray(start, dtype=np.float64), np.asarray(goals, dtype=np.float64)
@@ -92,14 +92,14 @@ def find_way(
     free = [k for k in order.tolist() if are_free[k + 1]]
     if not are_free[0] or not free:
         left = float(np.linalg.norm(goals[order[0]] - start))
-        return Way("no_goal_free" if are_free[0] else "start_not_free", start[None], int(order[0]), left, 0)
+        return FreePath("no_goal_free" if are_free[0] else "start_not_free", start[None], int(order[0]), left, 0)
     for k in free:
         if edges.is_free(start, goals[k]):
-            return Way("found", np.stack([start, goals[k]]), k, 0.0, edges.checked)
+            return FreePath("found", np.stack([start, goals[k]]), k, 0.0, edges.checked)
 
-    def enclosed_by(barrier: Barrier) -> Way:
+    def enclosed_by(barrier: Barrier) -> FreePath:
         left = float(np.linalg.norm(goals[free[0]] - start))
-        return Way("enclosed", start[None], free[0], left, edges.checked, barrier)
+        return FreePath("enclosed", start[None], free[0], left, edges.checked, barrier)
 
     if (barrier := find_barrier(robot, checker, start, goals[free], joints=1)) is not None:
         return enclosed_by(barrier)
@@ -109,19 +109,19 @@ def find_way(
         edges.keep_room(room, most)
         trees = Trees(edges, start, goals[free], within)
         has_room = not room or (edges.has_room(start[None]) and edges.has_room(goals[free]))
-        met = trees.find_way(rng) if has_room else None
+        met = trees.find_meeting(rng) if has_room else None
         if met is not None:
-            return Way("found", shortened(edges, met.positions, rng), free[met.goal], 0.0, edges.checked)
+            return FreePath("found", shortened(edges, met.positions, rng), free[met.goal], 0.0, edges.checked)
         if room and (barrier := find_barrier(robot, checker, start, goals[free], joints=2)) is not None:
             return enclosed_by(barrier)
-        if room and in_narrow is not None and (way := in_narrow()) is not None:
-            return replace(way, checks=way.checks + edges.checked)
+        if room and in_narrow is not None and (path := in_narrow()) is not None:
+            return replace(path, checks=path.checks + edges.checked)
     left, row = trees.gap()
     far = trees.from_start.positions[trees.from_start.branch(row)[::-1]]
-    return Way("budget_spent", far, free[0], left, edges.checked)
+    return FreePath("budget_spent", far, free[0], left, edges.checked)
 
 
 def sought_within(robot: Robot, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and the highest joint positions (joints,) that a way between ends (ends, joints) may have."""
+    """Return the lowest and the highest joint positions (joints,) that a path between ends (ends, joints) may have."""
     lower = np.maximum(robot.limit("lower"), ends.min(axis=0) - AROUND)
     return lower, np.minimum(robot.limit("upper"), ends.max(axis=0) + AROUND)
