@@ -31,25 +31,26 @@ COUNTED = ("refused", "broken", "slow", "slow on its path", "over budget")
 HEADER = """\
 # The corpus of real jobs
 
-`benchmarks/corpus/` makes some 3,000 jobs as robot programmers send them: structured lists of waypoints, seeded, with
-the reference joint path or the reference time where one is known. Here are {jobs} of them, of every kind that there was
-then and for six arms, through all back ends ({plans:,} plans), before the work on them began and now; those with
-splines, goal regions, freedoms on the way, tools by waypoint, rails, velocities at waypoints, jerk limits of the tool,
-teach speeds, limits that differ by direction, locked joints and actions (`benchmarks/corpus/features.py`) came later.
+`benchmarks/corpus/` makes some 3,000 jobs as robot programmers send them. They are structured lists of waypoints,
+seeded, with the reference joint path or the reference time where one is known. Here are {jobs} of them, of every kind
+at the time and for six arms. They went through all back ends (2,271 plans), before the work on them began and now. Jobs
+with splines, goal regions, tools by waypoint, rails and velocities at waypoints came later. So did jobs with tolerance
+regions on the path, jerk limits of the tool, teach speeds, limits that differ by direction, locked joints and actions
+(`benchmarks/corpus/features.py`).
 `python -m benchmarks jobs --like benchmarks/results/jobs_before.csv --save benchmarks/results/jobs_after.csv` plans
 them again (in about ten minutes), `python -m docs.tools.corpus` writes this page.
 
 Every plan is checked without the certificate: limits, continuity, waypoints met, the tool on its lines and circles.
-What is counted:
+These faults are counted:
 
 - Refused: there is no plan, though a joint path within the limits is known. Refusals of the jobs of the kind
   `infeasible` are none of these: that they are right, with the right reason, an independent check confirms.
 - Given up: an error, no answer within {patience:.0f} s of computing, or a lack of memory.
 - Broken: a limit, the continuity, a waypoint or a line was not kept.
-- Slow: by more than 2 % slower than the closed form, than length over speed, or than another back end along the same
+- Slow: more than 2 % slower than the closed form or than length over speed. Also: than another back end along the same
   path that keeps no less.
-- Own curve: by more than 2 % slower than another back end that keeps no less, where each draws its own curve through
-  waypoints that are passed.
+- Own curve: more than 2 % slower than another back end that keeps no less, where each draws its own curve through
+  passed waypoints.
 - Late: over its budget of computing time, of one second for up to 200 waypoints. The time itself is processor time,
   in the median, on a machine that had other work to do.
 
@@ -58,10 +59,10 @@ What is counted:
 LINES = """\
 ## Lines that exist
 
-Random lists of two to four straight lines of up to half a metre, at random places, that an arm can drive: a chain of
+Random lists of two to four straight lines of up to half a metre, at random places, that an arm can drive. A chain of
 joint positions was followed along each by Newton steps before (as in
-`tests/planner/tool_motions/test_random_lines.py`). Planned with the first waypoint as a pose, the arm in any
-configuration, and with the joint position where the chain starts:
+`tests/planner/tool_motions/test_random_lines.py`). They were planned twice: with the first waypoint as a pose, the arm
+in any configuration, and with the joint position where the chain starts.
 
 | | lists | refused, from the pose | refused, from the joint position |
 | --- | ---: | ---: | ---: |
@@ -73,9 +74,9 @@ configuration, and with the joint position where the chain starts:
 | panda | 978 | 0 | 3 |
 
 Before it drove lines by self-motions, the Panda was refused 9 of 300 such lists from the pose, and 14 of 93 from the
-joint position. The three that are left: with joints to spare, where a line ends is decided before the next one is
-looked at (joint 1 has no room left for the fourth line, joint 4 for the third), and a self-motion away from all limits
-at once may come too late for one of them (joint 5, after 95 % of the first line).
+joint position. Three are left. With joints to spare, the end of a line is decided before the next one is considered:
+joint 1 has no room left for the fourth line, joint 4 for the third. And a self-motion away from all limits at once may
+come too late for one of them (joint 5, after 95 % of the first line).
 """
 """What became of random lists of lines, by a run of its own."""
 
@@ -84,10 +85,10 @@ EXPLANATIONS = {
 Own curve: between waypoints that are passed, `toppra` keeps to one curve, the C2 spline through them. `ruckig` draws
 another, on which it is 2 to 9 % faster here; `auto` takes the faster of all.""",
     "over budget": """\
-Late: lists of 20 to 80 waypoints whose laws are searched for, most of all by `min_effort`; `auto` plans by more than
-one back end to take the best.""",
+Late: lists of 20 to 80 waypoints whose time scalings are searched for, most of all by `min_effort`. `auto` plans by
+more than one back end to take the best.""",
 }
-"""What is to be said of the plans with a fault."""
+"""Remarks about the plans with a fault."""
 
 
 def document(before: Results, after: Results) -> str:
@@ -155,7 +156,7 @@ def _by_both(before: Results, after: Results) -> Iterator[str]:
 
 
 def _rest(after: Results) -> Iterator[str]:
-    """Yield all plans with which something is wrong, by what it is."""
+    """Yield all plans with faults, by kind of fault."""
     found: dict[str, list[str]] = {}
     for job, own in after.items():
         for kind, result in own.items():

@@ -28,14 +28,14 @@ HEADER = """\
 # Figures of the documents
 
 Every figure of the documents that comes out of a computation is one command here. The tests run all of them and read
-the curves back out of the pictures: they are the documents' own polynomials, lines and formulas, as far as a picture
-can tell. `planner plot` writes `.svg` or `.png`; figure 4.4, for example, is
+the curves back out of the pictures. To the accuracy of a picture, they are the documents' own polynomials, lines and
+formulas. `planner plot` writes `.svg` or `.png`; figure 4.4, for example, is
 
 ```console
 $ planner plot examples/refuelling_case_1.json --show position --show velocity --joint joint_1 -o figure.svg
 ```
 
-The service draws the same by one request: the names are those of `picture` in the body ([forms of a
+The service draws the same by one request: the names are the values of `picture` in the body ([forms of a
 plan](formats.md#pictures)).
 
 ```console
@@ -44,10 +44,10 @@ $ jq '. + {"picture": {"show": ["position", "velocity"], "joints": ["joint_1"]}}
 ```
 
 Figures that are not here are drawings, photographs and listings, which no request draws. Document 001 has drawings
-only. Figures 6 to 8 of document 004 are screenshots of a simulation, of the arm at the points of Table 2: here they are
-stick models at them (270° of point 5 as -90°, inside the limits of Table 1). Of its figures 36 and 37, "alternative
-planning approach", the text gives neither the motion nor a number: here they are the first transition planned
-otherwise, its joints straight from point 1 to point 2 as polynomials of degree 5, in the same 30 s.
+only. Figures 6 to 8 of document 004 are screenshots of a simulation, of the arm at the points of Table 2. Here they are
+stick models at these points (270° of point 5 as -90°, inside the limits of Table 1). Its figures 36 and 37 are called
+"alternative planning approach"; the text gives neither the motion nor a number. Here they are the first transition
+planned in another way: its joints go straight from point 1 to point 2 as polynomials of degree 5, in the same 30 s.
 """
 
 
@@ -58,7 +58,7 @@ class Figure:
     Attributes:
         document: The document's number.
         number: The figure's number.
-        shows: What it shows.
+        shows: Its content.
         command: The arguments of `planner` that draw it, but for the file.
     """
 

@@ -43,7 +43,7 @@ SAMPLES = 1_500
 """The number of times that a picture shows."""
 
 SHADES = 0.5
-"""Power of the tool's speed, as a share of its greatest, that colours its path: slow parts are told apart, too."""
+"""Power of the tool's speed, as a share of its greatest, that colours its path: slow parts can be distinguished, too."""
 
 SLOW = 0.1
 """Share of the tool's greatest speed; where it is slower half of the time, speeds are drawn on a logarithmic scale."""
@@ -52,25 +52,25 @@ STILL = 0.01
 """mm/s, below which the tool stands still in a picture."""
 
 USED_UP = 0.98
-"""Share of a limit from which on it counts as used up."""
+"""Share of a limit above which it counts as used up."""
 
 HEADER = """\
 # Ten jobs
 
-What a robot cell asks for every day, as requests that are ready to send. `python examples/jobs.py` makes them, each in
+Everyday requests of a robot cell, ready to send. `python examples/jobs.py` makes them, each in
 a few lines of Python that need no package. All are for the KUKA KR 16 L6-2. Plan one, or send it to a running service:
 
     planner plan examples/jobs/seam.json -o seam.csv
     curl --json @examples/jobs/seam.json http://127.0.0.1:8000/v1/trajectories
 
-In the pictures, the arm stands at its first waypoint, with its work beside it; the path of the tool is yellow where it
-is fast and dark where it is slow; dots are waypoints. Made by `python -m docs.tools.jobs`; the tests plan all
+In the pictures, the arm stands at its first waypoint, with its work beside it. The path of the tool is yellow where it
+is fast and dark where it is slow; dots are waypoints. The pictures are made by `python -m docs.tools.jobs`; the tests plan all
 ten again and compare.
 """
 
 
 def document(draws: bool = False) -> str:
-    """Return the page; its pictures are drawn, too, if asked."""
+    """Return the page; draw its pictures, too, if requested."""
     sections = [HEADER]
     for job in runpy.run_path(str(ROOT / "examples/jobs.py"))["JOBS"]:
         solved = plan_request(read_request((ROOT / f"examples/jobs/{job.__name__}.json").read_bytes()))
@@ -101,7 +101,7 @@ def _section(job: Callable[[], dict[str, Any]], solved: Plan) -> str:
 
 
 def _draw(title: str, solved: Plan, file: Path) -> None:
-    """The tool's path, with the arm and near by; its speed and the joints', as shares of their limits, over time."""
+    """Draw the tool's path with the arm, and the speeds of tool and joints over time, as shares of their limits."""
     robot = solved.path.robot
     time = np.linspace(0.0, solved.trajectory.duration, SAMPLES)
     position, velocity = solved.trajectory.evaluate(time, (0, 1))

@@ -1,4 +1,4 @@
-"""Runs docs/notebook.ipynb while the documentation is built: its cells and what they show become docs/notebook.md.
+"""Runs docs/notebook.ipynb while the documentation is built: its cells and their output become docs/notebook.md.
 
 A hook of MkDocs. A cell that fails, fails the build.
 """
