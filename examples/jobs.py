@@ -77,7 +77,7 @@ def pick_and_place() -> JSON:
 
 
 def machine_tending() -> JSON:
-    """Out of a machine in a straight line from a stretched wrist, a singular joint position; then round to the tray."""
+    """Leave a machine in a straight line from a stretched wrist, which is singular; then go round to the tray."""
 
     def move(x: float, y: float, z: float, **more: Any) -> JSON:
         shift = {"kind": "cartesian", "translation": [x, y, z]}

@@ -50,11 +50,12 @@ Each back end plans the waypoints of two of the documents, first with the publis
 
 ## Two solvers of toppra
 
-`toppra` computes its velocity profile with a compiled kernel, or with `"solver": "package"` by the package toppra; the
-answer's `solver` says which. The kernel is the default because it was ahead in duration and in processor time, in one
-run of 447 jobs of the tests' corpus. It gave shorter trajectories for 251 of them, and longer ones for 46. These were
-longer by 3e-6 at most but for one job, whose intervals the package's solution split once more for 0.04 %. It took 7.6
-instead of 17.3 ms for 10 waypoints passed by a UR5 with torque limits. None was refused by one alone. The tests compare both in every run.
+`toppra` computes its velocity profile with a compiled kernel, or with `"solver": "package"` by the package toppra;
+the answer's `solver` says which. The kernel is the default because it was ahead in duration and in processor time, in
+one run of 447 jobs of the tests' corpus. It gave shorter trajectories for 251 of them, and longer ones for 46. These
+were longer by 3e-6 at most but for one job, whose intervals the package's solution split once more for 0.04 %. It
+took 7.6 instead of 17.3 ms for 10 waypoints passed by a UR5 with torque limits. None was refused by one alone. The
+tests compare both in every run.
 """
 COLUMNS = ("back end", "duration s", "step", "peak jerk", "RMS jerk", "effort s", "energy J", "off path mm")
 
@@ -88,8 +89,9 @@ CASES = (
         "Refuelling, case 2, on a KUKA KR 16 L6-2",
         "refuelling_case_2.json",
         "The same joint positions on the robot that the thesis is about, whose masses and torque limits are estimates. "
-        "Zeros of its axes differ, so the tool goes elsewhere. In 37.6 s most of the effort is holding the arm up: "
-        "`min_effort` saves it by leaving the path for poses that hold with less, at a price in energy and jerk.",
+        "Zeros of its axes differ, so the tool goes elsewhere. In 37.6 s most of the effort is holding the arm up. "
+        "`min_effort` saves it by leaving the path for poses that need less holding torque, at a price in energy "
+        "and jerk.",
         {"robot": "kuka_kr16_l6_2"},
     ),
     Case(

@@ -33,9 +33,9 @@ HEADER = """\
 
 `benchmarks/corpus/` makes some 3,000 jobs as robot programmers send them. They are structured lists of waypoints,
 seeded, with the reference joint path or the reference time where one is known. Here are {jobs} of them, of every kind
-at the time and for six arms. They went through all back ends (2,271 plans), before the work on them began and now. Jobs
-with splines, goal regions, tools by waypoint, rails and velocities at waypoints came later. So did jobs with tolerance
-regions on the path, jerk limits of the tool, teach speeds, limits that differ by direction, locked joints and actions
+at the time and for six arms. They went through all back ends (2,271 plans), before the work on them began and now.
+Jobs with splines, goal regions, tools by waypoint, rails and velocities at waypoints came later. So did jobs with
+tolerance regions on the path, jerk limits of the tool, teach speeds, locked joints, actions and limits by direction
 (`benchmarks/corpus/features.py`).
 `python -m benchmarks jobs --like benchmarks/results/jobs_before.csv --save benchmarks/results/jobs_after.csv` plans
 them again (in about ten minutes), `python -m docs.tools.corpus` writes this page.
@@ -73,10 +73,10 @@ in any configuration, and with the joint position where the chain starts.
 | ur5 | 222 | 0 | 0 |
 | panda | 978 | 0 | 3 |
 
-Before it drove lines by self-motions, the Panda was refused 9 of 300 such lists from the pose, and 14 of 93 from the
-joint position. Three are left. With joints to spare, the end of a line is decided before the next one is considered:
-joint 1 has no room left for the fourth line, joint 4 for the third. And a self-motion away from all limits at once may
-come too late for one of them (joint 5, after 95 % of the first line).
+Before the planner used self-motions on lines, it refused the Panda 9 of 300 such lists from the pose, and 14 of 93
+from the joint position. Three are left. With joints to spare, the end of a line is decided before the next one is
+considered: joint 1 has no room left for the fourth line, joint 4 for the third. A self-motion away from all limits
+at once may come too late for one line (joint 5, after 95 % of the first line).
 """
 """What became of random lists of lines, by a run of its own."""
 

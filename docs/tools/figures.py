@@ -47,7 +47,7 @@ Figures that are not here are drawings, photographs and listings, which no reque
 only. Figures 6 to 8 of document 004 are screenshots of a simulation, of the arm at the points of Table 2. Here they are
 stick models at these points (270° of point 5 as -90°, inside the limits of Table 1). Its figures 36 and 37 are called
 "alternative planning approach"; the text gives neither the motion nor a number. Here they are the first transition
-planned in another way: its joints go straight from point 1 to point 2 as polynomials of degree 5, in the same 30 s.
+planned in another way. Its joints go straight from point 1 to point 2 as polynomials of degree 5, in the same 30 s.
 """
 
 

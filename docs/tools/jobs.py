@@ -43,7 +43,7 @@ SAMPLES = 1_500
 """The number of times that a picture shows."""
 
 SHADES = 0.5
-"""Power of the tool's speed, as a share of its greatest, that colours its path: slow parts can be distinguished, too."""
+"""Power of the tool's speed, as a share of its greatest, that colours its path; it shows slow parts, too."""
 
 SLOW = 0.1
 """Share of the tool's greatest speed; where it is slower half of the time, speeds are drawn on a logarithmic scale."""
@@ -63,9 +63,9 @@ a few lines of Python that need no package. All are for the KUKA KR 16 L6-2. Pla
     planner plan examples/jobs/seam.json -o seam.csv
     curl --json @examples/jobs/seam.json http://127.0.0.1:8000/v1/trajectories
 
-In the pictures, the arm stands at its first waypoint, with its work beside it. The path of the tool is yellow where it
-is fast and dark where it is slow; dots are waypoints. The pictures are made by `python -m docs.tools.jobs`; the tests plan all
-ten again and compare.
+In the pictures, the arm stands at its first waypoint, with its work beside it. The path of the tool is yellow where
+it is fast and dark where it is slow; dots are waypoints. The pictures are made by `python -m docs.tools.jobs`; the
+tests plan all ten again and compare.
 """
 
 
