@@ -22,8 +22,10 @@ CASES = {
             "planner/plots/a.py": "import matplotlib",
             "planner/b.py": "x = 1\nimport matplotlib",
             "api/c.py": "import casadi.tools",
+            "tests/planner/d.py": "import numpy\nfrom api.work import entry",
+            "tests/api/e.py": "from api.work import entry",
         },
-        {"planner/b.py:2", "api/c.py:1"},
+        {"planner/b.py:2", "api/c.py:1", "tests/planner/d.py:2"},
     ),
     "imported-test": (
         {"tests/a.py": "\nfrom tests import test_b", "tests/test_b.py": "from tests.a import test_c"},

@@ -10,7 +10,6 @@ import pinocchio as pin
 import pytest
 
 import planner
-from api.work.answers.saved_plans import load_plan, save_plan
 from planner.certificate.waypoints import certify_waypoints
 from planner.problems.motion_around import FreeMotion, as_requested
 from planner.problems.regions import Region
@@ -74,9 +73,6 @@ def test_a_tool_move_from_an_open_orientation_before_a_free_motion_is_kept(robot
     assert off_target(plan, 1, np.array(move.move.translation)) < 2e-6
     errors = [waypoint.position_error for waypoint in plan.path.waypoints[:2]]
     assert max(errors) < 1e-6
-    loaded = load_plan(save_plan(plan), problem, plan.backend, with_runs=True)
-    assert [waypoint.position_error for waypoint in loaded.path.waypoints[:2]] == errors
-    assert (loaded.path.positions == plan.path.positions).all()
 
 
 def test_a_chain_of_moves_with_another_tool_before_a_free_motion_is_kept() -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import planner
-from api.work.answers.saved_plans import load_plan, save_plan
 from planner.errors import Collision
 from planner.paths import solve_path
 from planner.planning.blends import FINENESS, LEAST_SHARE
@@ -132,13 +131,6 @@ def test_what_no_smaller_blend_helps_is_refused(
     assert type(refusal.value) is type(requested.value)
     assert refusal.value.message == requested.value.message
     assert refusal.value.time == requested.value.time
-
-
-def test_the_radius_taken_is_that_of_the_saved_plan(problem: planner.PlanningProblem, plan: planner.Plan) -> None:
-    loaded = load_plan(save_plan(plan), problem, plan.backend, with_groups=True)
-    assert blend_radii(loaded.problem) == blend_radii(plan.problem) != blend_radii(problem)
-    (own,), (again,) = (made.path.groups for made in (plan, loaded))
-    np.testing.assert_array_equal(again.curve.coefficients, own.curve.coefficients)
 
 
 def test_each_compared_plan_has_the_radius_taken(problem: planner.PlanningProblem, plan: planner.Plan) -> None:

@@ -11,8 +11,9 @@ import msgpack
 import numpy as np
 import pytest
 
+import planner
 from api.work.answers.formats import FORMATS
-from api.work.answers.plans import AnswerOptions
+from api.work.answers.plans import AnswerOptions, as_dict
 from planner.backends import Quintic
 from planner.errors import MissingDynamics
 from planner.planning import plan
@@ -22,6 +23,7 @@ from planner.robots import load_robot
 from planner.robots.payload import Payload
 from planner.spatial import Pose
 from tests.api.requests import PARTS
+from tests.planner.free_motion.cases import ARM, LEFT, RIGHT, WALL
 from tests.planner.problems_of_tests import problem_of
 
 
@@ -101,3 +103,35 @@ def test_messagepack_is_the_answer(result: Plan) -> None:
     assert msgpack.unpackb(FORMATS["msgpack"].render(result, EVERYTHING)) == json.loads(
         FORMATS["json"].render(result, EVERYTHING)
     )
+
+
+def test_corners_of_a_detour_have_the_index_of_the_waypoint_that_they_lead_to() -> None:
+    waypoints = [planner.JointWaypoint(LEFT), planner.JointWaypoint(RIGHT, motion=planner.FreeMotion(), name="there")]
+    around = plan(PlanningProblem(ARM, waypoints, scene=planner.Scene([WALL], margin=0.01)))
+    answered = as_dict(around, AnswerOptions(0.1))["waypoints"]
+    corners = len(around.detours[0].positions) - 2
+    assert corners > 0
+    assert [waypoint["index"] for waypoint in answered] == [0, *[1] * corners, 1]
+    assert [waypoint["choice"] for waypoint in answered] == ["given", *["way_around"] * corners, "given"]
+    assert answered[-1]["name"] == "there"
+
+
+def test_actions_are_answered_with_their_times_and_fields(result: Plan) -> None:
+    at = planner.AtWaypoint(2)
+    actions = [planner.SetOutput(at, "close", True), planner.Wait(at, 0.2)]
+    waypoints = [replace(waypoint, dwell=0.5) for waypoint in result.problem.waypoints]
+    solved = plan(replace(result.problem, waypoints=waypoints, actions=actions))
+    first, second = as_dict(solved, AnswerOptions())["actions"]
+    assert first | {"time": 0, "distance": 0} == {
+        "index": 0, "time": 0, "distance": 0, "kind": "set_output", "name": "close", "value": True,
+    }  # fmt: skip
+    assert first["time"] == second["time"] == solved.trajectory.arrivals[2]
+    assert (second["kind"], second["duration"]) == ("wait", 0.2)
+    assert "actions" not in as_dict(result, AnswerOptions())
+
+
+@pytest.mark.parametrize("dwell", [0.0, 2.0])
+def test_the_last_sample_of_a_rest_is_at_its_end(dwell: float) -> None:
+    home = planner.JointWaypoint(load_robot("kuka_kr16_l6_2").middle, dwell=dwell)
+    found = plan(PlanningProblem(load_robot("kuka_kr16_l6_2"), [home]))
+    assert as_dict(found, AnswerOptions())["samples"]["time"][-1] == found.trajectory.duration

@@ -1,0 +1,16 @@
+"""Plans compared to the last bit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import planner
+
+
+def every_bit(plan: planner.Plan) -> tuple[Any, ...]:
+    """Return values that are equal for equal plans only: the trajectory's bytes, the certificate, warnings, gains."""
+    arrays = (
+        getattr(plan.trajectory, name) for name in ("lengths", "coefficients", "segments", "arrivals", "departures")
+    )
+    gains = [detour.gain for detour in plan.detours]
+    return *(array.tobytes() for array in arrays), plan.certificate, plan.warnings, gains
