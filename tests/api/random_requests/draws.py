@@ -67,6 +67,10 @@ class Draws:
         for quantity, (least, most) in TOOL_LIMITS.items():
             if self.chance(share):
                 asked[quantity] = self.between(least, most)
+        if self.robot.has_dynamics and self.chance(share):
+            asked["total_power"] = self.between(20.0, 500.0)
+        if self.robot.has_dynamics and self.chance(share):
+            asked["power"] = [self.between(10.0, 300.0) for _ in self.robot.joints]
         return asked
 
     def payload(self) -> dict[str, Any]:

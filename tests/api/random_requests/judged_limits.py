@@ -63,7 +63,7 @@ def limits_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any], r
         since = random.random(len(pieces)) * lengths[pieces]
         if tool:
             _tool_holds(robot, segment.tool, trajectory, tool, pieces, since)
-        if "torque" in enforced:
+        if not enforced.isdisjoint({"torque", "power", "total_power"}):
             _torques_hold(robot, segment, trajectory.derivatives(pieces, since))
 
 
@@ -91,6 +91,10 @@ def _torques_hold(robot: Robot, segment: Segment, values: list[np.ndarray]) -> N
     low, high = bounds_of(robot, "torque", segment.limits)
     assert (torques <= high * (1.0 + 1e-3) + 1e-6).all(), "torque"
     assert (torques >= low * (1.0 + 1e-3) - 1e-6).all(), "torque"
+    powers, loose = torques * values[1], 1.0 + 1e-6
+    for limits in segment.limits:
+        assert (np.abs(powers) <= np.array(limits.get("power", [np.inf] * robot.dof)) * loose).all(), "power"
+        assert np.abs(powers.sum(axis=1)).max() <= limits.get("total_power", np.inf) * loose, "total_power"
 
 
 def _tool_holds(

@@ -112,6 +112,15 @@ def test_a_time_scaling_along_the_path_is_faster_than_a_uniform_stretch(shape: s
     assert plan(problem, "ruckig").trajectory.duration < 0.95 * plan(problem, "quintic").trajectory.duration
 
 
+@pytest.mark.parametrize("factor", [1.05, 1.7, 6.0])
+@pytest.mark.parametrize("kind", ["quintic", "ruckig", "toppra"])
+def test_longer_durations_keep_torque_curves_as_the_shortest_do(kind: str, factor: float) -> None:
+    robot = ur5("steps")
+    problem = PlanningProblem(robot, swinging(), payload=LOAD)
+    longer = replace(problem, duration=factor * plan(problem, kind).trajectory.duration)
+    assert shares(plan(longer, kind), robot.with_payload(LOAD)).max() <= 1.0 + 1e-8
+
+
 def test_a_trajectory_beyond_the_curves_is_not_certified() -> None:
     made = plan(PlanningProblem(load_robot("ur5"), swinging()), "trapezoidal")
     certificate = certify(ur5("steps"), made.trajectory)
