@@ -98,6 +98,10 @@ class Pose:
         rotation = None if self.rotation is None else frame.rotation @ self.rotation
         return Pose(frame.position + frame.rotation @ self.position, rotation)
 
+    def __matmul__(self, other: PoseLike) -> Pose:
+        """Return the pose of `other`, given in this frame, in this frame's parent: T_base_frame @ T_frame_pose."""
+        return as_pose(other).from_frame(self)
+
     def to_frame(self, frame: Pose) -> Pose:
         """Express a pose in a frame with the same parent: the inverse of `from_frame`.
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from numpy.typing import ArrayLike
+    from scipy.interpolate import PPoly
 
     from planner.spatial import FloatArray
 
@@ -99,6 +100,22 @@ class Trajectory(SegmentedPolynomial):
             times = times.clip(0.0, end)
         rows = super().evaluate(np.atleast_1d(times), derivatives)
         return [row[0] for row in rows] if times.ndim == 0 else rows
+
+    def __call__(self, at: ArrayLike, derivative: int = 0) -> FloatArray:
+        """Return the joint positions at times, or a derivative of them: one of `evaluate`."""
+        (values,) = self.evaluate(at, [derivative])
+        return values
+
+    def to_ppoly(self) -> PPoly:
+        """Return the joint positions as a polynomial of scipy, a `PPoly` with values (joints,) over time.
+
+        Its pieces and coefficients are these. Pieces of no length, as there may be at a stop, are left out.
+        """
+        from scipy.interpolate import PPoly  # here: planning needs none of it
+
+        kept = self.lengths > 0.0
+        times = np.append(self.breakpoints[:-1][kept], self.duration)
+        return PPoly(self.coefficients[kept].transpose(2, 0, 1)[::-1], times)
 
     def stretched(self, factors: FloatArray | float) -> Self:
         """Run the same path in pieces `factors` times as long; waypoints stay at the breakpoints where they are."""

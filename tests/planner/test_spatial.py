@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from planner.spatial import (
     FloatArray,
+    Pose,
     is_rotation,
     right_jacobians,
     rotation_from_rpy,
@@ -109,3 +110,20 @@ def test_the_right_jacobian_is_that_of_pinocchio(size: float) -> None:
     vectors = np.random.default_rng(2).normal(size=(20, 3))
     vectors *= size / np.linalg.norm(vectors, axis=1, keepdims=True)
     assert right_jacobians(vectors) == pytest.approx(np.array([pin.Jexp3(vector) for vector in vectors]), abs=1e-12)
+
+
+def test_the_product_of_poses_is_that_of_pinocchio() -> None:
+    for _ in range(20):
+        first, second = pin.SE3.Random(), pin.SE3.Random()
+        expected = first * second
+        for other in (Pose(second.translation, second.rotation), second, second.homogeneous):
+            product = Pose(first.translation, first.rotation) @ other
+            assert product.position == pytest.approx(expected.translation, abs=1e-12)
+            assert product.rotation == pytest.approx(expected.rotation, abs=1e-12)
+
+
+def test_a_product_with_a_pose_of_any_orientation_has_none() -> None:
+    turned = Pose.from_rpy([1.0, 0.0, 0.0], [0.0, 0.0, QUARTER])
+    product = turned @ Pose([1.0, 0.0, 0.0])
+    assert product.position == pytest.approx([1.0, 1.0, 0.0])
+    assert product.rotation is None

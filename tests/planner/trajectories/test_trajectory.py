@@ -138,3 +138,21 @@ def test_every_sample_of_a_plan_can_be_evaluated() -> None:
             assert trajectory.sample_times(period)[-1] == trajectory.duration
             trajectory.evaluate(trajectory.sample_times(period), [0])
             trajectory.evaluate(np.cumsum(np.full(round(trajectory.duration / 1e-3) - 1, 1e-3)), [0])
+
+
+@pytest.mark.parametrize("trajectory", RANDOM, ids=repr)
+def test_a_trajectory_becomes_a_polynomial_of_scipy(trajectory: Trajectory) -> None:
+    times = np.linspace(0.0, trajectory.duration, 50)
+    polynomial = trajectory.to_ppoly()
+    for order in range(3):
+        assert polynomial(times, order) == pytest.approx(trajectory(times, order), rel=1e-9, abs=1e-9)
+        assert trajectory(times[7], order) == pytest.approx(trajectory.evaluate(times, [order])[0][7])
+    assert polynomial.x[-1] == trajectory.duration
+
+
+def test_pieces_of_no_length_are_left_out_of_polynomials_of_scipy() -> None:
+    whole = trajectory_of(3, 2, 4, 0)
+    lengths = np.array([0.5, 0.0, 0.25])
+    made = Trajectory(lengths, whole.coefficients, whole.segments, whole.arrivals, whole.departures)
+    assert made.to_ppoly().c.shape == (4, 2, 2)
+    assert made.to_ppoly()(0.6) == pytest.approx(made(0.6))
