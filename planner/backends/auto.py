@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 class Auto:
     """A back end that keeps every limit, jerk included: the fastest by comparison, unless durations call for another.
 
-    `Ruckig` and `Quintic` are compared; `Ruckig` is the faster of the joints' own laws and of one law along a curve, as
-    `Toppra` with `jerk_limited` has it. That one is tried where both refuse; where it does, too, the refusal stands
-    that is nearest to a plan.
+    `Ruckig` and `Quintic` are compared; `Ruckig` is the faster of the joints' own time scalings and of one time scaling
+    along a curve, as `Toppra` with `jerk_limited` has it. That one is tried where both refuse; where it does, too, the
+    refusal stands that is nearest to a plan.
     """
 
     kind: ClassVar[str] = "auto"

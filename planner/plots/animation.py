@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 FRAMES_PER_SECOND = 20.0
-"""Postures computed for a second of the trajectory; what is shown goes evenly from one to the next."""
+"""Joint positions computed for a second of the trajectory; what is shown goes evenly from one to the next."""
 
 MOST_FRAMES = 400
-"""The most postures of an animation, which is some tens of kilobytes large."""
+"""The most joint positions of an animation, which is some tens of kilobytes large."""
 
 SHORTEST = 0.01
 """Least duration of an animation, s: of a robot that rests, too."""

@@ -121,8 +121,8 @@ def draw_plan(
 
     Raises:
         InvalidProblem: The robot has no joint of such a name.
-        MissingDynamics: Torques are asked of a robot without inertias and payload.
-        ValueError: There is nothing of such a name to be drawn, or nothing is asked.
+        MissingDynamics: Torques are requested of a robot without inertias and payload.
+        ValueError: There is nothing of such a name to be drawn, or nothing is requested.
     """
     show = OVERVIEW if show is None else show
     _refuse_unknown("show", show, SHOWN)

@@ -26,7 +26,7 @@ class Planned(Protocol):
 
     @property
     def problem(self) -> PlanningProblem:
-        """What was asked."""
+        """The request."""
 
     @property
     def backend(self) -> BackEnd:
@@ -50,7 +50,7 @@ class Planned(Protocol):
 
 
 class NamedStop(NamedTuple):
-    """A waypoint that was asked: its row among those of the path, its name, and when the robot is there, s."""
+    """A waypoint that was requested: its row among those of the path, its name, and when the robot is there, s."""
 
     row: int
     name: str
@@ -59,7 +59,7 @@ class NamedStop(NamedTuple):
 
 
 def stops_of(plan: Planned) -> list[NamedStop]:
-    """List the waypoints that were asked, without those on found ways; one without a name has its number for one."""
+    """List the requested waypoints, without the corners of detours; a waypoint without a name has its number."""
     requested = [row for row, waypoint in enumerate(plan.problem.waypoints) if not isinstance(waypoint, ViaWaypoint)]
     times = plan.trajectory.arrivals, plan.trajectory.departures
     return [

@@ -107,7 +107,7 @@ def samples_for(plan: Planned, quantities: Collection[str], times: FloatArray) -
     """Evaluate what these quantities need at times (N,), s.
 
     Raises:
-        MissingDynamics: Torques are asked of a robot without inertias and payload.
+        MissingDynamics: Torques are requested of a robot without inertias and payload.
     """
     include = {TOOL_QUANTITIES[name].include if name in TOOL_QUANTITIES else name for name in quantities}
     return sample_at(plan.path.dynamics, plan.trajectory, times, include)

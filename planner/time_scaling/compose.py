@@ -92,7 +92,7 @@ def compose(
     """
     s = scaling.evaluate(scaling.breakpoints, [0])[0][:, 0]
     s[-1] = curve.breakpoints[-1]
-    # The ends of the curve are no knots: a law whose rounding begins behind them would get a piece of no length there.
+    # The ends of the curve are no knots: rounding at the start of a time scaling would make a piece of length zero.
     of, start, end = _split_pieces(scaling, curve.breakpoints[1:-1], s)
     motion, on = ScaledCurve(curve, scaling), curve.locate(horner(scaling.coefficients[of, 0], (start + end) / 2.0))[0]
     for halvings in range(MOST_HALVINGS + 1):

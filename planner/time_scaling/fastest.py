@@ -29,30 +29,32 @@ if TYPE_CHECKING:
     from planner.time_scaling.retiming import RequestedDurations
 
 ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
-"""Rounds of the search: the number of pieces of the law, those of each segment in addition, and the relative gap to the
-optimum that may be left. The last is for short lists: without it five blended lines took up to 2 % longer."""
+"""Rounds of the search: the number of pieces of the time scaling, those of each segment in addition, and the relative
+gap to the optimum that may be left. The last is for short lists: without it five blended lines took up to 2 %
+longer."""
 
 NEAR = 0.5
-"""Share of a limit that a law uses at most where the limit is left out of the next round."""
+"""Share of a limit that a time scaling uses at most where the limit is left out of the next round."""
 
 MOST_REFINEMENTS = 10
 """Rounds after these, while a limit is exceeded by more than it may be."""
 
 ENOUGH = 1.003
-"""Share of a limit that the law may use between the points that a round looks at: one factor on all times mends it."""
+"""Share of a limit that the time scaling may use between the points that a round looks at: one factor on all times
+mends it."""
 
 ENOUGH_OF_DENSE = 1.05
 """The same along a curve of more pieces than the rounds ask for, as through the noise of 2,000 points: one factor on
 all times costs up to 1.6 %, and each further round takes seconds."""
 
 DENSE_PARTS = 4
-"""Number of pieces of the law on each piece of such a curve: with 2 or 3 it is slower by 2 and 1 %."""
+"""Number of pieces of the time scaling on each piece of such a curve: with 2 or 3 it is slower by 2 and 1 %."""
 
 REFINED = 1.001
-"""Share of a limit from which on a piece that uses it is cut in two."""
+"""Share of a limit above which a piece that uses it is cut in two."""
 
 COARSE = 1.05
-"""Share of a limit from which on a piece is cut in four: the jerk may end long before such a piece does."""
+"""Share of a limit above which a piece is cut in four: the jerk may end long before such a piece does."""
 
 IDLE = 0.9
 """Share of every limit below which a piece waits for a finer grid: it is cut in two, too."""
@@ -61,16 +63,16 @@ MOST_IDLE = 0.03
 """Share of the duration that idle pieces may fill: for more of them alone, one round is made."""
 
 FINEST = 400
-"""Number of its like in the duration from which on an idle piece stays whole: little time can be gained on it."""
+"""Number of its like in the duration above which an idle piece stays whole: little time can be gained on it."""
 
 GAUSS_POINTS = 5
-"""Number of Gauss points on each piece of a law, to integrate the time that it takes after retiming."""
+"""Number of Gauss points on each piece of a time scaling, to integrate the time that it takes after retiming."""
 
 GAUSS_RULE = (np.polynomial.legendre.leggauss(GAUSS_POINTS) + np.array([[1.0], [0.0]])) / 2.0
 """These points, as shares of a piece, and their weights."""
 
 ENFORCED = frozenset(QUANTITIES)
-"""The quantities whose limits the law keeps: all there are."""
+"""The quantities whose limits the time scaling keeps: all there are."""
 
 
 def time_group(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
@@ -91,17 +93,17 @@ def time_group(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
 
 
 def fastest_scaling(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
-    """Find the law, but for what is left between the gridpoints of the search.
+    """Find the time scaling, but for what is left between the gridpoints of the search.
 
     Raises:
         LimitsUnsatisfiable: Gravity exceeds a torque limit.
     """
     scaling, limits = _quintic(group), limits_on(path, group)
     if not np.isfinite(limits.along(scaling).scale(np.array([[1.0], [0.0], [0.0]]))):
-        return limits.on_segments(scaling)  # nothing limits: any law will do
+        return limits.on_segments(scaling)  # nothing limits: any time scaling will do
     counts = [count + each * len(group.segments) for count, each, _ in ROUNDS]
     is_dense = len(scaling.lengths) > max(counts)
-    if is_dense:  # a law that has nothing to do with its limits would be cut everywhere, time and again
+    if is_dense:  # a time scaling that has nothing to do with its limits would be cut everywhere, time and again
         scaling = retimed(scaling, fastest_retiming(scaling.lengths, limits.along(scaling), ROUNDS[0][2]))
         scaling = scaling.split(np.full(len(scaling.lengths), DENSE_PARTS))
         scaling = retimed(scaling, fastest_retiming(scaling.lengths, near_limits(limits.along(scaling)), ROUNDS[1][2]))
@@ -159,7 +161,7 @@ def near_limits(limits: LinearLimits) -> LinearLimits:
 
 
 def _quintic(group: SegmentGroup) -> PiecewisePolynomial:
-    """Return the law from rest to rest in 1 s that is one quintic, with a breakpoint where the curve has one."""
+    """Return one quintic from rest to rest in 1 s, with the breakpoints of the curve."""
     knots = group.curve.breakpoints
     inner = knots[1:-1]
     whole = PiecewisePolynomial(np.ones(1), knots[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
@@ -169,7 +171,7 @@ def _quintic(group: SegmentGroup) -> PiecewisePolynomial:
 
 
 def retimed_lengths(scaling: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
-    """Return the durations (pieces,), s, of the pieces of a law after retiming."""
+    """Return the durations (pieces,), s, of the pieces of a time scaling after retiming."""
     b = QuadraticSpline(scaling.lengths).states(unknowns)[0].reshape(len(GRIDPOINTS), -1)
     u, weights = GAUSS_RULE[0, :, None], GAUSS_RULE[1]
     inside = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
@@ -178,7 +180,7 @@ def retimed_lengths(scaling: PiecewisePolynomial, unknowns: FloatArray) -> Float
 
 
 def retimed(scaling: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
-    """Return the law after retiming: quintics between its nodes, whose speed and acceleration are exact there."""
+    """Return the time scaling after retiming: quintics with exact speed and acceleration at its nodes."""
     b, a, _ = QuadraticSpline(scaling.lengths).states(unknowns).reshape(3, len(GRIDPOINTS), -1)
     lengths = retimed_lengths(scaling, unknowns)
     b, a = np.append(b[0], b[-1, -1]), np.append(a[0], a[-1, -1])

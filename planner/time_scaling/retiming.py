@@ -163,7 +163,7 @@ def best_retiming(
     requested = requested or RequestedDurations.of_parts(widths, np.empty((0, len(widths)), dtype=bool), np.empty(0))
     x = np.ones(len(widths) + 2) if start is None else start
     x = x * FIRST_SHARE * limits.scale(spline.states(x))
-    # The search begins on the slow side of the asked durations.
+    # The search begins on the slow side of the requested durations.
     share = (1.0 + requested.missed(spline.states(x)[0]) / requested.durations).min(initial=1.0)
     x *= share**2
     x, converged = best_unknowns(spline.maps, limits.arrays, objective, requested, tolerance, steps, x)

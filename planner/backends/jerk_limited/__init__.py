@@ -1,1 +1,1 @@
-"""The law along a curve that keeps jerk limits, too: shared by the back ends that promise them."""
+"""Jerk-limited time scalings along a path, shared by all back ends that promise jerk limits."""

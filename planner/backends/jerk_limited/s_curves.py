@@ -1,4 +1,4 @@
-"""Time laws from rest to rest under limits of velocity, acceleration and jerk: their seven phases in closed form."""
+"""Time scalings from rest to rest under velocity, acceleration and jerk limits: seven phases in closed form."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ BISECTIONS = 60
 def s_curves(
     V: FloatArray, A: FloatArray, J: FloatArray, braking: FloatArray | None = None
 ) -> tuple[FloatArray, SegmentedPolynomial, list[np.ndarray]]:
-    """Compute the fastest laws from 0 to 1, and which of their limits set their time.
+    """Compute the fastest time scalings from 0 to 1 and their binding limits.
 
     Ruckig computes the same, but not for limits of any size: four phases of jerk, each t_j long, two of constant
     acceleration (t_a) and a cruise (t_v); Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and
-    Robots (2008), ch. 3.4. The times alone determine the law: v = 1 / (2 t_j + t_a + t_v), a = v / (t_j + t_a) and
-    j = a / t_j.
+    Robots (2008), ch. 3.4. The times alone determine the time scaling: v = 1 / (2 t_j + t_a + t_v), a = v / (t_j + t_a)
+    and j = a / t_j.
 
     Args:
         V: Limits of velocity (rows,), 1/s; infinite: none.
@@ -35,7 +35,8 @@ def s_curves(
         J: Limits of jerk (rows,), 1/s^3; infinite: the acceleration jumps.
 
     Returns:
-        Durations (rows,), s, infinite where there is no limit at all; the laws; for each limit where it binds, (rows,).
+        Durations (rows,), s, infinite where there is no limit at all; the time scalings; for each limit where it binds,
+        (rows,).
     """
     if braking is not None:
         return _lopsided(V, A, J, braking)
@@ -60,7 +61,7 @@ def s_curves(
 def _lopsided(
     V: FloatArray, A: FloatArray, J: FloatArray, braking: FloatArray
 ) -> tuple[FloatArray, SegmentedPolynomial, list[np.ndarray]]:
-    """Compute the fastest laws where braking has limits of its own, by bisection for the highest velocity of each.
+    """Compute the fastest time scalings if braking has limits of its own, by bisection for the peak velocity.
 
     To a velocity v it takes v / A + A / J, or 2 sqrt(v / J) where the acceleration does not reach its limit A, at half
     of v on average.
@@ -101,7 +102,7 @@ def _lopsided(
 def _of_times(
     t_v: FloatArray, rise: tuple[FloatArray, FloatArray], fall: tuple[FloatArray, FloatArray]
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray], SegmentedPolynomial]:
-    """Return the durations of laws, their highest velocities, accelerations and decelerations, and the laws themselves.
+    """Return the durations, velocities, accelerations, decelerations and pieces of time scalings.
 
     All but the durations are on unit time.
 

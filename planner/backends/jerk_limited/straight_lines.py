@@ -22,7 +22,7 @@ ROUNDED_UP = 1.0 + 1e-10
 def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
     """Run straight lines from rest to rest: the path position goes from 0 to 1 like a joint with the tightest limits.
 
-    A longer duration stretches the law evenly.
+    A longer duration stretches the time scaling evenly.
     """
     travels, limits = np.abs(motions.travels), motions.limits
     with np.errstate(divide="ignore"):

@@ -1,4 +1,4 @@
-"""The least effort within the limits, found by nonlinear programming: of joint motions, and of laws along a path."""
+"""Motions of least effort within the limits by nonlinear programming: joint motions, and time scalings of a path."""
 
 from __future__ import annotations
 
@@ -30,16 +30,17 @@ class MinEffort(MinEffortOptions):
 
     Between joint waypoints each joint is a cubic B-spline in time (`program.py`), from rest to rest with no
     acceleration at either end, through the waypoints; between them the geometry is free, and so are the times at which
-    they are passed, where none are asked. Lines, circles and blends keep their way: there the law along it is found
-    (`on_curve.py`). The quintic of the same duration is where the search begins, along a given way the fastest law
-    within the jerk limits stretched to it, and either is the answer if nothing better within the limits is found.
+    they are passed, where none are requested. Lines, circles and blends keep their way: there the time scaling along it
+    is found (`on_curve.py`). The quintic of the same duration is where the search begins, along a given way the fastest
+    time scaling within the jerk limits stretched to it, and either is the answer if nothing better within the limits is
+    found.
 
     Between two stops the tool stays within `max_deviation` of the straight joint motion, and each joint within
     `max_joint_deviation`: the least torque may be far off, near the body or hanging down. Where waypoints are passed,
     they are within as much of the quintic through them.
 
-    A motion without an asked duration takes as long as the quintic, times `slowdown`: the choice of a back end is then
-    no choice of a duration, and what one saves can be read off. With `time_weight` the duration is found, too: it
+    A motion without a requested duration takes as long as the quintic, times `slowdown`: the choice of a back end is
+    then no choice of a duration, and what one saves can be read off. With `time_weight` the duration is found, too: it
     minimises cost + `time_weight` x duration.
 
     In a scene the motion that is found may collide where the one that the search begins with does not: then half-spaces
@@ -47,10 +48,10 @@ class MinEffort(MinEffortOptions):
     it is held nearer to the motion that it begins with, or is that one (`planner.plans.result.certified_plan`).
 
     Where accelerations of the tool are limited, no way between waypoints is searched for: the quintic is the answer,
-    with a warning. Along a given way the law is found within them. The same goes for joints that turn so often that the
-    search would not see their torques come and go: tens of turns between two stops.
+    with a warning. Along a given way the time scaling is found within them. The same goes for joints that turn so often
+    that the search would not see their torques come and go: tens of turns between two stops.
 
-    Efforts are measured by the robot's own torque limits, whatever limits are asked; a joint without a limit counts
+    Efforts are measured by the robot's own torque limits, whatever limits are requested; a joint without a limit counts
     like the strongest one of its kind, turning or sliding. Where none of a kind has a limit, the largest torque or
     force of them in the first motion stands for it.
 

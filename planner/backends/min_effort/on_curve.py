@@ -1,4 +1,4 @@
-"""The law of least cost along a segment group whose curve is given: lines, circles, blends.
+"""The time scaling of least cost along a segment group whose curve is given: lines, circles, blends.
 
 Along a curve torques are linear in the square of the speed and its derivative, and effort is a convex function of them
 (Verscheure et al., Time-optimal path tracking for robots: a convex optimization approach, IEEE Transactions on
@@ -36,17 +36,17 @@ ROUNDS = (1e-2, 1e-4)
 """Rounds of the search: the gap to the optimum, relative to the cost, that may be left after each of them."""
 
 NEARLY = 1e-2
-"""Share of an asked duration by which the search may miss it; what is missed is mended after the search."""
+"""Share of a requested duration by which the search may miss it; what is missed is mended after the search."""
 
 CORRECTIONS = 10
-"""Newton steps, at most, until the asked durations are met; they double the digits each time."""
+"""Newton steps, at most, until the requested durations are met; they double the digits each time."""
 
 STILL_MISSED = 1e-14
-"""Share of an asked duration that may still be missed then: a few units in its last place."""
+"""Share of a requested duration that may still be missed then: a few units in its last place."""
 
 
 class FoundScaling(NamedTuple):
-    """A law that a search found, and whether nothing better is left."""
+    """A time scaling that a search found, and whether nothing better is left."""
 
     scaling: SegmentedPolynomial
     converged: bool
@@ -54,16 +54,16 @@ class FoundScaling(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The search for the law of least cost along the curve of a segment group.
+    """The search for the time scaling of least cost along the curve of a segment group.
 
     Attributes:
         path: The path, with its limits.
         group: A segment group of the path.
         cost: The cost that is minimised.
         time_weight: The cost of a second.
-        parts: Whether (parts, segments) a segment belongs to a part, whose duration as a whole is asked.
-        durations: The asked durations (parts,), s.
-        knots: Pieces of the law.
+        parts: Whether (parts, segments) a segment belongs to a part, whose duration as a whole is requested.
+        durations: The requested durations (parts,), s.
+        knots: Pieces of the time scaling.
         steps: Newton steps of each round, at most.
     """
 
@@ -77,10 +77,10 @@ class Search:
     steps: int
 
     def improved(self, scaling: PiecewisePolynomial, margin: float) -> FoundScaling | None:
-        """Find a better law than a first one; None: the durations cannot be met.
+        """Find a better time scaling than a first one; None: the durations cannot be met.
 
         Args:
-            scaling: A law s(t), with a breakpoint where the curve has one.
+            scaling: A time scaling s(t), with a breakpoint where the curve has one.
             margin: Factor by which all limits are narrower.
         """
         limits = limits_on(self.path, self.group, knows_torques=self.cost.objective != "jerk")
@@ -97,7 +97,7 @@ class Search:
         return FoundScaling(limits.on_segments(scaling), found.converged)
 
     def _objective(self, limits: LimitsOnCurve, scaling: PiecewisePolynomial) -> Objective:
-        """Return the cost of retiming a law."""
+        """Return the cost of retiming a time scaling."""
         torque, power, jerk = self.cost.units
         s, ds, dds, _, first, second, third = limits.rates(scaling)
         by_work = self.cost.objective == "mechanical_work"
@@ -118,13 +118,13 @@ class Search:
         return Objective(of_duration(scaling.lengths).weights, self.time_weight, tuple(costs))
 
     def _requested(self, scaling: SegmentedPolynomial) -> RequestedDurations:
-        """Return the asked durations by the gridpoints of a law."""
+        """Return the requested durations by the gridpoints of a time scaling."""
         own = self.parts[:, np.searchsorted(self.group.segments, scaling.segments)]
         return RequestedDurations.of_parts(scaling.lengths, own, self.durations)
 
 
 def _on_time(scaling: PiecewisePolynomial, unknowns: FloatArray, requested: RequestedDurations) -> FloatArray:
-    """Correct the unknowns as little as possible, until the asked durations are met to rounding."""
+    """Correct the unknowns as little as possible, until the requested durations are met to rounding."""
     spline = QuadraticSpline(scaling.lengths)
     parts = requested.weights[:, : len(scaling.lengths)] > 0.0
     for _ in range(CORRECTIONS):

@@ -59,10 +59,10 @@ COARSE = 1.05
 """Use of a limit between the breakpoints above which the spline gets twice as many intervals."""
 
 FINE = 32
-"""Number of intervals from which on the spline gets no more of them."""
+"""Number of intervals above which the spline gets no more of them."""
 
 NO_CHOICE = 1.01
-"""Up to this multiple of the shortest duration along a curve, the fastest law is the only one there is, nearly."""
+"""Multiple of the shortest duration along a curve up to which the fastest time scaling is almost the only one."""
 
 MOST_WORK = 24_000
 """Intervals times iterations of the search from stop to stop: with six joints 7 s on one core, and most need less."""
@@ -116,7 +116,7 @@ class Optimum(ABC):
         """Return the best motion within the limits.
 
         Raises:
-            InfeasibleDuration: Nothing found keeps the limits in the asked duration.
+            InfeasibleDuration: Nothing found keeps the limits in the requested duration.
             LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
         """
 
@@ -145,8 +145,9 @@ class Optimum(ABC):
 class OnCurve(Optimum):
     """The search along the curve of a segment group: lines, circles, blends.
 
-    The cost is never above that of the fastest law within the jerk limits, stretched to the same duration, nor above
-    the quintic's; where durations are asked of segments that are passed without stopping, only not above the quintic's.
+    The cost is never above that of the fastest time scaling within the jerk limits, stretched to the same duration, nor
+    above the quintic's; where durations are requested of segments that are passed without stopping, only not above the
+    quintic's.
     """
 
     def find(self) -> SegmentedPolynomial:
@@ -166,10 +167,10 @@ class OnCurve(Optimum):
         return min(known, key=self.price)
 
     def _known(self, scaling: SegmentedPolynomial) -> tuple[list[SegmentedPolynomial], InfeasibleDuration | None]:
-        """Find motions within the limits without a search, the fastest law first, and the quintic's refusal if any.
+        """Return the known motions within the limits, the fastest time scaling first, and the refusal of the quintic.
 
         Raises:
-            InfeasibleDuration: What is asked is too short.
+            InfeasibleDuration: The requested duration is too short.
         """
         known: list[SegmentedPolynomial] = []
         refusal = None
@@ -193,8 +194,9 @@ class OnCurve(Optimum):
         """Return the optimum; None: none was found that keeps the limits.
 
         Args:
-            scaling: The law that the search begins with, in any time.
-            durations: (segments,), s: those asked; those that are not asked are met together, unless time has a weight.
+            scaling: The time scaling that the search begins with, in any time.
+            durations: (segments,), s: those requested; those that are not requested are met together, unless time has a
+                weight.
         """
         if self.options.iterations == 0:
             return None
@@ -268,7 +270,7 @@ class ThroughWaypoints(Optimum):
         return pieces.stretched(self.options.slowdown) if self.free.all() else pieces
 
     def _too_fast(self) -> SegmentedPolynomial:
-        """Return the quintic at the asked durations, which breaks limits: a beginning all the same."""
+        """Return the quintic in the requested durations, which may break limits; the search starts there."""
         requested = self.path.durations.copy()
         requested[self.group.segments] = np.nan
         at_leisure = self._quintic(replace(self.path, durations=requested))

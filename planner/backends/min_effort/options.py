@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from planner.backends.min_effort.cost import Objective  # noqa: TC001 - the schema of the options is made from it
 
 LEAST_DEVIATION = 0.001
-"""The least deviation that can be asked, m, rad."""
+"""The least deviation that can be requested, m, rad."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class MinEffortOptions:
             `mechanical_work`: the sum of |torque x velocity|, by the largest power of any joint; `jerk`: the sum of
             (jerk / limit)^2.
         knots: Intervals of the spline from stop to stop; at least 8 on each segment.
-        slowdown: How many times the duration of the shortest quintic a motion without an asked duration takes.
+        slowdown: How many times the duration of the shortest quintic a motion without a requested duration takes.
         time_weight: Cost of a second; None: durations are not traded against the cost.
         iterations: Iterations of the search from stop to stop after which the best motion found is returned, with the
             warning `suboptimal`; 0: the motion that the search begins with; None: as many as take 7 s or so. They are

@@ -90,7 +90,7 @@ class Numbers(NamedTuple):
         torque: (2, pieces, joints), magnitudes of the lower and upper limits, infinite: none.
         tool: (pieces, 2), limits of the squares of the tool's speed and angular speed.
         units: (3, joints): what torque, power and jerk are measured by in the cost.
-        durations: (segments,), s: those asked or, where free, a first guess.
+        durations: (segments,), s: those requested or, where free, a first guess.
         free: (segments,), whether a duration is to be found.
         total: s, of the free durations together; None: to be found, too.
         time_weight: Cost of a second.
@@ -184,7 +184,7 @@ class Program:
         """Return the optimum, or the best motion within the limits after so many iterations; None: no motion.
 
         Args:
-            m: What is asked.
+            m: What is requested.
             first: A motion to begin with, of the same durations.
             iterations: The most there may be.
             fruitless: The most there may be until one is within the limits.
@@ -375,7 +375,7 @@ _programs: LastUsed[Program] = LastUsed(PROGRAM_BYTES, lambda program: program.m
 
 
 def program_of(robot: Robot, layout: Layout) -> Program:
-    """Return the program of a robot and layout, built when first asked for and kept while the last used leave room.
+    """Return the program of a robot and layout, built at first use and kept while the last used leave room.
 
     A program watches one search at a time, so that each thread has its own.
     """

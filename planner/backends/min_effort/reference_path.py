@@ -53,8 +53,8 @@ class ReferencePath:
     def constants(self, layout: Layout) -> FloatArray:
         """Return the constants (`Layout.path_instants`, 3 joints + 1) of `path_stage_of`.
 
-        A straight way may be followed at any pace: a posture is compared with the point of it that is nearest in the
-        measure of the tool's motion there. A bent one is followed at the pace of its motion, whatever the share.
+        A straight way may be followed at any pace: a joint position is compared with the point of it that is nearest in
+        the measure of the tool's motion there. A bent one is followed at the pace of its motion, whatever the share.
         """
         segments, of_segment = layout.dense_shares
         positions = np.empty((len(segments), self.robot.dof))

@@ -68,7 +68,7 @@ _row_stages: LastUsed[RowStage] = LastUsed(STAGE_BYTES, _bytes_of)
 
 
 def stage_of(robot: Robot, objective: Objective) -> Stage:
-    """Return the functions of a robot with its payload, built when first asked for."""
+    """Return the functions of a robot with its payload, built at first use."""
     return _stages.get((dynamics_content(robot), objective), lambda: build_stage(robot, objective))
 
 
@@ -87,11 +87,11 @@ def _build_tool_stage(robot: Robot) -> RowStage:
 
 
 def path_stage_of(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStage:
-    """How far a posture (joints,) is from a way: the square of the tool's distance, m^2, then joint by joint.
+    """How far a joint position (joints,) is from a way: the square of the tool's distance, m^2, then joint by joint.
 
-    The posture is compared with the one at a share u of the way, which is linear in it. The last row is 2 u - 1, which
-    goes from -1 to 1 on the way. The constants are joint positions (joints,) on the way and their share, the derivative
-    (joints,) of the way by u, and that of u by the posture (joints,).
+    The joint position is compared with the one at a share u of the way, which is linear in it. The last row is 2 u - 1,
+    which goes from -1 to 1 on the way. The constants are joint positions (joints,) on the way and their share, the
+    derivative (joints,) of the way by u, and that of u by the joint position (joints,).
 
     Args:
         robot: The robot, with its tool.

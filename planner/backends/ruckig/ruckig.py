@@ -29,19 +29,26 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 FEW_SEGMENTS = 20
-"""Number of segments up to which the joints' own laws are always tried; their search takes 1 s for 50 dense ones."""
+"""Number of segments up to which each joint's own time scaling is always tried; 50 dense segments take 1 s."""
 
 STRAIGHT = 0.6
-"""Straightness of a list of waypoints from which on one law along a curve is tried: it was the faster one for 56 of 500
-random lists whose torque and tool speed limit nothing, none of them below 0.65; six joints at random come to 0.35."""
+"""Straightness of a list of waypoints above which one time scaling along a curve is tried.
+
+It was faster for 56 of 500 random lists without torque and tool speed limits. None of the 56 was below 0.65. Random
+positions of six joints have 0.35.
+"""
 
 STRAIGHT_PAST_ONE = 0.95
-"""Straightness from which on it is tried where one waypoint is passed, which may lie so by chance: of 80 such lists it
-was the faster law for two, of 0.999 and more."""
+"""Straightness above which it is tried if the motion passes only one waypoint, which may be straight by chance.
+
+It was faster for two of 80 such lists, both with 0.999 or more.
+"""
 
 DENSE = 0.5
-"""Share of the time with a stop at each waypoint below which the law along the curve tells that more waypoints are
-dense: there the joints' own laws are slower by far, and take half a minute for 400 segments."""
+"""Share of the time with a stop at each waypoint below which the waypoints count as dense, if they are many.
+
+With dense waypoints the joints' own time scalings are much slower. Their search takes half a minute for 400 segments.
+"""
 
 
 @dataclass(frozen=True)
@@ -53,7 +60,7 @@ class Ruckig:
 
     Attributes:
         synchronization: `phase`: joint motions from rest to rest are straight lines in joint space. `time`: the joints
-            only arrive together, each on a law of its own.
+            only arrive together; each has a time scaling of its own.
         initial_velocity: Velocity of each joint at the first waypoint, rad/s or m/s; None: at rest.
         initial_acceleration: Acceleration of each joint at the first waypoint, rad/s^2 or m/s^2; None: none.
         final_velocity: Velocity of each joint at the last waypoint, rad/s or m/s; None: at rest.
@@ -87,7 +94,7 @@ class Ruckig:
     )
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """Compute the fastest motion found, or one of the asked durations."""
+        """Return the fastest motion found, or a motion in the requested durations."""
         ends = end_states(self, path.robot.dof)
         lines = self._lines(path, ends)
         parts = time_lines(path, lines, along_lines, partial(time_group, path))
@@ -105,10 +112,10 @@ class Ruckig:
         return assemble(path, parts)
 
     def _time_joint_group(self, path: JointPath, group: SegmentGroup, ends: EndStates) -> SegmentedPolynomial:
-        """Move each joint on a law of its own, or all on one along a smooth curve where that is faster.
+        """Move each joint by its own time scaling, or all joints along one smooth curve if that is faster.
 
-        It is where waypoints are dense or on one straight line, and where torque or tool speed limit the motion: they
-        slow a segment as a whole, but the law along a curve only where it has to.
+        The curve is faster if the waypoints are dense or on a straight line, or if limits of torque or tool speed bind.
+        These limits slow the joints for a whole segment, but the motion along a curve only at the places that need it.
         """
         moves = ends.starts_moving or ends.ends_moving
         free = not moves and bool(np.isnan(path.durations[group.segments]).all())
@@ -140,9 +147,9 @@ class Ruckig:
         return best
 
     def _passing(self, path: JointPath, group: SegmentGroup, ends: EndStates) -> list[SegmentedPolynomial]:
-        """Return the motions of a segment group from each waypoint whose velocity is asked to the next.
+        """Return the motions of a segment group between waypoints with requested velocities.
 
-        Without an acceleration there: that leaves most room before the velocity limits.
+        The acceleration at these waypoints is zero, which leaves the largest margin to the velocity limits.
         """
         cuts = [segment for segment in group.segments.tolist() if segment in path.passed_at]
         velocities = [ends.initial_velocity, *(path.passed_at[cut] for cut in cuts), ends.final_velocity]
@@ -161,7 +168,7 @@ class Ruckig:
         return joined([self._time_joint_group(path, one, ends) for one in path.straight_groups(group.segments)])
 
     def _lines(self, path: JointPath, ends: EndStates) -> StraightMotions:
-        """Return the straight motions that one scalar law moves, from rest to rest."""
+        """Return the straight motions from rest to rest that have one time scaling for all joints."""
         motions = path.straight
         there = np.full(len(motions.segments), self.synchronization == "phase")
         there[motions.segments == path.moving[0]] &= not ends.starts_moving
@@ -170,7 +177,7 @@ class Ruckig:
 
 
 def _ends_of(path: JointPath, segments: np.ndarray, ends: EndStates) -> EndStates:
-    """Return the motion at the ends of some segments, by that at the ends of the path: rest, but where these are."""
+    """Return the end states of some segments: those of the path at its own ends, otherwise rest."""
     still = np.zeros(path.robot.dof)
     begin = (ends.initial_velocity, ends.initial_acceleration) if segments[0] == path.moving[0] else (still, still)
     return EndStates(*begin, ends.final_velocity if segments[-1] == path.moving[-1] else still)
@@ -194,7 +201,7 @@ def _straightness(path: JointPath, group: SegmentGroup) -> float:
 
 
 def _along_curve(path: JointPath, group: SegmentGroup) -> list[SegmentedPolynomial]:
-    """Return fastest motion along a smooth curve through the waypoints; none if gravity exceeds a limit on its way."""
+    """Return the fastest motion along a smooth curve through the waypoints; none if gravity exceeds a limit."""
     with suppress(LimitsUnsatisfiable):
         return [time_group(path, smoothed(path, group))]
     return []

@@ -1,4 +1,4 @@
-"""Runs of joint motions with their durations: waypoints are passed without stopping, and ends may be in motion."""
+"""Segment groups of joint motions: waypoints are passed without stopping, and the ends may be in motion."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ MOST_SLOWINGS = 10
 """Number of times that segments are slowed, at most, until they keep the limits of torque and tool speed."""
 
 ENOUGH_SLOWINGS = 4
-"""Number of times after which a motion will do that keeps them when it is stretched as a whole."""
+"""Number of times after which a motion is accepted that keeps them once it is stretched as a whole."""
 
 HASTE = 1.0 + 1e-4
 """Factor by which segments are slowed beyond their need, so that the search ends."""
 
 MOST_TRIALS = 4
-"""Number of trials of longer durations, before those of stopping are offered as a remedy."""
+"""Number of trials of longer durations before the durations of a motion with stops become the remedy."""
 
 SURELY = 1.0 + 1e-6
-"""Factor by which a duration that is offered as a remedy is longer than the one that was found."""
+"""Factor by which a duration offered as a remedy exceeds the duration found."""
 
 
 def time_joint_group(
     path: JointPath, segments: np.ndarray, ends: EndStates, synchronization: Synchronization, enforced: frozenset[str]
 ) -> tuple[SegmentedPolynomial, bool]:
-    """Find the fastest motion through the waypoints of some joint motions, never slower than stopping at each.
+    """Find the fastest motion through the waypoints of joint motions, never slower than with stops.
 
     Args:
         path: The path, with limits and durations.
@@ -64,7 +64,7 @@ def time_joint_group(
         The motion, and whether torque or tool speed slowed it down.
 
     Raises:
-        InfeasibleDuration: An asked duration is too short.
+        InfeasibleDuration: A requested duration is too short.
         JointPositionLimit: From the state at an end, a joint cannot stay within its position limits.
         LimitsUnsatisfiable: The state at an end breaks a limit, nothing limits a duration, or gravity exceeds a torque
             limit.
@@ -73,7 +73,7 @@ def time_joint_group(
 
 
 def least_stopping_time(travels: FloatArray, limits: SegmentLimits) -> float:
-    """Return the time, s, that stopping at each waypoint takes at least: the joints' own limits alone set it.
+    """Return the least duration, s, of a motion with a stop at each waypoint, by the joints' own limits.
 
     Args:
         travels: Travels (segments, joints), rad or m.
@@ -89,12 +89,12 @@ def least_stopping_time(travels: FloatArray, limits: SegmentLimits) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Candidate:
-    """A motion that keeps its limits, but for the durations asked of it.
+    """A motion that keeps its limits, but perhaps not the requested durations.
 
     Attributes:
         pieces: The motion.
         durations: Durations (segments,), s.
-        shortest: Durations (segments,), s, that the segments take by themselves when none is asked.
+        shortest: Durations (segments,), s, of the segments without a request.
         motion: The motion before it was stretched.
         needed: The factor on time with which each segment just keeps its limits, by segment.
         slowed: Whether torque or tool speed take noticeably more time than the joints' own limits.
@@ -109,7 +109,7 @@ class _Candidate:
 
 
 class _JointGroup:
-    """A segment group of joint motions, with the durations and the motion at its ends that are asked."""
+    """A segment group of joint motions with the requested durations and end states."""
 
     def __init__(
         self,
@@ -302,7 +302,7 @@ class _JointGroup:
         )
 
     def _infeasible_error(self, candidate: _Candidate, stop_times: FloatArray | None) -> InfeasibleDuration:
-        """Return the refusal of asked durations, with longer ones as remedies that are found by trying them."""
+        """Return the refusal of requested durations, with longer ones as remedies that are found by trying them."""
         short = self._too_short(candidate)
         needed = self._longer_durations(candidate.durations, stop_times)
         first = int(np.flatnonzero(short)[0])
@@ -330,7 +330,7 @@ class _JointGroup:
         return infeasible_duration_error(float(self.requested[first]), longer, binding)
 
     def _longer_durations(self, durations: FloatArray, stop_times: FloatArray | None) -> FloatArray | None:
-        """Durations (segments,) with which there is a motion: as asked, but longer where that is too short."""
+        """Durations (segments,) with which there is a motion: as requested, but longer where that is too short."""
         needed = self.requested
         if len(self.requested) > 1 or not self.at_rest:
             for _ in range(MOST_TRIALS):

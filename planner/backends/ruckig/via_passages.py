@@ -55,7 +55,7 @@ class MendedPassages:
 
     @property
     def cost(self) -> float:
-        """The total time, and the weighted violations of asked durations and of position limits."""
+        """The total time, and the weighted violations of requested durations and of position limits."""
         return sum(self._cost(segment, passage) for segment, passage in enumerate(self.passages))
 
     def _passage(self, segment: int, rates: Rates) -> Passage | None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.trajectories.polynomials import SegmentedPolynomial
 
 LATE = 30.0
-"""Weight of the time beyond an asked duration, against the duration."""
+"""Weight of the time beyond a requested duration, against the duration."""
 
 OUTSIDE = 30.0
 """Weight of the travel beyond a position limit, in units of the search, against the duration."""
@@ -38,7 +38,7 @@ class ViaProblem:
     Attributes:
         positions: Positions (waypoints, joints), rad or m, within their limits.
         limits: Limits of position, and of velocity, acceleration and jerk of each segment and joint.
-        requested: Asked durations (segments,), s; NaN: as short as can be.
+        requested: Requested durations (segments,), s; NaN: as short as can be.
         start: Rates (joints,) at the first waypoint.
         end: Rates (joints,) at the last.
         synchronization: How the joints are synchronised on a segment.

@@ -54,10 +54,10 @@ def extreme_velocities(pieces: SegmentedPolynomial) -> FloatArray:
 def assemble(path: JointPath, parts: Sequence[SegmentedPolynomial]) -> Trajectory:
     """Put the motions of all segments and the dwells at their ends together to a trajectory.
 
-    A duration asked of a segment that has no length is a rest.
+    A duration requested of a segment that has no length is a rest.
 
     Args:
-        path: The path, with its dwells and the durations that are asked.
+        path: The path, with its dwells and the durations that are requested.
         parts: The motions of all segments of the path that have a length, the segments in any order.
     """
     still = path.still[~np.isnan(path.durations[path.still])]

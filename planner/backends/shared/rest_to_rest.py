@@ -1,9 +1,10 @@
-"""Straight joint motions from rest to rest: one time law s(t) moves all joints along the segment.
+"""Straight joint motions from rest to rest: one time scaling s(t) moves all joints along the segment.
 
 Joint j follows q_j(t) = q_j(0) + travel_j s(t / T) with s from 0 to 1, so every derivative of order k scales
 with 1 / T^k, and the shortest duration that keeps a limit has a closed form.
 
-Laws on unit time are a `SegmentedPolynomial` of one joint: s(tau), with the row of the motion that each piece moves.
+Time scalings on unit time are a `SegmentedPolynomial` of one joint: s(tau), with the row of the motion that each piece
+moves.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ MOST_STRETCHES = 50
 
 
 def unit_scalings(lengths: FloatArray, coefficients: FloatArray) -> SegmentedPolynomial:
-    """Make the laws of several motions on unit time, each of the same number of pieces.
+    """Make the time scalings of several motions on unit time, each of the same number of pieces.
 
     Args:
         lengths: Lengths (motions, pieces), each row summing to 1; a piece of length 0 is left out.
@@ -43,7 +44,7 @@ def unit_scalings(lengths: FloatArray, coefficients: FloatArray) -> SegmentedPol
 
 @dataclass(frozen=True)
 class PolynomialScaling:
-    """A time law of one polynomial, the same for every segment.
+    """A time scaling of one polynomial, the same for every segment.
 
     Attributes:
         coefficients: Coefficients of s(tau) on [0, 1], ascending powers.
@@ -58,7 +59,7 @@ class PolynomialScaling:
     jerk: float | None = None
 
     def time(self, motions: StraightMotions) -> SegmentedPolynomial:
-        """Time motions by this law, at the asked durations or the shortest."""
+        """Time motions by this time scaling, at the requested durations or the shortest."""
         travels, limits = np.abs(motions.travels), motions.limits
         bounds = {
             "velocity": self.velocity * travels / limits.velocity.upper,
@@ -74,7 +75,7 @@ class PolynomialScaling:
 def time_straight_motions(
     motions: StraightMotions, bounds: dict[str, FloatArray], scalings_of: Callable[[FloatArray], SegmentedPolynomial]
 ) -> SegmentedPolynomial:
-    """Choose the durations and put the laws on the motions: see `_choose_durations`."""
+    """Time the motions by these time scalings, in the durations of `_choose_durations`."""
     durations = _choose_durations(motions, bounds, scalings_of)
     return _moved(motions, scalings_of(durations), durations)
 
@@ -82,15 +83,15 @@ def time_straight_motions(
 def _choose_durations(
     motions: StraightMotions, bounds: dict[str, FloatArray], scalings_of: Callable[[FloatArray], SegmentedPolynomial]
 ) -> FloatArray:
-    """Choose the durations (segments,), s: those asked, or the shortest that keep the limits.
+    """Choose the durations (segments,), s: those requested, or the shortest that keep the limits.
 
     Args:
-        motions: The motions, with asked durations, NaN where the shortest is wanted.
+        motions: The motions, with requested durations, NaN where the shortest is wanted.
         bounds: Shortest durations (motions, joints), s, that keep each joint limit of closed form.
-        scalings_of: The laws of the motions on unit time at their durations (motions,).
+        scalings_of: The time scalings of the motions on unit time at their durations (motions,).
 
     Raises:
-        InfeasibleDuration: An asked duration is shorter than the shortest feasible one.
+        InfeasibleDuration: A requested duration is shorter than the shortest feasible one.
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit, or nothing limits a segment's duration.
     """
     shortest = np.max([bound.max(axis=1) for bound in bounds.values()], axis=0)
@@ -110,7 +111,7 @@ def _choose_durations(
 
 
 def _moved(motions: StraightMotions, scalings: SegmentedPolynomial, durations: FloatArray) -> SegmentedPolynomial:
-    """Move the joints by laws on unit time, in these durations (motions,), s."""
+    """Move the joints by time scalings on unit time, in these durations (motions,), s."""
     rows = scalings.segments
     timed = scalings.stretched(durations[rows])
     coefficients = timed.coefficients * motions.travels[rows][..., None]
@@ -123,8 +124,8 @@ def _stretched(
 ) -> tuple[FloatArray, dict[int, BindingLimit]]:
     """Lengthen durations (segments,), s, until they keep the sampled limits.
 
-    The time that a law needs does not depend on its duration. Laws whose shape does (a trapezoid with its own times)
-    are looked at again at each longer duration, until nothing changes.
+    The time that a time scaling needs does not depend on its duration. Time scalings whose shape does (a trapezoid with
+    its own times) are looked at again at each longer duration, until nothing changes.
 
     Returns:
         The durations (segments,), s, and the limits that set some of them, by row.
@@ -156,7 +157,7 @@ def _infeasible_error(
     shortest: FloatArray,
     short: np.ndarray,
 ) -> InfeasibleDuration:
-    """Return the error where the asked durations of the rows `short` are shorter than the shortest (segments,), s."""
+    """Return the error for requested durations, of the rows `short`, below the shortest (segments,), s."""
     row = int(short[0])
     by_joint = {quantity: float(bound[row].max()) for quantity, bound in bounds.items()}
     quantity = max(by_joint, key=by_joint.__getitem__)

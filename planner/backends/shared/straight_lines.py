@@ -29,20 +29,20 @@ def time_lines(
     time_group: Callable[[SegmentGroup], SegmentedPolynomial],
     noticed: float = NOTICED,
 ) -> list[SegmentedPolynomial]:
-    """Each in its time, the shortest or the one asked.
+    """Time each straight line in its requested or its shortest duration.
 
-    A law in closed form, stretched until it keeps torque and tool speed, is slow everywhere; a law along the line is
-    only where it has to be.
+    A time scaling in closed form, stretched until it keeps torque and tool speed, is slow everywhere; a time scaling
+    along the line is only where it has to be.
 
     Args:
         path: The path that the motions belong to.
         motions: Straight motions of this path.
-        closed_form: The fastest law by the joints' own limits.
+        closed_form: The fastest time scaling by the joints' own limits.
         time_group: The fastest found along a curve by all limits.
         noticed: The factor on a duration above which that is looked for.
 
     Raises:
-        InfeasibleDuration: Asked durations are too short, with those that will do.
+        InfeasibleDuration: Requested durations are too short, with those that will do.
         LimitsUnsatisfiable: Nothing limits a duration, or gravity exceeds a torque limit.
     """
     limits, sampled = motions.limits, SampledLimits(motions.dynamics, motions.limits)

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 class Cubic:
     """The third-order polynomial of each segment, from rest to rest; through waypoints the C2 spline.
 
-    theta(t) = theta_i + dtheta (3 (t/T)^2 - 2 (t/T)^3): document 000, Eq. 3.11 and 3.12; 002, Eq. 3.1. The
-    acceleration jumps at both ends, so that the jerk is reported, not limited. A waypoint at which a velocity is asked
-    is passed with it and with a jump of the acceleration: the spline of least mean-square acceleration that does so.
+    theta(t) = theta_i + dtheta (3 (t/T)^2 - 2 (t/T)^3): document 000, Eq. 3.11 and 3.12; 002, Eq. 3.1. The acceleration
+    jumps at both ends, so that the jerk is reported, not limited. A waypoint at which a velocity is requested is passed
+    with it and with a jump of the acceleration: the spline of least mean-square acceleration that does so.
     """
 
     kind: ClassVar[str] = "cubic"
@@ -34,7 +34,7 @@ class Cubic:
     scaling: ClassVar[PolynomialScaling] = PolynomialScaling((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """Put the cubic on each segment, at the asked durations or the shortest."""
+        """Put the cubic on each segment, at the requested durations or the shortest."""
         kept = enforced(self)
         path = path.keeping(kept)
         groups = [time_group(path, group, 3, kept) for group in path.groups]

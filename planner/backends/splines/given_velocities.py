@@ -1,4 +1,4 @@
-"""Splines through waypoints some of which are passed with given velocities, at asked durations or the shortest.
+"""Splines through waypoints some of which are passed with given velocities, at requested durations or the shortest.
 
 Where a velocity is given, all durations times k do not divide the rates by k: a slow motion swings back before such a
 waypoint. The durations that keep the limits may form several ranges. The waypoints with velocities cut the spline into
@@ -76,10 +76,10 @@ class PassingSpline:
         """Return durations (segments,), s, with which all limits are kept.
 
         Args:
-            requested: Asked durations (segments,), s, positive; NaN: the shortest.
+            requested: Requested durations (segments,), s, positive; NaN: the shortest.
 
         Raises:
-            DurationsTooShort: The asked durations break a limit that longer ones keep.
+            DurationsTooShort: The requested durations break a limit that longer ones keep.
             VelocityOutOfReach: No durations were found that keep the limits.
         """
         free = np.isnan(requested)
@@ -215,7 +215,7 @@ class PassingSpline:
     def _refusal(
         self, durations: FloatArray, requested: np.ndarray, part: int
     ) -> DurationsTooShort | VelocityOutOfReach:
-        """Return the refusal where these durations (segments,), some of them asked, break a limit on a part."""
+        """Return the refusal where these durations (segments,), some of them requested, break a limit on a part."""
         own, motion = self.parts == part, self.held(durations)
         peaks = np.flatnonzero(own[motion.segment])
         worst = int(peaks[np.argmax(motion.excess[peaks])])

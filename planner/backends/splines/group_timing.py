@@ -1,4 +1,4 @@
-"""Splines that time a segment group: in time through its waypoints, or as a time law s(t) along its curve."""
+"""Splines that time a segment group: in time through its waypoints, or as a time scaling s(t) along its curve."""
 
 from __future__ import annotations
 
@@ -30,11 +30,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 UNITS = np.linspace(0.0, 1.0, 24)
-"""Unit times at which a law is sampled on each of its intervals while its shape is sought; the shape found is then
-checked exactly."""
+"""Unit times at which the search samples a time scaling on each interval; the final shape is then checked exactly."""
 
 SHARES = np.linspace(0.0, 1.0, 9)
-"""Shares, tried in turn, by which free intervals are slowed down to the pace of slow ones until the law ascends."""
+"""Shares, tried in turn, by which free intervals adopt the pace of slow ones until the time scaling ascends."""
 
 LEAST_FACTOR = 1e-9
 """Factor on the time of an interval that nothing limits: next to none."""
@@ -46,20 +45,21 @@ MOST_LENGTHENINGS = 30
 """Number of times that segments without a duration are lengthened, at most, beside such with one."""
 
 LONGEST = 1e6
-"""Multiple of the first durations beyond which those without one asked are not lengthened: it would not end."""
+"""Multiple of the first durations beyond which those without one requested are not lengthened: it would not end."""
 
 UNHURRIED = 1.0005
 """Factor by which they are lengthened beyond their need, so that a few times are enough."""
 
 
 def time_group(path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> SegmentedPolynomial:
-    """Fit a spline in time through the waypoints of joint motions, and a time law s(t) along any other curve.
+    """Fit a spline in time through the waypoints of joint motions, and a time scaling s(t) along any other curve.
 
     Raises:
-        InfeasibleDuration: An asked duration is shorter than its limits allow, or no law without a way back has it.
+        InfeasibleDuration: A requested duration is shorter than its limits allow, or no time scaling without a way back
+            has it.
         JointPositionLimit: A spline leaves the position limits between waypoints.
         LimitsUnsatisfiable: Nothing limits the durations, gravity exceeds a torque limit, or no motion was found that
-            passes a waypoint with the velocity asked.
+            passes a waypoint with the velocity requested.
     """
     passes = not path.passed_at.keys().isdisjoint(group.segments.tolist())
     timing = _CurveTiming if not group.is_spline else _PassingTiming if passes else _SplineTiming
@@ -77,14 +77,14 @@ class _Timing(ABC):
     may_stretch = True
     """Whether the motion is the same, but slower, with all durations times a factor."""
     longest = LONGEST
-    """Multiple of the first durations up to which those without one asked are lengthened."""
+    """Multiple of the first durations up to which those without one requested are lengthened."""
 
     def __init__(self, path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> None:
         self.path, self.group, self.degree, self.enforced = path, group, degree, enforced
 
     @property
     def requested(self) -> FloatArray:
-        """The duration (intervals,), s, asked of the segment of each interval; NaN: as fast as the limits allow."""
+        """The duration (intervals,), s, requested of the segment of each interval; NaN: as fast as the limits allow."""
         requested: FloatArray = self.path.durations[self.segments]
         return requested
 
@@ -118,7 +118,7 @@ class _Timing(ABC):
 
     @abstractmethod
     def first_durations(self) -> FloatArray:
-        """Durations (intervals,), s: those asked, and about the shortest for the others; all free: in their ratios."""
+        """Durations (intervals,), s: the requested ones, and about the shortest for the others."""
 
     @abstractmethod
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
@@ -130,7 +130,7 @@ class _Timing(ABC):
         return self.too_short_error(needed[worst], worst)
 
     def too_short_error(self, needed: TimeScaling, segment: int) -> InfeasibleDuration:
-        """Return the error where all asked durations would have to be longer by a factor."""
+        """Return the error for requested durations that must be longer by a factor."""
         requested = self.path.durations
         given = [k for k in self.group.segments.tolist() if not np.isnan(requested[k])]
         given.sort(key=lambda k: k != segment)
@@ -170,7 +170,7 @@ class _SplineTiming(_Timing):
 
 
 class _PassingTiming(_SplineTiming):
-    """The timing of joint motions through waypoints, some of which are passed with the velocities asked there."""
+    """The timing of joint motions through waypoints, some of which are passed with the velocities requested there."""
 
     may_stretch = False
     longest = 100.0  # what a velocity itself exceeds no time mends, and the swings before it grow
@@ -255,10 +255,10 @@ class _PassingTiming(_SplineTiming):
 
 
 class _CurveTiming(_Timing):
-    """The timing by a law of that degree along the curve: the spline s(t) through waypoints and ends of blends.
+    """A time scaling of that degree along the curve: the spline s(t) through waypoints and ends of blends.
 
-    The intervals between these knots share the time so that each comes as near to its limits as it can. A single law
-    over the whole group is such a spline, too: the search begins there.
+    The intervals between these knots share the time so that each comes as near to its limits as it can. A single time
+    scaling over the whole group is such a spline, too: the search begins there.
     """
 
     def __init__(self, path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> None:
@@ -268,7 +268,9 @@ class _CurveTiming(_Timing):
         self.tool_speeds = ToolSpeeds(path, group)
 
     def first_durations(self) -> FloatArray:
-        """Return durations of the best law found; the intervals of a segment share its asked duration in proportion."""
+        """Return the durations of the best time scaling found.
+
+        The intervals of a segment divide its requested duration in proportion."""
         free = np.isnan(self.requested)
         single = self._single.lengths
         shape = self._shortest(single, np.full(len(free), np.nan))
@@ -278,13 +280,13 @@ class _CurveTiming(_Timing):
         shares = shape / np.array([shape[self.segments == segment].sum() for segment in self.segments])
         requested = shares * self.requested
         quick = self._shortest(shape, requested)
-        # A spline swings back where a quick interval meets a slow one: then the free ones keep pace with those asked.
+        # A spline swings back where a quick interval meets a slow one: free intervals then adopt the requested pace.
         slow = np.where(free, shape * np.nanmax(requested / shape), requested)
         paces = (quick ** (1.0 - share) * slow**share for share in SHARES)
         return next((durations for durations in paces if self._ascends(durations)), slow)
 
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
-        """Return the motion along the curve under the law with these durations, in quintics."""
+        """Return the motion along the curve under the time scaling with these durations, in quintics."""
         if self._ascends(durations):
             return follow_curve(self.group, self._scaling(durations))
         if np.isnan(self.requested).all():
@@ -292,17 +294,17 @@ class _CurveTiming(_Timing):
         raise self._runs_backwards_error()
 
     def _shortest(self, start: FloatArray, requested: FloatArray) -> FloatArray:
-        """Return the shortest durations (intervals,), s, that are found from `start` on beside those asked."""
+        """Return the shortest durations (intervals,), s, that are found from `start` on beside those requested."""
         return shortest_durations(self._evaluate, start, requested)[0]
 
     def _evaluate(self, durations: FloatArray) -> Evaluation:
-        """Evaluate the law at all samples; next to these durations only where it comes nearest to its limits."""
+        """Evaluate the time scaling at all samples; near these durations only at the samples nearest to the limits."""
         factors = self._samples(durations, UNITS)[0]
         peaks = UNITS[factors.argmax(axis=1)][:, None]
         return Evaluation(factors.max(axis=1), lambda near: self._samples(near, peaks)[0][:, 0])
 
     def _ascends(self, durations: FloatArray) -> bool:
-        """Whether the law with these durations never runs backwards along the curve."""
+        """Return whether the time scaling with these durations never decreases."""
         slowest, mean = self._samples(durations, UNITS)[1], self.knots[-1] / durations.sum()
         return bool(slowest >= -BACKWARDS * mean)
 
@@ -313,14 +315,14 @@ class _CurveTiming(_Timing):
         return split_at_knots(interpolating_spline(ends, np.ones(1), self.degree), self.knots[1:-1], self.segments)
 
     def _scaling(self, durations: FloatArray) -> SegmentedPolynomial:
-        """Return the time law s(t) with these durations (intervals,), s."""
+        """Return the time scaling s(t) with these durations (intervals,), s."""
         return interpolating_spline(self.knots[:, None], durations, self.degree).of_segments(self.segments)
 
     def _samples(self, durations: FloatArray, units: FloatArray) -> tuple[FloatArray, float]:
-        """Sample the law: the factors (intervals, samples) on time that the limits need, and the least path velocity.
+        """Sample the factors (intervals, samples) on time that the limits need, and the least path velocity.
 
         Args:
-            durations: Durations (intervals,), s, of the law.
+            durations: Durations (intervals,), s, of the time scaling.
             units: Unit times (samples,) or (intervals, samples) of the samples.
         """
         scaling, curve, limits = self._scaling(durations), self.group.curve, self.path.limits
@@ -339,7 +341,7 @@ class _CurveTiming(_Timing):
         return factors, float(ds.min())
 
     def _runs_backwards_error(self) -> InfeasibleDuration:
-        """Return the error where the asked durations leave no law that never runs backwards."""
+        """Return the error for requested durations for which every time scaling decreases somewhere."""
         given = np.unique(self.segments[~np.isnan(self.requested)])
         segment = int(given[0])
         return InfeasibleDuration(

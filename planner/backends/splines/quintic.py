@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 class Quintic:
     """The fifth-order polynomial of each segment, from rest to rest; through waypoints the C4 spline.
 
-    theta(t) = theta_i + dtheta (10 (t/T)^3 - 15 (t/T)^4 + 6 (t/T)^5), the minimum-jerk law (Flash and Hogan 1985):
-    velocity and acceleration are zero at both ends, where its jerk is largest, 60 dtheta / T^3. A waypoint at which a
-    velocity is asked is passed with it and without an acceleration, C2, so that it may be a velocity limit.
+    theta(t) = theta_i + dtheta (10 (t/T)^3 - 15 (t/T)^4 + 6 (t/T)^5), the minimum-jerk time scaling (Flash and Hogan
+    1985): velocity and acceleration are zero at both ends, where its jerk is largest, 60 dtheta / T^3. A waypoint at
+    which a velocity is requested is passed with it and without an acceleration, C2, so that it may be a velocity limit.
     """
 
     kind: ClassVar[str] = "quintic"
@@ -37,6 +37,6 @@ class Quintic:
     )
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """Put the quintic on each segment, at the asked durations or the shortest."""
+        """Put the quintic on each segment, at the requested durations or the shortest."""
         groups = [time_group(path, group, 5, enforced(self)) for group in path.groups]
         return assemble(path, [self.scaling.time(path.straight), *groups])

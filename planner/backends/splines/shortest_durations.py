@@ -115,11 +115,11 @@ def shortest_durations(
 
     Args:
         evaluate: A function from durations (segments,) to the ratios of the motion that has them.
-        start: Durations (segments,), s, positive, where the search begins; asked durations go before them.
-        requested: Asked durations (segments,), s; NaN where free.
+        start: Durations (segments,), s, positive, where the search begins; requested durations go before them.
+        requested: Requested durations (segments,), s; NaN where free.
 
     Returns:
-        Durations and their ratios, both (segments,). Asked durations are kept; if a ratio is above 1, they
+        Durations and their ratios, both (segments,). Requested durations are kept; if a ratio is above 1, they
         cannot be, and all durations times the largest ratio are feasible.
     """
     free = np.isnan(requested)

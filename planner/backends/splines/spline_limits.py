@@ -46,7 +46,7 @@ AT_WAYPOINT = 10.0 * ROOT_TOLERANCE
 
 @dataclass(eq=False)
 class DurationsTooShort(Exception):
-    """The asked durations break a limit, and longer free ones are no help worth their length.
+    """The requested durations break a limit, and longer free ones are no help worth their length.
 
     All durations times a factor keep the limits: not always by the least factor that would, where some are free.
 
@@ -57,7 +57,7 @@ class DurationsTooShort(Exception):
         value: The peak magnitude of the quantity there.
         limit: The limit of the quantity there.
         factor: The factor by which all durations have to be longer.
-        durations: (segments,), s, that keep the limits: asked ones times `factor`, free ones to go with them.
+        durations: (segments,), s, that keep the limits: requested ones times `factor`, free ones to go with them.
     """
 
     segment: int

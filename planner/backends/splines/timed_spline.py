@@ -28,7 +28,7 @@ class NothingLimits(Exception):
 def timed_spline(
     positions: FloatArray, limits: SegmentLimits, requested: FloatArray, degree: Degree
 ) -> PiecewisePolynomial:
-    """Find the spline that keeps the limits, at the asked durations, and at the shortest for the others.
+    """Find the spline that keeps the limits, at the requested durations, and at the shortest for the others.
 
     The shortest is a local minimum. Between waypoints within the position limits the spline may overshoot them;
     only other ratios of the durations help against that.
@@ -36,11 +36,11 @@ def timed_spline(
     Args:
         positions: Positions (segments + 1, joints), rad or m, within the position limits.
         limits: The limits of each segment and joint.
-        requested: Asked durations (segments,), s, positive; NaN: the shortest.
+        requested: Requested durations (segments,), s, positive; NaN: the shortest.
         degree: 3 or 5.
 
     Raises:
-        DurationsTooShort: The asked durations break a limit.
+        DurationsTooShort: The requested durations break a limit.
         PositionOvershoot: Position limits are left between waypoints.
         NothingLimits: Nothing sets the free durations.
     """

@@ -57,7 +57,7 @@ PARTS = 4
 """Parts that an interval is split into where no path acceleration follows the limits along it."""
 
 MANY = 10_000
-"""Number of intervals of a whole path from which on no more are made to gain time, which takes seconds: curves with
+"""Number of intervals of a whole path above which no more are made to gain time, which takes seconds: curves with
 noise on them, of thousands of sharp turns."""
 
 MANY_OF_A_SEGMENT = 100

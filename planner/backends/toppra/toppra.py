@@ -66,7 +66,8 @@ class Toppra:
     between is free, on a smoother curve.
 
     Attributes:
-        jerk_limited: Whether to keep the jerk limits, too, by the fastest law found on the same path that does.
+        jerk_limited: Whether to keep the jerk limits, too, by the fastest time scaling found on the same path that
+            does.
         solver: What computes the velocity profile: the compiled `kernel`, or the `package` toppra.
     """
 
@@ -97,7 +98,7 @@ class Toppra:
             object.__setattr__(self, "guarantees", ALL_HARD)
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """Return the fastest motion along the path; where a duration is asked, the same stretched evenly."""
+        """Return the fastest motion along the path; where a duration is requested, the same stretched evenly."""
         if self.jerk_limited:
             return _with_limited_jerk(path)
         try:

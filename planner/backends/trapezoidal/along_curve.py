@@ -48,8 +48,8 @@ def time_group(path: JointPath, group: SegmentGroup, enforced: frozenset[str]) -
     the next can be reached and the last be braked (a forward and a backward pass).
 
     Raises:
-        InvalidProblem: A duration is asked of a segment that is not alone in its group.
-        InfeasibleDuration: The asked duration is too short.
+        InvalidProblem: A duration is requested of a segment that is not alone in its group.
+        InfeasibleDuration: The requested duration is too short.
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
     requested = duration_of_group(path, group)
@@ -68,13 +68,13 @@ def time_group_with_ramps(
     Args:
         path: The path, with limits and durations.
         group: A segment group of the path.
-        scaling_of: The law s(t) from 0 to 1 in a given time, s.
+        scaling_of: The time scaling s(t) from 0 to 1 in a given time, s.
         ramps: The time of both ramps, s: the least duration there is.
         enforced: The quantities whose limits are kept.
 
     Raises:
-        InvalidProblem: A duration is asked of a segment that is not alone in its group.
-        InfeasibleDuration: The asked duration is too short.
+        InvalidProblem: A duration is requested of a segment that is not alone in its group.
+        InfeasibleDuration: The requested duration is too short.
         LimitsUnsatisfiable: Gravity exceeds a torque limit, or the limits cannot be kept with these ramps.
     """
     requested = duration_of_group(path, group)
@@ -102,7 +102,7 @@ def time_group_with_ramps(
 
 
 def _fastest(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
-    """Return the fastest law over all `SHARES` of the acceleration limits for the curvature."""
+    """Return the fastest time scaling over all `SHARES` of the acceleration limits for the curvature."""
     knots, segments = group.curve.breakpoints[group.knots], group.curve.segments[group.knots[:-1]]
     lengths = np.diff(knots)
     unit = (np.arange(SAMPLES) + 0.5) / SAMPLES
@@ -124,11 +124,11 @@ def _fastest(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
 
 
 def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:
-    """Compute the fastest law whose speed on each interval is at most `most`, and its change at most `gain`."""
-    most = np.where(np.isfinite(most) | np.isfinite(gain), most, 1.0)  # nothing limits: any law will do, stretched
+    """Compute the fastest time scaling with speeds up to `most` and accelerations up to `gain`."""
+    most = np.where(np.isfinite(most) | np.isfinite(gain), most, 1.0)  # nothing limits: any shape serves, stretched
     # Speeds that hardly differ are made the same: a ramp between them would be too short to be put on the curve.
     most = STEP ** np.floor(np.log(most) / np.log(STEP))
-    # Without an acceleration limit the fastest law is a jump; ramps of a third of each interval stand in for it.
+    # Without an acceleration limit the fastest time scaling jumps; ramps of a third of each interval replace it.
     gain = np.where(np.isfinite(gain), gain, 1.5 * most**2 / lengths)
     ends = np.minimum(np.append(most, 0.0), np.insert(most, 0, 0.0))
     ends[0] = ends[-1] = 0.0

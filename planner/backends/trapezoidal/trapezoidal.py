@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Trapezoidal:
-    """The fastest law from rest to rest without a jerk limit: accelerate, cruise, brake (document 004, Section 7).
+    """The fastest time scaling from rest to rest without a jerk limit: accelerate, cruise, brake.
+
+    See document 004, Section 7.
 
     Without times, each segment is as fast as the limits allow (triangular where it is too short to reach
     full speed), and a longer duration stretches that profile evenly. With times t1 and t3 (the document's t1
@@ -59,7 +61,7 @@ class Trapezoidal:
             object.__setattr__(self, "capabilities", Capabilities(is_shaped_by_duration=True))
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """Put the trapezoid on each segment, at the asked durations or the shortest."""
+        """Put the trapezoid on each segment, at the requested durations or the shortest."""
         times = self._times()
         kept = enforced(self)
         path = path.keeping(kept)
@@ -95,7 +97,7 @@ def fastest_trapezoids(motions: StraightMotions) -> SegmentedPolynomial:
     with np.errstate(divide="ignore", invalid="ignore"):
         shortest = np.where(cruises, slowness + sluggishness / slowness, 2.0 * np.sqrt(sluggishness))
         ramps = [np.where(cruises, (own / slowness) / shortest, own / (2.0 * sluggishness)) for own in by_ramp]
-    # Without an acceleration limit the fastest law is a jump; the document's thirds stand in for it.
+    # Without an acceleration limit the fastest time scaling is a jump; the document's thirds stand in for it.
     jump = sluggishness == 0.0
     t1, t3 = (np.where(jump, 1.0 / 3.0, ramp) for ramp in ramps)
     shortest = np.where(jump, slowness * 1.5, shortest)
@@ -129,12 +131,12 @@ def _with_times(motions: StraightMotions, t1: float, t3: float) -> SegmentedPoly
 
 
 def _scaling(t1: float, t3: float, duration: float) -> PiecewisePolynomial:
-    """Return the law s(t) from 0 to 1 in `duration`, which the ramps t1 and t3 fit into."""
+    """Return the time scaling s(t) from 0 to 1 in `duration`, which the ramps t1 and t3 fit into."""
     return _trapezoids(np.array([t1 / duration]), np.array([t3 / duration])).stretched(duration)
 
 
 def _trapezoids(t1: FloatArray, t3: FloatArray) -> SegmentedPolynomial:
-    """Return laws on unit time that accelerate for t1 (segments,), brake for t3, and cruise between if time is left."""
+    """Return time scalings on unit time that accelerate for t1 (segments,), cruise, and brake for t3."""
     peak = 1.0 / (1.0 - t1 / 2.0 - t3 / 2.0)
     cruise = 1.0 - t1 - t3
     cruise = np.where(cruise > ROUNDING, cruise, 0.0)
