@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 class Auto:
     """A back end that keeps every limit, jerk included: the fastest by comparison, unless durations call for another.
 
-    `Ruckig` and `Quintic` are compared; `Ruckig` is the faster of the joints' own time scalings and of one time scaling
-    along a curve, as `Toppra` with `jerk_limited` has it. That one is tried where both refuse; where it does, too, the
-    refusal stands that is nearest to a plan.
+    It compares `Ruckig` and `Quintic`. `Ruckig` moves each joint by its own time scaling, or all along one curve like
+    `Toppra` with `jerk_limited`. If both refuse, it tries `Toppra`. If all refuse, it reports the refusal that is
+    nearest to a plan.
     """
 
     kind: ClassVar[str] = "auto"
@@ -59,7 +59,7 @@ class Auto:
 
 
 def _shortfall(refusal: PlanningError) -> float:
-    """Return the factor by which a duration is too short; infinite where that is not what is wrong."""
+    """Return the factor by which a duration is too short; infinite if the refusal has another reason."""
     if isinstance(refusal, InfeasibleDuration) and refusal.value and refusal.limit:
         return refusal.limit / refusal.value
     return float("inf")

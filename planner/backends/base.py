@@ -1,4 +1,4 @@
-"""The protocol of a back end, which puts time on a joint path and says what it guarantees."""
+"""The protocol of a back end, which computes the time scaling of a joint path and states its guarantees."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
 
 class BackEnd(Protocol):
-    """A back end puts time on a joint path: it is a frozen dataclass whose fields are its options.
+    """A back end computes the time scaling of a joint path. It is a frozen dataclass whose fields are its options.
 
-    Each field carries `metadata` with a `description` and, where they apply, the bounds `gt`, `ge`, `le`.
+    Each field carries `metadata` with a `description` and, if it is bounded, the bounds `gt`, `ge`, `le`.
 
     Attributes:
         kind: Its name.
-        summary: What it does, in one sentence.
-        guarantees: What it promises about each of `QUANTITIES`.
-        capabilities: What it can do besides motions from rest to rest; an option may change it.
+        summary: Its purpose, in one sentence.
+        guarantees: Its promise about each of `QUANTITIES`.
+        capabilities: Its abilities beyond motions from rest to rest; they may depend on options.
     """
 
     kind: ClassVar[str]
@@ -44,11 +44,11 @@ class Searching(BackEnd, Protocol):
     """A back end that begins with a motion within all limits, where it finds one at once, and searches for a better."""
 
     def without_search(self) -> BackEnd:
-        """Return the back end that returns the motion to begin with: what it plans, the searching one plans, too."""
+        """Return the back end without its search: it plans the first motion of the search."""
         ...
 
     def held_nearer(self, share: float) -> BackEnd:
-        """Return the back end that may go only that share of the way as far from the motion to begin with."""
+        """Return the back end with its deviation from the first motion limited to this share."""
         ...
 
 
@@ -58,7 +58,7 @@ def searches(backend: BackEnd) -> TypeGuard[Searching]:
 
 
 def without_search(backend: BackEnd) -> BackEnd:
-    """Return the back end that returns the motion with which a search begins; one that does not search as it is."""
+    """Return a back end without its search; a back end that does not search stays as it is."""
     return backend.without_search() if searches(backend) else backend
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 FRAMES_PER_SECOND = 20.0
-"""Joint positions computed for a second of the trajectory; what is shown goes evenly from one to the next."""
+"""Joint positions computed for a second of the trajectory; the animation interpolates between them."""
 
 MOST_FRAMES = 400
 """The most joint positions of an animation, which is some tens of kilobytes large."""
@@ -39,7 +39,7 @@ HEIGHT = 480.0
 """Height of an animation, points."""
 
 EDGE = 40.0
-"""Room around what moves, points."""
+"""Space around the moving picture, points."""
 
 SAME_POINT = 8.0
 """Distance, points, below which two waypoints have their names on one line."""
@@ -56,11 +56,11 @@ PAGE = """\
 
 @dataclass(frozen=True)
 class Animation:
-    """A robot that moves, over and over, which notebooks and browsers play.
+    """An animation of a robot, which notebooks and browsers repeat.
 
     Attributes:
-        svg: The picture that moves.
-        duration: How long one run takes, s.
+        svg: The animated picture.
+        duration: The duration of one repetition, s.
     """
 
     svg: str
@@ -71,12 +71,12 @@ class Animation:
 
 
 def animate(plan: Planned, *, view: str = "isometric", speed: float = 1.0) -> Animation:
-    """Let the stick model of a robot move along a planned trajectory, with what it carries, in what stands around it.
+    """Animate the stick model of a robot along a planned trajectory, with its scene and attached objects.
 
     Args:
         plan: The plan.
-        view: Where it is looked at from: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.
-        speed: How many seconds of the trajectory pass in one.
+        view: The direction of view: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.
+        speed: Seconds of the trajectory in one second of the animation.
 
     Raises:
         ValueError: There is no such view, or the speed is not a positive number.
@@ -124,13 +124,13 @@ def _projecting(points: FloatArray, view: View) -> Callable[[FloatArray], FloatA
 
 
 def _svg(plan: Planned, frames: FloatArray, times: FloatArray, timing: str, painted: Painted) -> str:
-    """Write points (times, points, 2) down: the path of the last, the waypoints, and the sticks that move.
+    """Write the path of the last of the points (times, points, 2), the waypoints, and the moving sticks.
 
     Args:
         plan: The plan.
         frames: The points.
         times: Their times (times,), s.
-        timing: The attributes of every `animate` that say how long it takes.
+        timing: The attributes of every `animate` with its duration.
         painted: The surroundings, behind the robot and before it.
     """
     tool = frames[:, -1]

@@ -1,4 +1,4 @@
-"""Graphs over time: curves with the limits in force, waypoints, rests, and how much of its limits each joint uses."""
+"""Graphs over time: curves with the limits in force, waypoints, rests, and each joint's largest share of a limit."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def draw_shares(axis: Axes, groups: Sequence[Curves]) -> None:
 
 
 def _bounds(lower: FloatArray, upper: FloatArray) -> str:
-    """Write the limits of a joint down, those of the widest segment where they change."""
+    """Write the limits of a joint; if they change, those of the widest segment."""
     least, most = float(lower.min()), float(upper.max())
     text = f"±{most:.4g}" if least == -most else f"{least:.4g} to {most:.4g}"
     changes = lower.min() != lower.max() or upper.min() != upper.max()

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 OVERVIEW = ("position", "velocity", "acceleration")
-"""What a picture of a plan shows unless it is said."""
+"""The quantities in a picture of a plan by default."""
 
 SPACES = {"path": draw_path, "robot": draw_robot}
 """The views of a plan in space by name."""
@@ -110,19 +110,19 @@ def draw_plan(
 
     Args:
         plan: The plan.
-        show: What is drawn, from above: `position`, `velocity`, `acceleration`, `jerk` and `torque` of the joints;
+        show: The rows, from above: `position`, `velocity`, `acceleration`, `jerk` and `torque` of the joints;
             `tcp_position`, `tcp_orientation`, `tcp_velocity`, `tcp_angular_velocity`, `tcp_acceleration`,
             `tcp_angular_acceleration` and `tcp_speed` of the tool; its `path` in space; the `robot` at the waypoints.
             None: positions, velocities and accelerations.
         joints: Names of the joints whose graphs are drawn; None: all.
-        axes: Those of `x`, `y` and `z` whose graphs are drawn; None: all.
+        axes: The axes among `x`, `y` and `z` whose graphs are drawn; None: all.
         view: Where views look from: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.
         title: The title; None: the robot's id.
 
     Raises:
         InvalidProblem: The robot has no joint of such a name.
         MissingDynamics: Torques are requested of a robot without inertias and payload.
-        ValueError: There is nothing of such a name to be drawn, or nothing is requested.
+        ValueError: A name in `show` is unknown, or `show` is empty.
     """
     show = OVERVIEW if show is None else show
     _refuse_unknown("show", show, SHOWN)
@@ -214,7 +214,7 @@ def _view(title: str, facts: str, draw: Callable[[Figure, SubplotSpec], None]) -
 def _draw_row(
     figure: Figure, plan: Planned, times: FloatArray, groups: list[Curves], cells: list[SubplotSpec], *, is_last: bool
 ) -> None:
-    """Draw the graphs of one quantity, and beside them what their curves are and how much of the limits they use."""
+    """Draw the graphs of one quantity, with a legend and the used shares of the limits."""
     stops = stops_of(plan)
     for curves, cell in zip(groups, cells, strict=False):
         axis = figure.add_subplot(cell, gid=f"graph.{curves.names[0]}.{curves.quantity}")

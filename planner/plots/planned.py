@@ -34,7 +34,7 @@ class Planned(Protocol):
 
     @property
     def path(self) -> JointPath:
-        """What the joints do, without time."""
+        """The path of the joints."""
 
     @property
     def trajectory(self) -> Trajectory:
@@ -50,7 +50,7 @@ class Planned(Protocol):
 
 
 class NamedStop(NamedTuple):
-    """A waypoint that was requested: its row among those of the path, its name, and when the robot is there, s."""
+    """A requested waypoint: its row in the path, its name, and its time, s."""
 
     row: int
     name: str

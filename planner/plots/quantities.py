@@ -1,4 +1,4 @@
-"""What is drawn over time: quantities of the joints and of the tool, in units for people, with the limits in force."""
+"""Quantities of joints and tool over time, in units for people, with the limits in force."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Curves:
     """Curves of one quantity and one unit over time.
 
     Attributes:
-        quantity: What they are of.
+        quantity: The quantity.
         unit: Their unit.
         names: (curves,), the names of the joints or of the axes.
         colours: (curves,).
@@ -81,7 +81,7 @@ class Curves:
 
     @property
     def label(self) -> str:
-        """What stands beside their axis."""
+        """The label of their axis."""
         name = "force" if self.unit == "N" else self.quantity.replace("tcp_", "tool ").replace("_", " ")
         return f"{name} ({self.unit})"
 
@@ -114,7 +114,7 @@ def samples_for(plan: Planned, quantities: Collection[str], times: FloatArray) -
 
 
 def joint_curves(plan: Planned, samples: Samples, quantity: str, joints: Sequence[int]) -> list[Curves]:
-    """Return the curves of joints that turn, and those of joints that slide, where there are any."""
+    """Return the curves of turning joints and of sliding joints, if there are any."""
     robot, limits = plan.path.robot, plan.path.limits
     if quantity == "position":
         lower, upper = (np.tile(robot.limit(side), (len(samples.time), 1)) for side in ("lower", "upper"))
@@ -133,7 +133,7 @@ def joint_curves(plan: Planned, samples: Samples, quantity: str, joints: Sequenc
 
 
 def tool_curves(plan: Planned, samples: Samples, quantity: str, axes: Collection[str] | None) -> Curves:
-    """Return the curves of a quantity of the tool along some axes of the base; None: all; angles are along none."""
+    """Return the curves of a quantity of the tool along axes of the base; None: all axes."""
     drawn = TOOL_QUANTITIES[quantity]
     values = _tool_values(samples, quantity)
     along = [k for k, name in enumerate(drawn.names) if drawn.names != XYZ or axes is None or name in axes]

@@ -16,7 +16,7 @@ SAME_POINT = 1e-9
 
 
 def stick_model(robot: Robot, position: FloatArray) -> FloatArray:
-    """Return the points (joints + 2, 3), m, in the base frame, of the model at a joint position: base, joints, tool."""
+    """Return the points (joints + 2, 3), m, of the model at a joint position: base, joints, tool."""
     pin.forwardKinematics(robot.model, robot.data, position)
     tool = pin.updateFramePlacement(robot.model, robot.data, robot.tool_frame_id).translation
     joint = int(robot.model.frames[robot.tool_frame_id].parentJoint)
@@ -28,7 +28,7 @@ def stick_model(robot: Robot, position: FloatArray) -> FloatArray:
 
 
 def distinct_points(points: FloatArray) -> FloatArray:
-    """Return the points (N, 3) of a stick model without those that repeat the one before."""
+    """Return the points (N, 3) of a stick model without repetitions of the previous point."""
     apart = np.linalg.norm(np.diff(points, axis=0), axis=1) > SAME_POINT
     kept: FloatArray = points[np.concatenate([[True], apart])]
     return kept

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from planner.plots.planned import Planned
 
 GLANCE = ("position", "velocity")
-"""What the picture of a summary shows."""
+"""The rows of the picture of a summary."""
 
 BAR = (
     '<div style="width: 8em; background: #88888833"><div style="width: {percent:.1f}%; height: 0.7em; '
     'background: {colour}"></div></div>'
 )
-"""The bar that shows how much of a limit is used."""
+"""The bar for the used share of a limit."""
 
 FREE = "#009E73"
 """The colour of a limit with room left."""

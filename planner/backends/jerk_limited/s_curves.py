@@ -23,20 +23,20 @@ def s_curves(
 ) -> tuple[FloatArray, SegmentedPolynomial, list[np.ndarray]]:
     """Compute the fastest time scalings from 0 to 1 and their binding limits.
 
-    Ruckig computes the same, but not for limits of any size: four phases of jerk, each t_j long, two of constant
-    acceleration (t_a) and a cruise (t_v); Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and
-    Robots (2008), ch. 3.4. The times alone determine the time scaling: v = 1 / (2 t_j + t_a + t_v), a = v / (t_j + t_a)
-    and j = a / t_j.
+    There are four phases of jerk, each t_j long, two of constant acceleration (t_a) and a cruise (t_v). See Biagiotti
+    and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), ch. 3.4. Ruckig computes the same, but
+    not for limits of any size. The times alone determine the time scaling: v = 1 / (2 t_j + t_a + t_v), a = v / (t_j +
+    t_a) and j = a / t_j.
 
     Args:
         V: Limits of velocity (rows,), 1/s; infinite: none.
         A: Limits of acceleration (rows,), 1/s^2; infinite: none.
-        braking: Limits of deceleration (rows,), 1/s^2; None: those of acceleration.
+        braking: Limits of deceleration (rows,), 1/s^2; None: the limits of acceleration.
         J: Limits of jerk (rows,), 1/s^3; infinite: the acceleration jumps.
 
     Returns:
-        Durations (rows,), s, infinite where there is no limit at all; the time scalings; for each limit where it binds,
-        (rows,).
+        Durations (rows,), s, infinite without any limit; the time scalings; the rows (rows,) in which each limit
+        binds.
     """
     if braking is not None:
         return _lopsided(V, A, J, braking)
@@ -63,8 +63,8 @@ def _lopsided(
 ) -> tuple[FloatArray, SegmentedPolynomial, list[np.ndarray]]:
     """Compute the fastest time scalings if braking has limits of its own, by bisection for the peak velocity.
 
-    To a velocity v it takes v / A + A / J, or 2 sqrt(v / J) where the acceleration does not reach its limit A, at half
-    of v on average.
+    The time to reach a velocity v is v / A + A / J, or 2 sqrt(v / J) if the acceleration does not reach its limit A.
+    The mean velocity meanwhile is v / 2.
     """
 
     def ramp(v: FloatArray, limit: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -73,7 +73,7 @@ def _lopsided(
         return t_j, np.where(v * J >= limit**2, v / limit - t_j, 0.0)
 
     def way(v: FloatArray) -> FloatArray:
-        """Return how far it is to v and back to rest."""
+        """Return the distance from rest to velocity v and back to rest."""
         return sum((v * (t_j + t_a / 2.0) for t_j, t_a in (ramp(v, A), ramp(v, braking))), np.zeros_like(v))
 
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -104,7 +104,7 @@ def _of_times(
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray], SegmentedPolynomial]:
     """Return the durations, velocities, accelerations, decelerations and pieces of time scalings.
 
-    All but the durations are on unit time.
+    Everything except the durations is on unit time.
 
     Args:
         t_v: Times (rows,), s, of the cruise.
@@ -137,16 +137,16 @@ def with_ramps(
 ) -> FloatArray:
     """Return the jerk limits, with one added where neither acceleration nor jerk is limited.
 
-    The fastest motion would be a jump there. A joint with only a velocity limit reaches it in the middle of its travel,
-    one without any limit takes as long as the others, or as is requested: T = 2 d / v and j = 32 d / T^3, four equal
-    phases of jerk.
+    Without it the fastest motion would be a jump. The added limit makes four equal phases of jerk: T = 2 d / v and
+    j = 32 d / T^3. A joint with only a velocity limit then reaches it in the middle of its travel. A joint without any
+    limit takes as long as the others, or the requested duration.
 
     Args:
         travels: Travels (rows, joints), rad or m, of any sign.
         velocity: Velocity limits (rows, joints); infinite: none.
         acceleration: Acceleration limits (rows, joints); infinite: none.
         jerk: Jerk limits (rows, joints); infinite: none.
-        requested: Requested durations (rows,), s; NaN: as short as can be.
+        requested: Requested durations (rows,), s; NaN: the shortest.
     """
     d = np.abs(travels)
     bare = np.isinf(acceleration) & np.isinf(jerk)

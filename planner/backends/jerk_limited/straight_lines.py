@@ -20,7 +20,7 @@ ROUNDED_UP = 1.0 + 1e-10
 
 
 def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
-    """Run straight lines from rest to rest: the path position goes from 0 to 1 like a joint with the tightest limits.
+    """Time straight lines from rest to rest: the path position moves like a joint with the tightest limits.
 
     A longer duration stretches the time scaling evenly.
     """

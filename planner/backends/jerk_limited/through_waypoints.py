@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 def time_through_waypoints(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
     """Return the fastest jerk-limited motion through the waypoints of a group, or stop at each if that is faster.
 
-    A stop is faster at waypoints that almost coincide. A smooth curve through two that are 1e-9 rad apart turns so
-    sharply that a jerk-limited motion almost stops there, and its time scaling is hard to find.
+    A stop is faster at waypoints that almost coincide. A smooth curve through two that are 1e-9 rad apart turns
+    sharply. A jerk-limited motion almost stops there, and its time scaling is hard to find.
 
     Raises:
         InvalidProblem: A segment that is not alone in its group has a duration.

@@ -89,7 +89,7 @@ class Cost:
 
 
 def has_massless_links(robot: Robot) -> bool:
-    """Tell whether a joint moves a link of no mass; what the last joint moves has that of the payload at least."""
+    """Return whether a joint moves a link without mass; the last joint moves at least the payload."""
     model = robot.model
     last = model.frames[robot.tip_frame_id].parentJoint
     return any(model.inertias[joint].mass <= 0.0 for joint in range(1, model.njoints) if joint != last)
@@ -106,10 +106,10 @@ def _integral(pieces: SegmentedPolynomial, rate: Callable[..., FloatArray]) -> f
 
 
 def _torque_units(robot: Robot, first: SegmentedPolynomial) -> FloatArray:
-    """Return the torque limits (joints,); in place of those that there are not the largest of joints of that kind.
+    """Return the torque limits (joints,), completed by the largest limit of a joint of the same kind.
 
-    Where none of the joints that turn, or that slide, has a limit, it is the largest torque or force of any of them in
-    the first motion.
+    The kinds are turning and sliding. If no joint of a kind has a limit, its largest torque or force in the first
+    motion stands in.
     """
     units = robot.limit("torque").copy()
     for kind in (robot.is_angle, ~robot.is_angle):
@@ -122,7 +122,7 @@ def _torque_units(robot: Robot, first: SegmentedPolynomial) -> FloatArray:
 
 
 def _finite(limits: FloatArray) -> FloatArray:
-    """Return limits (joints,), those of a joint without one being the largest of the others, or 1 if there is none."""
+    """Return limits (joints,), completed by the largest limit of another joint, or by 1."""
     known = limits[np.isfinite(limits)]
     return np.where(np.isfinite(limits), limits, known.max(initial=0.0) or 1.0)
 

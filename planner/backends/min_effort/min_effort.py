@@ -19,45 +19,49 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 MOST_SEGMENTS = 100
-"""Segments from stop to stop, at most: with six joints they take 0.5 s an iteration and 200 MB, 300 more than 1 GB.
-Windows of a longer list would need less memory, but no less time: each segment takes 0.1 s until the optimum is found,
-300 of them 30 s, which is beyond the deadline of a request."""
+"""Largest number of segments from stop to stop.
+
+With six joints they take 0.5 s an iteration and 200 MB; 300 segments take more than 1 GB. Windows of a longer list
+would need less memory, but as much time. Each segment takes 0.1 s until the optimum is found. So 300 segments take 30
+s, more than the deadline of a request allows.
+"""
 
 
 @dataclass(frozen=True)
 class MinEffort(MinEffortOptions):
     """The motion that minimises the integral of the sum of (torque / limit)^2, or another cost.
 
-    Between joint waypoints each joint is a cubic B-spline in time (`program.py`), from rest to rest with no
-    acceleration at either end, through the waypoints; between them the geometry is free, and so are the times at which
-    they are passed, where none are requested. Lines, circles and blends keep their way: there the time scaling along it
-    is found (`on_curve.py`). The quintic of the same duration is where the search begins, along a given way the fastest
-    time scaling within the jerk limits stretched to it, and either is the answer if nothing better within the limits is
-    found.
+    Between joint waypoints each joint is a cubic B-spline in time (`program.py`) through the waypoints. It starts and
+    ends at rest without acceleration. The geometry between the waypoints is free, and so are passing times without a
+    request. Lines, circles and blends keep their path; the search finds its time scaling (`on_curve.py`).
+
+    The search starts with the quintic of the same duration. Along a given path it starts with the fastest jerk-limited
+    time scaling, stretched to that duration. The start is the answer if the search finds nothing better within the
+    limits.
 
     Between two stops the tool stays within `max_deviation` of the straight joint motion, and each joint within
-    `max_joint_deviation`: the least torque may be far off, near the body or hanging down. Where waypoints are passed,
-    they are within as much of the quintic through them.
+    `max_joint_deviation`. Without these options the motion of least torque may be far off, near the body or hanging
+    down. If the motion passes waypoints, both deviations are measured from the quintic through them.
 
-    A motion without a requested duration takes as long as the quintic, times `slowdown`: the choice of a back end is
-    then no choice of a duration, and what one saves can be read off. With `time_weight` the duration is found, too: it
-    minimises cost + `time_weight` x duration.
+    A motion without a requested duration takes as long as the quintic, times `slowdown`. So back ends can be compared
+    at equal durations. With `time_weight` the search finds the duration, too: it minimises
+    cost + `time_weight` x duration.
 
-    In a scene the motion that is found may collide where the one that the search begins with does not: then half-spaces
-    of the joint positions cut off what collides, and the search is made again in them, until what it finds is free; or
-    it is held nearer to the motion that it begins with, or is that one (`planner.plans.result.certified_plan`).
+    In a scene the optimum may collide although the first motion does not. Then half-spaces of the joint positions cut
+    off the collisions, and the search repeats within them until its motion is free. If that fails, the motion stays
+    nearer to the first one, or is the first one (`planner.plans.result.certified_plan`).
 
-    Where accelerations of the tool are limited, no way between waypoints is searched for: the quintic is the answer,
-    with a warning. Along a given way the time scaling is found within them. The same goes for joints that turn so often
-    that the search would not see their torques come and go: tens of turns between two stops.
+    If accelerations of the tool are limited, there is no search between waypoints: the quintic is the answer, with a
+    warning. Along a given path the time scaling keeps these limits. There is no search either for joints that turn tens
+    of times between two stops, since the instants would miss changes of their torques.
 
-    Efforts are measured by the robot's own torque limits, whatever limits are requested; a joint without a limit counts
-    like the strongest one of its kind, turning or sliding. Where none of a kind has a limit, the largest torque or
-    force of them in the first motion stands for it.
+    Efforts are relative to the robot's own torque limits, not to requested ones. A joint without a limit counts like
+    the strongest one of its kind, turning or sliding. If no joint of a kind has a limit, the largest torque or force of
+    the kind in the first motion stands in.
 
-    Where links have no masses, the torques are those of the payload alone, and many motions take none. There the cost
-    has the integral of the sum of (jerk / limit)^2 beside the objective, weighted so that in the first motion both are
-    equal. What is found has at most twice the first motion's integral of the jerk.
+    If links have no masses, the payload alone causes torques, and many motions need none. Then the cost also has the
+    integral of the sum of (jerk / limit)^2. Its weight makes both costs of the first motion equal. So the optimum has
+    at most twice the first motion's integral of the jerk.
     """
 
     kind: ClassVar[str] = "min_effort"
@@ -72,7 +76,7 @@ class MinEffort(MinEffortOptions):
         return replace(self, iterations=0)
 
     def held_nearer(self, share: float) -> MinEffort:
-        """Return the back end that may go only that share of the way as far from the motion to begin with."""
+        """Return the back end with its deviation from the first motion limited to this share."""
         tool, joints = self.max_deviation, self.max_joint_deviation
         tool = MinEffortOptions.max_deviation if tool is None and joints is None else tool
         held = [None if most is None else max(share * most, LEAST_DEVIATION) for most in (tool, joints)]

@@ -1,6 +1,6 @@
 """The time scaling of least cost along a segment group whose curve is given: lines, circles, blends.
 
-Along a curve torques are linear in the square of the speed and its derivative, and effort is a convex function of them
+Along a curve torques are linear in the square of the speed and in its derivative. Effort is a convex function of both
 (Verscheure et al., Time-optimal path tracking for robots: a convex optimization approach, IEEE Transactions on
 Automatic Control 54, 2009). With b, a and c as in `retiming`, for a joint's torque m a + h b + gravity, its power and
 its jerk, by their units:
@@ -36,7 +36,7 @@ ROUNDS = (1e-2, 1e-4)
 """Rounds of the search: the gap to the optimum, relative to the cost, that may be left after each of them."""
 
 NEARLY = 1e-2
-"""Share of a requested duration by which the search may miss it; what is missed is mended after the search."""
+"""Share of a requested duration by which the search may miss it; a correction follows the search."""
 
 CORRECTIONS = 10
 """Newton steps, at most, until the requested durations are met; they double the digits each time."""

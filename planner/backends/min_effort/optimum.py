@@ -34,14 +34,17 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 FEWEST_INTERVALS = 8
-"""Intervals of the spline on a segment that is passed without stopping: fewer leave it little freedom."""
+"""Intervals of the spline on a segment that is passed without stopping; fewer restrict it too much."""
 
 MOST_TURN = 2.0
-"""Travel of a turning joint on an interval, rad, up to which a way is searched for: torques, which are computed at the
-ends of intervals, come and go once in a turn or more often. Joints that turn twice at most travel less."""
+"""Travel of a turning joint on an interval, rad, up to which there is a search for the path.
+
+Torques are computed at the ends of intervals and can change sign within a turn. Joints with at most two turns travel
+less.
+"""
 
 FIRST_MARGIN = 1.003
-"""Factor by which limits of torque and tool speed are narrowed at first, for what lies between instants."""
+"""Factor by which limits of torque and tool speed are narrowed at first, for excesses between instants."""
 
 MOST_REPAIRS = 8
 """Number of solutions with wider margins, at most, until the limits are kept between the instants, too."""
@@ -68,27 +71,29 @@ MOST_WORK = 24_000
 """Intervals times iterations of the search from stop to stop: with six joints 7 s on one core, and most need less."""
 
 WORK_OF_TOOL = 1.0
-"""How much longer an iteration takes where the tool's speed is limited, too, as a share."""
+"""Additional time of an iteration with limits of the tool's speed, as a share."""
 
 WORK_OF_PATH = 0.5
-"""How much longer an iteration takes where the motion is held near a way, as a share."""
+"""Additional time of an iteration with a limited deviation from a path, as a share."""
 
 WORK_OF_HALF_SPACE = 0.07
-"""How much longer an iteration takes for each half-space at an instant, as a share."""
+"""Additional time of an iteration for each half-space at an instant, as a share."""
 
 NEARER = 1.002
 """Factor by which the deviation allowed is narrowed beyond its excess."""
 
 HOPELESS = 30
-"""Number of iterations within which a search that begins outside the limits is to come within them: of 70 random ones
-in half to nearly all of the quintic's time, all that there were had been found after 16."""
+"""Number of iterations within which a search that starts outside the limits has to reach them.
+
+Of 70 random searches, with half to nearly all of the quintic's duration, every success came within 16 iterations.
+"""
 
 REPAIRS_SHARE = 2
 """One in so many of the iterations that are left is for one search; the others are for repairs after it."""
 
 
 def _work(layout: Layout) -> int:
-    """Return what one iteration takes, as a number of intervals."""
+    """Return the work of one iteration, as a number of intervals."""
     more = WORK_OF_TOOL * layout.watches_tool + WORK_OF_PATH * bool(layout.path_instants)
     return round(layout.segments * layout.intervals * (1.0 + more + WORK_OF_HALF_SPACE * layout.half_spaces))
 
@@ -98,7 +103,7 @@ class Optimum(ABC):
 
     Attributes:
         converged: Whether an optimum was found.
-        cost: What is to be least; it is known once there is a first motion.
+        cost: The cost to minimise, known once there is a first motion.
     """
 
     cost: Cost
@@ -121,7 +126,7 @@ class Optimum(ABC):
         """
 
     def turn(self, positions: FloatArray) -> FloatArray:
-        """Return how far (N - 1, turning joints), rad, it is from each of some positions (N, joints) to the next."""
+        """Return the distances (N - 1, turning joints), rad, between consecutive positions (N, joints)."""
         turns: FloatArray = np.abs(np.diff(positions, axis=0))[:, self.robot.is_angle]
         return turns
 
@@ -130,7 +135,7 @@ class Optimum(ABC):
         return self.cost.of(pieces) + (self.options.time_weight or 0.0) * float(pieces.lengths.sum())
 
     def costs_nothing(self, pieces: SegmentedPolynomial) -> bool:
-        """Tell whether a motion cannot be bettered, since what it costs is rounding at most: what moves weighs nothing.
+        """Return whether the cost of a motion is rounding, because everything that moves has no weight.
 
         A slow motion has as little jerk, but never none.
         """
@@ -145,9 +150,8 @@ class Optimum(ABC):
 class OnCurve(Optimum):
     """The search along the curve of a segment group: lines, circles, blends.
 
-    The cost is never above that of the fastest time scaling within the jerk limits, stretched to the same duration, nor
-    above the quintic's; where durations are requested of segments that are passed without stopping, only not above the
-    quintic's.
+    The cost is never above the quintic's. It is never above that of the fastest jerk-limited time scaling either,
+    stretched to the same duration, unless segments passed without stopping have requested durations.
     """
 
     def find(self) -> SegmentedPolynomial:
@@ -195,7 +199,7 @@ class OnCurve(Optimum):
 
         Args:
             scaling: The time scaling that the search begins with, in any time.
-            durations: (segments,), s: those requested; those that are not requested are met together, unless time has a
+            durations: (segments,), s. The requested ones are kept; so is the sum of the others, unless time has a
                 weight.
         """
         if self.options.iterations == 0:

@@ -21,12 +21,12 @@ class MinEffortOptions:
         knots: Intervals of the spline from stop to stop; at least 8 on each segment.
         slowdown: How many times the duration of the shortest quintic a motion without a requested duration takes.
         time_weight: Cost of a second; None: durations are not traded against the cost.
-        iterations: Iterations of the search from stop to stop after which the best motion found is returned, with the
-            warning `suboptimal`; 0: the motion that the search begins with; None: as many as take 7 s or so. They are
+        iterations: The largest number of iterations of the search from stop to stop. It then returns the best motion
+            found, with the warning `suboptimal`. 0: the first motion; None: as many as take about 7 s. They are
             counted, not timed: equal problems have equal plans.
-        max_deviation: How far the tool may go from the straight joint motion between two stops, or where waypoints are
-            passed without stopping from the quintic through them, m; None: any way.
-        max_joint_deviation: How far any joint may go from there, rad (m where it slides); None: any way.
+        max_deviation: The largest distance of the tool from the straight joint motion between two stops, m. If
+            waypoints are passed without stopping, it is the distance from the quintic through them. None: any.
+        max_joint_deviation: The largest distance of any joint from the same motion, rad (m if it slides); None: any.
     """
 
     objective: Objective = field(

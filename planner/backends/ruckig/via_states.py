@@ -26,8 +26,7 @@ INSIDE = 1.0 - 1e-4
 
 
 def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
-    """Find a fast motion; requested durations and position limits are kept as far as can be, which the caller has to
-    check.
+    """Find a fast motion that may miss requested durations and position limits; the caller checks both.
 
     Args:
         problem: The problem in SI units.

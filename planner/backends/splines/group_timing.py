@@ -270,7 +270,8 @@ class _CurveTiming(_Timing):
     def first_durations(self) -> FloatArray:
         """Return the durations of the best time scaling found.
 
-        The intervals of a segment divide its requested duration in proportion."""
+        The intervals of a segment divide its requested duration in proportion.
+        """
         free = np.isnan(self.requested)
         single = self._single.lengths
         shape = self._shortest(single, np.full(len(free), np.nan))

@@ -24,8 +24,10 @@ TURN = 0.25
 splines lose another 0.1 % of the time."""
 
 FEWEST_INTERVALS = 20
-"""Least number of intervals between two waypoints. Those that lose time are split later; with 10 so many were that
-solving twice as often made motions 0.01 % slower."""
+"""Least number of intervals between two waypoints.
+
+Intervals that lose time are split later. With 10, so many were split that motions were 0.01 % slower.
+"""
 
 FEWEST_OF_A_RUN = 40
 """Least number of intervals between two places of rest: lines of the tool lost 0.15 % with half as many."""
@@ -99,7 +101,7 @@ class Intervals:
         return Intervals(self.lengths[rows], self.coefficients[rows], self.segments[rows], self.groups[rows])
 
     def at(self, points: FloatArray) -> list[FloatArray]:
-        """Positions and their first two derivatives by s, each (points, intervals, joints), at shares of intervals."""
+        """Return positions and their first two derivatives by s, each (points, intervals, joints), at shares."""
         return list(states_on_pieces(self.lengths, self.coefficients, points))
 
 

@@ -1,6 +1,6 @@
-"""What is used of the package toppra, imported without matplotlib: 30 MB and half a second for plots of its own.
+"""The parts of the package toppra in use, imported without matplotlib, which takes 30 MB and half a second.
 
-The import takes half a second and 50 MB of memory, scipy's splines with it: only what plans imports this module.
+The import takes half a second and 50 MB of memory, scipy's splines included. Only planning imports this module.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class _PlotsWhenUsed(ModuleType):
 
 @contextmanager
 def _without_matplotlib() -> Iterator[None]:
-    """Let what is imported meanwhile import matplotlib.pyplot only when it plots."""
+    """Delay the import of matplotlib.pyplot, by modules imported meanwhile, until they plot."""
     if "matplotlib" in sys.modules:
         yield
         return

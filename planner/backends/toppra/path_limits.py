@@ -1,8 +1,8 @@
 """The limits of joints and tool as limits of the path velocity s' and the path acceleration s''.
 
-With x = s'^2 and u = s'' the acceleration of a joint is q'(s) u + q''(s) x, its torque m(s) u + h(s) x + g(s), and its
-velocity limit is a bound on x: all of them linear in (x, u). On an interval of length d, u is linear in s, from
-u - bend to u + bend; so x at the share p of the interval is x + 2 u d p + 2 bend d (p^2 - p).
+With x = s'^2 and u = s'' the acceleration of a joint is q'(s) u + q''(s) x. Its torque is m(s) u + h(s) x + g(s), and
+its velocity limit is a bound on x. All of them are linear in (x, u). On an interval of length d, u is linear in s, from
+u - bend to u + bend. So x at the share p of the interval is x + 2 u d p + 2 bend d (p^2 - p).
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def path_limits(
         dynamics: The robot, with its payloads.
         limits: The limits of the segments.
         intervals: The intervals of the curves.
-        factors: (segments,), on all times, beyond what the limits ask.
+        factors: (segments,), on all times, in addition to the limits.
 
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
@@ -129,7 +129,7 @@ def _at_all_points(values: FloatArray, own: np.ndarray) -> FloatArray:
 def _bounds(
     dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals, at_probes: Sequence[FloatArray]
 ) -> FloatArray:
-    """Bounds on x (probes, intervals) by the speed limits of joints and tool."""
+    """Return the bounds on x (probes, intervals) from the speed limits of joints and tool."""
     q, first, second = at_probes
     segments = intervals.segments
     used = limits.velocity.used(segments, first).max(axis=2)

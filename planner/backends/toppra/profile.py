@@ -29,12 +29,16 @@ MOST_REPAIRS = 3
 """Largest number of solutions after these for limits that are still broken."""
 
 NEGLECTED = 0.001
-"""Share of the time that constant path accelerations may waste before intervals are split a second time: where they
-wasted less, another solution made no motion faster by as much as that."""
+"""Share of the time that constant path accelerations may waste before intervals are split a second time.
+
+Below it, another solution gained less than that in every motion.
+"""
 
 STUCK = 0.003
-"""Share of the time that intervals without any path acceleration that follows the limits may take before they are split
-a second time: they slow what is beside them, too."""
+"""Share of the time of intervals without a path acceleration along the limits above which they are split a second time.
+
+They slow their neighbours, too.
+"""
 
 WASTE = 0.01
 """Share of the mean time of an interval that an interval may waste before it is split."""
@@ -50,15 +54,19 @@ TOLERATED = 1.001
 """Share of a limit up to which a path acceleration that follows another limit may use it at the ends of an interval."""
 
 MENDED_BY_PARTS = 1.02
-"""Share of a limit up to which an interval whose path acceleration breaks it keeps it in parts: what is used between
-two points that keep it shrinks with the square of their distance."""
+"""Share of a limit up to which the parts of an interval keep it although the whole interval exceeds it.
+
+The excess between two points that keep the limit shrinks with the square of their distance.
+"""
 
 PARTS = 4
 """Parts that an interval is split into where no path acceleration follows the limits along it."""
 
 MANY = 10_000
-"""Number of intervals of a whole path above which no more are made to gain time, which takes seconds: curves with
-noise on them, of thousands of sharp turns."""
+"""Number of intervals of a whole path above which no more are made to gain time, which would take seconds.
+
+Noisy curves with thousands of sharp turns have so many.
+"""
 
 MANY_OF_A_SEGMENT = 100
 """Number of intervals of each segment that are not too many, however many segments there are."""
@@ -87,7 +95,7 @@ class Profile:
         intervals: The curves.
         x: (intervals + 1,), s'^2 at the gridpoints.
         bend: (intervals,), half of what s'' grows by on each.
-        solved: What it was solved with; None: intervals were split since then.
+        solved: The solver's problem; None: intervals were split since then.
     """
 
     intervals: Intervals
@@ -159,7 +167,7 @@ def fastest_on(
     Args:
         path: The path, with its limits.
         intervals: The intervals of its curves.
-        factors: (segments,), on all times, beyond what the limits ask.
+        factors: (segments,), on all times, in addition to the limits.
         refinements: Largest number of times that intervals are split.
         repairs: Largest number of solutions after that for limits that are broken.
         solver: What solves it.
@@ -179,7 +187,7 @@ def solved_again(
         profile: A profile as `fastest_on` finds it.
         parts: (intervals,), 1 or 2, equal parts of each interval.
         changed: (intervals,), whether an interval is split or its factor is another.
-        factors: (segments,), on all times, beyond what the limits ask.
+        factors: (segments,), on all times, in addition to the limits.
         solver: What solves it.
     """
     assert profile.solved is not None  # noqa: S101 - of `fastest_on`
@@ -252,10 +260,10 @@ def solve(solver: Solver, limits: PathLimits, throughout: np.ndarray, rests: np.
 
 
 def _refined(profile: Profile, limits: PathLimits, coarse: np.ndarray) -> tuple[np.ndarray, FloatArray, FloatArray]:
-    """Return parts of intervals: their rows, and where they start and end, as shares of the intervals.
+    """Return parts of intervals: their rows, starts and ends, as shares of the intervals.
 
-    Where an interval could be crossed faster by gaining speed, going on at the highest and braking again, it is split
-    where these meet; into equal parts where it is too coarse for the limits.
+    Some intervals could be crossed faster by acceleration, cruise and braking: the phases become their parts. Intervals
+    that are too coarse for the limits are split into equal parts.
     """
     times, inner = fastest_crossings(limits, profile.x, STEEPEST)
     wasteful = (profile.times - times > WASTE * profile.mean_times) & ~coarse

@@ -1,8 +1,8 @@
 """The fastest profile of the path velocity by the package toppra: its algorithm, constraint and compiled solver.
 
-A backward pass finds the controllable sets, the x = s'^2 at each gridpoint from which the rest can be braked in time; a
-forward pass then accelerates as much as the limits and these sets allow: Pham and Pham, "A New Approach to Time-Optimal
-Path Parameterization Based on Reachability Analysis", IEEE Transactions on Robotics 34 (3), 2018.
+A backward pass finds the controllable sets: the values x = s'^2 at each gridpoint from which braking is still possible.
+A forward pass then accelerates as much as the limits and these sets allow. See Pham and Pham, "A New Approach to
+Time-Optimal Path Parameterization Based on Reachability Analysis", IEEE Transactions on Robotics 34 (3), 2018.
 """
 
 from __future__ import annotations
@@ -33,8 +33,10 @@ LEAST_NORM = 1e-9
 """Norm of a row (a, b), in the solver's unit, below which it is rounding and limits nothing."""
 
 LEAST_LENGTH = 1e-6
-"""Length of an interval, in the solver's unit, below which it is solved as one with its neighbour: the absolute
-tolerance of the solver, 1e-10, would leave the path acceleration on it undecided."""
+"""Length of an interval, in the solver's unit, below which it is solved together with its neighbour.
+
+The absolute tolerance of the solver, 1e-10, would leave its path acceleration undecided.
+"""
 
 NEARLY = 1e-9
 """Share of a limit within which what can be reached at most counts as reaching it."""
@@ -52,7 +54,7 @@ LARGEST_X = np.array([1e-9, -1.0])
 """Aim of the backward pass, to be made least: the largest x, and among equals the least u."""
 
 X_TAKEN_OFF = 1e-8
-"""What the package makes x less by at each gridpoint, in the solver's unit."""
+"""Amount, in the solver's unit, that the package subtracts from x at each gridpoint."""
 
 logging.getLogger("toppra").setLevel(logging.ERROR)
 
@@ -71,7 +73,7 @@ class LinearRows(NamedTuple):
     c: FloatArray
 
     def that_bind(self, highest: FloatArray) -> LinearRows:
-        """Return those of the limits that some (x, u) within the others can reach.
+        """Return the limits that some (x, u) within the others can reach.
 
         Args:
             highest: (intervals,), the bound on x.
@@ -124,7 +126,7 @@ class _Rows(LinearConstraint):  # type: ignore[misc] # the package has no types
         return cls(padded, np.column_stack([np.zeros_like(bounds), bounds]))
 
     def compute_constraint_params(self, *_: Any) -> tuple[FloatArray | None, ...]:
-        """Return a, b and c at each gridpoint, F and g with F (a u + b x + c) <= g, the bounds on u, and those on x."""
+        """Return a, b, c, F and g with F (a u + b x + c) <= g at gridpoints, and the bounds of u and x."""
         a, b, c = self.rows
         return a, b, c, np.eye(a.shape[1]), np.zeros(a.shape[1]), None, self.bounds
 
@@ -240,10 +242,10 @@ def _joined(long: np.ndarray, rests: np.ndarray) -> tuple[np.ndarray, np.ndarray
 def _units(
     lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the units of s' and of s (intervals,) for the solver, the same from rest to rest, in which x is about 1.
+    """Return the units of s' and s (intervals,), constant from rest to rest, that make x about 1.
 
-    Its tolerances are absolute. A curve is about as fast as its bounds allow, or as it can get from rest on half of it.
-    The unit of s is what is travelled at that speed in 1 s, but no more than the whole curve: u is then about 1, too.
+    The tolerances of the solver are absolute. The unit of s' is the bound on the speed, or the speed reached from rest
+    on half of the curve. The unit of s is the distance at that speed in 1 s, at most the curve: u is then about 1, too.
     """
     groups = np.cumsum(rests[:-1]) - 1
     with np.errstate(divide="ignore"):

@@ -40,8 +40,10 @@ FEW_INTERVALS = 12
 """Least number of intervals between waypoints for a first look at how fast another curve is."""
 
 HANDICAP = 1.09
-"""Ratio of durations up to which a curve that looks slower on few intervals is compared in earnest: so few of them lose
-up to 8.4 % on 168 random lists."""
+"""Ratio of durations up to which a curve that is slower on few intervals is compared on all intervals.
+
+Few intervals lose up to 8.4 % on 168 random lists.
+"""
 
 MOST_ATTEMPTS = 4
 """Largest number of profiles that are solved for segments whose motion breaks limits."""
@@ -61,14 +63,14 @@ SLOWED = 1.0
 class Toppra:
     """The time-optimal motion along the exact path: at every instant some joint is at a limit.
 
-    A straight joint motion that only velocity and acceleration limit is a trapezoid, in closed form. Everything else
-    has a velocity profile on our gridpoints, within our values of the limits; and through waypoints, where what lies
-    between is free, on a smoother curve.
+    If only velocity and acceleration limit a straight joint motion, it is a trapezoid in closed form. Every other path
+    has a velocity profile on our gridpoints, within our values of the limits. Spline groups take a smoother curve
+    through their waypoints.
 
     Attributes:
         jerk_limited: Whether to keep the jerk limits, too, by the fastest time scaling found on the same path that
             does.
-        solver: What computes the velocity profile: the compiled `kernel`, or the `package` toppra.
+        solver: The solver of the velocity profile: the compiled `kernel`, or the `package` toppra.
     """
 
     kind: ClassVar[str] = "toppra"
@@ -132,7 +134,7 @@ def _time_optimal(path: JointPath, backend: Toppra) -> Trajectory:
 
 
 def _lines(path: JointPath, motions: StraightMotions, backend: Toppra) -> list[SegmentedPolynomial]:
-    """Straight motions from rest to rest: trapezoids, unless torque or the tool's speed slow them down."""
+    """Time straight motions from rest to rest: trapezoids, unless torque or the tool's speed binds."""
     return time_lines(path, motions, fastest_trapezoids, lambda group: _time(path, [group], backend), noticed=SLOWED)
 
 

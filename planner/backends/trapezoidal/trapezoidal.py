@@ -31,10 +31,9 @@ class Trapezoidal:
 
     See document 004, Section 7.
 
-    Without times, each segment is as fast as the limits allow (triangular where it is too short to reach
-    full speed), and a longer duration stretches that profile evenly. With times t1 and t3 (the document's t1
-    and T - t2), the peak of s' is 1 / (T - t1 / 2 - t3 / 2), which is the document's profile for t1 = t3
-    and its correction (E33) otherwise.
+    Without times, each segment is as fast as the limits allow: triangular if it is too short to reach full speed. A
+    longer duration stretches that profile evenly. Times t1 and t3 are the document's t1 and T - t2. With them the peak
+    of s' is 1 / (T - t1 / 2 - t3 / 2). That is the document's profile for t1 = t3 and its correction (E33) otherwise.
 
     Attributes:
         acceleration_time: Time t1 of acceleration on every segment, s; None: like `deceleration_time`.

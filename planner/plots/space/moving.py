@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 RIM = 0.03
-"""Share of the extent of what is shown that things larger than it are cut beyond it."""
+"""Share of the extent of the view beyond which larger objects are cut."""
 
 MOST_CHECKED_PICTURES = 40
 """The most pictures at which it is seen whether a thing hides the robot."""
 
 CARRIED_CORNERS = 32
-"""The number of corners of the outline of what moves: each is where it reaches furthest along one direction."""
+"""The number of corners of a moving outline; each is the farthest point along one direction."""
 
 
 class Frames(NamedTuple):
@@ -66,15 +66,15 @@ def paint_surroundings(
     seen: Projection,
     timing: str,
 ) -> Painted:
-    """Draw what stands around a robot in motion, and what it carries.
+    """Draw the scene of a robot in motion, with its attached objects.
 
     Args:
         plan: The plan.
         frames: The pictures of the motion.
-        models: The stick model of the robot at these times (T, N, 3), m: what hides most of it is drawn thinly over it.
-        shown: Points (N, 3), m, that are shown: what goes further is cut.
-        seen: How it is seen.
-        timing: The attributes of every `animate` that say how long it takes.
+        models: The stick model of the robot at these times (T, N, 3), m; objects that hide most of it are drawn thinly.
+        shown: Points (N, 3), m, in the view; objects are cut beyond them.
+        seen: The view.
+        timing: The attributes of every `animate` with its duration.
     """
     checkers = segment_checkers(plan.problem, plan.path.positions)
     around = [checkers[min(segment, len(checkers) - 1)] for segment in frames.segments]
@@ -96,7 +96,7 @@ def paint_surroundings(
 
 
 class _Clock(NamedTuple):
-    """The number of the last picture, and the attributes of `animate` that say how long all of them take."""
+    """The number of the last picture, and the attributes of `animate` with the duration of all pictures."""
 
     last: int
     timing: str
@@ -120,7 +120,7 @@ class _Clock(NamedTuple):
 def _carried(
     around: Sequence[CollisionChecker], positions: FloatArray, seen: Projection, clock: _Clock
 ) -> Iterator[str]:
-    """Draw what a robot carries at joint positions (T, joints), each piece while it is carried."""
+    """Draw the attached objects at joint positions (T, joints), each while it is attached."""
     outlines: dict[tuple[str, int], dict[int, str]] = {}
     for row, (checker, position) in enumerate(zip(around, positions, strict=True)):
         for thing in carried_things(checker, position):
@@ -156,7 +156,7 @@ def _thing(thing: Thing, share: float, ends: tuple[FloatArray, FloatArray], seen
 
 
 def _names(things: Sequence[Thing], seen: Projection) -> Iterator[str]:
-    """Write the names of what stands all the time above it, unless they are too many."""
+    """Write the names of objects that never move above them, unless they are too many."""
     for point, names in names_of(things, seen.view):
         x, y = seen.project(point)
         yield (

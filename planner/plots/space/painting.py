@@ -32,11 +32,11 @@ UPPER_HALF = 0.5
 """Share of the height of a picture above which the names of planes are below their edges."""
 
 MOST_MARGINS = 3
-"""The most things whose margins are told one by one."""
+"""The largest number of objects whose margins are listed one by one."""
 
 
 def finish_with_surroundings(space: Space, plan: Planned) -> None:
-    """Finish a view of a plan with the objects near the robot and those that it carries."""
+    """Finish a view of a plan with the objects near the robot and the attached objects."""
     things = surroundings(plan)
     if things:
         space.include(shown_points(things, np.array(space.bounds())))
@@ -49,7 +49,7 @@ def finish_with_surroundings(space: Space, plan: Planned) -> None:
 
 
 def _paint(space: Space, things: Sequence[Thing]) -> None:
-    """Paint things in order, those that hide the robot over it and thinly."""
+    """Paint objects in order; objects that hide the robot are painted over it, thinly."""
     low, high = space.limits()
     robot = np.concatenate([points_along(line) for line in space.lines])
     speck = SPECK * float((high - low).max())
@@ -83,7 +83,7 @@ def _write_names(space: Space, things: Sequence[Thing]) -> None:
 
 
 def _tell(space: Space, scene: Scene, things: Sequence[Thing], shown: Sequence[Thing]) -> None:
-    """Tell the margins that are kept, the objects that are carried, and those that are too far away to be shown."""
+    """Write the kept margins, the attached objects, and the objects too distant to be shown."""
     standing, inside = ({thing.name for thing in some if thing.style != CARRIED} for some in (things, shown))
     carried = sorted({thing.name for thing in shown if thing.style == CARRIED})
     margins = {thing.id: thing.margin for thing in scene.attached} | {thing.id: thing.margin for thing in scene.objects}

@@ -29,7 +29,7 @@ FLATTEST = 0.5
 """Least extent of a picture along an axis, as a share of its largest one."""
 
 ZOOM = 0.92
-"""How much larger than usual isometric views are drawn: as large as their labels allow."""
+"""Magnification of isometric views: as large as their labels allow."""
 
 MOST_TICKS = 6
 """The most stretches between ticks of the axes of an isometric view, on which there is less room."""
@@ -68,7 +68,7 @@ class Space:
         axes: The axes of matplotlib.
         view: The view.
         columns: The coordinates that its axes show.
-        drawn: Corners of what was drawn so far, each (3,), mm.
+        drawn: Corners of the drawing so far, each (3,), mm.
         lines: Points of the lines that were drawn so far, each (N, 3), m.
     """
 
@@ -100,7 +100,7 @@ class Space:
         self.axes.plot(*self.shown(points), zorder=LINES, **style)
 
     def coloured(self, points: FloatArray, values: FloatArray, label: str, gid: str) -> None:
-        """Draw a line through points (N, 3), m, coloured by values (N,), with their scale beside it if any is not 0."""
+        """Draw a line through points (N, 3), m, coloured by values (N,), with a scale unless all are 0."""
         self.lines.append(points)
         coordinates = self.shown(points).T
         pieces = np.stack([coordinates[:-1], coordinates[1:]], axis=1)
@@ -121,12 +121,12 @@ class Space:
         self.axes.text(*self.shown(point[None])[:, 0], f"  {text}", fontsize=8, color="#444444", zorder=TEXT)
 
     def frame(self, point: FloatArray, rotation: FloatArray, length: float) -> None:
-        """Draw a frame at a point (3,), m, its axes the columns of a rotation (3, 3) and of a length, m."""
+        """Draw a frame at a point (3,), m: the columns of a rotation (3, 3), scaled to a length, m."""
         for axis, colour in zip(rotation.T, AXIS_COLOURS, strict=True):
             self.line(np.array([point, point + length * axis]), color=colour, linewidth=1.2)
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Return the lower and the upper ends (3,), m, of what was drawn so far."""
+        """Return the lower and the upper ends (3,), m, of the drawing so far."""
         corners = np.array(self.drawn) / MILLIMETRES
         return corners.min(axis=0), corners.max(axis=0)
 
@@ -152,13 +152,13 @@ class Space:
         self.axes.scatter(*coordinates, c=colour, s=size, alpha=0.6, linewidths=0, zorder=BEHIND + 0.5, gid=gid)
 
     def name(self, point: FloatArray, text: str, vertical: str, horizontal: str) -> None:
-        """Write the name of a thing with the sides of it that are said, as matplotlib has them, at a point (3,), m."""
+        """Write a name at a point (3,), m, aligned to sides as in matplotlib."""
         at = point[list(self.columns)] * MILLIMETRES
         style = {"fontsize": 7.5, "fontstyle": "italic", "color": "#6B5A3A", "zorder": TEXT}
         self.axes.text(*at, text, va=vertical, ha=horizontal, clip_on=True, **style)
 
     def legend(self, handles: list[Artist]) -> None:
-        """Tell what is what, above the picture."""
+        """Write the legend above the picture."""
         options = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": len(handles)}
         self.axes.legend(handles=handles, frameon=False, fontsize=8, borderaxespad=0.2, handlelength=1.4, **options)
 

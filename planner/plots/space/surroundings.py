@@ -1,4 +1,4 @@
-"""The surroundings of the robot of a plan: objects of its scene, and those that it carries."""
+"""The surroundings of the robot of a plan: objects of its scene and attached objects."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ BELOW_PLANE_SHARE = 0.01
 """Distance beyond a half space that a view shows at least, as a share of the same extent."""
 
 POSE_DECIMALS = 6
-"""Number of decimals, of m, by which two places of an object are told apart."""
+"""Number of decimals, of m, by which two places of an object are distinguished."""
 
 MOST_NAMES = 12
 """Largest number of objects whose names are written."""
@@ -89,7 +89,7 @@ def carried_things(checker: CollisionChecker, position: FloatArray) -> list[Thin
 
 
 def surroundings(plan: Planned) -> list[Thing]:
-    """Return the objects around the robot at any time of a plan, and those that it carries at every waypoint.
+    """Return the objects around the robot at any time of a plan, and its attached objects at every waypoint.
 
     An object that it takes and puts down stands at its poses before and after.
     """
@@ -109,7 +109,7 @@ def grown(low: FloatArray, high: FloatArray, share: float) -> tuple[FloatArray, 
 
 
 def shown_points(things: Sequence[Thing], points: FloatArray) -> FloatArray:
-    """Return points (N, 3), m, of a robot with points of the objects near it, which a view has to show.
+    """Return points (N, 3), m, of a robot and of objects near it, which a view must show.
 
     Of an object that goes on beyond the room around the robot, a view shows the beginning.
     """

@@ -26,7 +26,7 @@ MOST_FRAMES = 9
 """The most frames of the tool that are drawn along its path."""
 
 NAME_SHARE = 0.02
-"""Distance up to which two waypoints have their names on one line, as a share of the extent of what is drawn."""
+"""Distance up to which two waypoints have their names on one line, as a share of the extent of the drawing."""
 
 FRAME_SHARE = 0.06
 """Length of the axes of such a frame, as a share of the extent of the picture."""
