@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 T = TypeVar("T")
-"""The type of what is kept."""
+"""The type of the kept values."""
 
 
 class LastUsed(Generic[T]):
-    """A cache of what was last used, bounded by the memory that its values take; a value beyond the bound is not kept.
+    """A cache of the last used values, bounded by their memory; a value beyond the bound is not kept.
 
     Attributes:
         kept: The values and their sizes by their keys, the last used last.

@@ -64,7 +64,7 @@ def sample_at(
         include: Columns that are computed besides, by the names that `planner.export` has for them.
 
     Raises:
-        MissingDynamics: Torques are asked of a robot without inertias and payload.
+        MissingDynamics: Torques are requested of a robot without inertias and payload.
     """
     derivatives = trajectory.evaluate(time, range(4 if "jerk" in include else 3))
     position, velocity, acceleration = derivatives[:3]

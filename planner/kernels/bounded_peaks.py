@@ -138,8 +138,8 @@ def bound_peaks(
     """Bound the peaks of functions over all pieces of a motion.
 
     Args:
-        arm: What moves.
-        motion: How it moves.
+        arm: The robot.
+        motion: Its motion.
         columns: The functions.
         wish: (`WISH_NUMBERS`,).
         known: The peaks of other pieces, which need not be bounded more closely than theirs.

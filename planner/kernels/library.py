@@ -125,7 +125,7 @@ def call(name: str, *arguments: int | float | NDArray[np.float64] | NDArray[np.i
 
 
 def _address(array: NDArray[np.float64] | NDArray[np.int64]) -> ctypes.Array[ctypes.c_char] | int:
-    """Return the address of an array, as ctypes takes it: of one that may be written in a fifth of the time."""
+    """Return the address of an array for ctypes; for a writable array in a fifth of the time."""
     try:
         return _NOTHING.from_buffer(array.data)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""The best change of a law of motion within limits that are linear in b, a and c at gridpoints."""
+"""The best change of a time scaling within limits that are linear in b, a and c at gridpoints."""
 
 from __future__ import annotations
 

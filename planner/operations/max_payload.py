@@ -38,10 +38,10 @@ class MaxPayload:
     """The heaviest payload with which a trajectory keeps the torque limits of its robot.
 
     Attributes:
-        mass: Mass of the payload, kg, besides what the robot carries already; None: no joint feels it.
+        mass: Mass of the payload, kg, besides the present payload; None: no joint feels it.
         limited_by: The quantity whose limit bounds the mass, such as `torque` or `rms_torque`; `rating`, the rated
             payload of the robot; or None: nothing does.
-        joint: Name of the joint whose limit it is; None: it is not one of a joint.
+        joint: Name of the joint with that limit; None: the limit belongs to no joint.
         time: The time at which it does, s; None: no limit of the motion does.
     """
 
@@ -63,17 +63,17 @@ def max_payload(
     """Find the heaviest payload with which a trajectory keeps its torque limits.
 
     Torques are affine in the mass for a given center of mass. A linear program in the mass over the torques at samples
-    gives an upper bound. Below it, the largest share of a limit, which the certificate finds between samples too, is a
-    convex function of the mass, and its root is the answer. Limits by speed, of RMS torque and of power count, too.
+    gives an upper bound. Below it, the certificate's largest share of a limit, between samples too, is a convex
+    function of the mass. Its root is the answer. Limits by speed, of RMS torque and of power count, too.
 
     Args:
-        robot: The robot, with its tool and what it carries already.
+        robot: The robot, with its tool and present payload.
         trajectory: A trajectory of the robot.
         center_of_mass: Center of mass of the payload in the tip frame, m.
         center_of_mass_tolerance: Half the sizes (x, y, z), m, of a box about the center of mass. The mass is carried
             with any center of mass in it.
         inertia: Principal moments (ixx, iyy, izz) of the payload about its center of mass, kg m^2, whatever its mass.
-        limits: Limits besides the robot's; those that depend on the payload count: of torque, RMS torque and power.
+        limits: Limits besides the robot's; the limits of torque, RMS torque and power count.
 
     Returns:
         The mass, accurate to 0.01 %, for which the certificate of the trajectory finds the torque limits kept.

@@ -79,7 +79,7 @@ def animate(plan: Planned, *, view: str = "isometric", speed: float = 1.0) -> An
         speed: Seconds of the trajectory in one second of the animation.
 
     Raises:
-        ValueError: There is no such view, or the speed is not a positive number.
+        ValueError: The view is unknown, or the speed is not a positive number.
     """
     if view not in VIEWS:
         raise ValueError(f"view: {view}; there are {', '.join(VIEWS)}")

@@ -29,9 +29,11 @@ if TYPE_CHECKING:
     from planner.time_scaling.retiming import RequestedDurations
 
 ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
-"""Rounds of the search: the number of pieces of the time scaling, those of each segment in addition, and the relative
-gap to the optimum that may be left. The last is for short lists: without it five blended lines took up to 2 %
-longer."""
+"""Rounds of the search: the number of pieces of the time scaling, additional pieces of each segment, and the largest
+relative gap to the optimum.
+
+The last round is for short lists: without it five blended lines took up to 2 % longer.
+"""
 
 NEAR = 0.5
 """Share of a limit that a time scaling uses at most where the limit is left out of the next round."""
@@ -44,8 +46,10 @@ ENOUGH = 1.003
 mends it."""
 
 ENOUGH_OF_DENSE = 1.05
-"""The same along a curve of more pieces than the rounds ask for, as through the noise of 2,000 points: one factor on
-all times costs up to 1.6 %, and each further round takes seconds."""
+"""The same along a curve with more pieces than the rounds have, such as 2,000 noisy points.
+
+One factor on all times costs up to 1.6 %, and each further round takes seconds.
+"""
 
 DENSE_PARTS = 4
 """Number of pieces of the time scaling on each piece of such a curve: with 2 or 3 it is slower by 2 and 1 %."""
@@ -93,7 +97,7 @@ def time_group(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
 
 
 def fastest_scaling(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
-    """Find the time scaling, but for what is left between the gridpoints of the search.
+    """Find the time scaling, which may exceed limits slightly between the gridpoints of the search.
 
     Raises:
         LimitsUnsatisfiable: Gravity exceeds a torque limit.

@@ -29,14 +29,14 @@ TOO_OFTEN = (
     "joint {joint} travels {own:.6g} rad or m on the way here, but limits of torque and of the tool "
     "can be checked on up to {most:g}, of all such segments together; ask for fewer turns, or for none of these limits"
 )
-"""What is said of a joint that turns too often."""
+"""The reason for the refusal of a joint that turns too often."""
 
 SAMPLED_MARGIN = 1.0002
-"""Factor on durations that torque or tool speed set, for what lies between samples: twice what they leave open."""
+"""Factor on durations set by torque or tool speed, for excesses between samples: twice their size."""
 
 
 def refuse_what_turns_too_often(path: JointPath) -> None:
-    """Refuse a path that is too long for limits that are sampled: at once, as back ends search before they sample.
+    """Refuse a path that is too long for sampled limits, before any back end searches.
 
     Raises:
         InvalidProblem: Joints travel further than `MOST_TRAVEL` on segments with limits of torque or of the tool.
@@ -87,7 +87,7 @@ class SampledLimits(SampledConstraints):
             pieces: The motion, in pieces of positive length.
             rows: Row (pieces,) of the limits that each piece has to keep.
             groups: Group (pieces,) of each piece, from 0 on without gaps.
-            above: Factors up to this, one for all or (groups,), do not matter: what is found may be less.
+            above: Factors up to this, one for all or (groups,), do not matter: the result may be less.
             derivatives: The `DERIVATIVES` of the motion on unit time; None: they are computed.
 
         Returns:

@@ -1,9 +1,9 @@
 """Least-cost motions by IPOPT: the program of a robot and layout, built once, solved for any numbers.
 
-Half of an iteration goes into the second derivative and the slopes of the torques, a third into linear algebra. Beside
-it, measured: fatrop on states and jerks, with derivatives by CasADi, takes 1.5 times as long as this, as IPOPT does on
-the same stages; Gauss-Newton saves a sixth of an iteration and needs up to three times as many; stages compiled by gcc
-halve the time, 0.1 s for 50 knots and six joints, but a robot and payload takes 11 s to compile.
+Half of an iteration goes into the second derivative and the slopes of the torques, a third into linear algebra. These
+alternatives were measured. fatrop on states and jerks, with derivatives by CasADi, takes 1.5 times as long; so does
+IPOPT on the same stages. Gauss-Newton saves a sixth of an iteration and needs up to three times as many. Stages
+compiled by gcc halve the time, 0.1 s for 50 knots and six joints, but each robot and payload takes 11 s to compile.
 """
 
 from __future__ import annotations
@@ -67,8 +67,11 @@ NEARLY_THERE = 1e-6
 """Distance from a waypoint, by the group's travel, up to which an iterate is put onto it."""
 
 BYTES_PER_NUMBER = 16
-"""Memory of a program by the numbers in the work vectors of its functions, bytes: they have 8, and IPOPT needs as much
-again for what it factorises. Measured 25 to 100 MB for 20 to 50 segments of six joints, estimated 30 to 80 MB."""
+"""Memory of a program for each number in the work vectors of its functions, bytes.
+
+A number has 8 bytes, and IPOPT needs as much again for its factors. For 20 to 50 segments of six joints the estimate is
+30 to 80 MB; 25 to 100 MB were measured.
+"""
 
 PROGRAM_BYTES = 2**25
 """Memory of the programs that a process keeps, bytes; one of a single segment with six joints has 4 to 8 MB. With four
@@ -123,9 +126,9 @@ class Motion(NamedTuple):
         lengths: (pieces,), s.
         coefficients: (pieces, joints, 4), ascending powers of local time.
         converged: Whether it is an optimum.
-        iterations: Made to find it.
-        unknowns: What the solver found.
-        multipliers: The multipliers of the bounds and of the constraints, as the solver has them.
+        iterations: The number of iterations.
+        unknowns: The solution of the program.
+        multipliers: The multipliers of the bounds and of the constraints, in the solver's order.
     """
 
     lengths: FloatArray
@@ -181,17 +184,17 @@ class Program:
         fruitless: int,
         again: Motion | None = None,
     ) -> Motion | None:
-        """Return the optimum, or the best motion within the limits after so many iterations; None: no motion.
+        """Return the optimum, or the best motion within the limits after all iterations; None: no motion.
 
         Args:
-            m: What is requested.
-            first: A motion to begin with, of the same durations.
-            iterations: The most there may be.
-            fruitless: The most there may be until one is within the limits.
-            again: What this program found for nearly the same numbers, to begin with instead.
+            m: The numbers of the program.
+            first: The motion at the start, with the same durations.
+            iterations: The largest number of iterations.
+            fruitless: The largest number of iterations before one is within the limits.
+            again: This program's solution for similar numbers, at which to start instead.
 
         Raises:
-            MemoryError: The solver says that there was not enough.
+            MemoryError: The solver ran out of memory.
         """
         length, unit_time = float(np.abs(m.positions - m.positions[0]).max()), float(m.durations.mean())
         p = self._numbers(m, length, unit_time)
@@ -246,7 +249,7 @@ class Program:
         return np.diff((even * column + column) - column, axis=1).ravel()
 
     def _numbers(self, m: Numbers, length: float, unit_time: float) -> FloatArray:
-        """All numbers in one row, in the order in which the program has them."""
+        """Return all numbers in one row, in the program's order."""
         segments = np.repeat(np.arange(self.layout.segments), self.layout.intervals)
         velocity, acceleration, jerk = 1.0 / m.rates.min(axis=1)[:, segments]
         torque, tool = 1.0 / m.torque.min(axis=0), 1.0 / m.tool
@@ -296,7 +299,7 @@ class Program:
         return [np.tile(1.0 / m.near[:, None], self.layout.path_instants), m.reference.constants(self.layout).T]
 
     def _box(self, m: Numbers, length: float) -> tuple[FloatArray, FloatArray]:
-        """Bounds on the coefficients that are unknown, by the position limits."""
+        """Return the bounds on the unknown coefficients, from the position limits."""
         count = self.pieces + 3 - 2 * RESTING
         lower, upper = (np.tile((limit - m.positions[0]) / length, count) for limit in (m.lower, m.upper))
         return lower, upper

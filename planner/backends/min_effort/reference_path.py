@@ -1,4 +1,4 @@
-"""The way of a first motion, near which another is held."""
+"""The path of a first motion, from which another motion may deviate by a limited distance."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 JOINTS_SHARE = 1e-3
-"""Share of a radian in the measure of lengths, beside what it moves the tool; it counts where the tool hardly moves."""
+"""Share of a radian in the measure of lengths, beside the tool's motion; it counts if the tool hardly moves."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReferencePath:
-    """The joint positions of a motion from which another may go so far.
+    """The path of a motion, and the largest deviations of another motion from it.
 
     Attributes:
         robot: The robot, with its tool.
-        motion: The motion, whose way it is.
-        max_deviation: The largest distance of the tool from the way, m; None: any.
-        max_joint_deviation: The largest distance of any joint from its place on the way, rad or m; None: any.
+        motion: The motion along the path.
+        max_deviation: The largest distance of the tool from the path, m; None: any.
+        max_joint_deviation: The largest distance of any joint from its position on the path, rad or m; None: any.
     """
 
     robot: Robot
@@ -39,13 +39,13 @@ class ReferencePath:
 
     @classmethod
     def of(cls, robot: Robot, motion: SegmentedPolynomial, options: MinEffortOptions) -> ReferencePath | None:
-        """Return the way of a motion and how far another may go from it; None: anywhere."""
+        """Return the path of a motion with the largest deviations from it; None: no limit."""
         if options.max_deviation is None and options.max_joint_deviation is None:
             return None
         return cls(robot, motion, options.max_deviation, options.max_joint_deviation)
 
     def limits(self, margin: float) -> FloatArray:
-        """Return the limits (rows,) of the rows of `path_stage_of`, those of deviations narrowed by a margin."""
+        """Return the limits (rows,) of the rows of `path_stage_of`; limits of deviations are narrowed by a margin."""
         tool = [] if self.max_deviation is None else [(self.max_deviation / margin) ** 2]
         joints = [] if self.max_joint_deviation is None else [self.max_joint_deviation / margin] * self.robot.dof
         return np.array([*tool, *joints, 1.0])
@@ -53,8 +53,8 @@ class ReferencePath:
     def constants(self, layout: Layout) -> FloatArray:
         """Return the constants (`Layout.path_instants`, 3 joints + 1) of `path_stage_of`.
 
-        A straight way may be followed at any pace: a joint position is compared with the point of it that is nearest in
-        the measure of the tool's motion there. A bent one is followed at the pace of its motion, whatever the share.
+        A straight path may be followed at any pace. A joint position is then compared with the nearest point of the
+        path, measured by the tool's motion there. A curved path is followed at the pace of its motion.
         """
         segments, of_segment = layout.dense_shares
         positions = np.empty((len(segments), self.robot.dof))
@@ -73,7 +73,7 @@ class ReferencePath:
         return np.hstack([positions, shares, slope, gradient])
 
     def use(self, other: SegmentedPolynomial) -> float:
-        """Return the largest share of what is allowed by which another motion leaves the way, segment by segment."""
+        """Return the largest used share of the allowed deviations, segment by segment."""
         worst = 0.0
         for known, own in zip(by_segment(self.motion), by_segment(other), strict=True):
             (reference,) = known.evaluate(np.linspace(0.0, known.breakpoints[-1], CHORDS + 1), [0])

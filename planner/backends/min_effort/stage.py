@@ -17,7 +17,7 @@ BYTES_PER_INSTRUCTION = 90
 """Memory of a CasADi function by its number of instructions, bytes: measured 60 to 90, with six and seven joints."""
 
 STAGE_BYTES = 2**24
-"""Memory of the stages that a process keeps, bytes: those of about eight robots with six joints."""
+"""Memory of the stages that a process keeps, bytes: the stages of about eight robots with six joints."""
 
 SMOOTHING = 1e-3
 """Share of a joint's largest power by which the magnitude of its power is rounded where it changes its sign."""
@@ -26,15 +26,15 @@ SMOOTHING = 1e-3
 class Stage(NamedTuple):
     """Functions of the state z = (positions, velocities, accelerations, weight), (3 joints + 1,).
 
-    The weight is the time that the instant stands for, so that cost times weight is its share of an integral.
+    The weight is the time of the instant in the integral: cost times weight is its share.
 
     Attributes:
         value: (z, units) -> weighted cost, and the torques (joints,).
         gradient: (z, units) -> derivative of the weighted cost (states,).
         slopes: (z) -> derivative of the torques (joints, states).
         curvature: (z, units, cost factor, multipliers of the torques) -> second derivative (states, states) of the
-            sum but for J' D J, its first (states,), D's diagonal (joints,), and J, slopes of the torques (joints,
-            states).
+            sum except J' D J; its first derivative (states,); D's diagonal (joints,); J, the slopes of the torques
+            (joints, states).
     """
 
     value: ca.Function
@@ -87,11 +87,11 @@ def _build_tool_stage(robot: Robot) -> RowStage:
 
 
 def path_stage_of(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStage:
-    """How far a joint position (joints,) is from a way: the square of the tool's distance, m^2, then joint by joint.
+    """Build the distance of a joint position (joints,) from a path: the tool's squared, m^2, then each joint's.
 
-    The joint position is compared with the one at a share u of the way, which is linear in it. The last row is 2 u - 1,
-    which goes from -1 to 1 on the way. The constants are joint positions (joints,) on the way and their share, the
-    derivative (joints,) of the way by u, and that of u by the joint position (joints,).
+    The joint position is compared with the one at a share u of the path, which is linear in it. The last row is
+    2 u - 1, which goes from -1 to 1 on the path. The constants are joint positions (joints,) on the path and their
+    share, the derivative (joints,) of the path by u, and the derivative (joints,) of u by the joint position.
 
     Args:
         robot: The robot, with its tool.

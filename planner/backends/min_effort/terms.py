@@ -43,8 +43,8 @@ class Layout(NamedTuple):
         intervals: Number of intervals of the spline on each segment.
         objective: The cost that is minimised.
         watches_tool: Whether the tool's speed is limited.
-        holds_tool: Whether the tool is held near a way.
-        holds_joints: Whether the joints are held near a way.
+        holds_tool: Whether the tool's deviation from a path is limited.
+        holds_joints: Whether the joints' deviations from a path are limited.
         half_spaces: In how many half-spaces the joints are held at each instant.
         adds_jerk: Whether the jerk is part of the cost beside the objective.
     """
@@ -84,7 +84,7 @@ class Layout(NamedTuple):
 
     @property
     def path_instants(self) -> int:
-        """The number of those at which the motion is held near a way: the same."""
+        """The number of instants with a limited deviation from a path: the same."""
         return self.dense_instants if self.holds_tool or self.holds_joints else 0
 
 
@@ -129,13 +129,13 @@ class Terms(NamedTuple):
 
     Attributes:
         x: Coefficients, then durations.
-        states: (3 joints + 1, instants), what the stage is a function of.
-        tool_states: (2 joints, tool instants), what that of the tool is.
-        path_states: (joints, way instants), what that of the way is.
-        smooth: The part of the cost that has nothing to do with torques.
-        rest: Constraints that have nothing to do with torques, the tool and the way: rates, half-spaces (1 at their
-            rims, less inside), waypoints, total duration.
-        at_via: Those of the waypoints.
+        states: (3 joints + 1, instants), the arguments of the stage.
+        tool_states: (2 joints, tool instants), the arguments of the tool's stage.
+        path_states: (joints, path instants), the arguments of the path's stage.
+        smooth: The part of the cost that is independent of torques.
+        rest: Constraints independent of torques, the tool and the path: rates, half-spaces (1 at their rims, less
+            inside), waypoints, total duration.
+        at_via: The constraints of the waypoints.
         motion: Position, velocity and acceleration at the breakpoints, jerk and length of the pieces.
     """
 
@@ -210,8 +210,8 @@ def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage, limited
 
     Its constraints are the torques, the rows, and the rest.
 
-    With D the derivative of the states by x, blocks of the stage's derivatives at each instant are chained by D; the
-    states' own second derivative is weighted by the stage's first.
+    D is the derivative of the states by x. It chains the blocks of the stage's derivatives at each instant. The stage's
+    first derivative weights the states' own second derivative.
     """
     import casadi as ca
 
@@ -272,7 +272,7 @@ def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage, limited
 
 
 def _blocks(values: ca.MX, rows: int, instants: int) -> ca.MX:
-    """Matrices of so many rows, one beside the other in the values, as the blocks of a diagonal."""
+    """Arrange matrices, which stand side by side in the values, as the blocks of a diagonal."""
     import casadi as ca
 
     columns = values.numel() // (rows * instants)
@@ -280,18 +280,19 @@ def _blocks(values: ca.MX, rows: int, instants: int) -> ca.MX:
 
 
 def _scaled(factors: ca.MX, rows: ca.MX) -> ca.MX:
-    """Each row times its factor."""
+    """Multiply each row by its factor."""
     import casadi as ca
 
     return ca.diag(ca.vec(factors)) @ rows
 
 
 def _spline(c: ca.MX, h: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX, ca.MX, ca.MX]:
-    """Position, velocity and acceleration at the breakpoints, jerk between them, and the coefficients of velocity.
+    """Return position, velocity, acceleration at the breakpoints, jerk between them, and velocity coefficients.
 
     Args:
         c: (joints, pieces + 3), coefficients of the cubic B-spline.
-        h: (joints, pieces), lengths of the intervals, the same in each row; the first and last go on beyond the ends.
+        h: (joints, pieces), lengths of the intervals, the same in each row; the first and last continue beyond the
+            ends.
     """
     import casadi as ca
 

@@ -177,7 +177,7 @@ class Ruckig:
 
 
 def _ends_of(path: JointPath, segments: np.ndarray, ends: EndStates) -> EndStates:
-    """Return the end states of some segments: those of the path at its own ends, otherwise rest."""
+    """Return the end states of some segments: the path's at its own ends, otherwise rest."""
     still = np.zeros(path.robot.dof)
     begin = (ends.initial_velocity, ends.initial_acceleration) if segments[0] == path.moving[0] else (still, still)
     return EndStates(*begin, ends.final_velocity if segments[-1] == path.moving[-1] else still)

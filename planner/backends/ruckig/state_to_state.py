@@ -132,7 +132,7 @@ def _input(travels: FloatArray, limits: SegmentLimits) -> ruckig.InputParameter:
 def _calculate(
     library: ruckig.Ruckig, requested: ruckig.InputParameter, output: ruckig.Trajectory, start: Rates, end: Rates
 ) -> bool:
-    """Whether the library finds the motion between two states, which it then leaves in `output`."""
+    """Return whether the library finds the motion between two states, which is then in `output`."""
     requested.current_velocity, requested.current_acceleration = (rate.ravel().tolist() for rate in start)
     requested.target_velocity, requested.target_acceleration = (rate.ravel().tolist() for rate in end)
     try:
@@ -159,8 +159,8 @@ def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArra
 def cubic_pieces(profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Rates) -> tuple[FloatArray, FloatArray]:
     """Read the profiles as cubics on common pieces: the phases of all joints.
 
-    The least change of the jerks that will do takes up what rounding has left between the end of the profiles and the
-    state that they are to reach.
+    Rounding leaves a difference between the end of the profiles and the wanted state. The least change of the jerks
+    removes it.
 
     Args:
         profiles: Profiles, one a joint, from position 0 on.
@@ -199,7 +199,7 @@ def cubic_pieces(profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Ra
 
 
 def _correction(lengths: FloatArray, coefficients: FloatArray, travel: FloatArray, end: Rates) -> FloatArray:
-    """Cubics from rest whose jerks, least in the mean square, reach what is missing at the end."""
+    """Return cubics from rest whose jerks, least in the mean square, correct the error at the end."""
     h = lengths[:, None]
     p, v, a, j = (coefficients[-1, :, k] for k in range(4))
     t = lengths[-1]

@@ -172,7 +172,7 @@ class _JointGroup:
         return too_short
 
     def _stopping(self) -> _Candidate | None:
-        """Each segment from rest to rest by itself: a longer duration stretches it."""
+        """Time each segment from rest to rest; a longer duration stretches it."""
         alone = replace(self.problem, requested=np.full(len(self.requested), np.nan))
         motion = pass_waypoints(alone, stopping=True)
         if motion is None:
@@ -330,7 +330,7 @@ class _JointGroup:
         return infeasible_duration_error(float(self.requested[first]), longer, binding)
 
     def _longer_durations(self, durations: FloatArray, stop_times: FloatArray | None) -> FloatArray | None:
-        """Durations (segments,) with which there is a motion: as requested, but longer where that is too short."""
+        """Return durations (segments,) with which a motion exists: the requested ones, or longer."""
         needed = self.requested
         if len(self.requested) > 1 or not self.at_rest:
             for _ in range(MOST_TRIALS):

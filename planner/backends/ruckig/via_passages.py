@@ -72,13 +72,13 @@ class MendedPassages:
         return float(time + OUTSIDE * self._outside(segment, passage).sum())
 
     def _outside(self, segment: int, passage: Passage) -> FloatArray:
-        """How far (joints,) each joint leaves its position limits, and 1 in addition where it does."""
+        """Return the excess (joints,) of each joint over its position limits, plus 1 if there is any."""
         below, above = self._room[0][segment] - passage.lowest, passage.highest - self._room[1][segment]
         outside: FloatArray = np.maximum(np.maximum(below, above), 0.0)
         return np.where(outside > LIMIT_TOLERANCE, 1.0 + outside, 0.0)
 
     def _faults(self, segment: int) -> tuple[float, np.ndarray]:
-        """How much could be gained by mending a segment, and the indices of the joints that may be to blame."""
+        """Return the possible gain from correcting a segment, and the indices of the joints to slow."""
         passage = self.passages[segment]
         everyone = np.arange(self.shortest.shape[1])
         if passage is None:
@@ -104,7 +104,7 @@ class MendedPassages:
                 hopeless.clear()
 
     def _mend(self, segment: int, joints: np.ndarray) -> bool:
-        """Slow one of the joints at one end of a segment or at both, if that lowers the cost; whether it does."""
+        """Slow a joint at one or both ends of a segment if that lowers the cost; return whether it does."""
         inner = [k for k in (segment, segment + 1) if 0 < k < len(self.passages)]
         choices = [[k] for k in inner] + ([inner] if len(inner) == 2 else [])
         near = range(max(segment - 1, 0), min(segment + 2, len(self.passages)))
@@ -172,5 +172,5 @@ class MendedPassages:
 
 
 def _ends(rates: Rates) -> tuple[Rates, Rates]:
-    """Return the rates (segments, joints) at the start and at the end of each segment, from those at waypoints."""
+    """Return the rates (segments, joints) at the start and end of each segment from the rates at waypoints."""
     return Rates(*(rate[:-1] for rate in rates)), Rates(*(rate[1:] for rate in rates))

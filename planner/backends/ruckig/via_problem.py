@@ -23,12 +23,17 @@ OUTSIDE = 30.0
 """Weight of the travel beyond a position limit, in units of the search, against the duration."""
 
 NO_TRAVEL = 1e-7
-"""Share of what a joint could travel below which its travel counts as none while the motion is sought: it takes as
-little of the joint's limits, and is put back when the motion is found."""
+"""Share of a joint's possible travel below which the search ignores its travel.
+
+Such a travel uses as small a share of the joint's limits. It is restored in the final motion.
+"""
 
 LEAST_TRAVEL = 1e-4
-"""Share of what a joint could travel below which its travel is not its unit of length: in such units its limits are at
-most about 3e5, and the travels that count are 1e-3 or more, far above Ruckig's tolerances of 1e-12 to 1e-8."""
+"""Share of a joint's possible travel below which its travel is not its unit of length.
+
+In the resulting units its limits are at most about 3e5. Travels that count are 1e-3 or more, far above Ruckig's
+tolerances of 1e-12 to 1e-8.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +74,7 @@ class ViaProblem:
 
     @property
     def possible_travels(self) -> FloatArray:
-        """How far (segments, joints) each joint could travel from rest to rest while the slowest one does its part."""
+        """Possible travels (segments, joints) from rest to rest in the time of the slowest joint."""
         t = self.least_times.max(axis=1)[:, None]
         velocity, acceleration, jerk = self.narrower
         possible: FloatArray = np.minimum(np.minimum(velocity * t, acceleration * t**2 / 4.0), jerk * t**3 / 32.0)
@@ -82,10 +87,10 @@ class ViaProblem:
         return replace(self, positions=np.where(moves, self.positions, self.positions[0]))
 
     def units(self) -> tuple[FloatArray, float]:
-        """Return the lengths (joints,), m or rad, and the time, s, in which the search is about 1.
+        """Return units of length (joints,), m or rad, and of time, s, in which the search is about 1.
 
-        They are each joint's largest travel and the mean segment. A joint that hardly moves is measured by what it
-        could travel: by its own travel, its limits would be out of all proportion.
+        They are each joint's largest travel and the mean segment. A joint that hardly moves is measured by its possible
+        travel: in units of its own travel, its limits would be huge.
         """
         reach, possible = np.abs(self.travels).max(axis=0), self.possible_travels.mean(axis=0)
         length = np.maximum(reach, LEAST_TRAVEL * np.where(np.isfinite(possible), possible, reach.max()))

@@ -1,20 +1,20 @@
 """Velocities and accelerations at waypoints, found with all joints and all times at once.
 
-In the time of its segment, from 0 to 1, each joint has N pieces of constant jerk. Given the segment's duration T, the
-velocities and accelerations at both ends (times T and T^2), and N - 3 numbers that are left free, all is linear:
+In the time of its segment, from 0 to 1, each joint has N pieces of constant jerk. Given are the segment's duration T,
+the velocities and accelerations at both ends (times T and T^2), and N - 3 free numbers. Then every limit is linear:
 
     |q'''| <= J T^3,  |q''| <= A T^2,  |q'| <= V T,  lower <= q <= upper
 
-at the ends of the pieces and at the Bezier points between them, which the motion does not leave. The least sum of the
-durations is sought by a primal-dual interior-point method without slacks (Nocedal and Wright, Numerical Optimization,
-2006, ch. 19). It begins at rest at each waypoint. Limits that do not allow for that, because of the motion at the ends
-of the whole, are first widened and then drawn in as the motion leaves room.
+at the ends of the pieces and at the Bezier points between them, whose hull contains the motion. A primal-dual
+interior-point method without slacks minimises the sum of the durations (Nocedal and Wright, Numerical Optimization,
+2006, ch. 19). It starts at rest at each waypoint. If the end states do not allow that, the limits are first widened,
+and narrowed again as the motion permits.
 
-Given the durations, the joints do not know of each other, and given the states at its ends, neither do the segments:
-the Newton systems are condensed, segment by segment and then joint by joint, to one for the durations.
+Given the durations, the joints are independent of each other. Given the states at its ends, so is a segment. So the
+Newton systems are condensed, segment by segment and then joint by joint, to one for the durations.
 
-Ended early, an interior-point method keeps its distance from what does not limit it: joints that have to wait for
-others pass the waypoints at speeds at which they can, where a joint as fast as can be had to come to rest first.
+An interior-point method that ends early keeps its distance from limits that do not bind. So joints that wait for others
+pass the waypoints at speeds from which they can wait. A joint at its fastest would have to come to rest first.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def passing_states(problem: ViaProblem) -> Rates:
 
 @lru_cache(maxsize=1)
 def _grid(pieces: int) -> _Grid:
-    """Build the grid of equal pieces of constant jerk: what is limited are their Bezier points."""
+    """Build the grid of equal pieces of constant jerk, whose Bezier points are limited."""
     d, identity = 1.0 / pieces, np.eye(pieces + 2)
     # All by velocity and acceleration at the start, and the jerks of the pieces.
     jerks = identity[2:]

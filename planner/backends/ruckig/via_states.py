@@ -1,9 +1,9 @@
-"""The velocities and accelerations with which waypoints are passed, so that the whole takes the least time.
+"""Velocities and accelerations at passed waypoints that minimise the total duration.
 
 Between two waypoints each joint moves from state to state as fast as it can, and waits for the slowest. The states come
-from the program of `via_program`, whose pieces of constant jerk have fixed ends. The exact motions then show two faults
-of them: a joint may be unable to arrive later than its shortest time but for a range of durations (then all wait
-longer), and it may leave its position limits on the way. Both are mended by slowing single joints at single waypoints.
+from the program of `via_program`, whose pieces of constant jerk have fixed ends. The exact motions can have two faults.
+A joint may be unable to arrive at some times after its shortest one; then all joints wait longer. And a joint may leave
+its position limits. Slower single joints at single waypoints remove both faults.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class _PossibleRates:
         return self._with_ends(np.clip(velocity, -highest, highest), acceleration)
 
     def _with_ends(self, velocity: FloatArray, acceleration: FloatArray) -> Rates:
-        """Return the rates (waypoints, joints), by those at inner waypoints."""
+        """Return the rates (waypoints, joints), given the rates at inner waypoints."""
         start, end = self.problem.start, self.problem.end
         return Rates(
             np.vstack([start.velocity, velocity, end.velocity]),

@@ -45,9 +45,9 @@ class ViableSpeeds:
     def highest(self, acceleration: FloatArray, velocity: FloatArray) -> FloatArray:
         """Compute the highest speed (..., waypoints, joints) with an acceleration, in the direction of a velocity.
 
-        It must not have been beyond its limit just before, nor be so just after. With an acceleration, the joint has a
-        speed v + j t^2 / 2 when that ends, or had it when that began, t = |acceleration| / j later, or earlier where
-        the acceleration opposes the motion, and v t + j t^3 / 3 onward, or back.
+        It must keep its limit just before and just after. Let t = |acceleration| / j. The joint reaches the speed
+        v + j t^2 / 2 when the acceleration ends, after the time t and the distance v t + j t^3 / 3. If the acceleration
+        opposes the motion, the joint had that speed earlier, when the acceleration began.
 
         Args:
             acceleration: Accelerations (..., waypoints, joints).

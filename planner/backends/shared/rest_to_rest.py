@@ -1,7 +1,7 @@
 """Straight joint motions from rest to rest: one time scaling s(t) moves all joints along the segment.
 
-Joint j follows q_j(t) = q_j(0) + travel_j s(t / T) with s from 0 to 1, so every derivative of order k scales
-with 1 / T^k, and the shortest duration that keeps a limit has a closed form.
+Joint j follows q_j(t) = q_j(0) + travel_j s(t / T) with s from 0 to 1. So every derivative of order k scales with
+1 / T^k, and the shortest duration that keeps a limit has a closed form.
 
 Time scalings on unit time are a `SegmentedPolynomial` of one joint: s(tau), with the row of the motion that each piece
 moves.

@@ -31,18 +31,18 @@ def time_lines(
 ) -> list[SegmentedPolynomial]:
     """Time each straight line in its requested or its shortest duration.
 
-    A time scaling in closed form, stretched until it keeps torque and tool speed, is slow everywhere; a time scaling
-    along the line is only where it has to be.
+    A time scaling in closed form, stretched until it keeps torque and tool speed, is slow everywhere. A time scaling
+    along the line is slow only at the places that need it.
 
     Args:
         path: The path that the motions belong to.
         motions: Straight motions of this path.
         closed_form: The fastest time scaling by the joints' own limits.
         time_group: The fastest found along a curve by all limits.
-        noticed: The factor on a duration above which that is looked for.
+        noticed: The factor on a duration above which that motion is computed.
 
     Raises:
-        InfeasibleDuration: Requested durations are too short, with those that will do.
+        InfeasibleDuration: Requested durations are too short; the error has feasible ones.
         LimitsUnsatisfiable: Nothing limits a duration, or gravity exceeds a torque limit.
     """
     limits, sampled = motions.limits, SampledLimits(motions.dynamics, motions.limits)

@@ -23,8 +23,8 @@ class Cubic:
     """The third-order polynomial of each segment, from rest to rest; through waypoints the C2 spline.
 
     theta(t) = theta_i + dtheta (3 (t/T)^2 - 2 (t/T)^3): document 000, Eq. 3.11 and 3.12; 002, Eq. 3.1. The acceleration
-    jumps at both ends, so that the jerk is reported, not limited. A waypoint at which a velocity is requested is passed
-    with it and with a jump of the acceleration: the spline of least mean-square acceleration that does so.
+    jumps at both ends, so that the jerk is reported, not limited. At waypoints with requested velocities the
+    acceleration may jump: the spline has the least mean-square acceleration.
     """
 
     kind: ClassVar[str] = "cubic"
