@@ -35,7 +35,7 @@ BOUND_KNOWN_TO = 1e-6
 """Relative amount by which the bound on a peak may exceed a value that is reached."""
 
 MOST_INTERVALS = 1_000_000
-"""Intervals of a motion that may be looked at, beside those of its pieces: they take about 2 s."""
+"""Number of intervals evaluated in addition to the pieces of a motion; they take about 2 s."""
 
 MOST_INTERVALS_OF_PIECE = 24
 """The same on each of many pieces."""
@@ -109,7 +109,7 @@ def bound_by_robot(
 
 
 def _tool_chain(robot: Robot) -> ToolChain:
-    """Return what moves the tool of a robot, for the kernels."""
+    """Return the chain of joints that move the tool, for the kernels."""
     frame = robot.model.frames[robot.tool_frame_id]
     tool = frame.placement
     return ToolChain(robot.chain, int(frame.parentJoint), tool.translation.copy(), tool.rotation.T.copy())

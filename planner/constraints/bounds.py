@@ -16,8 +16,8 @@ class Bounds(NamedTuple):
     """The lower and upper limits of one quantity, both (..., joints); infinite: none.
 
     Attributes:
-        lower: Lower limits, negative but for those of positions.
-        upper: Upper limits, positive but for those of positions.
+        lower: Lower limits, negative except for positions.
+        upper: Upper limits, positive except for positions.
     """
 
     lower: FloatArray

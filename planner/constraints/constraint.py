@@ -66,7 +66,7 @@ class Constraint(Protocol):
         ...
 
     def rows(self, path: JointStates) -> Rows:
-        """Return the rows at points of a path, whose states are those at s' = 1 and s'' = 0."""
+        """Return the rows at points of a path, whose states have s' = 1 and s'' = 0."""
         del path
         raise NotImplementedError
 
@@ -91,7 +91,7 @@ class Constraint(Protocol):
         raise NotImplementedError
 
     def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
-        """Return the factors (N, columns) on time from which on all slower motions keep limits (N, columns)."""
+        """Return the factors (N, columns) on time above which all slower motions keep limits (N, columns)."""
         del states, limits
         raise NotImplementedError
 

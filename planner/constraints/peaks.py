@@ -52,8 +52,8 @@ class SampledConstraints:
     ) -> tuple[FloatArray, FloatArray]:
         """Return the values (N, columns) in states of the joints, each (N, joints), on segments (N,).
 
-        Where the centripetal acceleration is limited, the rates (N, 2) of `OF_BENDS` follow. With `only`, the values
-        are those of some constraints.
+        Where the centripetal acceleration is limited, the rates (N, 2) of `OF_BENDS` follow. With `only`, the
+        values belong to some constraints.
         """
         bends = OF_BENDS if self.centripetal is not None and not only else ()
 

@@ -36,7 +36,7 @@ NAMED = {
     "tcp_linear_jerk": "the tool's jerk",
     "tcp_angular_jerk": "the tool's angular jerk",
 }
-"""What the quantities of the tool are called in sentences."""
+"""The names of the tool's quantities in sentences."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Power(Constraint):
         return powers if self.of_joints else powers.sum(axis=-1, keepdims=True)
 
     def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
-        """Return the factors. At the pace x the power is g x + m x^3, with g by torques at rest and m by the others."""
+        """Return the factors: at the pace x the power is g x + m x^3, with g from torques at rest."""
         still = np.zeros_like(states.q)
         held = inverse_dynamics(states.robot, states.q, still, still)
         moved = TORQUE.values(states) - held

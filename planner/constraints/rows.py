@@ -1,9 +1,9 @@
 """Rows of limited quantities: limits along a path that are linear in s'' and s'^2.
 
-On a path the linear acceleration of the tool is (speed s'' + along s'^2, across s'^2), in the plane of its velocity and
-the acceleration at an even path velocity, and so is the angular one. Its magnitude is within a limit if it is within a
-polygon in the circle of that radius. Corners of the polygon are where it is all along or all across: there nothing is
-lost, between them up to 2 %.
+On a path the linear acceleration of the tool is (speed s'' + along s'^2, across s'^2). The plane is that of its
+velocity and of its acceleration at a constant path velocity. The same holds for the angular acceleration. Its magnitude
+is within a limit if it is within a polygon in the circle of that radius. Corners of the polygon are where it is all
+along or all across: there nothing is lost, between them up to 2 %.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ def largest_speed_shares(
         motion: Positions and velocities, stacked, on unit time.
         limits: The share (pieces, joints) that may be used; the result is relative to it.
         groups: The group (pieces,) of each piece, from 0 on without gaps.
-        above: Shares up to this, one for all or (groups,), do not matter: what is found may be less.
+        above: Shares up to this, one for all or (groups,), do not matter: the result may be less.
     """
     order = motion.bernstein.shape[3]
     signs = np.array([1.0, -1.0])[:, None, None, None]

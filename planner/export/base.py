@@ -21,7 +21,7 @@ INCLUDABLE = (
     "tcp_acceleration",
     "polynomials",
 )
-"""Names of the quantities that samples have on request; `polynomials` are those of the `npz` format."""
+"""Names of the quantities that samples have on request; `polynomials` belong to the `npz` format."""
 
 
 @dataclass(frozen=True)

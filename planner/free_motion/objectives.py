@@ -61,8 +61,8 @@ def effort_rates(
 class Estimate:
     """The estimated cost of a path, with straight legs at full speed and corners at full acceleration.
 
-    A leg takes as long as its slowest joint at its velocity limit. At each corner, and at both ends, a change u of the
-    velocities takes max|u / a|, half of which is lost time, as for straight legs joined by parabolas. See Craig,
+    A leg takes as long as its slowest joint at its velocity limit. At each corner and at both ends, a change u of the
+    velocities takes max|u / a|. Half of it is lost time, as for straight legs joined by parabolas. See Craig,
     Introduction to Robotics, section 7.3. On short paths everything is slower by the factor that minimises the sum.
     """
 

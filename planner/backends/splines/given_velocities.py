@@ -111,7 +111,7 @@ class PassingSpline:
         return np.append(0, np.cumsum(~np.isnan(self.velocities).any(axis=1)))
 
     def held(self, durations: FloatArray) -> SplineAgainstLimits:
-        """Return the spline with these durations (segments,), held against its limits."""
+        """Return the spline with these durations (segments,), checked against its limits."""
         spline = interpolate(self.positions, durations, self.degree, self.velocities)
         return hold_against_limits(spline, self.positions, self.limits)
 
@@ -136,10 +136,10 @@ class PassingSpline:
         return np.where(least > 0.0, least, 0.2 * least.max())
 
     def _first_trial(self, least: FloatArray, free: np.ndarray) -> FloatArray:
-        """Return durations (segments,), s, that are whole steps from the least ones, past those that need no trial.
+        """Return durations (segments,), s, whole steps above the least ones, without the impossible ones.
 
-        While a part takes the time T, the speed of a joint is no more than v + a min(t, T - t) with v the higher one at
-        the ends of the part, so that it travels v T + a T^2 / 4 at most: T is 2 d / (v + sqrt(v^2 + a d)) at least.
+        Let T be the time of a part, and v the higher speed of a joint at its ends. The speed of the joint is at most
+        v + a min(t, T - t), so its travel is at most v T + a T^2 / 4. So T is at least 2 d / (v + sqrt(v^2 + a d)).
 
         Args:
             least: Durations (segments,), s, none of which is to be shorter.
@@ -182,8 +182,8 @@ class PassingSpline:
             free: Whether (segments,) a duration may change.
 
         Returns:
-            Such durations, or those that come nearest. Then shorter durations, where trials come near to the limits and
-            go away again; else the same.
+            Such durations, or the nearest ones. Then shorter durations, if trials come near to the limits and move away
+            again; otherwise the same.
         """
         parts = self.parts
         can_change = np.bincount(parts, weights=free) > 0.0

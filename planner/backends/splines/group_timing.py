@@ -45,7 +45,7 @@ MOST_LENGTHENINGS = 30
 """Number of times that segments without a duration are lengthened, at most, beside such with one."""
 
 LONGEST = 1e6
-"""Multiple of the first durations beyond which those without one requested are not lengthened: it would not end."""
+"""Multiple of the first durations beyond which free durations are not lengthened, so that the search ends."""
 
 UNHURRIED = 1.0005
 """Factor by which they are lengthened beyond their need, so that a few times are enough."""
@@ -77,7 +77,7 @@ class _Timing(ABC):
     may_stretch = True
     """Whether the motion is the same, but slower, with all durations times a factor."""
     longest = LONGEST
-    """Multiple of the first durations up to which those without one requested are lengthened."""
+    """Multiple of the first durations up to which free durations are lengthened."""
 
     def __init__(self, path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> None:
         self.path, self.group, self.degree, self.enforced = path, group, degree, enforced
@@ -118,7 +118,7 @@ class _Timing(ABC):
 
     @abstractmethod
     def first_durations(self) -> FloatArray:
-        """Durations (intervals,), s: the requested ones, and about the shortest for the others."""
+        """Return durations (intervals,), s: the requested ones, and about the shortest for the others."""
 
     @abstractmethod
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:

@@ -1,14 +1,14 @@
 """Interpolating splines in time, at rest at both ends: C2 of degree 3, C4 of degree 5; and their sensitivities.
 
-Where a velocity is given, the spline is two that meet there: with the velocity alone in degree 3, C1, and with no
-acceleration in degree 5, C2, as at the ends.
+At a given velocity two splines meet. In degree 3 they have the velocity in common and are C1. In degree 5 they have no
+acceleration there, as at the ends, and are C2.
 
-On each segment the spline is the Hermite polynomial of the derivatives at its ends. Those at the inner waypoints
-(velocity for degree 3, velocity and acceleration for degree 5) are the unknowns. The continuity of the next derivatives
-gives a block-tridiagonal system for them, the same for all joints: Biagiotti and Melchiorri, Trajectory Planning for
-Automatic Machines and Robots (2008), ch. 4.4 for degree 3; de Boor, A Practical Guide to Splines (2001), ch. IV and IX
-in general. The kernel scales each unknown and each equation by the shorter segment beside its waypoint, so that
-durations of very different lengths do no harm.
+On each segment the spline is the Hermite polynomial of the derivatives at its ends. The unknowns are the derivatives at
+the inner waypoints: velocity for degree 3, velocity and acceleration for degree 5. The continuity of the next
+derivatives gives a block-tridiagonal system for them, the same for all joints. See Biagiotti and Melchiorri, Trajectory
+Planning for Automatic Machines and Robots (2008), ch. 4.4, for degree 3. See de Boor, A Practical Guide to Splines
+(2001), ch. IV and IX, in general. The kernel scales each unknown and each equation by the shorter segment beside its
+waypoint, so that durations of very different lengths do no harm.
 """
 
 from __future__ import annotations

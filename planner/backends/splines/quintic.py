@@ -24,8 +24,8 @@ class Quintic:
     """The fifth-order polynomial of each segment, from rest to rest; through waypoints the C4 spline.
 
     theta(t) = theta_i + dtheta (10 (t/T)^3 - 15 (t/T)^4 + 6 (t/T)^5), the minimum-jerk time scaling (Flash and Hogan
-    1985): velocity and acceleration are zero at both ends, where its jerk is largest, 60 dtheta / T^3. A waypoint at
-    which a velocity is requested is passed with it and without an acceleration, C2, so that it may be a velocity limit.
+    1985). Velocity and acceleration are zero at both ends, where its jerk is largest, 60 dtheta / T^3. At waypoints
+    with requested velocities the acceleration is zero, and the spline C2, so a requested velocity may be the limit.
     """
 
     kind: ClassVar[str] = "quintic"

@@ -1,8 +1,8 @@
 """The shortest durations of segments whose motions depend on each other's durations.
 
-The durations of a spline all shape all of it. What it shares with any motion of fixed shape is that all durations
-times k divide velocity by k, acceleration by k^2 and jerk by k^3 and leave the positions alone: the factor that
-makes a motion keep its rate limits is exact, and only the ratios of the durations are to be searched for.
+Each duration of a spline shapes the whole spline. All durations times k divide velocity by k, acceleration by k^2 and
+jerk by k^3, and keep the positions, as for any motion of fixed shape. So the factor with which a motion keeps its rate
+limits is exact, and the search varies only the ratios of the durations.
 
 The search is a trust-region sequence of quadratic programs (Nocedal and Wright, Numerical Optimization, 2006,
 ch. 18: linearised limits with a penalty on their excess) in the logarithms of the durations.
@@ -30,10 +30,10 @@ LEAST_GAIN = 3e-3
 """Decrease of the merit (the logarithm of the total duration) that a step must promise to be worth it."""
 
 LARGEST_STEP = 0.8
-"""Radius of the trust region: how far the logarithm of a duration may change in one step."""
+"""Radius of the trust region: the largest change of the logarithm of a duration in one step."""
 
 PENALTY = 20.0
-"""Weight of an excess over a limit against the logarithm of the total duration: many times what it can save."""
+"""Weight of an excess over a limit against the logarithm of the total duration: many times the possible gain."""
 
 MARGIN = 5e-4
 """Excess below 0 that is aimed at where scaling all durations does not mend a broken limit."""
@@ -69,7 +69,7 @@ class LinearisedLimits(NamedTuple):
 
 
 class Assessment(Protocol):
-    """A motion at certain durations, held against its limits."""
+    """A motion with certain durations, checked against its limits."""
 
     @property
     def durations(self) -> FloatArray:
@@ -88,7 +88,7 @@ class Assessment(Protocol):
 
 
 A = TypeVar("A", bound=Assessment)
-"""A motion of any kind that is held against its limits."""
+"""A motion of any kind that is checked against its limits."""
 
 
 class Evaluation(NamedTuple):
@@ -96,9 +96,9 @@ class Evaluation(NamedTuple):
 
     Attributes:
         ratios: The positive ratios (segments,): the largest of velocity ratio, sqrt(acceleration ratio) and cbrt(jerk
-            ratio) on each segment, so that all durations times k give all ratios divided by k.
-        near: A function from durations (segments,) next to those of the motion to their ratios, to first order; it may
-            look only where the ratios are reached.
+            ratio) on each segment. All durations times k divide all ratios by k.
+        near: A function from durations (segments,) near the motion's to their ratios, to first order. It may
+            evaluate only the places where the ratios are reached.
     """
 
     ratios: FloatArray
@@ -110,12 +110,12 @@ def shortest_durations(
 ) -> tuple[FloatArray, FloatArray]:
     """Find durations of least sum at which a motion keeps its rate limits; of any motion, by its ratios alone.
 
-    A segment's ratio may depend on all durations, and mostly does on those of its few neighbours. Slopes are
-    measured, about `REACH` evaluations each time.
+    A segment's ratio may depend on all durations, mostly on its few neighbours' durations. Slopes are measured, about
+    `REACH` evaluations each time.
 
     Args:
         evaluate: A function from durations (segments,) to the ratios of the motion that has them.
-        start: Durations (segments,), s, positive, where the search begins; requested durations go before them.
+        start: Durations (segments,), s, positive, where the search begins; requested durations replace them.
         requested: Requested durations (segments,), s; NaN where free.
 
     Returns:
@@ -167,8 +167,7 @@ def search_durations(
 ) -> A:
     """Find the motion of least duration that keeps its limits, or else comes nearest to it.
 
-    If all durations are free and may be scaled, those of the motion returned have still to be scaled by its largest
-    ratio.
+    If all durations are free and may be scaled, the caller has to scale the returned ones by their largest ratio.
 
     Args:
         assess: A function from durations (segments,) to the motion.

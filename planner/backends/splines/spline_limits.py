@@ -1,4 +1,4 @@
-"""A spline held against its limits: its peaks, exactly, and how they change with the durations."""
+"""A spline checked against its limits: its exact peaks, and their derivatives by the durations."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class SplineAgainstLimits:
 
     @cached_property
     def excesses(self) -> FloatArray:
-        """The worst excess (segments,) of a rate or a position, less what is rounding; up to 0: all limits are kept."""
+        """The worst excess (segments,) of a rate or a position, less rounding; up to 0: all limits are kept."""
         worst = np.full(len(self.durations), LEAST_LOG_RATIO)
         rounding = np.where(self.order > 0, DURATION_TOLERANCE, OVERSHOOT_TOLERANCE)
         np.maximum.at(worst, self.segment, self.excess - rounding)
@@ -190,8 +190,8 @@ def hold_against_limits(
 ) -> SplineAgainstLimits:
     """Find the peaks of a spline: its rates at the waypoints, and every extremum that could matter.
 
-    What matters is held against the rest of its own part: the waypoints with velocities that are given cut the spline.
-    Such a velocity is no peak: no duration changes it.
+    An extremum matters compared with the rest of its own part: waypoints with given velocities cut the spline into
+    parts. A given velocity is no peak: no duration changes it.
     """
     rates = [limits.bounds(quantity) for quantity in JOINT_DERIVATIVES[1 : HIGHEST_LIMITED_ORDER[spline.degree] + 1]]
     span = np.ptp(positions, axis=0)
