@@ -62,7 +62,7 @@ def farthest_from_path(
         The distance, m, and its time, s. The distance is at least the true one. It exceeds it by at most 0.1 mm, half a
         percent, or a hundred-thousandth of the length of the path.
     """
-    return _farthest(lambda positions: tool_poses(robot, positions)[0], _distances, motion, first, last, path)
+    return _farthest(lambda positions: tool_poses(robot, positions)[0], _distances, 2, motion, first, last, path)
 
 
 def joints_farthest_from_path(
@@ -75,12 +75,13 @@ def joints_farthest_from_path(
     Returns:
         The distance, rad or m: no less than the true one, by as much more at most as there; and its time, s.
     """
-    return _farthest(lambda positions: positions, _largest_distances, motion, first, last, path)
+    return _farthest(lambda positions: positions, _largest_distances, np.inf, motion, first, last, path)
 
 
 def _farthest(
     points_at: Callable[[FloatArray], FloatArray],
     distances: Callable[[FloatArray, FloatArray], FloatArray],
+    order: float,
     motion: PiecewisePolynomial,
     first: float,
     last: float,
@@ -90,16 +91,16 @@ def _farthest(
 
     Args:
         points_at: The points (N, dimensions) of joint positions (N, joints).
-        distances: The distances (N,) of points from the polygon through others, of the norm that is meant.
+        distances: The distances (N,) of points from the polygon through others, of the norm.
+        order: The order of the norm, as numpy's.
         motion: Joint positions by time.
         first: Start of the interval of time, s.
         last: Time until which it is looked at, s.
         path: (`CHORDS` + 1, joints), positions along the path.
     """
     corners = points_at(path)
-    nothing = np.zeros((2, corners.shape[1]))
-    known_to = max(KNOWN_TO, KNOWN_OF_PATH * float(distances(np.diff(corners, axis=0), nothing).sum()))
-    sag = float(distances(np.diff(corners, 2, axis=0), nothing).max()) / 8.0
+    known_to = max(KNOWN_TO, KNOWN_OF_PATH * float(np.linalg.norm(np.diff(corners, axis=0), order, axis=1).sum()))
+    sag = float(np.linalg.norm(np.diff(corners, 2, axis=0), order, axis=1).max()) / 8.0
 
     def sampled(times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Find the points (N, dimensions) at times (N,), and their distances (N,) from the path."""
@@ -111,7 +112,7 @@ def _farthest(
     times = np.union1d(np.linspace(first, last, FIRST_SAMPLES), inside)
     points, away = sampled(times)
     for _ in range(MOST_HALVINGS):
-        bounds = np.maximum(away[:-1], away[1:]) + distances(np.diff(points, axis=0), nothing) / 2.0
+        bounds = np.maximum(away[:-1], away[1:]) + np.linalg.norm(np.diff(points, axis=0), order, axis=1) / 2.0
         farthest = float(away.max())
         rough = np.flatnonzero(bounds > farthest + max(known_to, KNOWN_SHARE * farthest))
         if not len(rough):

@@ -142,13 +142,14 @@ def test_more_room_is_never_dearer(problem: PlanningProblem) -> None:
 
 
 def test_a_search_with_room_to_spare_finds_what_the_search_without_bounds_does() -> None:
+    """The joint positions of equal effort differ by more: the optimum is flat."""
     problem = problem_of("kuka_kr16_l6_2", 3, 2, 0.1)
     bounded, free = (
         plan(problem, MinEffort(knots=KNOTS, max_deviation=most, max_joint_deviation=most)) for most in (2.0, None)
     )
-    assert figures(bounded).effort == pytest.approx(figures(free).effort, rel=1e-4)
+    assert figures(bounded).effort == pytest.approx(figures(free).effort, rel=1e-5)
     ways = [planned.trajectory.evaluate(0.5 * planned.trajectory.duration)[0] for planned in (bounded, free)]
-    assert ways[0] == pytest.approx(ways[1], abs=2e-3)
+    assert ways[0] == pytest.approx(ways[1], abs=4e-3)
 
 
 @pytest.mark.long_table
