@@ -34,7 +34,7 @@ def http(
     requests: Annotated[int, typer.Option(help="Requests of the latency measurement.", min=10)] = 1000,
     starts: Annotated[int, typer.Option(help="Starts of the service.", min=1)] = 5,
 ) -> None:
-    """What HTTP, queue and serialisation add to a plan; requests a second; start; memory."""
+    """Measure the overhead of HTTP, queue and serialisation; requests a second; start; memory."""
     from benchmarks.service.http import measure
     from benchmarks.service.http_report import print_json, print_table
 
@@ -71,7 +71,7 @@ def restarts(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     times: Annotated[int, typer.Option(help="Restarts.", min=1)] = 100,
 ) -> None:
-    """Restarts by SIGTERM under load: whether an accepted request is lost. A quarter of an hour with all 100."""
+    """Count accepted requests lost by restarts (SIGTERM) under load. A quarter of an hour with all 100."""
     from benchmarks.service.restarts import measure, print_table
 
     _show(measure(times), json, print_table)
@@ -82,7 +82,7 @@ def soak(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     seconds: Annotated[float, typer.Option(help="Length, s.", min=5.0)] = 1800.0,
 ) -> None:
-    """A soak of everything that clients do: memory, open files and temporary files stay what they are."""
+    """Run all operations for long: memory, open files and temporary files must not grow."""
     from benchmarks.service.soak import measure, print_table
 
     _show(measure(seconds), json, print_table)
@@ -94,7 +94,7 @@ def batches(
     items: Annotated[int, typer.Option(help="Requests of each batch.", min=10)] = 10_000,
     only: Annotated[list[str] | None, typer.Option(help="Only places whose name has all these words.")] = None,
 ) -> None:
-    """Batches: plans a second on the service's own workers and on a Dask cluster, against the bare library loop."""
+    """Measure batches: plans a second on own workers and on a Dask cluster, against the bare library loop."""
     from benchmarks.service.batches import measure, print_table
 
     _show(measure(items, only or ()), json, print_table)
@@ -106,7 +106,7 @@ def ik(
     poses: Annotated[int, typer.Option(help="Random reachable poses of each arm.", min=10)] = 2000,
     checks: Annotated[int, typer.Option(help="Random requests, half of them hard, checked for wrong answers.")] = 3000,
 ) -> None:
-    """Inverse kinematics: rate, time and residual on six arms, beside the peers that are installed."""
+    """Measure inverse kinematics: rate, time and residual on six arms, beside the peers that are installed."""
     from benchmarks.kinematics.ik import measure
     from benchmarks.kinematics.report import print_json, print_table
 
@@ -120,7 +120,7 @@ def trajectories(
     lists: Annotated[int, typer.Option(help="Fixed lists of waypoints, the first ones of 200.", min=2, max=200)] = 200,
     plot: Annotated[Path | None, typer.Option(help="File to draw the durations and the use of the limits in.")] = None,
 ) -> None:
-    """Waypoint lists through every back end, beside the peers that are installed; takes many minutes with all 200."""
+    """Plan waypoint lists by every back end, beside the peers that are installed; takes many minutes with all 200."""
     from benchmarks.trajectories.report import draw, print_json, print_table
     from benchmarks.trajectories.trajectories import measure
 
@@ -138,7 +138,7 @@ def collisions(
     kind: Annotated[list[str] | None, typer.Option(help="Only these kinds of scenes.")] = None,
     seconds: Annotated[float, typer.Option(help="Time in which a problem is to be solved, s.", min=0.1)] = 5.0,
 ) -> None:
-    """Ways around obstacles beside the peers that are installed; takes half an hour with all 20."""
+    """Plan detours, beside the peers that are installed; takes half an hour with all 20."""
     from benchmarks.collisions.measure import ARMS, measure
     from benchmarks.collisions.report import print_json, print_table
     from benchmarks.collisions.scenes import KINDS
@@ -157,7 +157,7 @@ def jobs(
     like: Annotated[Path | None, typer.Option(help="Only the jobs and back ends of these saved results.")] = None,
     save: Annotated[Path | None, typer.Option(help="File to save the results in, for docs/corpus.md.")] = None,
 ) -> None:
-    """Jobs as robot programmers send them through every back end; takes hours with all of them."""
+    """Plan jobs as robot programmers send them by every back end; takes hours with all of them."""
     from benchmarks.corpus.corpus import back_ends_of, names
     from benchmarks.jobs import results
     from benchmarks.jobs.jobs import measure
@@ -180,7 +180,7 @@ def versions(
     seconds: Annotated[float, typer.Option(help="Repetition of each kind of request, s.", min=0.0)] = 1.0,
     only: Annotated[list[str] | None, typer.Option(help="Only kinds whose name has all these words.")] = None,
 ) -> None:
-    """Another checkout and this one side by side: times of each kind of request, and whether the answers changed."""
+    """Compare another checkout with this one: times by kind of request, and changes of answers."""
     from benchmarks.versions.report import print_json, print_table
     from benchmarks.versions.versions import measure
 

@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 BUSY = 0.5
-"""Load average from which on somebody else is at work."""
+"""Load average above which other programs count as running."""
 
 
 def machine() -> dict[str, Any]:
-    """Return processor, cores, Python, and the load that others put on the machine; to be asked before measuring."""
+    """Return processor, cores, Python, and the load of other programs; call it before measuring."""
     return {
         "processor": _processor(),
         "cores": len(os.sched_getaffinity(0)),

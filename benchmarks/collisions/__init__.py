@@ -1,1 +1,1 @@
-"""Ways around obstacles: scenes of our own, planned by this library and by others."""
+"""Free motions: scenes of our own, planned by this library and by others."""

@@ -1,4 +1,4 @@
-"""Ways around obstacles, found by this library and by others in the same scenes, and what proofs take."""
+"""Detours by this library and by others in the same scenes, and times of proofs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ARMS = ("ur5", "panda", "kuka_kr16_2")
 """The robots: two with meshes, and one whose shapes are capsules."""
 
 SECONDS = 5.0
-"""The time in which a problem counts as solved, s, unless told otherwise."""
+"""The time in which a problem counts as solved, s, by default."""
 
 CHECKS_PER_SECOND = planner.FreeMotion().most_checks / SECONDS
 """How many motions this library's search, which knows no seconds, looks at for each of them."""
@@ -37,16 +37,16 @@ OURS = "planner"
 """Name of this library among the figures."""
 
 REST = 1e-3
-"""The longest motion of a joint, rad, between samples of a trajectory that is judged: finer than those of paths."""
+"""The longest motion of a joint, rad, between samples of a judged trajectory: finer than the samples of paths."""
 
 
 class Answer(NamedTuple):
-    """What a planner made of a problem.
+    """The result of a planner for a problem.
 
     Attributes:
         path: (N, joints), joined by straight motions, rad; None: nothing.
         seconds: Processor time.
-        duration: s, of what is delivered, or of the path as this library times it; None: it could not.
+        duration: s, of the delivered trajectory, or of the path timed by this library; None: not possible.
         no_way: Whether it is proved that there is none.
     """
 
@@ -87,7 +87,7 @@ def measure(
 
 
 def ours(robot: Robot, asked: Problem, seconds: float = SECONDS) -> Answer:
-    """Plan a free motion, certificate and all; estimated shapes are held against each other, too, as the peers do."""
+    """Plan a certified free motion; estimated shapes are checked against each other, too, as the peers do."""
     start, goal = asked.start.tolist(), asked.goal.tolist()
     motion = planner.FreeMotion(most_checks=int(seconds * CHECKS_PER_SECOND))
     waypoints = [planner.JointWaypoint(start), planner.JointWaypoint(goal, motion=motion)]
@@ -118,7 +118,7 @@ def theirs(robot: Robot, asked: Problem, make: Any, seconds: float = SECONDS) ->
 
 
 def _timed(robot: Robot, path: FloatArray) -> float | None:
-    """Return how long a path takes that is passed smoothly, as this library times it; nobody proves that it is free."""
+    """Return the duration of a smoothly passed path, timed by this library without a proof of clearance."""
     passed = planner.ThroughTransition()
     straight = planner.JointMotion("as_given")
     first, *between, last = path.tolist()
@@ -134,11 +134,11 @@ def _timed(robot: Robot, path: FloatArray) -> float | None:
 def unsolved(
     asked: Sequence[Problem], answers: dict[str, list[tuple[Answer, bool]]], seconds: float
 ) -> list[dict[str, Any]]:
-    """List the problems that this library did not solve in time, and whether there is a way at all.
+    """List the problems that this library did not solve in time, and whether a path exists.
 
     Returns:
-        Of each its `kind` and `number`, whether it is proved to have `no_way`, and by which peers a way was `found_by`
-        that touches nothing: where nobody found one and nothing is proved, it is open whether there is one.
+        Of each its `kind` and `number`, whether it is proved to have `no_way`, and the peers that found a
+        collision-free path (`found_by`). With neither, the question is open.
     """
     found = []
     for row, problem_asked in enumerate(asked):

@@ -29,15 +29,15 @@ PACKAGES = "cmeel.prefix/share"
 """Folder of the package example-robot-data that `package://` means."""
 
 STEP = 0.005
-"""The longest distance of postures, rad, at which a path is looked at for contacts: some 5 mm for an arm of 1 m."""
+"""The longest distance of joint positions, rad, in checks of a path for contacts: some 5 mm for an arm of 1 m."""
 
 
 class Contacts:
     """Tells whether a robot touches anything: sampled, with Pinocchio and coal alone.
 
     Examples:
-        `Contacts(robot, scene, true_meshes=True).touches_along(path)` judges; with the convex pieces it is what a peer
-        that has no geometry of its own is given.
+        `Contacts(robot, scene, true_meshes=True).touches_along(path)` judges; with the convex pieces it serves a peer
+        without a geometry of its own.
     """
 
     def __init__(self, robot: Robot, scene: Scene, *, true_meshes: bool) -> None:
@@ -80,7 +80,7 @@ class Contacts:
 
 
 def checked_pairs(robot: Robot) -> set[frozenset[str]]:
-    """Return the pairs of links that are checked against each other, but for those with shapes that always touch."""
+    """Return the pairs of links that are checked against each other, except pairs whose shapes always touch."""
     return {
         frozenset((pair.link_1, pair.link_2))
         for pair in robot.collision_pairs
@@ -98,7 +98,7 @@ def things_of(scene: Scene) -> Iterator[tuple[str, Box | Cylinder, FloatArray]]:
 
 
 def urdf_with_pieces(robot: Robot, folder: Path) -> str:
-    """Write a robot as URDF: a link for each of its own, fixed to that of its joint, with its convex pieces.
+    """Write a robot as URDF: one link for each of its own, fixed to its joint's, with its convex pieces.
 
     Args:
         robot: The arm.

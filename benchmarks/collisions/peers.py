@@ -35,7 +35,7 @@ CLEAR = 1e-3
 """The distance that it keeps there, m."""
 
 SEED = 0
-"""Start of the random numbers of those that take one."""
+"""Seed of the random numbers of planners that take one."""
 
 Search = Callable[["FloatArray", "FloatArray", float], "FloatArray | None"]
 """A start and a goal (joints,) and seconds to a path (N, joints), whose points straight motions join; None: none."""

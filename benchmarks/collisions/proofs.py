@@ -1,4 +1,4 @@
-"""What it takes to prove a trajectory free among many objects, and to measure its clearance."""
+"""Times of proofs that a trajectory is collision-free among many objects, and of its clearance."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 MOTIONS = 5
-"""Number of motions for each problem of a kind that is asked for."""
+"""Number of motions for each problem of a requested kind."""
 
 OBJECTS = (10, 30, 100, 1000)
 """Numbers of boxes around the arm."""
@@ -34,7 +34,7 @@ TOLERANCE = 1e-3
 
 
 def measure_proofs(robot: Robot, count: int) -> dict[str, dict[str, Any]]:
-    """Prove random motions of an arm free, and measure their clearance; only those that are free count."""
+    """Prove random motions of an arm free, and measure their clearance; only free motions count."""
     rng = np.random.default_rng(0)
     lower, upper = np.maximum(robot.limit("lower"), -2.5), np.minimum(robot.limit("upper"), 2.5)
     motions = []

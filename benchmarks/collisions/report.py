@@ -1,4 +1,4 @@
-"""The figures of the ways around obstacles for a person."""
+"""The figures of free motions for a person."""
 
 from __future__ import annotations
 

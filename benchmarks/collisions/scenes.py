@@ -1,4 +1,4 @@
-"""Scenes of seven kinds, like those of MotionBenchMaker, sized by the reach of an arm, and problems in them."""
+"""Scenes of seven kinds, like MotionBenchMaker's, sized by the reach of an arm, and problems in them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 ROOM = 0.005
-"""How far an arm is from everything at the start and at the goal, m: enough for every planner's way of checking."""
+"""Clearance of an arm at the start and at the goal, m: enough for the checks of every planner."""
 
 MOST_DRAWS = 40
 """The most poses that are drawn for one end of a problem before another scene is made."""
@@ -40,13 +40,13 @@ DOWN = (np.pi, 0.0, 0.0)
 
 
 class Place(NamedTuple):
-    """Where the tool may be at an end of a problem.
+    """The region of the tool at an end of a problem.
 
     Attributes:
         low: (3,), m: a corner of a box.
         high: (3,), m: the opposite one.
         rpy: Roll, pitch and yaw of the tool there, rad, before some of it is changed at random.
-        tilt: How much each of them is changed at most, rad.
+        tilt: The largest change of each of them, rad.
     """
 
     low: Sequence[float]
@@ -63,12 +63,12 @@ class Layout(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """A way to be found.
+    """A free motion to be planned.
 
     Attributes:
         kind: Of the scene.
-        number: Of the problem among those of its kind.
-        scene: What is in the way.
+        number: Of the problem among the problems of its kind.
+        scene: The obstacles.
         start: (joints,), rad or m.
         goal: (joints,), rad or m.
     """
@@ -138,7 +138,7 @@ def box(reach: float, rng: np.random.Generator) -> Layout:
 
 
 def cage(reach: float, rng: np.random.Generator) -> Layout:
-    """A cage of bars with a plate in its middle; from outside or above through its bars, and out again."""
+    """Build a cage of bars with a plate in it; from outside or above through its bars, and out again."""
     x, y = rng.uniform(0.5, 0.6) * reach, rng.uniform(-0.2, 0.2) * reach
     side, thick, ground = 0.6 * reach, 0.03 * reach, rng.uniform(-0.25, -0.05) * reach
     corners = [(x + a * side / 2.0, y + b * side / 2.0) for a in (-1, 1) for b in (-1, 1)]
@@ -198,7 +198,7 @@ def table_pick(reach: float, rng: np.random.Generator) -> Layout:
 
 
 def pillars(reach: float, rng: np.random.Generator) -> Layout:
-    """Posts from the floor to above the arm, around it; from one gap between them through others to a third."""
+    """Build tall posts around the arm; from one gap between them through others to a third."""
     things: list[tuple[Shape, Sequence[float]]] = []
     for k in range(6):
         angle, away = np.pi / 3.0 * (k + rng.uniform(-0.2, 0.2)), rng.uniform(0.5, 0.6) * reach
@@ -244,7 +244,7 @@ def problem(robot: Robot, kind: str, number: int) -> Problem:
 
 
 def _size(robot: Robot) -> tuple[float, float]:
-    """Return how far the tool is from the base at most, m, as far as random postures tell, and how high joint 2 is."""
+    """Return the largest distance of the tool from the base in random joint positions, and joint 2's height, m."""
     rng = np.random.default_rng(0)
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
     far = [np.linalg.norm(tool_pose(robot, q).position[:2]) for q in rng.uniform(lower, upper, (500, robot.dof))]
@@ -256,7 +256,7 @@ def _size(robot: Robot) -> tuple[float, float]:
 def _posture(
     robot: Robot, checker: CollisionChecker, place: Place, up: FloatArray, rng: np.random.Generator
 ) -> FloatArray | None:
-    """Draw a free posture with the tool at a place; None: there seems to be none."""
+    """Draw a collision-free joint position with the tool at a place; None: none was found."""
     for _ in range(MOST_DRAWS):
         position = rng.uniform(place.low, place.high) + up
         rpy = np.array(place.rpy) + rng.uniform(-place.tilt, place.tilt, 3)

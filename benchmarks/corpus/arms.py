@@ -25,7 +25,7 @@ POSTURES: dict[str, tuple[float, ...]] = {
 """Where each arm works: the tool straight down, or level (`date_sorting_arm`), or none (`three_dof_arm`)."""
 
 SIZES = dict(zip(POSTURES, (1.0, 1.0, 0.3, 0.12, 0.5, 0.4), strict=True))
-"""What a length of 1 m in a job becomes for each arm, m."""
+"""The length for each arm that stands for 1 m in a job, m."""
 
 PAYLOADS = dict(zip(POSTURES, (3.0, 5.0, 0.5, 0.05, 1.5, 1.0), strict=True))
 """kg that each arm carries."""
@@ -38,16 +38,16 @@ AZIMUTHS = (0.0, 0.6, -0.6, DOWN, -2.0)
 """rad about the base's axis: straight ahead, aside, mirrored, along an axis of the base, far round."""
 
 REACHES = ((0.0, 0.0), (-0.15, 0.1), (0.1, -0.15))
-"""Outwards and up from the working posture, in lengths of a job."""
+"""Outwards and up from the working position, in lengths of a job."""
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where a job is done.
+    """The place of a job.
 
     Attributes:
         robot: The arm.
-        size: What a length of 1 m in a job becomes, m.
+        size: The length that stands for 1 m in a job, m.
         posture: (joints,): the arm in the middle of the job.
         pose: The tool's there; without a rotation for an arm of three joints.
         axes: (3, 3): columns are the job's directions: outwards or along the base's x, leftwards, up.
@@ -75,7 +75,7 @@ def robot_of(arm: str) -> Robot:
 
 @cache
 def places(arm: str) -> tuple[Place, ...]:
-    """Return all places of an arm that its working posture can be moved to."""
+    """Return all places to which the working position of an arm can be moved."""
     made = (_place(robot_of(arm), *which) for which in product(REACHES, AZIMUTHS, (True, False)))
     return tuple(place for place in made if place is not None)
 

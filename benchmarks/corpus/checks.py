@@ -1,4 +1,4 @@
-"""What a plan of a job must keep, looked at without the certificate."""
+"""The requirements on the plan of a job, checked without the certificate."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ LAWS: dict[str, Law] = {
     "toppra_jerk_limited": "s_curve",
     "auto": "s_curve",
 }
-"""Whose closed form each back end is held against."""
+"""The closed form against which each back end is checked."""
 
 FASTEST = ("toppra", "ruckig", "toppra_jerk_limited", "auto")
-"""Back ends that are to take the least time; the others have a law of their own or minimise something else."""
+"""Back ends that are to take the least time; the others have a time scaling of their own or minimise something else."""
 
 STEADY = (*FASTEST, "trapezoidal")
 """Back ends that move along a line at its speed limit, but for its ends."""
@@ -64,7 +64,7 @@ SHORT = 1e-6
 
 
 def keeps_promises(plan: Plan, kind: str) -> None:
-    """Limits, continuity, waypoints met, lines and circles kept, actions at their times.
+    """Check limits, continuity, waypoints, lines and circles, and the times of actions.
 
     Raises:
         AssertionError: Something is broken.
@@ -78,7 +78,7 @@ def keeps_promises(plan: Plan, kind: str) -> None:
 
 
 def meets_waypoints(plan: Plan) -> None:
-    """Every waypoint that is not blended, at its arrival."""
+    """Check every waypoint that is not blended, at its arrival."""
     trajectory = plan.trajectory
     for k, (waypoint, time) in enumerate(zip(plan.problem.waypoints, trajectory.arrivals, strict=True)):
         if isinstance(waypoint.transition, BlendTransition):
@@ -103,7 +103,7 @@ def meets_waypoints(plan: Plan) -> None:
 
 
 def is_in_its_region(waypoint: PoseWaypoint, tool: Pose) -> None:
-    """The tool turned about its own axis from the pose that is written, or shifted and turned within its ranges."""
+    """Check that the tool is turned about its own axis only, or shifted and turned within its ranges."""
     asked, free = waypoint.pose, waypoint.free
     assert asked.rotation is not None and tool.rotation is not None
     shift, turn = asked.rotation.T @ (tool.position - asked.position), asked.rotation.T @ tool.rotation
@@ -121,7 +121,7 @@ def is_in_its_region(waypoint: PoseWaypoint, tool: Pose) -> None:
 
 
 def keeps_to_lines(plan: Plan) -> None:
-    """The tool on its lines and circles between poses, but for blends."""
+    """Check the tool on its lines and circles between poses, except on blends."""
     robot, trajectory, waypoints = plan.path.robot, plan.trajectory, plan.problem.waypoints
     for k in range(1, len(waypoints)):
         before, waypoint = waypoints[k - 1], waypoints[k]
@@ -182,7 +182,7 @@ def _from_circle(points: FloatArray, start: FloatArray, via: FloatArray, end: Fl
 
 
 def takes_no_longer_than_known(plan: Plan, asked: Job, kind: str) -> None:
-    """The duration, against closed forms and length over speed."""
+    """Check the duration against closed forms and length over speed."""
     duration = plan.trajectory.duration
     if asked.least_duration is not None:
         assert duration >= asked.least_duration / SLOW, f"{duration:g} s is less than length over speed"

@@ -18,7 +18,7 @@ QUARTER = np.pi / 2.0
 
 
 def gluing(place: Place, variant: int) -> Draft:
-    """A bead around a rectangle with rounded corners, by tangent arcs or by blends; or an S of arcs only."""
+    """Draw a bead around a rounded rectangle, by tangent arcs or by blends; or an S of arcs only."""
     speed, shape = (0.05, 0.1, 0.2)[variant % 3], variant // 3 % 3
     a, b, r = (0.15, 0.1, 0.02) if variant % 2 else (0.2, 0.12, 0.04)
     programme = Programme(place, place.at(-a, -b + r, 0.0))
@@ -74,7 +74,7 @@ def deburring(place: Place, variant: int) -> Draft:
 
 
 def contour(t: FloatArray) -> FloatArray:
-    """Points (N, 3) of an open edge, t in [0, 1]: an arc of 0.15 m with waves of 5 mm."""
+    """Return points (N, 3) of an open edge: an arc of 0.15 m with waves of 5 mm."""
     angle = 1.5 * np.pi * t
     radius = 0.15 + 0.005 * np.sin(8.0 * angle)
     return np.column_stack([radius * np.cos(angle) - 0.05, radius * np.sin(angle), 0.01 * np.sin(2.0 * angle)])
@@ -117,7 +117,7 @@ def inspection(place: Place, variant: int) -> Draft:
 
 
 def trimming(place: Place, variant: int) -> Draft:
-    """A knife around a blank, back to where it began, as one polyline: a star, whose points are cut; or a comb."""
+    """Cut a blank along one closed polyline: a star, whose points are cut; or a comb."""
     count, speed, blend = (4, 8, 16)[variant % 3], (0.05, 0.15)[variant % 2], (0.005, 0.02)[variant // 3 % 2]
     angles = 2.0 * np.pi * np.arange(2 * count + 1) / (2 * count)
     radii = np.where(np.arange(2 * count + 1) % 2, (0.1, 0.15)[variant % 2], 0.18)

@@ -1,4 +1,4 @@
-"""All jobs by name: `FAMILY-NUMBER-ARM`, each made when it is asked for."""
+"""All jobs by name: `FAMILY-NUMBER-ARM`, each made at its first use."""
 
 from __future__ import annotations
 
@@ -67,12 +67,12 @@ def names(family: str | None = None) -> list[str]:
 
 
 def back_ends_of(name: str) -> tuple[str, ...]:
-    """Return names of the back ends that can do a job: those that keep what it asks for."""
+    """Return names of the back ends that can do a job: they keep all its requirements."""
     return ONLY_BY.get(name.split("-")[0], BACK_ENDS)
 
 
 def backend_of(kind: str, job: Job) -> BackEnd:
-    """Return a back end as it is asked for a job."""
+    """Return a back end as requested by a job."""
     knows_torques = job.problem.robot.has_dynamics or all(job.problem.payloads)
     made: dict[str, BackEnd] = {
         "cubic": Cubic(),
@@ -135,7 +135,7 @@ def plan_job(asked: Job, kind: str) -> Plan:
 
 
 def suite() -> list[str]:
-    """Names of the jobs that the tests plan: of every family some for every arm that ships, fewer of the others."""
+    """Return names of the jobs that the tests plan: some of every family, more for arms that ship."""
     shipped = [arm for arm in ARMS if arm not in FROM_PACKAGE]
     chosen = []
     for family, count in VARIANTS.items():

@@ -25,7 +25,7 @@ TINY = (0.0, 1e-15, 1e-12, 1e-9, 1e-6)
 
 
 def swing(place: Place, *shares: float) -> FloatArray:
-    """Return the posture, every joint moved by a part of its own of 0.4 rad or 0.1 m."""
+    """Return the joint position, every joint moved by a part of its own of 0.4 rad or 0.1 m."""
     robot = place.robot
     pattern = np.resize([1.0, -0.6, 0.8, 0.5, -0.7, 0.9, 0.3], robot.dof)
     reach = np.where(robot.is_angle, 0.4, 0.1)
@@ -53,7 +53,7 @@ def repeats(place: Place, variant: int) -> Draft:
 
 
 def mirrored(place: Place, variant: int) -> Draft:
-    """A job, and the same turned about the base's axis by a quarter or by 0.3 rad: it takes as long."""
+    """Make a job, and its copy turned about the base's axis, by a quarter or 0.3 rad; durations are equal."""
     angle, kind = (0.0, 0.5 * np.pi, 0.3)[variant % 3], variant // 3 % 4
     turned = place.posture.copy()
     turned[0] += angle
@@ -86,7 +86,7 @@ def mirrored(place: Place, variant: int) -> Draft:
 
 
 def near_equal(place: Place, variant: int) -> Draft:
-    """A waypoint given twice, equal or all but equal; the first of six is the list with the waypoint given once."""
+    """Give a waypoint twice, equal or almost equal; the first of six is the list with the waypoint given once."""
     apart, kind = (None, *TINY)[variant % 6], variant // 6 % 6
     programme = Programme(place)
     transition: Transition = THROUGH if kind % 2 else STOP
@@ -146,7 +146,7 @@ def one_direction(place: Place, variant: int) -> Draft:
 
 
 def whole_turns(place: Place, variant: int) -> Draft:
-    """Joints that may turn further than once do so, one or all of them; then a pose as if nothing had been."""
+    """Turn joints by more than a whole turn where they can, one or all; then request a pose."""
     robot, turns = place.robot, (1, 2, -1)[variant % 3]
     lower, upper = robot.limit("lower"), robot.limit("upper")
     room = np.where(robot.is_angle, np.where(np.sign(turns) > 0, upper - place.posture, place.posture - lower), 0.0)
@@ -170,7 +170,7 @@ def whole_turns(place: Place, variant: int) -> Draft:
 
 
 def outside_limit(place: Place, variant: int) -> Draft:
-    """A start that rounding has put outside of a position limit, below or above, of one joint or of all."""
+    """Make a start that rounding has put outside a position limit, below or above, of one joint or of all."""
     beyond, kind = TINY[1:][variant % 4], variant // 4 % 4
     robot = with_ranges(place)
     lower, upper = robot.limit("lower"), robot.limit("upper")
@@ -187,7 +187,7 @@ def outside_limit(place: Place, variant: int) -> Draft:
 
 
 def start_is_goal(place: Place, variant: int) -> Draft:
-    """The robot is where it is sent: joints, pose or line; with a duration or a dwell it rests as long."""
+    """Send the robot to its own place: joints, pose or line; a duration or a dwell is a rest."""
     kind, asked = variant % 3, variant // 3 % 4
     here = place.at(0.0, 0.0, 0.0)
     programme = Programme(place) if kind == 0 else Programme(place, here)
@@ -235,7 +235,7 @@ def fixed_axis(place: Place, variant: int) -> Draft:
 
 
 def with_ranges(place: Place) -> Robot:
-    """Return the robot; joints without position limits get some, half a turn to either side of the posture."""
+    """Return the robot; joints without position limits get some, half a turn to either side of the joint position."""
     joints = (
         joint if np.isfinite(joint.upper) else replace(joint, kind="revolute", lower=q - np.pi, upper=q + np.pi)
         for joint, q in zip(place.robot.joints, place.posture.tolist(), strict=True)

@@ -28,7 +28,7 @@ RAIL_LENGTH = 4.0
 
 
 def embossing(place: Place, variant: int) -> Draft:
-    """A tool on one smooth curve through points of a wave, at a speed: a spline, with or without a tilt on its way."""
+    """Move a tool along one spline through points of a wave, at a speed, with or without a tilt."""
     count, speed = (3, 6, 12)[variant % 3], (0.05, 0.2)[variant % 2]
     t = np.linspace(0.0, 1.0, count + 1)
     heights = (0.02, 0.05)[variant // 3 % 2] * np.sin(2.0 * np.pi * t)
@@ -39,7 +39,7 @@ def embossing(place: Place, variant: int) -> Draft:
 
 
 def round_nozzle(place: Place, variant: int) -> Draft:
-    """A nozzle whose turn about its own axis does not matter, at the ends nor on the way, written at random turns."""
+    """Move a nozzle whose turn about its own axis is free, at the ends and between, given at random turns."""
     rng, speed = np.random.default_rng(variant), (0.1, 0.3)[variant % 2]
     free: Free | None = "rotation_z" if place.pose.rotation is not None else None
     programme = Programme(place)
@@ -73,7 +73,7 @@ def gripping_anywhere(place: Place, variant: int) -> Draft:
 
 
 def two_tools(place: Place, variant: int) -> Draft:
-    """A camera looks at a part, then the gripper beside it grips it: each waypoint says which tool goes there."""
+    """Point a camera at a part, then grip it with the gripper beside the camera: each waypoint names its tool."""
     camera = Pose(place.size * np.array([0.05, 0.0, 0.08]), rotation_x((0.0, 0.3)[variant % 2]))
     gripper = Pose(place.size * np.array([0.0, 0.0, 0.15]), np.eye(3))
     programme = Programme(place)
@@ -87,7 +87,7 @@ def two_tools(place: Place, variant: int) -> Draft:
 
 
 def along_a_rail(place: Place, variant: int) -> Draft:
-    """Lines along a rail, longer than the arm: the rail free, pinned at the ends, or still where the arm reaches."""
+    """Move in lines along a rail, longer than the arm: the rail free, fixed at the ends, or still."""
     pinned, prefer, length = variant % 3 == 1, variant % 3 == 2, (0.5, 1.5)[variant // 3 % 2]
     direction, middle = place.axes[:, 1], RAIL_LENGTH / 2.0 * place.size
     rail = ExternalAxis("rail", "prismatic", direction.tolist(), lower=0.0, upper=2.0 * middle, velocity=1.0, mass=10.0)
@@ -110,7 +110,7 @@ def along_a_rail(place: Place, variant: int) -> Draft:
 
 
 def past_a_switch(place: Place, variant: int) -> Draft:
-    """Return joint motions that pass a waypoint at a velocity that is asked there."""
+    """Return joint motions that pass a waypoint at a requested velocity."""
     share, robot = (0.02, 0.05, 0.1)[variant % 3], place.robot
     velocity = np.where(np.isfinite(robot.limit("velocity")), robot.limit("velocity"), 1.0)
     lower, upper = robot.limit("lower"), robot.limit("upper")
@@ -163,7 +163,7 @@ def downhill(place: Place, variant: int) -> Draft:
 
 
 def locked_wrist(place: Place, variant: int) -> Draft:
-    """The last joint is held still, and outputs are set and waited for: a group of the joints that are left."""
+    """Lock the last joint, and set outputs with waits: a group of the other joints."""
     robot, last, wait = place.robot, place.robot.joint_names[-1], (0.1, 0.3, 1.0)[variant % 3]
     rest = place.posture[:-1]
     group = robot.derived(locked={last: float(place.posture[-1])})

@@ -74,7 +74,7 @@ def bin_picking(place: Place, variant: int) -> Draft:
 
 
 def _approach(programme: Programme, depth: float) -> None:
-    """Along the tool's own axis, as seen from the tool; straight down where only the position counts."""
+    """Move along the tool's own axis; straight down where only the position counts."""
     pose = programme.pose
     if pose.rotation is None:
         there = type(pose)(pose.position - [0.0, 0.0, depth])
@@ -87,7 +87,7 @@ def _approach(programme: Programme, depth: float) -> None:
 
 
 def screwdriving(place: Place, variant: int) -> Draft:
-    """Rows of holes: above each, slowly down, wait for the torque, up; the tool turns with the screw or not."""
+    """Drive screws into rows of holes: above, slowly down, wait, up; the tool turns with the screw or not."""
     columns, rows = ((4, 1), (3, 2), (2, 3))[variant % 3]
     depth, slow, yaw = (0.01, 0.03, 0.002)[variant // 3 % 3], (0.01, 0.05)[variant % 2], 0.5 * (variant % 2)
     programme = Programme(place, place.at(0.0, 0.0, 0.05))

@@ -23,13 +23,13 @@ Refused = tuple[PlanningProblem, str, tuple[str, ...]]
 
 
 def infeasible(place: Place, variant: int) -> Refused:
-    """Out of reach at the end or on the way, too short a duration, beyond a limit, too heavy to hold."""
+    """Make a job that is out of reach, too short in time, beyond a limit, or too heavy."""
     makers = (_far_pose, _far_circle, _short_duration, _beyond_limit, _too_heavy, _far_line)
     return makers[variant % 6](place, 1.0 + variant // 6)
 
 
 def farthest(robot: Robot) -> float:
-    """m; no posture takes the tool further from the base: the lengths of all links and strokes, end to end."""
+    """Return an upper bound on the tool's distance from the base, m: all links and strokes end to end."""
     lengths = [float(np.linalg.norm(placement.translation)) for placement in robot.model.jointPlacements]
     tool = robot.model.frames[robot.tool_frame_id].placement.translation
     strokes = np.maximum(np.abs(robot.limit("lower")), np.abs(robot.limit("upper")))[~robot.is_angle]

@@ -1,4 +1,4 @@
-"""What a job is."""
+"""Jobs: requests with known answers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 Law = Literal["cubic", "quintic", "trapezoidal", "s_curve"]
-"""The laws of motion whose times are known in closed form."""
+"""The motion profiles whose times are known in closed form."""
 
 LEAST_BUDGET = 1.0
 """s of processor time that any plan may take."""
@@ -24,16 +24,16 @@ BUDGET_PER_WAYPOINT = 0.005
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """One request, and what is known of its answer without the planner.
+    """One request, and the known properties of its answer, found without the planner.
 
     Attributes:
         name: The family, a number and the arm.
         family: The kind of work.
-        parameters: What the family made it from.
-        problem: What is asked.
-        positions: (waypoints, joints), rad or m: joint positions of a continuous motion within all position limits that
-            does the job, found without the planner; None: unknown, or there is none.
-        durations: s, in closed form, of each law that has one.
+        parameters: The family's parameters.
+        problem: The request.
+        positions: (waypoints, joints), rad or m: of a continuous motion that does the job within all position limits.
+            Found without the planner; None: unknown, or there is none.
+        durations: s, in closed form, of each profile that has one.
         least_duration: s; no motion is faster.
         most_duration: s; a motion that takes longer has been slowed by something else than its limits.
         infeasible: Why there is no such motion, as an independent check has found; None: there is one.
@@ -62,17 +62,17 @@ class Job:
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """What a family makes of a place: a programme and how it is asked.
+    """A variant of a family at a place: a programme and its options.
 
     Attributes:
         programme: With the positions that were traced.
-        parameters: What it was made from.
+        parameters: The parameters of the family.
         limits: Of the whole; None: the robot's.
-        carries: Share of what the arm can carry.
+        carries: Share of the arm's greatest payload.
         only_seams: Nothing but lines and circles at their speeds: then length over speed tells the duration.
         twin: The number of the variant that takes as long.
         durations: As a job's.
-        actions: What happens on the way besides motion.
+        actions: The outputs and waits beside the motion.
     """
 
     programme: Programme

@@ -44,10 +44,10 @@ class Programme:
         waypoints: So far.
         positions: (joints,) of each.
         pose: Of the tool, now.
-        seconds: What the lines and circles take at their speed limits, s.
-        seconds_cut: What blends may save of that, s.
-        heaviest: The heaviest part that is gripped, as a share of what the arm can carry.
-        options: How poses are solved.
+        seconds: Duration of the lines and circles at their speed limits, s.
+        seconds_cut: The most of it that blends may save, s.
+        heaviest: The heaviest part that is gripped, as a share of the arm's greatest payload.
+        options: Options of the inverse kinematics.
     """
 
     def __init__(self, place: Place, first: Pose | FloatArray | None = None, **options: Any) -> None:
@@ -67,7 +67,7 @@ class Programme:
         return BlendTransition(radius * self.place.size)
 
     def joints(self, position: FloatArray, **options: Any) -> None:
-        """To a joint position (joints,)."""
+        """Move to a joint position (joints,)."""
         robot = self.place.robot
         if (position < robot.limit("lower")).any() or (position > robot.limit("upper")).any():
             raise Untraceable
@@ -76,18 +76,18 @@ class Programme:
         self._add(JointWaypoint(position=tuple(position.tolist()), **options))
 
     def to(self, pose: Pose, **options: Any) -> None:
-        """To a pose by a joint motion."""
+        """Move to a pose by a joint motion."""
         self._trace(on_line(self.pose, pose, STEP * self.place.size))
         self._add(PoseWaypoint(pose=pose, **options))
 
     def line(self, pose: Pose, speed: float | None = None, **options: Any) -> None:
-        """To a pose in a straight line, at a speed in m/s."""
+        """Move to a pose in a straight line, at a speed in m/s."""
         self._time(float(np.linalg.norm(pose.position - self.pose.position)), speed, options.get("transition"))
         self._trace(on_line(self.pose, pose, STEP * self.place.size))
         self._add(PoseWaypoint(pose=pose, motion=LinearMotion(), limits=_speed(speed), **options))
 
     def arc(self, via: FloatArray, pose: Pose, speed: float | None = None, **options: Any) -> None:
-        """To a pose on a circle by way of a position (3,)."""
+        """Move to a pose on a circle by way of a position (3,)."""
         _, radius, _, angle = circle(self.pose.position, via, pose.position)
         self._time(radius * angle, speed, options.get("transition"))
         self._trace(on_circle(self.pose, via, pose, STEP * self.place.size))
@@ -95,7 +95,7 @@ class Programme:
         self._add(PoseWaypoint(pose=pose, motion=motion, limits=_speed(speed), **options))
 
     def polyline(self, poses: list[Pose], blend: float, speed: float, **options: Any) -> None:
-        """By poses to the last of them in one motion, its corners cut within a share of the size of a job."""
+        """Move by poses to the last in one motion, its corners cut within a share of a job's size."""
         motion = PolylineMotion(poses[:-1], blend * self.place.size)
         for pose in poses:
             self._time(float(np.linalg.norm(pose.position - self.pose.position)), speed, BlendTransition(motion.blend))
@@ -103,7 +103,7 @@ class Programme:
         self._add(PoseWaypoint(pose=poses[-1], motion=motion, limits=_speed(speed), **options))
 
     def spline(self, poses: list[Pose], speed: float, **options: Any) -> None:
-        """By poses to the last of them on one smooth curve, which is traced as scipy has it."""
+        """Move by poses to the last of them on one smooth curve, which scipy traces."""
         points = np.array([self.pose.position, *(pose.position for pose in poses)])
         knots = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
         count = int(np.ceil(knots[-1] / (STEP * self.place.size)))
@@ -114,7 +114,7 @@ class Programme:
         self._add(PoseWaypoint(pose=poses[-1], motion=motion, limits=_speed(speed), **options))
 
     def known(self, waypoint: PoseWaypoint, position: FloatArray) -> None:
-        """To a waypoint whose joint position (joints,) is known."""
+        """Add a waypoint whose joint position (joints,) is known."""
         self._q, self.pose = position, waypoint.pose
         self._add(waypoint)
 
@@ -127,7 +127,7 @@ class Programme:
         self.change_last(transition=transition)
 
     def grip(self, share: float) -> None:
-        """Take a part at the last waypoint, as heavy as this share of what the arm can carry; 0: put it down."""
+        """Take a part at the last waypoint, as heavy as this share of the greatest payload; 0: put it down."""
         self.heaviest = max(self.heaviest, share)
         self.waypoints[-1] = replace(self.waypoints[-1], payload=self._part(share), put_down=not share)
 
@@ -136,7 +136,7 @@ class Programme:
 
         Args:
             limits: Of the whole.
-            carries: Share of what the arm can carry that it carries from the start.
+            carries: Share of the arm's greatest payload that it carries from the start.
         """
         robot, heaviest = self.place.robot, self._part(max(carries, self.heaviest))
         self.pass_last(STOP)
@@ -151,7 +151,7 @@ class Programme:
         )
 
     def _part(self, share: float) -> Payload | None:
-        """Return something as heavy as a share of what the arm can carry; None: of nothing."""
+        """Return a payload as heavy as a share of the arm's greatest one; None: for a share of 0."""
         return Payload(share * PAYLOADS[self.place.robot.id], (0.0, 0.0, 0.05 * self.place.size)) if share else None
 
     def _add(self, waypoint: AnyWaypoint) -> None:

@@ -26,7 +26,7 @@ AT_ONCE = 4096
 
 
 def keeps_joint_limits(result: Plan, samples: int = 33) -> None:
-    """Evenly on every piece."""
+    """Return times, evenly on every piece."""
     trajectory, limits, guarantees = result.trajectory, result.path.limits, result.backend.guarantees
     tau = np.linspace(0.0, 1.0, samples) * trajectory.lengths[:, None]
     for order, quantity in enumerate(JOINT_QUANTITIES):
@@ -41,14 +41,14 @@ def keeps_joint_limits(result: Plan, samples: int = 33) -> None:
 
 
 def keeps_least_durations(result: Plan) -> None:
-    """By the arrivals and departures."""
+    """Check the arrivals and departures."""
     took = result.trajectory.arrivals[1:] - result.trajectory.departures[:-1]
     least = [waypoint.minimum_duration for waypoint in result.problem.waypoints[1:]]
     assert (took >= np.array(least) * (1.0 - 1e-9)).all()
 
 
 def times_its_actions(result: Plan) -> None:
-    """In order, each once, on the trajectory; those at waypoints while the robot is there."""
+    """Check that actions come in order, each once, on the trajectory; at waypoints while the robot is there."""
     found = result.actions
     assert sorted(one.index for one in found) == list(range(len(result.problem.actions)))
     times = [one.time for one in found]
@@ -64,7 +64,7 @@ def times_its_actions(result: Plan) -> None:
 
 
 def is_continuous(result: Plan, derivatives: int) -> None:
-    """From piece to piece, each derivative measured by its own largest value."""
+    """Check continuity from piece to piece, each derivative relative to its own largest value."""
     trajectory = result.trajectory
     tau = np.linspace(0.0, 1.0, 5) * trajectory.lengths[:, None]
     for order in range(derivatives + 1):
@@ -75,7 +75,7 @@ def is_continuous(result: Plan, derivatives: int) -> None:
 
 
 def robots_on_segments(result: Plan) -> list[Robot]:
-    """Return the robot with the tool whose motion each segment is, and with what it carries there."""
+    """Return the robot with the tool and the payload of each segment."""
     robot, with_tools = result.problem.robot, []
     for waypoint in result.problem.waypoints:
         robot = robot if waypoint.tool is None else robot.with_tool(waypoint.tool)
@@ -85,7 +85,7 @@ def robots_on_segments(result: Plan) -> list[Robot]:
 
 
 def _keeps_tool_jerks(result: Plan, times: FloatArray, step: float = 1e-5) -> None:
-    """The difference of Pinocchio's accelerations of the tool, at times whose neighbours are on the same piece."""
+    """Return differences of Pinocchio's accelerations of the tool, at times whose neighbours are on the same piece."""
     trajectory, robots, limits = result.trajectory, robots_on_segments(result), result.path.limits.of_tool
     limits = {name: limit for name, limit in limits.items() if name in enforced(result.backend) and "jerk" in name}
     pieces, since = trajectory.locate(times)
@@ -104,7 +104,7 @@ def _keeps_tool_jerks(result: Plan, times: FloatArray, step: float = 1e-5) -> No
 
 
 def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
-    """Torque with what is carried and tool speeds by Pinocchio, at random times; the tool's speed evenly, too."""
+    """Check torque with the payload and tool speeds by Pinocchio, at random times; the tool's speed evenly, too."""
     trajectory, limits, robots = result.trajectory, result.path.limits, robots_on_segments(result)
     data = [robot.model.createData() for robot in robots]
     times = trajectory.duration * np.random.default_rng(0).random(samples)

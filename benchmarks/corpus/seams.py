@@ -17,13 +17,13 @@ SPEEDS = (0.005, 0.001, 0.02, 0.0045, 0.0055, 0.01)
 """m/s of the torch."""
 
 TILTS = (0.0, 0.4, -0.3)
-"""rad by which the torch is held against the direction of welding."""
+"""Angle of the torch against the direction of welding, rad."""
 
 CIRCLE = np.sqrt(0.5)
 
 
 def straight(place: Place, variant: int) -> Draft:
-    """One line, or several in a row with corners that are blended or stopped at, with and without an approach."""
+    """Plan one line, or several with blends or stops at the corners, with and without an approach."""
     speed, tilt, legs = SPEEDS[variant % 6], TILTS[variant % 3], 1 + variant // 6
     approach = variant % 4 == 3
     torch = rotation_y(tilt)
@@ -42,7 +42,7 @@ def straight(place: Place, variant: int) -> Draft:
 
 
 def arc(place: Place, variant: int) -> Draft:
-    """Line, tangent arc, line, with blends of 10 mm, 5 mm or none; a half circle; a full circle in two halves."""
+    """Plan line, tangent arc, line, with blends of 0 to 10 mm; a half circle; a circle in two halves."""
     speed, tilt, shape = SPEEDS[variant % 6], TILTS[variant % 3], variant // 6 % 3
     torch = rotation_x(tilt)
     programme = Programme(place, place.at(-0.1, -0.1, 0.0, torch))
@@ -83,7 +83,7 @@ def weave(place: Place, variant: int) -> Draft:
 
 
 def multi_pass(place: Place, variant: int) -> Draft:
-    """The same seam again and again, a little beside and above, the torch tilted from pass to pass, fast ways back."""
+    """Repeat a seam in passes beside and above, the torch tilted from pass to pass, with fast returns."""
     speed, passes = SPEEDS[variant % 6], (2, 3, 5)[variant // 6 % 3]
     programme = Programme(place, place.at(-0.1, -0.1, 0.05))
     lift = programme.blend(0.01) if variant % 2 else STOP

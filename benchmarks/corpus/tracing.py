@@ -1,5 +1,5 @@
-"""Joint motions that follow tool poses, found by Newton's method from Pinocchio's Jacobians alone: the truth that the
-planner's own kinematics are held against."""
+"""Joint motions that follow tool poses, found by Newton's method from Pinocchio's Jacobians alone: the reference for
+the planner's own kinematics."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def reach(robot: Robot, pose: Pose, start: FloatArray) -> FloatArray | None:
 
 
 def trace(robot: Robot, poses: Sequence[Pose], start: FloatArray) -> FloatArray | None:
-    """Joint positions (poses, joints) along dense poses, each near the one before; None: there is no such chain."""
+    """Return joint positions (poses, joints) along dense poses, each near the one before, or None."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     margin = np.minimum(MARGIN, (upper - lower) / 2.0)
     chain, q = [], start
@@ -110,7 +110,7 @@ def on_circle(start: Pose, via: FloatArray, end: Pose, step: float = TRACE_STEP)
 
 
 def circle(start: FloatArray, via: FloatArray, end: FloatArray) -> tuple[FloatArray, float, FloatArray, float]:
-    """Center (3,), radius, axes (2, 3) and angle of the arc from `start` by way of `via` to `end`, (3,) each."""
+    """Return center (3,), radius, axes (2, 3) and angle of the arc from `start` through `via` to `end`."""
     a, b = via - start, end - start
     normal = np.cross(a, b)
     center = start + (a @ a * np.cross(b, normal) - b @ b * np.cross(a, normal)) / (2.0 * normal @ normal)
@@ -122,7 +122,7 @@ def circle(start: FloatArray, via: FloatArray, end: FloatArray) -> tuple[FloatAr
 
 
 def holds_still(robot: Robot, positions: FloatArray, share: float = 0.8) -> bool:
-    """Whether the arm's own weight takes no more than a share of any torque limit at joint positions (N, joints)."""
+    """Tell whether the arm's own weight takes at most a share of every torque limit at joint positions (N, joints)."""
     if not robot.has_dynamics:
         return True
     data, rest, limit = robot.model.createData(), np.zeros(robot.dof), robot.limit("torque")

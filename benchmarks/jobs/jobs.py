@@ -1,4 +1,4 @@
-"""The corpus of real jobs through every back end: what is planned, what is refused, what crashes, and what is slow."""
+"""The corpus of real jobs through every back end: plans, refusals, crashes and slow jobs."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class OutOfTime(BaseException):
 
 
 def measure(jobs: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
-    """Records of jobs, by name, by their back ends, in one worker process that is replaced when it dies or hangs."""
+    """Return records of jobs by name and back end, from a worker process, replaced when it dies or hangs."""
     worker = Worker()
     records = [worker.plan(name, kind) for name, kinds in jobs.items() for kind in kinds]
     worker.stop()

@@ -30,7 +30,7 @@ def print_json(records: list[dict[str, Any]]) -> None:
 
 
 def print_table(records: list[dict[str, Any]]) -> None:
-    """Table by family and back end, then the faults, most frequent first."""
+    """Print a table by family and back end, then the faults, most frequent first."""
     console = terminal()
     console.width = max(console.width, 140)
     for title, key, rows in (("by back end", "backend", BACK_ENDS), ("by family", "family", tuple(VARIANTS))):
@@ -72,7 +72,7 @@ def _by_both(records: list[dict[str, Any]]) -> Any:
 
 
 def print_faults(console: Console, records: list[dict[str, Any]]) -> None:
-    """Causes, as far as kind and first words tell, with the smallest jobs that show them."""
+    """Group faults into causes by kind and first words, with the smallest jobs that show them."""
     causes: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for it in records:
         for kind, what in it["faults"]:
@@ -90,7 +90,7 @@ def print_faults(console: Console, records: list[dict[str, Any]]) -> None:
 
 
 def cause(kind: str, what: str) -> str:
-    """What tells causes apart: the first words without their numbers."""
+    """Return the key of a cause: the first words without their numbers."""
     if kind in ("slow", "slow on its path", "slow by its law", "unlike twin", "over budget", "false warning"):
         return ""
     words = ("".join(letter for letter in word if not letter.isdigit()) for word in what.split())

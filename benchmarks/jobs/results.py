@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 BEFORE, AFTER = (Path(__file__).parents[1] / f"results/jobs_{name}.csv" for name in ("before", "after"))
 
 NO_FAULT = frozenset({"slow by its law"})
-"""What is noted of a plan, and is as it should be."""
+"""Remarks about plans that are not faults."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What became of one job by one back end.
+    """The result of one job by one back end.
 
     Attributes:
         outcome: `planned`, `refused`, or how it was given up.
-        faults: Kinds of what is wrong with it.
+        faults: Kinds of its faults.
         milliseconds: Processor time; None where it was given up.
     """
 

@@ -1,4 +1,4 @@
-"""What is wrong with a plan or a refusal of a job, by what is known of the job and by the other back ends."""
+"""Faults of a plan or a refusal, by the known answer of the job and by the other back ends."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Record = dict[str, Any]
 
 
 def judge(records: list[Record]) -> list[Record]:
-    """Return the records, each with `faults`, a list of pairs of a kind and what it is."""
+    """Return the records, each with `faults`, a list of pairs of a kind and a description."""
     durations = {(it["job"], it["backend"]): it["duration"] for it in records if it["outcome"] == "planned"}
     return [{**it, "faults": list(_faults(it, job(it["job"]), durations))} for it in records]
 
@@ -87,7 +87,7 @@ def _false_praise(record: Record, asked: Job, durations: dict[tuple[str, str], f
 
 
 def same_path(asked: Job) -> bool:
-    """Whether all back ends move along the same path: between waypoints that are passed each draws its own curve."""
+    """Tell whether all back ends move along the same path: through passed waypoints each draws its own curve."""
     waypoints = asked.problem.waypoints
     return not any(
         isinstance(waypoint.transition, ThroughTransition) and isinstance(waypoint.motion, JointMotion)

@@ -22,17 +22,17 @@ TOLERANCE = 1e-6
 """m and rad."""
 
 CLASSES = {"reachable": 0.5, "border": 0.2, "turned": 0.1, "singular": 0.1, "position alone": 0.1}
-"""Shares: a random configuration's pose; in a random direction at 0.9 to 1.2 of the reach, turned at random; a
-reachable position, turned at random; a pose of joints at right angles or limits; a place at 0.5 to 1.2 of the reach."""
+"""Shares of poses: of a random configuration; in a random direction at 0.9 to 1.2 of the reach, turned at random.
+Then a reachable position, turned at random; joints at right angles or limits; a place at 0.5 to 1.2 of the reach."""
 
 BATCH = 20
-"""Requests that are asked together, for all solutions of each; as many again are asked one by one."""
+"""Number of poses solved together, for all solutions of each; as many again are solved one by one."""
 
 SINGULAR_ANGLES = np.pi / 2.0 * np.arange(-2, 3)
 
 
 def check(robot: Robot, count: int, seed: int) -> dict[str, dict[str, Any]]:
-    """Of every class of requests: how many there were, were solved, were answered wrongly; and the worst error."""
+    """Count the requests of every class, the solved ones and the wrong answers; and the worst error."""
     product, rng = PlainProduct(robot), np.random.default_rng(seed)
     options, figures = InverseKinematicsOptions(TOLERANCE, TOLERANCE), {}
     for name, share in CLASSES.items():

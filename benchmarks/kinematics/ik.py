@@ -1,8 +1,8 @@
 """Inverse kinematics: random reachable poses of six arms, solved by this library and by the peers that are installed.
 
-Every solver gets the same poses, one at a time in one process, and the same limits; a pose counts as solved when the
-answer lies within the limits and Pinocchio's forward kinematics find it within 1e-6 m and 1e-6 rad. Beside that all
-solutions of a pose, asked alone and twenty poses at once, and the choice of branches for a sequence of twenty poses.
+Every solver gets the same poses, one at a time in one process, and the same limits. A pose counts as solved when the
+answer lies within the limits and Pinocchio's forward kinematics find it within 1e-6 m and 1e-6 rad. It also measures
+all solutions of one pose and of twenty poses at once, and the choice of branches for twenty poses.
 """
 
 from __future__ import annotations

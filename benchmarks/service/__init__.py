@@ -1,1 +1,1 @@
-"""The service under load, and what it adds to a plan."""
+"""The service under load, and its overhead for a plan."""

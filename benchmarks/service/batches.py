@@ -61,14 +61,13 @@ PLACES = (
     Machines("cluster, 1 machine", machines=1),
     Machines("cluster, 2 machines", machines=2),
 )
-"""Each machine of a cluster has a core of its own, and a network where root asks; there are no more of the pool than
-cores."""
+"""Number of machines of a cluster: each has a core of its own, and for root a network; at most the number of cores."""
 
 
 def measure(items: int, only: Sequence[str] = ()) -> dict[str, Any]:
     """Return all figures, of the places whose names have these words; times in s, rates in 1/s, memory in MB.
 
-    The bare loop runs before and after each batch, which is held against the mean of the two: the speed of a machine
+    The bare loop runs before and after each batch, which is compared with the mean of the two. The speed of a machine
     that others use, too, changes by a third within minutes.
     """
     requests = _requests(items)
@@ -158,7 +157,7 @@ def _planned(client: httpx.Client, body: bytes) -> dict[str, Any]:
 
 
 def _interactive(requests: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
-    """Latencies of cheap requests that somebody waits for, s: alone, and beside a batch that lasts all the time."""
+    """Measure latencies of cheap requests, s: alone, and beside a batch that runs throughout."""
     from planner.robots import load_robot
 
     cheap = [http_request(body) for body in bodies(load_robot(CHEAP_ROBOT).middle.tolist())]

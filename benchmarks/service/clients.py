@@ -1,7 +1,7 @@
-"""HTTP clients that cost next to nothing: what is measured is the service.
+"""Lightweight HTTP clients, so that the service is measured.
 
 One blocking connection for latencies; and, as a program of its own, several concurrent ones for throughput:
-`python -m benchmarks.service.clients PORT CONNECTIONS SECONDS BODIES` prints what they saw as JSON. BODIES is a file
+`python -m benchmarks.service.clients PORT CONNECTIONS SECONDS BODIES` prints their figures as JSON. BODIES is a file
 with one request body a line.
 """
 
@@ -113,7 +113,7 @@ class LoadConnection(asyncio.BufferedProtocol):
 
 
 async def load(port: int, connections: int, seconds: float, requests: list[bytes]) -> dict[str, float]:
-    """Keep `connections` requests in flight for that long; what the client saw and what it cost."""
+    """Keep `connections` requests in flight for a time; return the client's figures and processor time."""
     latencies: list[float] = []
     loop = asyncio.get_running_loop()
     protocols = []

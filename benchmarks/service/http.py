@@ -1,4 +1,4 @@
-"""The figures of the HTTP service: what it adds to a plan, requests a second, start, memory."""
+"""The figures of the HTTP service: overhead for a plan, requests a second, start, memory."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _start_to_ready(log: Path) -> float:
 
 
 def _latency(port: int, requests: list[bytes], count: int) -> dict[str, Any]:
-    """Return one client, one request at a time: what comes on top of the plan, and where it goes."""
+    """Measure one client, one request at a time: the overhead beside the plan, by cause."""
     connection = Connection(port)
     stages: dict[str, list[float]] = {name: [] for name in (*STAGES, "hand_over", "transport", "added", "client_total")}
     size = 0
@@ -112,7 +112,7 @@ def _distribution(values: list[float]) -> dict[str, float]:
 
 
 def _load(port: int, connections: int, seconds: float, file: Path, service: psutil.Process) -> dict[str, Any]:
-    """Several clients at once, in a process of their own; and the processor time that a request cost everybody."""
+    """Measure several clients at once, in a process of their own, and the whole processor time for a request."""
     command = [sys.executable, "-m", "benchmarks.service.clients", str(port), str(connections), str(seconds), str(file)]
     workers = workers_of(service)
     before = _cpu_seconds([service]), _cpu_seconds(workers)

@@ -1,4 +1,4 @@
-"""The figures for a person, beside what was aimed at."""
+"""The figures for a person, beside the targets."""
 
 from __future__ import annotations
 

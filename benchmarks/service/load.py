@@ -46,8 +46,8 @@ LATE = 30.0
 
 
 class Outcome(NamedTuple):
-    """What became of a request: times in s; `late` is how much after its time it was sent, which is the fault of the
-    machine, `finished` counts from the start of the load."""
+    """The result of a request: times in s. `late` is the delay of sending, caused by the machine. `finished` counts
+    from the start of the load."""
 
     status: int
     latency: float
@@ -127,7 +127,7 @@ async def _retrying(
 
 
 def summary(outcomes: list[Outcome], seconds: float) -> dict[str, Any]:
-    """What became of the requests of a load of so many seconds."""
+    """Return the results of the requests of a load of so many seconds."""
     answered = [outcome for outcome in outcomes if outcome.status == 200]
     refused = [outcome for outcome in outcomes if outcome.status in (429, 503)]
     return {
@@ -151,7 +151,7 @@ def _percentiles(values: list[float]) -> dict[str, float] | None:
 
 
 async def _closed_loop(port: int, requests: list[bytes], seconds: float) -> float:
-    """As many answers a second as the service gives when every client waits for its answer before it asks again."""
+    """Measure answers a second when every client waits for its answer before its next request."""
     clients, end, done = Clients(port), time.perf_counter() + seconds, 0
 
     async def ask_again_and_again(first: int) -> None:

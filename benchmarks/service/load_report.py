@@ -1,4 +1,4 @@
-"""The figures of overload for a person, beside what was aimed at."""
+"""The figures of overload for a person, beside the targets."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from benchmarks.machine import print_machine
 from cli.work.terminal import plain_table, terminal
 
 GOODPUT = 0.9
-"""Least share of the capacity, or of what was asked if that is less, that is answered."""
+"""Least share of the capacity, or of the offered load if that is less, that is answered."""
 
 REFUSAL = 1.1
 """s, within which 99 of 100 refusals come: the service delays them by up to 1 s where there are many."""
@@ -24,7 +24,7 @@ LIVENESS = 1.0
 """s, within which 99 of 100 requests of the liveness are answered meanwhile."""
 
 SLOWER = 5.0
-"""Times what it is alone that the p99 of cheap requests may be beside others."""
+"""Largest ratio of the p99 of cheap requests beside others to their p99 alone."""
 
 
 def print_json(figures: dict[str, Any]) -> None:

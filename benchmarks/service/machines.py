@@ -23,7 +23,7 @@ class Machine(NamedTuple):
 
     Attributes:
         scheduler: The address at which it reaches the scheduler.
-        prefix: What goes before a command that is to run there.
+        prefix: The words before a command that runs there.
     """
 
     scheduler: str
@@ -37,7 +37,7 @@ def has_namespaces() -> bool:
 
 @contextmanager
 def cluster(folder: Path, machines: int) -> Iterator[str]:
-    """A scheduler, and machines with one core and one planning process each; yields the scheduler's address."""
+    """Start a scheduler, and machines with one core and one planning process each; yield the scheduler's address."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
@@ -61,7 +61,7 @@ def cluster(folder: Path, machines: int) -> Iterator[str]:
 
 @contextmanager
 def _machine(number: int) -> Iterator[Machine]:
-    """A core and, where that can be, a network namespace that a cable joins to this machine's."""
+    """Make a machine of a core and, where possible, a network namespace joined to this machine's."""
     cores = sorted(os.sched_getaffinity(0))
     pinned = ["taskset", "--cpu-list", str(cores[number % len(cores)])]
     if not has_namespaces():

@@ -1,4 +1,4 @@
-"""Restarts under load: the service is told to stop (SIGTERM) again and again, and loses no request of its clients."""
+"""Restarts under load: the service gets SIGTERM repeatedly, and loses no request of its clients."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LOAD = 1.0
 
 
 def measure(times: int) -> dict[str, Any]:
-    """What became of the requests of all restarts, and the times that starts and stops took, s."""
+    """Return the results of the requests of all restarts, and the times of starts and stops, s."""
     requests = [_asking_first(body) for body in bodies(load_robot(ROBOT).middle.tolist())]
     tally: Counter[str] = Counter()
     starts, stops = [], []
@@ -47,13 +47,13 @@ def _totals(tally: Counter[str]) -> dict[str, int]:
 
 
 def _asking_first(body: bytes) -> tuple[bytes, bytes]:
-    """A request whose body is sent when the service has said that it reads it: from then on it is accepted."""
+    """Send a request whose body waits until the service reads it (100 Continue): then it is accepted."""
     head, _, body = http_request(body).partition(b"\r\n\r\n")
     return head + b"\r\nExpect: 100-continue\r\nConnection: close\r\n\r\n", body
 
 
 async def _one_restart(port: int, process: Any, requests: list[tuple[bytes, bytes]], tally: Counter[str]) -> float:
-    """Ask, send the signal in the middle, and ask until nobody listens any more; how long the stop took, s."""
+    """Send requests until nobody listens, with the signal in the middle; return the duration of the stop, s."""
     clients = [asyncio.create_task(_ask_until_refused(port, requests[k:], tally)) for k in range(CLIENTS)]
     await asyncio.sleep(LOAD)
     told = time.perf_counter()

@@ -1,4 +1,4 @@
-"""A soak: hours of everything that clients do, in little; memory, open files and temporary files stay what they are."""
+"""A soak: hours of all operations at a low rate; memory, open files and temporary files must not grow."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ WARM = 0.2
 """Share of the time after which nothing is done for the first time any more."""
 
 GROWTH = 0.1
-"""What a quantity may be larger in the last third than in the first after warming up: noise of the allocator."""
+"""Allowed growth of a quantity from the first third after warming up to the last: noise of the allocator."""
 
 QUANTITIES = {
     "server_mb": "memory of the server process (RSS), MB",
@@ -50,7 +50,7 @@ QUANTITIES = {
 
 
 def measure(seconds: float) -> dict[str, Any]:
-    """What was asked, and each quantity in the first third of the time after warming up, in the last, and at most."""
+    """Return the requests, and each quantity: first third after warming up, last third, and maximum."""
     with tempfile.TemporaryDirectory() as folder:
         temporary = Path(folder, "temporary")
         temporary.mkdir()

@@ -11,7 +11,7 @@ VARIANTS = 32
 """Different requests, so that nothing can be answered from memory."""
 
 SPREAD = 0.1
-"""rad, of the waypoints about the middle of every joint: small enough for the limits at the asked durations."""
+"""rad, of the waypoints about the middle of every joint: small enough for the limits at the requested durations."""
 
 
 def bodies(middle: list[float], seed: int = 0) -> list[bytes]:
@@ -29,7 +29,7 @@ def bodies(middle: list[float], seed: int = 0) -> list[bytes]:
 
 
 def http_request(body: bytes) -> bytes:
-    """A plan request as it goes over the wire, on a connection that is kept, for an answer that is computed afresh."""
+    """Return the bytes of a plan request, on a kept connection, for an answer that is computed anew."""
     head = (
         "POST /v1/trajectories HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
         f"Cache-Control: no-cache\r\nContent-Length: {len(body)}\r\n\r\n"

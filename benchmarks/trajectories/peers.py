@@ -34,7 +34,7 @@ FINE = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What a solver answers.
+    """The answer of a solver.
 
     Attributes:
         duration: s.
@@ -259,5 +259,5 @@ PEERS = {
     "roboplan, cubic": Peer("roboplan.toppra", _roboplan),
     "tesseract, dense spline": Peer("tesseract_robotics", _tesseract),
 }
-"""By name. Tesseract joins its points by straight lines with rounded corners and hands out states at the points: it is
-given the spline that toppra is given as a dense list, and its states are joined by cubics."""
+"""By name. Tesseract joins its points by straight lines with rounded corners, and returns states at the points. It gets
+toppra's spline as a dense list, and its states are joined by cubics."""

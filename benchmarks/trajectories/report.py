@@ -72,7 +72,7 @@ def _use(worst: float, promised: bool) -> Text:
 
 
 def draw(figures: dict[str, Any], file: Path) -> None:
-    """Of every motion its duration, by the reference's on the same list, and its worst use of a promised limit."""
+    """Return the duration of every motion relative to the reference's, and its worst use of a promised limit."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13.0, 6.0), layout="constrained")

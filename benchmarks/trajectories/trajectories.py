@@ -1,11 +1,11 @@
 """Trajectories: fixed lists of waypoints through every back end, beside the peers that are installed.
 
 Every solver gets the same joint waypoints and the same limits, the robot's own but for torques, one list after the
-other in one process. What comes back is judged alike, by samples of it and not by its maker's word: velocities and
-accelerations at 10,000 instants, the jerk from the differences of those accelerations (so that a jump of an
-acceleration counts), and the distance at which each waypoint is passed. Compute times are the processor's, which
-depend least on what else the machine does, without imports and first calls; ours are with the certificate, which the
-others do not have.
+other in one process. All answers are judged alike, by samples. Velocities and accelerations are compared
+at 10,000 instants. The jerk comes from differences of these accelerations, so that a jump counts. Each waypoint has the
+distance at which it is passed. Compute times are the processor's, without
+imports and first calls. They depend little on other programs. Ours include the certificate, which the others do not
+have.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ OURS: dict[str, BackEnd] = {
 """Every back end but `auto`, which only chooses one of these."""
 
 REFERENCE = "toppra"
-"""Durations are told by this one's."""
+"""Durations are relative to the durations of this one."""
 
 SLOW, MOST_FOR_SLOW, EVERY_FOR_SLOW = "min_effort", 6, 4
 """A back end that minimises something else than time and takes longer: of the lists with so few waypoints, every so
@@ -100,7 +100,7 @@ def arm(name: str) -> Robot:
 
 
 def cases(robots: tuple[Robot, ...], count: int) -> list[Case]:
-    """The lists: 2 to 50 waypoints, half of them at most 10, near together or far apart, the robots by turns.
+    """Return the lists: 2 to 50 waypoints, half at most 10, near or far apart, the robots by turns.
 
     A smaller count gives the first ones of the same lists.
     """
@@ -183,10 +183,10 @@ def _judge(case: Case, solve: Solver) -> dict[str, Any]:
 
 
 def _waypoint_error(positions: FloatArray, motion: Motion, times: FloatArray, q: FloatArray) -> float:
-    """The largest distance in any joint, over the waypoints, from the waypoint to the nearest point of the motion.
+    """Return the largest distance in any joint of a waypoint from the nearest point of the motion.
 
-    From the nearest sample on, Gauss-Newton steps in time, no longer than from one sample to the next: exact where a
-    waypoint is met, and where one is missed to the way between two samples.
+    From the nearest sample on, it makes Gauss-Newton steps in time, no longer than the sample period. The result is
+    exact where a waypoint is met, and otherwise to the motion between two samples.
     """
     nearest = np.array([np.abs(q - position).max(axis=1).argmin() for position in positions])
     t, least, step = times[nearest], np.full(len(positions), np.inf), times[1] - times[0]

@@ -1,4 +1,4 @@
-"""The requests by which two versions of the service are compared, and what the answer to each costs the robot."""
+"""The requests by which two versions of the service are compared, and the cost of each answer for the robot."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ SINGLE_POSES = 40
 """Number of requests for the solution of one pose."""
 
 SPREAD, STRIDE = 0.7, 0.4
-"""rad: how far waypoints lie from home at most in each joint, and how far from one to the next."""
+"""rad: largest distances in each joint of waypoints from home, and from one to the next."""
 
 MOVE, BLEND = 0.08, 0.015
 """m: the longest move along each axis of a straight line, and the radius between two lines."""
 
 NEAR = 0.1
-"""rad: how far a near reference lies from a solution at most in each joint."""
+"""rad: largest distance in each joint of a near reference from a solution."""
 
 SAMPLE_PERIOD = 0.05
 """s: so long that planning takes the time, and not writing the samples."""
@@ -70,10 +70,10 @@ class Kind:
     """Requests of one kind.
 
     Attributes:
-        name: What is asked, of which arm.
+        name: The request and the arm.
         path: Where the requests are sent.
         bodies: They are sent one after the other.
-        cost: The cost of an answer to a request: what should not grow from one version to the next.
+        cost: The cost of an answer to a request, which should not grow from one version to the next.
     """
 
     name: str
@@ -231,7 +231,7 @@ def _effort_of(robot: Robot) -> Cost:
 
 
 def _way_of(robot: Robot) -> Cost:
-    """The time from the reference, if there is one, from solution to solution, s; and 1 for each that is missing."""
+    """Return the time from the reference, if any, from solution to solution, s; and 1 for each missing one."""
     velocity = robot.limit("velocity")
 
     def way(request: Document, answer: Document) -> float:

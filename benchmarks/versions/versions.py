@@ -1,8 +1,8 @@
 """Two versions side by side: the same requests to the service of another checkout and to that of this one.
 
 The HTTP interface is the contract between versions, so each runs its whole service, with one worker. The requests go to
-both by turns. Times are the processor time of the worker for a request, which depends least on what else the machine
-does; a request's time is the median of its repetitions, and the first one, which builds what is kept, does not count.
+both by turns. Times are the processor time of the worker for a request, which depends little on other programs. The
+time of a request is the median of its repetitions. The first one does not count, because it fills caches.
 """
 
 from __future__ import annotations
@@ -72,9 +72,9 @@ class Version:
         return spent, answer if status == 200 else None
 
     def _post(self, path: str, body: bytes) -> tuple[int, bytes]:
-        """Each request has a connection of its own: the service ends one that is idle while the other version works.
+        """Send each request on its own connection: the service ends one that is idle while the other version works.
 
-        Its answer is computed, however often it is asked for.
+        Its answer is computed for every request.
         """
         with closing(self._connection):
             self._connection.request("POST", path, body, HEADERS)
@@ -87,7 +87,7 @@ def measure(other: Path, seconds: float, only: Sequence[str] = ()) -> dict[str, 
 
     Args:
         other: The folder of the other checkout.
-        seconds: How long the requests of a kind are repeated, if that is more than three times.
+        seconds: Time for repeating the requests of a kind; they are repeated at least three times.
         only: Words that a kind's name has to contain, all of them.
     """
     where = machine()
@@ -145,5 +145,5 @@ def _ratios(pairs: FloatArray) -> FloatArray:
 
 
 def _clock_of(pid: int) -> int:
-    """The clock of the processor time of a process, ns exact (Linux: the inverted id, then the kind of clock, 2)."""
+    """Return the clock of the processor time of a process, ns exact (Linux: the inverted id, then the kind, 2)."""
     return (~pid << 3) | 2
