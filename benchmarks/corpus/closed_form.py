@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 def straight_times(robot: Robot, positions: FloatArray) -> dict[Law, float]:
     """Return the summed times, s, of straight motions from rest to rest at all joint positions (N, joints), by profile.
 
-    The profiles stand in Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, 2008. A motion
-    has length 1 and time 1. The cubic 3 t^2 - 2 t^3 reaches a velocity of 1.5 and an acceleration of 6. The quintic
-    10 t^3 - 15 t^4 + 6 t^5 reaches 1.875, 10 / sqrt(3) and a jerk of 60.
+    The profiles stand in Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, 2008.
+    A motion has length 1 and time 1. The cubic 3 t^2 - 2 t^3 reaches a velocity of 1.5 and an acceleration of 6. The
+    quintic 10 t^3 - 15 t^4 + 6 t^5 reaches 1.875, 10 / sqrt(3) and a jerk of 60.
     """
     times = dict.fromkeys(("cubic", "quintic", "trapezoidal", "s_curve"), 0.0)
     for travel in np.abs(np.diff(positions, axis=0)):
