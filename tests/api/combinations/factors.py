@@ -155,7 +155,7 @@ def refused() -> list[Mapping[str, Collection[str]]]:
     without_velocities = [one for one in backends() if one.split()[0] not in ("cubic", "quintic", "ruckig", "auto")]
     without_times = [one for one in backends() if one.split()[0] in ("ruckig", "toppra", "trapezoidal")]
     rules: list[Mapping[str, Collection[str]]] = [
-        {"robot": WITHOUT_INERTIAS, "limits": ["torque", "torque_range"]},
+        {"robot": WITHOUT_INERTIAS, "limits": ["torque", "torque_range", "power", "total_power", "rms_torque"]},
         {"robot": WITHOUT_INERTIAS, "backend": [one for one in backends() if one.startswith("min_effort")]},
         {"duration": ["given"], "timing 1": ["duration"], "timing 2": ["duration"], "timing 3": ["duration"]},
         {"prefer": ["near_reference"], "ik": [NONE, "tolerances"]},

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from tests.api.combinations.covering import Row
 
 HOME = "home"
+WATTS = {"power": (100.0, 1000.0), "total_power": (200.0, 2000.0)}
+"""Ranges of limits of power, W, that slow some motions."""
+
 RAIL = {"name": EXTERNAL, "kind": "prismatic", "axis": [0.0, 1.0, 0.0], "lower": -1.0, "upper": 1.0}
 RAIL |= {"velocity": 1.0, "acceleration": 2.0, "jerk": 20.0, "mass": 60.0}
 
@@ -180,6 +183,13 @@ class Combined(Plans):
                 made[name] = TOOL_LIMITS[name][1]
             elif form == "scale":
                 made[name] = self.random.uniform(0.3, 1.0)
+            elif name in WATTS:
+                most = self.random.uniform(*WATTS[name])
+                made[name] = most if name == "total_power" else [most] * self.robot.dof
+            elif name == "rms_torque":
+                made[name] = (0.9 * np.minimum(self.robot.limit("torque"), 1e4)).tolist()
+            elif name == "cycle_time":
+                made[name] = self.random.uniform(1.0, 60.0)
             else:
                 quantity = quantity if form == "range" else name
                 own = np.minimum(self.robot.limit(quantity), 1e4)
