@@ -151,11 +151,6 @@ class Plan:
         return summary(self)
 
 
-def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:
-    """Put time on the path of a problem and certify the trajectory; see `timed` and `certified` for the refusals."""
-    return certified(problem, backend, path, timed(problem, backend, path))
-
-
 def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
     """Compute the trajectory on the path of a problem, without a certificate.
 

@@ -9,7 +9,7 @@ import numpy as np
 from planner.errors import ConfigurationChange, JointPositionLimit, PlanningError, SingularPath, UnreachableWaypoint
 from planner.kinematics.forward import jacobian
 from planner.kinematics.inverse import inverse_kinematics
-from planner.tool_motions.follow import STEEP, STEEPEST
+from planner.tool_motions.follow import STEEP
 
 if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
@@ -24,6 +24,12 @@ LOOK_AHEAD = 2e-3
 
 LOOKS_AHEAD = 8
 """The number of poses on the rest of the way that are tried for it, too."""
+
+STEEPEST = 1e7
+"""The same as `STEEP` where the tool may be slowed down as much as it takes.
+
+More, and rounding decides where the joint is.
+"""
 
 
 def limit_error(name: str, robot: Robot, u: float, position: FloatArray, joint: int) -> JointPositionLimit:

@@ -73,13 +73,6 @@ STEEP = 1e3
 """Travel of a joint, rad or m, for 1 m or 1 rad of the tool above which the path counts as singular. A joint of 3 rad/s
 would limit the tool to 3 mm/s."""
 
-GENTLE = 20.0
-"""The same where the tool may leave its orientation rather than be slowed down: a joint of 3 rad/s lets it go at
-150 mm/s."""
-
-STEEPEST = 1e7
-"""The same where the tool may be slowed down as much as it takes: more, and rounding decides where the joint is."""
-
 SOLVED_NEAR_SINGULARITY = 1e-14
 """The error, m and rad, at which a knot near a singularity is solved: there a joint moves far for a small error."""
 
@@ -95,6 +88,37 @@ kinematics reaches every pose only to this accuracy."""
 
 CROSSING_STEPS = 30
 """Bisections in the search for the point where a path crosses a singularity."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A path of the tool that the joints are to follow.
+
+    Attributes:
+        robot: The robot, with its tool.
+        path: The path of the tool.
+        start: (joints,), at the start of the path.
+        end: (joints,), where the joint path should end, if that is known.
+        tolerance: m and rad.
+        steepest: Largest travel of a joint, rad or m, for 1 m or rad of the tool.
+    """
+
+    robot: Robot
+    path: PosePath
+    start: FloatArray
+    end: FloatArray | None
+    tolerance: tuple[float, float]
+    steepest: float = STEEP
+
+    @property
+    def rows(self) -> int:
+        """Number of the tool's directions: 6, or 3 where any orientation will do."""
+        return len(self.path.twist(0.0))
+
+    @property
+    def way(self) -> FloatArray:
+        """The way (joints,) from the start to the end, rad or m; zero where that is not known."""
+        return np.zeros(self.robot.dof) if self.end is None else self.end - self.start
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,16 +150,8 @@ class _Knot(NamedTuple):
     handedness: float
 
 
-def follow(
-    robot: Robot,
-    path: PosePath,
-    start: FloatArray,
-    end: FloatArray | None,
-    tolerance: tuple[float, float],
-    steepest: float = STEEP,
-    still: Collection[str] = (),
-) -> PiecewisePolynomial | Lost:
-    """Follow the path with the tool from the joint position `start`, without a jump and without a detour.
+def follow(track: Track, still: Collection[str] = ()) -> PiecewisePolynomial | Lost:
+    """Follow the path with the tool from the joint position at its start, without a jump and without a detour.
 
     The joint path q(u) solves forward(q) = X(u). At its knots, Newton's method gives q, J q' = X' gives q', and
     differences of q' give q''. Between the knots it is the quintic with these values at both ends, so it is C2. A knot
@@ -150,59 +166,45 @@ def follow(
     would not reach `end` otherwise.
 
     Args:
-        robot: The robot, with its tool.
-        path: The path of the tool.
-        start: (joints,), at the start of the path.
-        end: (joints,), where the joint path should end, if that is known.
-        tolerance: m and rad.
-        steepest: Largest travel of a joint, rad or m, for 1 m or rad of the tool.
+        track: The path and where it starts.
         still: Names of the joints to spare that are to stand still, or to go evenly to where they are in `end`.
 
     Returns:
         The joint path over u from 0 to 1, or where it got lost.
     """
-    kept = kept_motions(robot, jacobian(robot, start)[: len(path.twist(0.0))], still) if still else None
-    result = Follower(robot, path, start, end, tolerance, steepest, kept).run()
+    robot, end, rows = track.robot, track.end, track.rows
+    kept = kept_motions(robot, jacobian(robot, track.start)[:rows], still) if still else None
+    result = Follower(track, kept).run()
     if end is None or isinstance(result, Lost):
         return result
-    reached = result.evaluate(result.breakpoints[-1:], [0])[0][0]
-    if np.abs(reached - end).max() <= SAME_CONFIGURATION:
+    if np.abs(result.evaluate(result.breakpoints[-1:], [0])[0][0] - end).max() <= SAME_CONFIGURATION:
         return result
-    idle = null_space(jacobian(robot, end)[: len(path.twist(1.0))])
-    if len(idle) == max(0, robot.dof - len(path.twist(1.0))):
+    idle = null_space(jacobian(robot, end)[:rows])
+    if len(idle) == max(0, robot.dof - rows):
         return result
-    guided = Follower(robot, path, start, end, tolerance, steepest, idle).run()
+    guided = Follower(track, idle).run()
     return result if isinstance(guided, Lost) else guided
 
 
 class Follower:
-    """The follower of one path, from knot to knot; for the arguments and the method see `follow`.
+    """The follower of one path, from knot to knot; for the method see `follow`.
 
     Args:
+        track: The path and where it starts.
         free: (n, joints), joint motions kept besides the tool's motion; None: the null space of the start.
     """
 
     near_end = NEAR_END
     """How near to its end, rad or m, the last knot is sought from there."""
 
-    def __init__(
-        self,
-        robot: Robot,
-        path: PosePath,
-        start: FloatArray,
-        end: FloatArray | None,
-        tolerance: tuple[float, float],
-        steepest: float,
-        free: FloatArray | None = None,
-    ) -> None:
-        self.robot, self.path, self.start, self.end, self.steepest = robot, path, start, end, steepest
-        self.shortest_step, self.rank = SHORTEST_TURN / steepest, min(RANK, 1.0 / steepest)
-        self.rows = len(path.twist(0.0))
-        self.distance, self.angle = (SHARE_OF_TOLERANCE * allowed for allowed in tolerance)
-        self.free = (
-            kept_motions(robot, self._jacobian(start))[: max(0, robot.dof - self.rows)] if free is None else free
-        )
-        self.drift = self.free @ (np.zeros(robot.dof) if end is None else end - start)
+    def __init__(self, track: Track, free: FloatArray | None = None) -> None:
+        self.robot, self.path, self.start, self.end = track.robot, track.path, track.start, track.end
+        self.rows, self.steepest, self.shortest_step = track.rows, track.steepest, SHORTEST_TURN / track.steepest
+        self.rank = min(RANK, 1.0 / track.steepest)
+        self.distance, self.angle = (SHARE_OF_TOLERANCE * allowed for allowed in track.tolerance)
+        if free is None:
+            free = kept_motions(self.robot, self._jacobian(self.start))[: max(0, self.robot.dof - self.rows)]
+        self.free, self.drift = free, free @ track.way
 
     def run(self) -> PiecewisePolynomial | Lost:
         """Return the curve, or where it ended."""

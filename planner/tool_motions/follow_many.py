@@ -13,7 +13,7 @@ from planner.kinematics.search import STEADY
 from planner.spatial import rotations_from_vectors
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.batch import Batch, FollowedPieces
-from planner.tool_motions.follow import LONGEST_STEP, Lost, follow
+from planner.tool_motions.follow import LONGEST_STEP, Lost, Track, follow
 from planner.tool_motions.inverse_jacobian import kept_motions
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_paths import PosePath
@@ -74,38 +74,25 @@ def follow_lines(
     return batch.follow(batch.solve_ends(guesses, are_given))
 
 
-def follow_any(
-    robot: Robot,
-    path: PosePath,
-    start: FloatArray,
-    end: FloatArray | None,
-    tolerance: tuple[float, float],
-    steepest: float,
-) -> PiecewisePolynomial | Lost:
+def follow_any(track: Track) -> PiecewisePolynomial | Lost:
     """Follow a path as `follow` does, a polyline or a spline at once where it is ordinary."""
-    at_once = None
-    if isinstance(path, Polyline | PoseSpline):
-        at_once = follow_at_once(robot, path, start, end, tolerance, steepest)
-    return follow(robot, path, start, end, tolerance, steepest) if at_once is None else at_once
+    at_once = follow_at_once(track)
+    return follow(track) if at_once is None else at_once
 
 
-def follow_at_once(
-    robot: Robot,
-    path: PiecedPath,
-    start: FloatArray,
-    end: FloatArray | None,
-    tolerance: tuple[float, float],
-    steepest: float,
-) -> PiecewisePolynomial | None:
+def follow_at_once(track: Track) -> PiecewisePolynomial | None:
     """Follow all pieces of a path at once, as `follow` does; None: the path or the robot is not ordinary.
 
-    The path comes near a singularity or needs very short steps, or the robot has fewer joints than the tool has
-    directions. See `follow` for the arguments.
+    The path is neither a polyline nor a spline, comes near a singularity or needs very short steps. Or the robot has
+    fewer joints than the tool has directions.
     """
+    path, end = track.path, track.end
+    if not isinstance(path, Polyline | PoseSpline):
+        return None
     count = len(path.breakpoints)
     steps = 1 if count > MANY_PIECES else STEPS
     bounds = np.interp(np.arange(steps * (count - 1) + 1) / steps, np.arange(count), path.breakpoints)
-    batch = _Pieces(robot, path, bounds, start, end, tolerance, steepest)
+    batch = _Pieces(track, path, bounds)
     if batch.idle != len(batch.drift) or batch.solve_ends(end) < len(batch.lengths):
         return None
     followed = batch.follow(len(batch.lengths), LONGEST_STEP * steps)
@@ -179,22 +166,13 @@ class _Pieces(Batch):
 
     ends_are_known = False
 
-    def __init__(
-        self,
-        robot: Robot,
-        path: PiecedPath,
-        bounds: FloatArray,
-        start: FloatArray,
-        end: FloatArray | None,
-        tolerance: tuple[float, float],
-        steepest: float,
-    ) -> None:
+    def __init__(self, track: Track, path: PiecedPath, bounds: FloatArray) -> None:
         self.path, self.begins = path, bounds[:-1]
-        count, rows = len(bounds) - 1, path.twists(bounds[:1]).shape[1]
-        super().__init__(robot, rows, np.diff(bounds), start, np.tile(tolerance, (count, 1)), np.full(count, steepest))
+        count, robot, start, rows = len(bounds) - 1, track.robot, track.start, track.rows
+        tolerances, steepest = np.tile(track.tolerance, (count, 1)), np.full(count, track.steepest)
+        super().__init__(robot, rows, np.diff(bounds), start, tolerances, steepest)
         free = kept_motions(robot, jacobian(robot, start)[:rows])[: max(0, self.idle)]
-        self.way = np.zeros(robot.dof) if end is None else end - start
-        self.start, self.drift = start, free @ self.way
+        self.start, self.way, self.drift = start, track.way, free @ track.way
         if self.idle == len(free):
             self.free[:] = free
 

@@ -11,10 +11,8 @@ from planner.tool_motions.inverse_jacobian import null_space
 from planner.tool_motions.position_limits import shares_of_range
 
 if TYPE_CHECKING:
-    from planner.robots import Robot
     from planner.spatial import FloatArray
-    from planner.tool_motions.follow import Lost
-    from planner.tool_motions.pose_paths import PosePath
+    from planner.tool_motions.follow import Lost, Track
     from planner.trajectories.polynomials import PiecewisePolynomial
 
 NEAR_LIMIT = 0.8
@@ -33,31 +31,19 @@ LAST_PART = 0.1
 """The last part of the way, in u, on which the null space's component nears a given end more and more slowly."""
 
 
-def follow_by_self_motions(
-    robot: Robot,
-    path: PosePath,
-    start: FloatArray,
-    end: FloatArray | None,
-    tolerance: tuple[float, float],
-    steepest: float,
-) -> PiecewisePolynomial | Lost:
+def follow_by_self_motions(track: Track) -> PiecewisePolynomial | Lost:
     """Follow the path as `follow` does, but without keeping the component of the start in the null space.
 
     That component may lead out of the position limits, or to where it and the tool together leave no way on. The joint
     path is not a function of u alone: it depends on where it comes from.
 
     Args:
-        robot: The robot, with its tool; it has more joints than the tool has directions.
-        path: The path of the tool.
-        start: (joints,), at the start of the path.
-        end: (joints,), where the joint path should end, if that is known.
-        tolerance: m and rad.
-        steepest: Largest travel of a joint, rad or m, for 1 m or rad of the tool.
+        track: The path, for a robot that has more joints than the tool has directions.
 
     Returns:
         The joint path over u from 0 to 1, or where it got lost: that may be just outside of the position limits.
     """
-    return _BySmallestSteps(robot, path, start, end, tolerance, steepest, np.empty((0, robot.dof))).run()
+    return _BySmallestSteps(track, np.empty((0, track.robot.dof))).run()
 
 
 class _BySmallestSteps(Follower):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
@@ -25,11 +25,10 @@ from planner.problems.regions import region_of
 from planner.robots.freedoms import with_freedoms
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
-from planner.tool_motions.deviations import through_singular_wrist
-from planner.tool_motions.errors import configuration_error, limit_error, lost_error
-from planner.tool_motions.follow import GENTLE, STEEP, STEEPEST, Lost, follow
+from planner.tool_motions.deviations import by_freedoms, through_singular_wrist
+from planner.tool_motions.errors import STEEPEST, configuration_error, limit_error, lost_error
+from planner.tool_motions.follow import STEEP, Lost, Track, follow
 from planner.tool_motions.follow_many import follow_any, follow_lines
-from planner.tool_motions.freedoms import by_freedoms
 from planner.tool_motions.pose_paths import Line, NoPath, Reversed
 from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.self_motions import follow_by_self_motions
@@ -38,7 +37,7 @@ from planner.trajectories.polynomials import PiecewisePolynomial, joined
 from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import ArrayLike
 
@@ -57,6 +56,11 @@ With a joint at 3 rad/s, the tool moves at 30 mm/s.
 
 SLOWEST = 1e-9
 """The smallest motion of the tool, m and rad, by which that of a joint is divided."""
+
+GENTLE = 20.0
+"""Travel of a joint, rad or m, for 1 m or rad of the tool above which the tool rather leaves its orientation.
+
+At 3 rad/s the tool goes at 150 mm/s."""
 
 SHARE_OF_DEVIATION = 0.9
 """The share of the tolerance of the orientation that a path through a singular wrist may use up."""
@@ -269,7 +273,7 @@ def _follow_by_freedoms(
             arm, first, last = free, np.append(start, at_ends), np.append(end, at_ends)
         if to_follow is None:
             continue
-        curve, deviation = _followed(arm, to_follow, first, last, requested.motion, requested.still)
+        curve, deviation = _followed(requested, arm, to_follow, first, last)
         if isinstance(curve, Lost) or first_beyond(arm, curve) is not None:
             continue
         reached = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
@@ -286,7 +290,7 @@ def _follow_as_written(
     robot = requested.robot
     if _stands_still(path) and (given is None or np.abs(given - start).max() <= POSITION_TOLERANCE):
         return ToolMotion(path, PiecewisePolynomial(np.ones(1), start[None, :, None]), start)
-    result, deviation = _followed(robot, path, start, given, requested.motion, requested.still)
+    result, deviation = _followed(requested, robot, path, start, given)
     curve = result.curve if isinstance(result, Lost) else result
     if (beyond := first_beyond(robot, curve)) is not None:
         u, position, joint = beyond
@@ -314,34 +318,30 @@ def _follow_as_written(
 
 
 def _followed(
-    robot: Robot,
-    path: PosePath,
-    start: FloatArray,
-    given: FloatArray | None,
-    motion: CartesianMotion,
-    still: Collection[str],
+    requested: RequestedMotion, robot: Robot, path: PosePath, start: FloatArray, end: FloatArray | None
 ) -> tuple[PiecewisePolynomial | Lost, float]:
     """Follow the path from a joint position (joints,); return its deliberate rotation from the path, rad, too."""
-    tolerance = motion.tolerance_position, motion.tolerance_orientation
-    is_redundant = robot.dof > len(path.twist(0.0))
+    motion = requested.motion
+    steepest = STEEPEST if motion.singularity == "slow" else STEEP
+    track = Track(robot, path, start, end, (motion.tolerance_position, motion.tolerance_orientation), steepest)
     if motion.singularity == "deviate":
-        near = follow_any(robot, path, start, given, tolerance, GENTLE)
+        near = follow_any(replace(track, steepest=GENTLE))
         if not isinstance(near, Lost):
             return near, 0.0
-        deviated = through_singular_wrist(robot, path, near)
-        if deviated is not None and deviated.angle < SHARE_OF_DEVIATION * motion.tolerance_orientation:
-            rest = motion.tolerance_orientation - deviated.angle
-            through = follow(robot, deviated, start, given, (motion.tolerance_position, rest))
+        deviated, angle = through_singular_wrist(robot, path, near) or (path, np.inf)
+        if angle < SHARE_OF_DEVIATION * motion.tolerance_orientation:
+            rest = motion.tolerance_orientation - angle
+            through = follow(replace(track, path=deviated, tolerance=(motion.tolerance_position, rest)))
             if not isinstance(through, Lost):
-                return through, deviated.angle
-    steepest = STEEPEST if motion.singularity == "slow" else STEEP
-    if still and is_redundant:
-        alone = follow(robot, path, start, given, tolerance, steepest, still)
+                return through, angle
+    is_redundant = robot.dof > track.rows
+    if requested.still and is_redundant:
+        alone = follow(track, requested.still)
         if not isinstance(alone, Lost) and first_beyond(robot, alone) is None:
             return alone, 0.0
-    result = follow_any(robot, path, start, given, tolerance, steepest)
+    result = follow_any(track)
     if is_redundant and (isinstance(result, Lost) or first_beyond(robot, result) is not None):
-        return follow_by_self_motions(robot, path, start, given, tolerance, steepest), 0.0
+        return follow_by_self_motions(track), 0.0
     return result, 0.0
 
 
@@ -394,7 +394,7 @@ def start_of_motion(requested: RequestedMotion, end: FloatArray) -> FloatArray |
     if requested.before.rotation is None and requested.after.rotation is not None:
         return None
     path = Reversed(requested.pose_path(end))
-    curve, _ = _followed(requested.robot, path, end, None, requested.motion, requested.still)
+    curve, _ = _followed(requested, requested.robot, path, end, None)
     if isinstance(curve, Lost) or first_beyond(requested.robot, curve) is not None:
         return None
     return np.asarray(curve.evaluate(curve.breakpoints[-1:], [0])[0][0])

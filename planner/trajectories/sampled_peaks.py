@@ -132,7 +132,6 @@ def sampled_peaks(
     parts: np.ndarray,
     quantities: np.ndarray,
     groups: np.ndarray,
-    known_to: float = KNOWN_TO,
     decided_at: float = np.inf,
     above: FloatArray | float = 0.0,
     bend: tuple[int, float] | None = None,
@@ -148,7 +147,6 @@ def sampled_peaks(
             (`parts_of`).
         quantities: (columns,), index of the quantity that each function belongs to, ascending from 0 without gaps.
         groups: (pieces,), index of the group of each piece, from 0 on without gaps.
-        known_to: Relative amount by which a true peak may exceed the one that is found.
         decided_at: The function decides whether a peak exceeds this value, however close it is.
         above: Level below which peaks do not matter, one number or (groups,); the result may be too low for them.
         bend: Column of the tool's acceleration across its path, and the power to which it is raised there. Where the
@@ -161,7 +159,7 @@ def sampled_peaks(
         raise InvalidProblem([(("limits",), TOO_FAR)])
     column, power = (-1, 1.0) if bend is None else bend
     most_samples = max(MOST_SAMPLES, MOST_SAMPLES_OF_PIECE * len(parts))
-    of_rounds = COARSER, FINER, MOST_ROUNDS, CAUTION, OFF_PARABOLA, known_to, decided_at
+    of_rounds = COARSER, FINER, MOST_ROUNDS, CAUTION, OFF_PARABOLA, KNOWN_TO, decided_at
     accuracy = np.array([*of_rounds, SLOWING, LEAST_BEND, most_samples, column, power])
     lowest = np.broadcast_to(above, int(groups.max()) + 1)
     more = 0 if bend is None else BEND_COLUMNS

@@ -14,7 +14,7 @@ from planner.tool_motions.position_limits import shares_of_range
 from planner.tool_motions.tool_motion import RefusedMotion, ToolMotion, follow_chain, follow_motion, start_of_motion
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from planner.kinematics.options import Preference
     from planner.robots import Robot
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from planner.tool_motions.tool_motion import RequestedMotion
     from planner.waypoints.candidates import Layer
     from planner.waypoints.preferences import Costs
-
-    Follow = Callable[[RequestedMotion, FloatArray], ToolMotion | RefusedMotion]
 
 MOTION_PENALTY = 0.01
 """The weight of the times of all joints beside that of the slowest: no joint moves for nothing behind a slower one."""
@@ -102,8 +100,7 @@ def shortest_way(
     stops: Sequence[Stop],
     start: FloatArray,
     weight: float,
-    follow: Follow = follow_motion,
-    prefer: Preference = "continuous",
+    prefer: Preference,
 ) -> list[Passage] | RefusedMotion:
     """Choose a joint position for every stop, and the tool motions to them, with the least total cost.
 
@@ -125,7 +122,6 @@ def shortest_way(
         stops: The waypoints with their candidates.
         start: (joints,), rad or m, start of the path.
         weight: Weight of the time to the first stop.
-        follow: Follows a motion of the tool from a joint position (joints,).
         prefer: The preference: `arm`, which moves external axes little, or any other.
 
     Returns:
@@ -134,7 +130,7 @@ def shortest_way(
     Raises:
         InvalidProblem: A motion of the tool contradicts itself.
     """
-    return _Search(robot, stops, start, weight, follow, prefer).run()
+    return _Search(robot, stops, start, weight, prefer).run()
 
 
 def with_starts_of_motions(robot: Robot, stops: Sequence[Stop]) -> list[Stop]:
@@ -187,15 +183,9 @@ def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArra
 
 class _Search:
     def __init__(
-        self,
-        robot: Robot,
-        stops: Sequence[Stop],
-        start: FloatArray,
-        weight: float,
-        follow: Follow,
-        prefer: Preference,
+        self, robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float, prefer: Preference
     ) -> None:
-        self.robot, self.stops, self.weight, self.follow, self.prefer = robot, stops, weight, follow, prefer
+        self.robot, self.stops, self.weight, self.prefer = robot, stops, weight, prefer
         self.stages = [_Stage(start[None], np.zeros(1), np.zeros(1, dtype=np.intp))]
         self.followed: dict[tuple[int, tuple[float, ...]], ToolMotion | RefusedMotion] = {}
         self.refused: RefusedMotion | None = None
@@ -319,7 +309,7 @@ class _Search:
         """Return the followed motion from a joint position (joints,), from the cache if possible."""
         key = index, tuple(start.tolist())
         if key not in self.followed:
-            self.followed[key] = result = self.follow(requested, start)
+            self.followed[key] = result = follow_motion(requested, start)
             if isinstance(result, RefusedMotion):
                 self.refused = result if self.refused is None or result.is_out_of_reach else self.refused
                 self.refused_with_freedom += requested.motion.free is not None

@@ -18,7 +18,7 @@ from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, R
 from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_SOLUTION
-from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, follow_motion
+from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion
 from planner.waypoints.candidates import Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
 from planner.waypoints.configurations import configuration_error, solutions_in
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from planner.problems.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.tool_motions.tool_motion import ToolMotion
-    from planner.waypoints.choice import Follow, Passage
+    from planner.waypoints.choice import Passage
 
 Choice = Literal["given", "only", "shortest_way", "preferred", "continued", "way_around"]
 
@@ -87,7 +87,6 @@ def solve_waypoints(
     robot: Robot,
     waypoints: Sequence[AnyWaypoint],
     options: InverseKinematicsOptions,
-    follow: Follow = follow_motion,
     is_free: IsFree | None = None,
 ) -> tuple[SolvedWaypoint, ...]:
     """Compute the joint positions of all waypoints, on the shortest path through their solutions.
@@ -100,7 +99,6 @@ def solve_waypoints(
         robot: The robot, with the tool that it has until a waypoint changes it.
         waypoints: The first is not relative.
         options: Tolerances, reference and seed.
-        follow: Follows a motion of the tool from a joint position (joints,).
         is_free: Function that tells which joint positions are collision-free; a pose uses only these, if it has any.
             None: no obstacles.
 
@@ -111,7 +109,7 @@ def solve_waypoints(
         PlanningError: The error of the first motion that could not be followed, where no other way is left.
     """
     robots = with_tools(robot, [waypoint.tool for waypoint in waypoints])
-    return _Sequence(robots, waypoints, options, follow, is_free).solve()
+    return _Sequence(robots, waypoints, options, is_free).solve()
 
 
 class _Sequence:
@@ -120,11 +118,10 @@ class _Sequence:
         robots: Sequence[Robot],
         waypoints: Sequence[AnyWaypoint],
         options: InverseKinematicsOptions,
-        follow: Follow,
         is_free: IsFree | None,
     ) -> None:
         self.robot, self.robots = robots[0], robots
-        self.waypoints, self.options, self.follow, self.is_free = waypoints, options, follow, is_free
+        self.waypoints, self.options, self.is_free = waypoints, options, is_free
         self.pinned = pinned_robots(robots, waypoints)
         self.wanted = wanted_poses(robots, waypoints)
         # Of the tool that goes on from there: the pose asked at the waypoint before each.
@@ -144,11 +141,11 @@ class _Sequence:
         ends = [*filter(self._depends_on_posture, range(len(self.waypoints))), len(self.waypoints)]
         for end in ends:
             stops = self._stops(solved, end, position)
-            way = shortest_way(self.robot, stops, position, weight, self.follow, prefer)
+            way = shortest_way(self.robot, stops, position, weight, prefer)
             if isinstance(way, RefusedMotion) and not way.is_out_of_reach:
                 wider = self._with_wider_choice(stops)
                 if wider != stops:
-                    way = shortest_way(self.robot, wider, position, weight, self.follow, prefer)
+                    way = shortest_way(self.robot, wider, position, weight, prefer)
             if isinstance(way, RefusedMotion):
                 raise way.error.with_remedies(motion_remedies(way, self.waypoints[way.requested.index - 1]))
             for stop, passage in zip(stops, way, strict=True):

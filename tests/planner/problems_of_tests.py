@@ -14,6 +14,8 @@ from planner.backends import BACKENDS, BackEnd
 from planner.kinematics import Pose, configurations, forward_kinematics
 from planner.kinematics.options import InverseKinematicsOptions, Preference
 from planner.limits import Limits
+from planner.paths import JointPath
+from planner.plans.result import Plan, certified, timed
 from planner.problems.actions import Action, AtDistance, AtTime, AtWaypoint, SetOutput, Wait
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import (
@@ -265,3 +267,8 @@ def _transitions(draw: st.DrawFn, kinds: list[str], reach: float) -> Transition:
             return ThroughTransition()
         case _:
             return BlendTransition(reach * draw(st.floats(0.05, 1.5)))
+
+
+def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:
+    """Plan along a solved path, without remedies."""
+    return certified(problem, backend, path, timed(problem, backend, path))

@@ -49,7 +49,7 @@ class MinEffort(MinEffortOptions):
 
     In a scene the optimum may collide although the first motion does not. Then half-spaces of the joint positions cut
     off the collisions, and the search repeats within them until its motion is free. If that fails, the motion stays
-    nearer to the first one, or is the first one (`planner.plans.result.certified_plan`).
+    nearer to the first one, or is the first one (`planner.plans.result.certified`).
 
     If accelerations of the tool are limited, there is no search between waypoints: the quintic is the answer, with a
     warning. Along a given path the time scaling keeps these limits. There is no search either for joints that turn tens

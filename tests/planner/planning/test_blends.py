@@ -11,7 +11,6 @@ import planner
 from planner.errors import Collision
 from planner.paths import solve_path
 from planner.planning.blends import FINENESS, LEAST_SHARE
-from planner.plans.result import certified_plan
 from planner.problems.blend_radii import blend_radii, with_blend_radii
 from planner.scene import CONTACT_TOLERANCE, Scene, SceneObject
 from planner.shapes import Sphere
@@ -24,6 +23,7 @@ from tests.planner.planning.blend_cases import (
     along_a_rectangle,
     ball_at,
 )
+from tests.planner.problems_of_tests import certified_plan
 from tests.planner.scene.brute_force import distances_over_time
 
 SAMPLES = 150

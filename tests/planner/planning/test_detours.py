@@ -11,9 +11,9 @@ import pytest
 import planner
 from planner.backends import BACKENDS
 from planner.paths import solve_path
-from planner.plans.result import certified_plan
 from planner.spatial import FloatArray
 from tests.planner.free_motion.cases import ARM, LEFT, RIGHT, WALL
+from tests.planner.problems_of_tests import certified_plan
 from tests.planner.scene.brute_force import least_distance
 
 SCENE = planner.Scene([WALL], margin=0.01)

@@ -14,7 +14,7 @@ from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProble
 from planner.problems.transitions import BlendTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose, rotation_from_rpy
-from planner.tool_motions.follow import STEEP, follow
+from planner.tool_motions.follow import STEEP, Track, follow
 from planner.tool_motions.follow_many import follow_at_once, follow_lines
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_paths import Line
@@ -56,7 +56,7 @@ def contour(robot: Robot, start: list[float], size: float, count: int, free: boo
 def one_by_one(robot: Robot, lines: list[Line], start: np.ndarray) -> list[PiecewisePolynomial]:
     curves = []
     for line in lines:
-        curve = follow(robot, line, start, None, TOLERANCE)
+        curve = follow(Track(robot, line, start, None, TOLERANCE))
         assert isinstance(curve, PiecewisePolynomial)
         start = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
         curves.append(curve)
@@ -166,7 +166,7 @@ def test_a_path_followed_at_once_ends_where_it_does_from_knot_to_knot(arm: str, 
     robot, start = robot_of(arm), np.array(ARMS[arm])
     size = {"three_dof_arm": 0.001, "date_sorting_arm": 0.005}.get(arm, 0.01)
     path = pieced(kind, contour(robot, ARMS[arm], size, count, arm == "three_dof_arm"))
-    at_once, alone = (group(robot, path, start, None, TOLERANCE, STEEP) for group in (follow_at_once, follow))
+    at_once, alone = (run(Track(robot, path, start, None, TOLERANCE)) for run in (follow_at_once, follow))
     assert isinstance(at_once, PiecewisePolynomial)
     assert isinstance(alone, PiecewisePolynomial)
     u = np.linspace(0.0, 1.0, 301)
@@ -188,4 +188,4 @@ def test_a_path_followed_at_once_ends_where_it_does_from_knot_to_knot(arm: str, 
 def test_a_path_through_a_singular_wrist_is_left_to_follow() -> None:
     robot, start = robot_of("kuka_kr16_2"), np.array([0.2, -1.5, 1.4, 0.0, 0.0, 0.1])
     path = pieced("polyline", contour(robot, start.tolist(), 0.01, 20, free=False))
-    assert follow_at_once(robot, path, start, None, TOLERANCE, STEEP) is None
+    assert follow_at_once(Track(robot, path, start, None, TOLERANCE)) is None

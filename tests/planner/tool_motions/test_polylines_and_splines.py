@@ -300,7 +300,7 @@ def test_ways_that_wander_about_their_ends_are_certified(size: float, radius: fl
 
 @pytest.mark.parametrize("motion", [lambda via: PolylineMotion(via, 0.01), SplineMotion], ids=["polyline", "spline"])
 def test_what_leads_out_of_reach_is_followed_from_one_start_only(
-    motion: Callable[[list[Pose]], CartesianMotion],
+    motion: Callable[[list[Pose]], CartesianMotion], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """From every solution of a redundant arm at the pose before it took 10 to 20 s to be refused."""
     robot, home = load_robot("panda"), np.array([0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5])
@@ -315,6 +315,7 @@ def test_what_leads_out_of_reach_is_followed_from_one_start_only(
         followed.append(position)
         return follow_motion(requested, position)
 
+    monkeypatch.setattr("planner.waypoints.choice.follow_motion", follow)
     with pytest.raises(UnreachableWaypoint, match="leaves what panda can reach"):
-        solve_waypoints(robot, waypoints, InverseKinematicsOptions(), follow)
+        solve_waypoints(robot, waypoints, InverseKinematicsOptions())
     assert len(followed) == 1

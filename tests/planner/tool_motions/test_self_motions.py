@@ -12,7 +12,7 @@ from planner.paths.joint_path import solve_path
 from planner.problems.problem import AnyWaypoint, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose
-from planner.tool_motions.follow import STEEP, Lost, follow
+from planner.tool_motions.follow import Lost, Track, follow
 from planner.tool_motions.pose_paths import Line
 from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.self_motions import follow_by_self_motions
@@ -60,7 +60,7 @@ def test_a_line_is_driven_by_self_motions(arm: str, start: list[float], move: li
     tool = tool_at(robot, q)
     before = tool if robot.dof == 7 else Pose(tool.position)
     after = Pose(before.position + move, before.rotation)
-    kept = follow(robot, Line(before, after), q, None, TOLERANCE, STEEP)
+    kept = follow(Track(robot, Line(before, after), q, None, TOLERANCE))
     assert isinstance(kept, Lost) or first_beyond(robot, kept) is not None
     chain = trace(robot, on_line(before, after, 0.002), q)
     assert chain is not None
@@ -76,7 +76,7 @@ def test_following_ends_where_a_joint_has_left_its_limits() -> None:
     robot, start = load_robot("panda"), np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.8])
     before = tool_at(robot, start)
     path = Line(before, Pose(before.position + np.array([-0.9, 0.0, 0.1]), before.rotation))
-    lost = follow_by_self_motions(robot, path, start, None, TOLERANCE, STEEP)
+    lost = follow_by_self_motions(Track(robot, path, start, None, TOLERANCE))
     assert isinstance(lost, Lost)
     beyond = first_beyond(robot, lost.curve)
     assert beyond is not None

@@ -324,13 +324,20 @@ def line_to(robot: Robot, q: FloatArray) -> PoseWaypoint:
     return PoseWaypoint(pose=Pose(pose_at(robot, q).position), motion=LINE)
 
 
+def solved_by(follow: Dense, robot: Robot, waypoints: Sequence[AnyWaypoint]) -> tuple[SolvedWaypoint, ...]:
+    """Return the solved waypoints where motions of the tool are followed in another way."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("planner.waypoints.choice.follow_motion", follow)
+        return solve_waypoints(robot, waypoints, OPTIONS)
+
+
 def test_a_line_goes_on_in_the_branch_it_starts_in() -> None:
     """The start of the line is free, and it ends where only the elbow of the start leads."""
     robot = elbow_arm()
     first = PoseWaypoint(pose=Pose(pose_at(robot, np.array([0.4, -1.0])).position))
     waypoints = (at(np.array([0.0, 0.3])), first, line_to(robot, np.array([0.6, -0.8])), at(np.array([0.2, 0.9])))
     follow = Dense(robot)
-    solved = solve_waypoints(robot, waypoints, OPTIONS, follow)
+    solved = solved_by(follow, robot, waypoints)
     assert np.sign(solved[1].position[1]) == np.sign(solved[2].position[1]) == 1.0
     assert [waypoint.choice for waypoint in solved] == ["given", "shortest_way", "continued", "given"]
     # The one on the way was followed, no other.
@@ -342,11 +349,11 @@ def test_another_branch_is_taken_when_the_best_cannot_be_followed() -> None:
     robot = elbow_arm()
     first = PoseWaypoint(pose=Pose(pose_at(robot, np.array([0.4, -1.0])).position))
     waypoints = (at(np.array([0.3, -0.9])), first, line_to(robot, np.array([0.9, -1.2])))
-    free = solve_waypoints(robot, waypoints, OPTIONS, Dense(robot))
+    free = solved_by(Dense(robot), robot, waypoints)
     assert free[1].position == pytest.approx([0.4, -1.0], abs=1e-6)
     assert free[2].position == pytest.approx([0.9, -1.2], abs=1e-6)
     follow = Dense(robot, barrier=(0, 0.8))
-    other = solve_waypoints(robot, waypoints, OPTIONS, follow)
+    other = solved_by(follow, robot, waypoints)
     assert other[1].position == pytest.approx([-0.6, 1.0], abs=1e-6)
     assert other[2].position == pytest.approx([-0.3, 1.2], abs=1e-6)
     assert len(follow.calls) == 2
@@ -358,7 +365,7 @@ def test_where_no_branch_can_be_followed_the_best_ones_error_comes() -> None:
     waypoints = (at(np.array([0.3, -0.9])), first, line_to(robot, np.array([0.9, -1.2])))
     follow = Dense(robot, barrier=(0, -0.7))  # even (-0.6, 1.0) lies beyond
     with pytest.raises(ConfigurationChange, match=r"from \[0\.4, -1\.0\]") as refusal:
-        solve_waypoints(robot, waypoints, OPTIONS, follow)
+        solved_by(follow, robot, waypoints)
     assert refusal.value.waypoint == 2
     assert {tuple(start.round(3)) for _, start in follow.calls} == {(0.4, -1.0), (-0.6, 1.0)}
 
@@ -373,7 +380,7 @@ def test_lines_through_a_list_of_a_six_axis_arm_are_all_followed() -> None:
     back = RelativeWaypoint(frame="base", move=CartesianMove((0.1, 0.1, 0.0)))
     waypoints: list[AnyWaypoint] = [at(q + 0.2), free, *lines, back, lines[0]]
     follow = Dense(robot)
-    solved = solve_waypoints(robot, waypoints, OPTIONS, follow)
+    solved = solved_by(follow, robot, waypoints)
     assert_followed(robot, waypoints, solved)
     assert len(follow.calls) == 3
 
@@ -385,7 +392,7 @@ def test_a_redundant_arm_goes_on_from_where_a_line_ends() -> None:
     corner = pose_at(robot, q).position
     lines = [PoseWaypoint(pose=Pose(corner + shift), motion=LINE) for shift in (0.1 * np.eye(3))[:2]]
     waypoints = [at(q), *lines, PoseWaypoint(pose=Pose(corner + 0.1))]
-    solved = solve_waypoints(robot, waypoints, OPTIONS, Dense(robot))
+    solved = solved_by(Dense(robot), robot, waypoints)
     assert_followed(robot, waypoints, solved)
     assert [waypoint.choice for waypoint in solved] == ["given", "continued", "continued", "shortest_way"]
 

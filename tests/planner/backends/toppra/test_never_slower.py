@@ -17,13 +17,20 @@ from planner.kinematics.forward import tool_pose
 from planner.limits import Limits
 from planner.paths import JointPath, solve_path
 from planner.planning import plan
-from planner.plans.result import certified_plan
 from planner.problems.check import check_problem
 from planner.problems.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import load_robot
 from planner.spatial import Pose, rotation_from_rpy
-from tests.planner.problems_of_tests import PARTS, REQUESTS, path_problems, problem_of, problems, try_on_random
+from tests.planner.problems_of_tests import (
+    PARTS,
+    REQUESTS,
+    certified_plan,
+    path_problems,
+    problem_of,
+    problems,
+    try_on_random,
+)
 
 ON_EVERY_PATH: tuple[BackEnd, ...] = (Trapezoidal(), Toppra(jerk_limited=True))
 """Back ends that go through waypoints on one of the curves that `toppra` chooses from."""
