@@ -21,6 +21,11 @@ CODE = ("planner", "api", "cli")
 MOST_LINES = 400
 """Number of lines that a file may have."""
 
+LONGER_FILES = {
+    "planner/proofs/checker.py": 600,  # one file that needs no other, so that it can be read and trusted alone
+}
+"""Files with another number of lines, and why."""
+
 MOST_FILES = 14
 """Number of modules that a folder may have."""
 
@@ -48,8 +53,9 @@ LOOSE_BEGINNINGS = {"At", "By", "From", "In", "Of", "On", "Than", "To", "Where",
 def long_files(sources: Sources) -> Iterator[Fault]:
     """Find files with too many lines."""
     for source in python(sources, *CODE):
-        if (lines := len(source.text.splitlines())) > MOST_LINES:
-            yield source.fault(MOST_LINES + 1, f"has {lines} lines, {MOST_LINES} at most: split it by subject")
+        most = LONGER_FILES.get(source.file, MOST_LINES)
+        if (lines := len(source.text.splitlines())) > most:
+            yield source.fault(most + 1, f"has {lines} lines, {most} at most: split it by subject")
 
 
 def large_folders(sources: Sources) -> Iterator[Fault]:

@@ -32,6 +32,7 @@ LAYERS = (
     "free_motion",
     "plots",
     "plans",
+    "proofs",
     "planning",
     "operations",
     "comparison",

@@ -1,0 +1,168 @@
+"""Proof files of plans: the intervals and planes are found with the checker's own arithmetic."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.certificate.clearance import segment_checkers
+from planner.proofs.checker import BOUNDED_CLAIMS, FORMAT, PARTS, Proof, check_file, digest
+from planner.proofs.statement import motion_of, pairs_of, statement_of
+from planner.scene.separations import UNIT_ERROR
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.plans.result import Plan
+    from planner.scene.checker import CollisionChecker
+    from planner.spatial import FloatArray
+
+MOST_HALVINGS_OF_PIECE = 14
+"""Number of times that an interval of a piece is halved before its claim is left out of the proof."""
+
+SHORT_NORMAL = 3
+"""Decimal places of normals that prove enough."""
+
+
+def proof_of(plan: Plan) -> dict[str, Any]:
+    """Write the proof of a plan's certificate as plain values, ready for JSON.
+
+    A claim that needs too many intervals stands under `not_covered`.
+
+    Args:
+        plan: The plan, whose certificate is satisfied.
+
+    Examples:
+        >>> import planner
+        >>> robot = planner.load_robot("kuka_kr16_2")
+        >>> home = planner.JointWaypoint([0.0, -1.5, 1.5, 0.0, 0.5, 0.0])
+        >>> pick = planner.JointWaypoint([1.0, -1.2, 1.2, 0.0, 0.5, 0.5])
+        >>> proof = planner.proof_of(planner.plan(planner.PlanningProblem(robot, [home, pick]), planner.Trapezoidal()))
+        >>> "velocity" in planner.check_proof(proof)
+        True
+    """
+    content = _unproved(statement_of(plan), motion_of(plan))
+    finder = _Finder(plan, Proof(content))
+    content["evidence"]["bounded"] = finder.bounded()
+    content["evidence"]["clearance"] = finder.clearance()
+    for claim, reason in finder.left_out.items():
+        content["statement"]["claims"].remove(claim)
+        content["statement"]["not_covered"].append(f"{claim}: {reason}")
+    content["digests"] = {name: digest(content[name]) for name in PARTS}
+    return content
+
+
+def _unproved(statement: dict[str, Any], motion: dict[str, Any]) -> dict[str, Any]:
+    """Return a proof without evidence."""
+    parts = {"statement": statement, "trajectory": motion, "evidence": {"bounded": [], "clearance": []}}
+    return {"format": FORMAT, "digests": {name: digest(part) for name, part in parts.items()}, **parts}
+
+
+def check_proof(proof: str | bytes | dict[str, Any], expected: Sequence[str] = ()) -> list[str]:
+    """Check a proof and return its claims.
+
+    Args:
+        proof: The content of a file, or the proof in an answer.
+        expected: Expected digests of the statement, and of the trajectory; omitted: any.
+
+    Raises:
+        Rejected: The proof is malformed, has another digest, or a claim is not proved.
+    """
+    return check_file(proof, list(expected)).claims
+
+
+class _Finder:
+    """The search for the intervals and planes of a proof.
+
+    Attributes:
+        left_out: The claims that would need too many intervals, and why they are left out.
+    """
+
+    def __init__(self, plan: Plan, proof: Proof) -> None:
+        self.left_out: dict[str, str] = {}
+        self._plan, self._proof = plan, proof
+        self._checkers = segment_checkers(plan.problem, plan.path.positions)
+
+    def bounded(self) -> list[float]:
+        """Return the ends of the intervals on which all bounds are proved."""
+        claims, ends = set(self._proof.claims) & set(BOUNDED_CLAIMS), [0.0]
+        waiting = [(float(k), k + 1.0, 0) for k in reversed(range(self._proof.pieces))]
+        while waiting and claims:
+            start, end, depth = waiting.pop()
+            motion, segment = self._proof.motion(start, end)
+            failed = motion.unproved(claims, self._proof.limits, segment)
+            if failed and depth == MOST_HALVINGS_OF_PIECE:
+                self.left_out |= dict.fromkeys(sorted(failed), "it needs too many intervals")
+                claims -= failed
+            elif failed:
+                middle = (start + end) / 2.0
+                waiting += [(middle, end, depth + 1), (start, middle, depth + 1)]
+                continue
+            ends.append(end)
+        return ends if claims else []
+
+    def clearance(self) -> list[Any]:
+        """Return intervals with the planes that keep pairs apart on them."""
+        if "clearance" not in self._proof.claims:
+            return []
+        scenes, nodes = self._proof.statement["scenes"], []
+        waiting = [
+            (float(first), float(last), 0, list(range(len(scenes[scene]["pairs"]))))
+            for scene, _, (first, last) in self._proof.stretches()
+        ]
+        while waiting:
+            start, end, depth, pairs = waiting.pop()
+            found, left = self._planes(start, end, pairs)
+            if found:
+                nodes.append([start, end, found])
+            if left and depth == MOST_HALVINGS_OF_PIECE:
+                checker = self._checker(start)
+                first, second = checker.names(pairs_of(checker)[left[0]])
+                self.left_out["clearance"] = f"{first} and {second} need too many intervals"
+                return []
+            if left:
+                several = end - start > 1.0
+                middle = start + round((end - start) / 2.0) if several else (start + end) / 2.0
+                waiting += [
+                    (part, stop, depth + (not several), left) for part, stop in ((middle, end), (start, middle))
+                ]
+        return nodes
+
+    def _checker(self, time: float) -> CollisionChecker:
+        """Return the collision checker at a time, the number of a piece and a share of it."""
+        return self._checkers[min(self._proof.segments[int(time)], len(self._checkers) - 1)]
+
+    def _planes(self, start: float, end: float, pairs: Sequence[int]) -> tuple[list[Any], list[int]]:
+        """Return the planes that keep pairs apart on an interval, and the pairs for which none is found."""
+        motion, segment = self._proof.motion(start, end)
+        checker, scene = self._checker(start), self._proof.statement["scenes"][self._proof.scene_of[segment]]
+        trajectory, numbers, middle = self._plan.trajectory, pairs_of(checker), (start + end) / 2.0
+        piece = np.array([int(middle)])
+        (position,) = trajectory.evaluate_on(piece, (middle - piece) * trajectory.lengths[piece], [0])
+        postures = checker.bodies.at(position)
+        found: list[Any] = []
+        left: list[int] = []
+        for pair in pairs:
+            number = scene["pairs"][pair][0]
+            first = scene["shapes"][number]
+            if "offset" in first:
+                normals: list[list[float] | None] = [None]
+            else:
+                away = checker.separate(postures, 0, numbers[pair]).normal
+                is_first = number == checker.numbers_of(np.array([numbers[pair]]))[0, 0]
+                normals = _in_frame(postures.rotations[0, first["joint"]], away if is_first else -away)
+            normal = next((n for n in normals if motion.keeps_apart(scene, pair, n)), left)
+            if normal is left:
+                left.append(pair)
+            else:
+                found.append([pair, normal])
+        return found, left
+
+
+def _in_frame(rotation: FloatArray, normal: FloatArray) -> list[list[float] | None]:
+    """Return a normal in a joint's frame, with few digits first; none without a direction."""
+    own = rotation.T @ normal
+    return (
+        [own.round(SHORT_NORMAL).tolist(), own.tolist()] if abs(float(np.linalg.norm(own)) - 1.0) < UNIT_ERROR else []
+    )
