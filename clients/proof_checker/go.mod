@@ -1,0 +1,3 @@
+module proofchecker
+
+go 1.19

@@ -1,0 +1,298 @@
+package main
+
+import "math"
+
+type link struct {
+	rotation, inertia [3][3]float64
+	origin, center    [3]float64
+	mass              float64
+	turns             bool
+}
+
+type robot struct {
+	links    []link
+	gravity  [3]float64
+	joint    int // that carries the tool
+	rotation [3][3]float64
+	point    [3]float64
+}
+
+func readRobot(value any, joints int) robot {
+	var r robot
+	for _, each := range list(field(value, "links")) {
+		motion := text(field(each, "motion"))
+		r.links = append(r.links, link{
+			rotation: matrix3(field(each, "rotation")),
+			inertia:  matrix3(field(each, "inertia")),
+			origin:   vector3(field(each, "origin")),
+			center:   vector3(field(each, "center_of_mass")),
+			mass:     number(field(each, "mass")),
+			turns:    motion == "revolute",
+		})
+	}
+	require(len(r.links) == joints, "a robot has another number of joints")
+	r.gravity = vector3(field(value, "gravity"))
+	tool := field(value, "tool")
+	r.joint = index(field(tool, "joint"), joints+1)
+	r.rotation = matrix3(field(tool, "rotation"))
+	r.point = vector3(field(tool, "translation"))
+	return r
+}
+
+// A frame has a rotation, row by row, and an origin.
+type frame struct {
+	rows   [3]vector
+	origin vector
+}
+
+// A motion has the models of all joints on one interval.
+type motion struct {
+	robot          *robot
+	q, v, a        []model
+	sines, cosines []model
+	known          map[int][]frame
+}
+
+func newMotion(r *robot, q, v, a []model) *motion {
+	m := &motion{robot: r, q: q, v: v, a: a, known: map[int][]frame{}}
+	for k, each := range r.links {
+		sine, cosine := model{}, constant(1)
+		if each.turns {
+			sine, cosine = turnOf(q[k])
+		}
+		m.sines, m.cosines = append(m.sines, sine), append(m.cosines, cosine)
+	}
+	return m
+}
+
+// shift returns the origin of a joint's frame in the frame before.
+func (m *motion) shift(k int) vector {
+	each := &m.robot.links[k]
+	found := constants(each.origin)
+	if !each.turns {
+		for i := range found {
+			found[i] = plus(found[i], m.q[k].times(each.rotation[i][2]))
+		}
+	}
+	return found
+}
+
+// outward turns a vector of the frame before into the frame of a joint.
+func (m *motion) outward(k int, a vector) vector {
+	a = apply(transposed(m.robot.links[k].rotation), a)
+	if !m.robot.links[k].turns {
+		return a
+	}
+	c, s := m.cosines[k], m.sines[k]
+	return vector{
+		plus(multiply(c, a[0]), multiply(s, a[1])),
+		minusModel(multiply(c, a[1]), multiply(s, a[0])),
+		a[2],
+	}
+}
+
+// inward turns a vector of the frame of a joint into the frame before.
+func (m *motion) inward(k int, a vector) vector {
+	if m.robot.links[k].turns {
+		c, s := m.cosines[k], m.sines[k]
+		a = vector{
+			minusModel(multiply(c, a[0]), multiply(s, a[1])),
+			plus(multiply(c, a[1]), multiply(s, a[0])),
+			a[2],
+		}
+	}
+	return apply(m.robot.links[k].rotation, a)
+}
+
+// frames returns the frames from one on, all in that one.
+func (m *motion) frames(start int) []frame {
+	if found, ok := m.known[start]; ok {
+		return found
+	}
+	at := frame{}
+	for i := range at.rows {
+		at.rows[i][i] = constant(1)
+	}
+	found := []frame{at}
+	for k := start; k < len(m.robot.links); k++ {
+		shift := m.shift(k)
+		next := frame{}
+		for i, row := range at.rows {
+			next.origin[i] = at.origin[i]
+			for j := range row {
+				next.origin[i] = plus(next.origin[i], multiply(row[j], shift[j]))
+			}
+			next.rows[i] = m.outward(k, row)
+		}
+		found = append(found, next)
+		at = next
+	}
+	m.known[start] = found
+	return found
+}
+
+// A rate has the linear and angular velocity and acceleration of a frame, in its own axes.
+type rate struct{ v, a, w, dw vector }
+
+func (m *motion) rates(gravity [3]float64) []rate {
+	at := rate{a: constants(gravity).times(-1)}
+	found := []rate{at}
+	for k, each := range m.robot.links {
+		shift := m.shift(k)
+		next := rate{
+			v:  m.outward(k, plusVector(at.v, cross(at.w, shift))),
+			a:  m.outward(k, plusVector(at.a, plusVector(cross(at.dw, shift), cross(at.w, cross(at.w, shift))))),
+			w:  m.outward(k, at.w),
+			dw: m.outward(k, at.dw),
+		}
+		across := vector{multiply(next.w[1], m.v[k]), multiply(next.w[0], m.v[k]).times(-1), model{}}
+		if each.turns {
+			next.dw = plusVector(next.dw, across)
+			next.dw[2] = plus(next.dw[2], m.a[k])
+			next.w[2] = plus(next.w[2], m.v[k])
+		} else {
+			next.a = plusVector(next.a, across.times(2))
+			next.a[2] = plus(next.a[2], m.a[k])
+			next.v[2] = plus(next.v[2], m.v[k])
+		}
+		found = append(found, next)
+		at = next
+	}
+	return found
+}
+
+// torques returns the torques or forces of the joints: the recursive Newton-Euler algorithm.
+func (m *motion) torques() []model {
+	rates := m.rates(m.robot.gravity)
+	found := make([]model, len(m.robot.links))
+	var force, moment vector
+	for k := len(m.robot.links) - 1; k >= 0; k-- {
+		each, at := &m.robot.links[k], rates[k+1]
+		center := constants(each.center)
+		push := plusVector(at.a, plusVector(cross(at.dw, center), cross(at.w, cross(at.w, center)))).times(each.mass)
+		spin := plusVector(apply(each.inertia, at.dw), cross(at.w, apply(each.inertia, at.w)))
+		moment = plusVector(moment, plusVector(spin, cross(center, push)))
+		force = plusVector(force, push)
+		if each.turns {
+			found[k] = moment[2]
+		} else {
+			found[k] = force[2]
+		}
+		force, moment = m.inward(k, force), m.inward(k, moment)
+		moment = plusVector(moment, cross(m.shift(k), force))
+	}
+	return found
+}
+
+var toolClaims = []string{
+	"tcp_linear_velocity", "tcp_angular_velocity", "tcp_linear_acceleration", "tcp_angular_acceleration",
+}
+
+// toolSquares returns the squares of the tool's velocities and accelerations.
+func (m *motion) toolSquares() map[string]model {
+	at := m.rates([3]float64{})[m.robot.joint]
+	point := constants(m.robot.point)
+	linear := plusVector(at.v, cross(at.w, point))
+	gain := plusVector(at.a, plusVector(cross(at.dw, point), cross(at.w, cross(at.w, point))))
+	found := map[string]model{}
+	for i, each := range []vector{linear, at.w, gain, at.dw} {
+		found[toolClaims[i]] = squareOf(each)
+	}
+	return found
+}
+
+// A target is a pose with the allowed distance, m, and angle, rad.
+type target struct {
+	position        [3]float64
+	rotation        [3][3]float64
+	turned          bool
+	distance, angle float64
+}
+
+func (m *motion) isAtPose(pose target) bool {
+	at := m.frames(0)[m.robot.joint]
+	var apart vector
+	square := model{}
+	for i, row := range at.rows {
+		apart[i] = plus(plus(at.origin[i], dot(row, m.robot.point)), constant(-pose.position[i]))
+		for j := range row {
+			axis := [3]float64{m.robot.rotation[0][j], m.robot.rotation[1][j], m.robot.rotation[2][j]}
+			difference := plus(dot(row, axis), constant(-pose.rotation[i][j]))
+			square = plus(square, multiply(difference, difference))
+		}
+	}
+	if !squareOf(apart).isBelow(math.Pow(pose.distance+1e-9, 2)) {
+		return false
+	}
+	angle := math.Min(pose.angle, 1) + 1e-9
+	return !pose.turned || square.isBelow(2*angle*angle-math.Pow(angle, 4)/6)
+}
+
+// A shape is the hull of points, over which a disc across an axis and a ball roll; or a half space.
+type shape struct {
+	joint              int
+	points             [][3]float64
+	axis, normal       [3]float64
+	disc, ball, offset float64
+	isHalfSpace        bool
+}
+
+func readShape(value any, joints int) shape {
+	if has(value, "offset") {
+		index(field(value, "joint"), 1)
+		return shape{normal: vector3(field(value, "normal")), offset: number(field(value, "offset")), isHalfSpace: true}
+	}
+	s := shape{joint: index(field(value, "joint"), joints+1), axis: vector3(field(value, "axis"))}
+	s.disc, s.ball = number(field(value, "disc")), number(field(value, "ball"))
+	require(s.disc >= 0 && s.ball >= 0, "a radius is negative")
+	for _, point := range list(field(value, "points")) {
+		s.points = append(s.points, vector3(point))
+	}
+	require(len(s.points) > 0, "a shape has no points")
+	return s
+}
+
+func inner(a, b [3]float64) float64 { return a[0]*b[0] + a[1]*b[1] + a[2]*b[2] }
+
+// reach returns an upper bound of n . x over a shape.
+func (s *shape) reach(n [3]float64, size float64) float64 {
+	pad, most := 1e-14*size, math.Inf(-1)
+	for _, x := range s.points {
+		most = math.Max(most, inner(n, x)+pad*(math.Abs(x[0])+math.Abs(x[1])+math.Abs(x[2])))
+	}
+	along := math.Max(math.Abs(inner(n, s.axis))-4*pad, 0)
+	disc := s.disc * math.Sqrt(math.Max(size*size*up-along*along, 0))
+	return most + (s.ball*size+disc)*up
+}
+
+// keepsApart tells whether a plane that moves with the first shape keeps two shapes apart by a margin.
+func (m *motion) keepsApart(first, second *shape, n [3]float64, margin float64) bool {
+	require(first.joint <= second.joint && !second.isHalfSpace, "a pair is in the wrong order")
+	size := math.Sqrt(inner(n, n))
+	require(size >= 0.5 && size <= 2, "a normal has no direction")
+	at := m.frames(first.joint)[second.joint-first.joint]
+	var turned vector
+	for j := range turned {
+		turned[j] = dot(vector{at.rows[0][j], at.rows[1][j], at.rows[2][j]}, n)
+	}
+	offset := dot(at.origin, n)
+	far := first.offset
+	if !first.isHalfSpace {
+		far = first.reach(n, size)
+	}
+	disc := 0.0
+	if second.disc > 0 {
+		along := dot(turned, second.axis)
+		least := math.Max(math.Max(-along.upper(), -along.times(-1).upper()), 0)
+		disc = second.disc * math.Sqrt(math.Max(size*size*up-least*least, 0))
+	}
+	margin -= 1e-5
+	needed := far + second.ball*size + disc + margin*size
+	needed += (up - 1) * (math.Abs(far) + (second.ball+math.Abs(margin))*size + disc)
+	for _, x := range second.points {
+		if !plus(offset, dot(turned, x)).times(-1).isBelow(-needed) {
+			return false
+		}
+	}
+	return true
+}
