@@ -1,0 +1,113 @@
+"""The checker of proof files accepts honest files and rejects tampered ones."""
+
+from __future__ import annotations
+
+import copy
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.proofs.plans import plans
+from benchmarks.proofs.tampering import KINDS, tampered, with_any_number_changed, with_digests
+from planner.proofs import Rejected, check_proof, proof_of
+from planner.proofs.checker import digest
+from tests.sizes import SIZE
+
+FILES = 6 if SIZE.examples < 100 else 20
+"""Number of plans: 20 are all back ends with all robots."""
+
+SEEDS = range(max(1, SIZE.examples // 15))
+
+
+@pytest.fixture(scope="module")
+def proofs() -> list[dict[str, Any]]:
+    return [proof_of(plan) for plan in plans(np.random.default_rng(5), FILES)]
+
+
+@pytest.fixture(scope="module")
+def in_a_scene(proofs: list[dict[str, Any]]) -> dict[str, Any]:
+    return next(
+        proof for proof in proofs if {"clearance", "torque", "tcp_linear_velocity"} <= set(proof["statement"]["claims"])
+    )
+
+
+def is_rejected(proof: Any, *expected: str) -> bool:
+    try:
+        check_proof(proof, expected)
+    except Rejected:
+        return True
+    return False
+
+
+def test_honest_proofs_of_all_back_ends_are_accepted(proofs: list[dict[str, Any]]) -> None:
+    for proof in proofs:
+        assert check_proof(json.dumps(proof)) == proof["statement"]["claims"]
+        assert not proof["statement"]["not_covered"]
+    claims = {claim for proof in proofs for claim in proof["statement"]["claims"]}
+    assert {"clearance", "torque", "jerk", "velocity_at_position", "tcp_linear_acceleration"} <= claims
+
+
+@pytest.mark.sized
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_file_with_a_false_claim_or_a_gap_is_rejected(proofs: list[dict[str, Any]], seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    kinds = set()
+    for proof in proofs:
+        for kind, changed in tampered(proof, generator, len(KINDS)):
+            assert is_rejected(json.dumps(changed)), f"{kind} of {proof['statement']['robot']}"
+            kinds.add(kind)
+    assert kinds == {kind.__name__ for kind in KINDS}
+
+
+@pytest.mark.sized
+@pytest.mark.parametrize("seed", SEEDS)
+def test_any_changed_number_breaks_a_digest(proofs: list[dict[str, Any]], seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    for proof in proofs:
+        expected = proof["digests"]["statement"], proof["digests"]["trajectory"], proof["digests"]["evidence"]
+        changed = with_any_number_changed(proof, generator)
+        if changed != proof:
+            assert is_rejected(changed)
+            assert is_rejected(with_digests(changed), *expected)
+
+
+def test_a_wider_limit_is_accepted_without_the_expected_digest_alone(in_a_scene: dict[str, Any]) -> None:
+    changed = copy.deepcopy(in_a_scene)
+    for row in changed["statement"]["limits"]["velocity"]:
+        row[1] = [limit and limit * 2.0 for limit in row[1]]
+    with_digests(changed)
+    assert not is_rejected(changed)
+    assert is_rejected(changed, in_a_scene["digests"]["statement"])
+    assert not is_rejected(in_a_scene, in_a_scene["digests"]["statement"], in_a_scene["digests"]["trajectory"])
+
+
+def test_the_digest_does_not_depend_on_how_numbers_are_written() -> None:
+    assert digest(json.loads('{"b": [1, -0.0, null], "a": "x"}')) == digest(json.loads('{"a":"x","b":[1.0,0,null]}'))
+    assert digest([1.0]) != digest(["1.0"])
+    assert digest([[1.0], 2.0]) != digest([1.0, [2.0]])
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", "null", '{"format": "planner-proof/1"}', '{"format": 1e999}', "[" * 100_000, "NaN"]
+)
+def test_anything_else_is_rejected(text: str) -> None:
+    assert is_rejected(text)
+
+
+def test_a_zero_normal_proves_nothing(in_a_scene: dict[str, Any]) -> None:
+    changed = copy.deepcopy(in_a_scene)
+    for node in changed["evidence"]["clearance"]:
+        for plane in node[2]:
+            plane[1] = plane[1] and [0.0, 0.0, 0.0]
+    assert is_rejected(with_digests(changed))
+
+
+@pytest.mark.parametrize("part", ["statement", "trajectory", "evidence"])
+def test_a_file_without_a_field_is_rejected(in_a_scene: dict[str, Any], part: str) -> None:
+    needed = set(in_a_scene[part]) - {"robot", "joint_names", "not_covered"}
+    for name in needed:
+        changed = copy.deepcopy(in_a_scene)
+        del changed[part][name]
+        assert is_rejected(with_digests(changed)), name
