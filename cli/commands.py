@@ -144,6 +144,9 @@ def plan(
     report: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a report: one .html file that anyone can open.")
     ] = None,
+    proof: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the proof of the certificate, for planner check.")
+    ] = None,
     backend: Annotated[
         str | None, typer.Option(metavar="KIND", help="Back end in place of the request's, with its default options.")
     ] = None,
@@ -154,7 +157,7 @@ def plan(
     """Plan a request here, without a service, and show what came out."""
     from cli.work.planned_files import plan_file
 
-    plan_file(request, output, format_, plot, report, backend, robot, srdf, tip)
+    plan_file(request, output, format_, plot, report, proof, backend, robot, srdf, tip)
 
 
 @app.command()
@@ -203,6 +206,24 @@ def validate(
     from cli.work.trajectory_files import validate_file
 
     validate_file(trajectory, interpolation, robot, srdf, tip)
+
+
+@app.command()
+def check(
+    proof: Annotated[
+        str, typer.Argument(metavar="PROOF", help="Proof file, or an answer that includes `proof`; - reads stdin.")
+    ],
+    statement: Annotated[
+        str | None, typer.Option(metavar="DIGEST", help="Digest that the statement must have.", show_default="any")
+    ] = None,
+    trajectory: Annotated[
+        str | None, typer.Option(metavar="DIGEST", help="Digest that the trajectory must have.", show_default="any")
+    ] = None,
+) -> None:
+    """Check a proof file without trust in the planner; end with 1 if a claim is not proved."""
+    from cli.work.proof_files import check_proof_file
+
+    check_proof_file(proof, statement, trajectory)
 
 
 @app.command()

@@ -123,6 +123,9 @@ from planner.problems.regions import Region as Region
 from planner.problems.transitions import BlendTransition as BlendTransition
 from planner.problems.transitions import StopTransition as StopTransition
 from planner.problems.transitions import ThroughTransition as ThroughTransition
+from planner.proofs.checker import ProofRejected as ProofRejected
+from planner.proofs.writer import check_proof as check_proof
+from planner.proofs.writer import write_proof as write_proof
 from planner.robots import DHJoint as DHJoint
 from planner.robots import ExternalAxis as ExternalAxis
 from planner.robots import Joint as Joint

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from api.contract.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.contract.parts.common import Answer
@@ -372,6 +372,9 @@ class PlanAnswer(Answer):
     `tcp_linear_velocity`; when included."""
     limits: SegmentLimitsAnswer | None = None
     """The limits in force on each segment; when included."""
+    proof: dict[str, Any] | None = None
+    """The proof of the certificate, a file that `planner check` and other stand-alone checkers verify; when included.
+    docs/proof.md has its format. `statement.not_covered` names the checks that the proof does not cover."""
     sample_checks: list[InterpolationCertificate] | None = None
     """The checks of these samples as a controller interpolates them, for each interpolation; when included. The limits
     are the ones in force on each segment. POST /v1/trajectories/validate gives

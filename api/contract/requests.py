@@ -91,13 +91,15 @@ Include = TypeAliasType(
             "sample_checks",
             "tcp_speed_report",
             "limits",
+            "proof",
         ],
         Field(
             description="Something that an answer holds on demand: columns of the samples (`jerk`, `torque`; of the "
             "tool `tcp_pose`, `tcp_rpy`, `tcp_velocity`, `tcp_acceleration`), the joints' piecewise `polynomials`, the "
             "`tcp_polynomials` x(t), y(t), z(t) of its straight lines, `sample_checks`: what a controller reaches that "
             "interpolates between the samples, the `tcp_speed_report`: where the tool goes slower than "
-            "`tcp_linear_velocity`, and why, or the `limits` in force on each segment."
+            "`tcp_linear_velocity`, and why, the `limits` in force on each segment, or the `proof` of the certificate, "
+            "which stand-alone programs check."
         ),
     ],
 )

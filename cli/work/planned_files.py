@@ -6,6 +6,7 @@ import sys
 import time
 from pathlib import Path
 
+import orjson
 import typer
 
 from api.work.answers.formats import FORMATS
@@ -14,6 +15,7 @@ from cli.work.pictures import SUFFIXES, draw
 from cli.work.shared import read, refusals, robot_named, write
 from cli.work.terminal import plan_summary, terminal
 from planner.backends import BACKENDS
+from planner.proofs import write_proof
 
 
 def plan_file(
@@ -22,6 +24,7 @@ def plan_file(
     format_: str | None,
     plot: Path | None,
     report: Path | None,
+    proof: Path | None,
     backend: str | None,
     robot: str | None,
     srdf: Path | None,
@@ -48,6 +51,7 @@ def plan_file(
         definition = None if named is None else named.definition
         written = b"" if output is None else render(solved, asked, form, definition)
         title = Path(request).stem.replace("_", " ") if request != "-" else "Plan"
+        proved = b"" if proof is None else orjson.dumps(write_proof(solved))
         reported = b"" if report is None else report_of(solved, asked, title, definition)
     console = terminal(stderr=output == "-")
     console.print(plan_summary(solved, seconds))
@@ -57,5 +61,7 @@ def plan_file(
         write(Path(output), written, console)
     if report is not None:
         write(report, reported, console)
+    if proof is not None:
+        write(proof, proved, console)
     if plot is not None:
         write(plot, draw(solved, asked, title, plot.suffix, seconds), console)

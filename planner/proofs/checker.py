@@ -54,14 +54,14 @@ ONE: Model = (1.0, *ZERO[1:])
 """Taylor model of the number 1."""
 
 
-class Rejected(Exception):
+class ProofRejected(Exception):
     """A claim of the file is not proved."""
 
 
 def require(condition: bool, message: str) -> None:
     """Reject the file unless a condition holds."""
     if not condition:
-        raise Rejected(message)
+        raise ProofRejected(message)
 
 
 def encoded(value: Any) -> bytes:
@@ -557,7 +557,7 @@ class Proof:
         return [(*of_pieces[a], (a, b)) for a, b in pairwise([0, *cuts, self.pieces])]
 
     def check(self) -> None:
-        """Check all claims; raise Rejected unless each is proved."""
+        """Check all claims; raise ProofRejected unless each is proved."""
         methods = dict.fromkeys(BOUNDED_CLAIMS, self.check_bounded) | dict.fromkeys(JOINT_CLAIMS, self.check_joints)
         methods |= {"continuity": self.check_continuity, "waypoints": self.check_waypoints}
         methods |= {"velocity_at_position": self.check_velocity_at_position, "clearance": self.check_clearance}
@@ -572,23 +572,23 @@ def require_cover(intervals: list[tuple[float, float]], pieces: int) -> None:
     require(all(a < b for a, b in intervals) and ends[1:-1:2] == ends[2::2], "there is a gap")
 
 
-def check_file(file: Any, expected: list[str] | None = None) -> Proof:
-    """Check a proof file, its text or its content; raise Rejected unless it has the expected digests and proves."""
+def check_file(file: Any, expected: Any = None) -> Proof:
+    """Check a proof file, its text or its content, and its expected digests; raise ProofRejected unless all hold."""
     try:
         proof = Proof(json.loads(file) if isinstance(file, str | bytes) else file)
-        for name, value in zip(PARTS, expected or [], strict=False):
-            require(proof.digests[name] == value, f"the {name} has another digest than expected")
+        for name, value in dict(expected or {}).items():
+            require(value in (None, proof.digests[name]), f"the {name} has another digest than expected")
         proof.check()
     except (ArithmeticError, AttributeError, IndexError, KeyError, RecursionError, TypeError, ValueError) as error:
-        raise Rejected(f"the file is malformed ({type(error).__name__}: {error})") from None
+        raise ProofRejected(f"the file is malformed ({type(error).__name__}: {error})") from None
     return proof
 
 
 def main(arguments: list[str]) -> int:
     """Check the file that the arguments name, with expected digests after it; 0: accepted, 1: rejected."""
     try:
-        proof = check_file(Path(arguments[0]).read_text(encoding="utf-8"), arguments[1:])
-    except (Rejected, OSError, UnicodeDecodeError) as error:
+        proof = check_file(Path(arguments[0]).read_text(encoding="utf-8"), zip(PARTS, arguments[1:], strict=False))
+    except (ProofRejected, OSError, UnicodeDecodeError) as error:
         sys.exit(f"rejected: {error}")
     lines = [f"accepted: {', '.join(proof.claims)}", *(f"not covered: {x}" for x in proof.statement["not_covered"])]
     print(*lines, *(f"{name} {value}" for name, value in proof.digests.items()), sep="\n")  # noqa: T201

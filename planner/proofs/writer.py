@@ -12,7 +12,7 @@ from planner.proofs.statement import motion_of, pairs_of, statement_of
 from planner.scene.separations import UNIT_ERROR
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from planner.plans.result import Plan
     from planner.scene.checker import CollisionChecker
@@ -25,7 +25,7 @@ SHORT_NORMAL = 3
 """Decimal places of normals that prove enough."""
 
 
-def proof_of(plan: Plan) -> dict[str, Any]:
+def write_proof(plan: Plan) -> dict[str, Any]:
     """Write the proof of a plan's certificate as plain values, ready for JSON.
 
     A claim that needs too many intervals stands under `not_covered`.
@@ -38,7 +38,8 @@ def proof_of(plan: Plan) -> dict[str, Any]:
         >>> robot = planner.load_robot("kuka_kr16_2")
         >>> home = planner.JointWaypoint([0.0, -1.5, 1.5, 0.0, 0.5, 0.0])
         >>> pick = planner.JointWaypoint([1.0, -1.2, 1.2, 0.0, 0.5, 0.5])
-        >>> proof = planner.proof_of(planner.plan(planner.PlanningProblem(robot, [home, pick]), planner.Trapezoidal()))
+        >>> plan = planner.plan(planner.PlanningProblem(robot, [home, pick]), planner.Trapezoidal())
+        >>> proof = planner.write_proof(plan)
         >>> "velocity" in planner.check_proof(proof)
         True
     """
@@ -59,17 +60,17 @@ def _unproved(statement: dict[str, Any], motion: dict[str, Any]) -> dict[str, An
     return {"format": FORMAT, "digests": {name: digest(part) for name, part in parts.items()}, **parts}
 
 
-def check_proof(proof: str | bytes | dict[str, Any], expected: Sequence[str] = ()) -> list[str]:
+def check_proof(proof: str | bytes | dict[str, Any], expected: Mapping[str, str | None] | None = None) -> list[str]:
     """Check a proof and return its claims.
 
     Args:
         proof: The content of a file, or the proof in an answer.
-        expected: Expected digests of the statement, and of the trajectory; omitted: any.
+        expected: Expected digests by `statement`, `trajectory` and `evidence`; None: any.
 
     Raises:
-        Rejected: The proof is malformed, has another digest, or a claim is not proved.
+        ProofRejected: The proof is malformed, has another digest, or a claim is not proved.
     """
-    return check_file(proof, list(expected)).claims
+    return check_file(proof, expected).claims
 
 
 class _Finder:

@@ -416,3 +416,19 @@ def test_a_fault_of_the_command_line_is_one_line(
     assert "ZeroDivisionError" in told
     assert "secret" not in told
     assert told.count("\n") == 1
+
+
+def test_a_proof_is_written_and_checked(request_file: Path, tmp_path: Path) -> None:
+    file = tmp_path / "proof.json"
+    assert planner("plan", request_file, "--proof", file).exit_code == 0
+    result = planner("check", file)
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.startswith("accepted: continuity, waypoints, position")
+    proof = json.loads(file.read_text())
+    assert planner("check", "-", stdin=json.dumps({"proof": proof})).exit_code == 0
+    assert planner("check", file, "--statement", proof["digests"]["statement"]).exit_code == 0
+    assert planner("check", file, "--trajectory", proof["digests"]["statement"]).exit_code == 1
+    proof["trajectory"]["coefficients"][0][0][0] += 0.01
+    result = planner("check", "-", stdin=json.dumps(proof))
+    assert (result.exit_code, result.stderr) == (1, "rejected: a digest does not match\n")
+    assert planner("check", "-", stdin="{").exit_code == 1

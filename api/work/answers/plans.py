@@ -20,6 +20,7 @@ from planner.problems.actions import SetOutput
 from planner.problems.motion_around import as_requested
 from planner.problems.problem import PoseWaypoint, ViaWaypoint
 from planner.problems.regions import region_of
+from planner.proofs import write_proof
 from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
@@ -102,6 +103,8 @@ def as_dict(plan: Plan, options: AnswerOptions) -> dict[str, Any]:
         ]
     if "limits" in options.include:
         answer["limits"] = _limits(plan, samples)
+    if "proof" in options.include:
+        answer["proof"] = write_proof(plan)
     if "sample_checks" in options.include:
         answer["sample_checks"] = _sample_checks(plan.certify_samples(samples.time))
     if options.request_hash is not None:

@@ -39,7 +39,7 @@ SMALL = 4096
 Compression shrinks its numbers by a quarter at most, and takes as long as the rest of saving a plan.
 """
 
-OF_THE_PATH = frozenset({"tcp_polynomials", "tcp_speed_report"})
+OF_THE_PATH = frozenset({"tcp_polynomials", "tcp_speed_report", "proof"})
 """The parts of an answer that need the curves and tool motions of a plan's path."""
 
 Packed = tuple[Sequence[int], bytes]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import planner
 from benchmarks.proofs.plans import ROBOTS, plans
-from planner.proofs import proof_of
+from planner.proofs import write_proof
 from planner.proofs.checker import (
     CONTACT,
     TOOL_CLAIMS,
@@ -50,7 +50,7 @@ def value(f: Model, x: float) -> float:
 
 @pytest.fixture(scope="module")
 def made() -> list[tuple[planner.Plan, Proof]]:
-    return [(plan, Proof(proof_of(plan))) for plan in plans(np.random.default_rng(11), 2 * len(ROBOTS))]
+    return [(plan, Proof(write_proof(plan))) for plan in plans(np.random.default_rng(11), 2 * len(ROBOTS))]
 
 
 def windows(proof: Proof, generator: np.random.Generator, count: int = 4) -> Any:
