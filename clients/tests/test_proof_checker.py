@@ -22,14 +22,14 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     built = tmp_path_factory.mktemp("go") / "proofchecker"
     for command in (["go", "vet", "."], ["go", "build", "-o", str(built), "."]):
         subprocess.run(command, cwd=SOURCE, check=True)
-    badly_formatted = subprocess.run(["gofmt", "-l", "."], cwd=SOURCE, check=True, capture_output=True, text=True)
-    assert not badly_formatted.stdout
+    for command in (["gofmt", "-l", "."],):
+        assert not subprocess.run(command, cwd=SOURCE, check=True, capture_output=True).stdout
     return built
 
 
 @pytest.fixture(scope="module")
 def proofs() -> list[dict[str, Any]]:
-    return [write_proof(plan) for plan in plans(np.random.default_rng(21), 20)]
+    return [write_proof(plan) for plan in plans(np.random.default_rng(21), 5)]
 
 
 def verdicts(program: Path, files: list[Any]) -> list[bool]:
@@ -56,7 +56,7 @@ def test_both_accept_honest_files(program: Path, proofs: list[dict[str, Any]]) -
 
 def test_both_reject_files_with_a_false_claim_or_a_gap(program: Path, proofs: list[dict[str, Any]]) -> None:
     generator = np.random.default_rng(1)
-    files = [changed for proof in proofs for _, changed in tampered(proof, generator, 2 * len(KINDS))]
+    files = [changed for proof in proofs for _, changed in tampered(proof, generator, len(KINDS))]
     assert not any(verdicts(program, files))
     assert not any(map(is_accepted, files))
 
@@ -64,7 +64,7 @@ def test_both_reject_files_with_a_false_claim_or_a_gap(program: Path, proofs: li
 def test_both_agree_on_any_changed_number(program: Path, proofs: list[dict[str, Any]]) -> None:
     """Half of the changes are of the last bit: most of those files are still true."""
     generator = np.random.default_rng(2)
-    files = [with_digests(with_any_number_changed(proof, generator)) for proof in proofs * 10]
+    files = [with_digests(with_any_number_changed(proof, generator)) for proof in proofs * 6]
     found = verdicts(program, files)
     assert found == list(map(is_accepted, files))
     assert set(found) == {True, False}
