@@ -423,7 +423,7 @@ def test_a_proof_is_written_and_checked(request_file: Path, tmp_path: Path) -> N
     assert planner("plan", request_file, "--proof", file).exit_code == 0
     result = planner("check", file)
     assert result.exit_code == 0, result.stderr
-    assert result.stdout.startswith("accepted: continuity, waypoints, position")
+    assert result.stdout.startswith("accepted: continuity, waypoints, velocity")
     proof = json.loads(file.read_text())
     assert planner("check", "-", stdin=json.dumps({"proof": proof})).exit_code == 0
     assert planner("check", file, "--statement", proof["digests"]["statement"]).exit_code == 0
