@@ -221,7 +221,7 @@ def check(
     ] = None,
 ) -> None:
     """Check a proof file without trust in the planner; end with 1 if a claim is not proved."""
-    from cli.work.proof_files import check_proof_file
+    from cli.work.planned_files import check_proof_file
 
     check_proof_file(proof, statement, trajectory)
 

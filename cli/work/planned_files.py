@@ -1,7 +1,8 @@
-"""Plans of request files without a service: the work of `planner plan`."""
+"""Plans of request files without a service, and checks of their proofs: `planner plan` and `planner check`."""
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from pathlib import Path
@@ -15,7 +16,7 @@ from cli.work.pictures import SUFFIXES, draw
 from cli.work.shared import read, refusals, robot_named, write
 from cli.work.terminal import plan_summary, terminal
 from planner.backends import BACKENDS
-from planner.proofs import write_proof
+from planner.proofs import ProofRejected, check_proof, write_proof
 
 
 def plan_file(
@@ -65,3 +66,19 @@ def plan_file(
         write(proof, proved, console)
     if plot is not None:
         write(plot, draw(solved, asked, title, plot.suffix, seconds), console)
+
+
+def check_proof_file(file: str, statement: str | None, trajectory: str | None) -> None:
+    """Check a proof file and print its claims; end with 1 if it is rejected."""
+    try:
+        content = json.loads(read(file, "PROOF"))
+        proof = content.get("proof", content) if isinstance(content, dict) else content
+        claims = check_proof(proof, {"statement": statement, "trajectory": trajectory})
+    except (ProofRejected, ValueError, RecursionError) as error:
+        typer.echo(f"rejected: {error}", err=True)
+        raise typer.Exit(1) from None
+    typer.echo(f"accepted: {', '.join(claims)}")
+    for claim in proof["statement"]["not_covered"]:
+        typer.echo(f"not covered: {claim}")
+    for part, digest in proof["digests"].items():
+        typer.echo(f"{part} {digest}")
