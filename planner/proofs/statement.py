@@ -143,7 +143,7 @@ def _curves(robot: Robot, joint: int) -> Iterator[dict[str, Any]]:
 def _waypoints(plan: Plan, robots: Sequence[Robot]) -> Iterator[dict[str, Any]]:
     """Yield the waypoints with their times, and the joint positions and poses to be met there."""
     path, trajectory, problem = plan.path, plan.trajectory, plan.problem
-    blended = {k for group in path.segment_groups for k in group.blended}
+    blended = {k for group in path.groups for k in group.blended}
     met = certify_waypoints(trajectory, problem, path.positions, blended)
     wanted = np.where(np.isnan(met.positions), path.positions, met.positions)
     for k, time in enumerate(trajectory.arrivals.tolist()):
