@@ -188,4 +188,17 @@ def versions(
     print_json(figures) if json else print_table(figures)
 
 
+@app.command()
+def proofs(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    plans: Annotated[int, typer.Option(help="Random plans, over all back ends.", min=1)] = 20,
+    tampered: Annotated[int, typer.Option(help="Tampered files.", min=0)] = 1000,
+    seconds: Annotated[float, typer.Option(help="Most time for tampered files in Python, s.", min=0.0)] = 300.0,
+) -> None:
+    """Proof files: sizes, times of writing and checking, and tampered files through both checkers."""
+    from benchmarks.proofs.measure import measure, print_table
+
+    _show(measure(plans, tampered, seconds), json, print_table)
+
+
 app()
