@@ -195,7 +195,7 @@ def proofs(
     tampered: Annotated[int, typer.Option(help="Tampered files.", min=0)] = 1000,
     seconds: Annotated[float, typer.Option(help="Most time for tampered files in Python, s.", min=0.0)] = 300.0,
 ) -> None:
-    """Proof files: sizes, times of writing and checking, and tampered files through both checkers."""
+    """Measure proof files: sizes, times of writing and checking; try tampered files with both checkers."""
     from benchmarks.proofs.measure import measure, print_table
 
     _show(measure(plans, tampered, seconds), json, print_table)
