@@ -136,13 +136,14 @@ def test_a_polynomial_is_nonnegative_where_samples_are(coefficients: list[float]
         assert not is_one_nonnegative(raised)
 
 
-@given(st.lists(numbers, min_size=2, max_size=4), numbers)
-def test_of_two_polynomials_one_is_nonnegative_everywhere(coefficients: list[float], at: float) -> None:
+@given(st.lists(numbers, min_size=2, max_size=4))
+def test_of_two_polynomials_one_is_nonnegative_everywhere(coefficients: list[float]) -> None:
     one = [Fraction(c) for c in coefficients]
     other = [-c + Fraction(1, 1000) for c in one[:1]] + [-c for c in one[1:]]
     assert is_one_nonnegative(one, other)
     gap = [-c - Fraction(1, 1000) for c in one[:1]] + [-c for c in one[1:]]
-    crosses = {x > 0 for x in np.polynomial.Polynomial(coefficients)(np.linspace(0.0, 1.0, 5001))} == {True, False}
+    samples = np.polynomial.Polynomial(coefficients)(np.linspace(0.0, 1.0, 5001))
+    crosses = samples.min() < -0.01 and samples.max() > 0.01  # and is -0.0005 between
     assert is_one_nonnegative(one, gap) <= (not crosses)
 
 
