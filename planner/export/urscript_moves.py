@@ -34,8 +34,8 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     program = "\n".join(
         [
             f"# {origin(plan)}: joint positions in rad.",
-            "# The controller plans each motion by its own law in the time given: the certificate is not that of what",
-            "# it does. Lines are those of the tool that is set there, which has to be the plan's at the start.",
+            "# The controller plans each motion itself, in the given time: the certificate does not hold for it.",
+            "# Lines are lines of the tool that is set there, which has to be the plan's at the start.",
             "def planned_trajectory():",
             *halt_away_from_start(plan.path.positions[0]),
             *(f"  {line}" for line in _statements(plan, motions)),

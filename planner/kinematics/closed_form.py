@@ -151,7 +151,7 @@ class ThreeParallel:
         last_height = self.first_height(last, last_rise[:, None]).real
         q5 = self.last_height.angles(last_height)
         turn5 = np.exp(1j * q5)
-        # Where the sixth joint's frame sees h when the arm is as asked, and where before its turn.
+        # Where the sixth joint's frame sees h when the arm is as requested, and where before its turn.
         h_turned = (
             turns.transpose(0, 2, 1)[:, None]
             @ ((h * back.conj())[..., None] * self.first.across.conj() + h_rise * self.first.along).real[..., None]

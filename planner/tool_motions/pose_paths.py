@@ -18,7 +18,7 @@ COLLINEAR = 1e-6
 """Three points whose triangle has a height below this share of its longest side lie on a line."""
 
 
-UNUSED_ORIENTATION = "an orientation is asked on the way to a waypoint that asks for none"
+UNUSED_ORIENTATION = "an orientation is given on the way to a waypoint without one"
 """Message about the orientation of a pose on a path whose end has no orientation."""
 
 

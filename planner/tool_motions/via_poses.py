@@ -78,7 +78,7 @@ def via_poses(start: Pose, between: Sequence[Pose], end: Pose) -> ViaPoses:
         message = "the tool would have to turn where it is: leave this pose out, or make it a waypoint"
         raise NoPath(message, "poses", min(indices[k + 1], len(between) - 1))
     if len(kept) < 2:
-        raise NoPath("all poses are those of the waypoints at its ends: it goes nowhere", "poses")
+        raise NoPath("all poses are equal to the poses of the waypoints at its ends", "poses")
     rotations = None if is_open else _filled([pose.rotation for pose in kept], lengths)
     return ViaPoses(positions, rotations, np.array(indices))
 

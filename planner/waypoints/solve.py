@@ -124,7 +124,7 @@ class _Sequence:
         self.waypoints, self.options, self.is_free = waypoints, options, is_free
         self.pinned = pinned_robots(robots, waypoints)
         self.wanted = wanted_poses(robots, waypoints)
-        # Of the tool that goes on from there: the pose asked at the waypoint before each.
+        # Of the tool that continues from there: the pose requested at the waypoint before each.
         changes = zip(self.wanted, robots, robots[1:], strict=False)
         self.before: list[Pose | None] = [None, *(of_other_tool(pose, own, other) for pose, own, other in changes)]
         self.given_ahead: list[FloatArray | None] = [None] * (len(waypoints) + 1)  # at a waypoint, or after it

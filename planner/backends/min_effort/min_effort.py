@@ -107,7 +107,7 @@ class MinEffort(MinEffortOptions):
             warnings.append(PlanWarning("effort_incomplete", message))
         if stopped:
             message = (
-                "the search ended before it reached an optimum: what is returned keeps all limits and costs no more "
+                "the search ended before it reached an optimum: the motion keeps all limits and costs no more "
                 f"than the quintic (segments from {', '.join(map(str, stopped))} on)"
             )
             warnings.append(PlanWarning("suboptimal", message))

@@ -310,7 +310,7 @@ class _JointGroup:
         if needed is None:
             given = np.flatnonzero(self.requested > 0.0)
             return InfeasibleDuration(
-                "with the durations asked around segment {segment} no motion was found that keeps the limits",
+                "no motion within the limits was found with the requested durations around segment {segment}",
                 waypoint=segment + 1,
                 segment=segment,
                 value=float(self.requested[first]),

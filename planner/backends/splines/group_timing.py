@@ -220,7 +220,7 @@ class _PassingTiming(_SplineTiming):
         if broken.quantity != "position":
             return self._unsatisfiable_error(segment, BindingLimit(broken.quantity, name), value, limit)
         waypoints, remedies = self._passed_around(segment)
-        message = f"passing {waypoints} with the velocity asked would take {name} beyond its limit {limit:.6g}"
+        message = f"passing {waypoints} with the requested velocity would move {name} beyond its limit {limit:.6g}"
         return JointPositionLimit(message, segment=segment, joint=name, value=value, limit=limit, remedies=remedies)
 
     def _infeasible_error(self, needed: dict[int, TimeScaling]) -> PlanningError:
@@ -233,7 +233,7 @@ class _PassingTiming(_SplineTiming):
     ) -> LimitsUnsatisfiable:
         waypoints, remedies = self._passed_around(segment)
         return LimitsUnsatisfiable(
-            f"no motion that passes {waypoints} with the velocity asked was found within {binding.named} on segment "
+            f"no motion through {waypoints} with the requested velocity was found within {binding.named} on segment "
             "{segment}",
             segment=segment,
             joint=binding.joint,
@@ -346,7 +346,7 @@ class _CurveTiming(_Timing):
         given = np.unique(self.segments[~np.isnan(self.requested)])
         segment = int(given[0])
         return InfeasibleDuration(
-            "with the durations asked around segment {segment} the arm would have to run back and forth on its path",
+            "with the requested durations around segment {segment} the arm would have to reverse on its path",
             waypoint=segment + 1,
             segment=segment,
             value=float(self.path.durations[segment]),

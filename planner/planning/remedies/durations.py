@@ -71,7 +71,7 @@ def duration_remedies(refused: Refused, refusal: InfeasibleDuration) -> Proposal
     if duration is not None:
         durations = durations_sharing(path, plan.trajectory, duration, minimum_durations(attempt.with_detours))
         if (durations[path.moving] <= 0.0).any():
-            return remedies  # the durations asked leave no time: no limits are high enough for that
+            return remedies  # the requested durations leave no time: no limits are high enough for that
     faster, kept = _faster(plan.trajectory, path, durations), enforced(attempt.backend)
     needs = faster.needs(limits, kept)
     enough = yield from _higher_limits(attempt, limits, needs)

@@ -199,7 +199,9 @@ def test_a_duration_that_is_too_short_is_refused_with_the_shortest(backend: Cubi
 @each_spline
 def test_a_tool_speed_that_the_velocity_exceeds_is_named(backend: Cubic | Quintic) -> None:
     problem = passing_at(VELOCITY, limits=Limits(tcp_linear_velocity=0.1))
-    with pytest.raises(LimitsUnsatisfiable, match=r"waypoint 1 with the velocity asked .* the tool's speed") as refusal:
+    with pytest.raises(
+        LimitsUnsatisfiable, match=r"waypoint 1 with the requested velocity .* the tool's speed"
+    ) as refusal:
         plan(problem, backend)
     (remedy,) = refusal.value.remedies
     assert remedy.field == ("waypoints", 1, "transition", "velocity")
@@ -217,7 +219,7 @@ def test_a_velocity_towards_a_limit_that_is_too_near_is_refused_for_it(backend: 
         JointWaypoint(tuple(near), transition=ThroughTransition(velocity)),
     )
     problem = PlanningProblem(robot, [start, passed, start])
-    with pytest.raises((JointPositionLimit, LimitsUnsatisfiable), match="waypoint 1 with the velocity") as refusal:
+    with pytest.raises((JointPositionLimit, LimitsUnsatisfiable), match="waypoint 1 with the requested") as refusal:
         plan(problem, backend)
     assert refusal.value.joint == robot.joint_names[0]
     assert refusal.value.segment == 1
