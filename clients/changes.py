@@ -1,6 +1,6 @@
 """Finds what breaks clients between two OpenAPI documents: `python -m clients.changes before.json after.json`.
 
-What was valid in a request has to stay valid, and what an answer held has to stay there with its type. Operations,
+Every valid request must stay valid, and every field of an answer must stay there with its type. Operations,
 optional fields of requests, fields of answers, kinds, formats and codes may be added. A document of a new major version
 (before 1.0 a new minor one) may break anything.
 """
@@ -83,8 +83,8 @@ class _Comparison:
     Attributes:
         narrow: The document of the values: the one before for requests, the one after for answers.
         wide: The document that has to accept them.
-        is_request: Whether they are those of a request, which may have no unknown field; in an answer, fields and
-            values of enumerations may be added.
+        is_request: Whether they come from a request, which may have no unknown field; in an answer, fields and
+             values of enumerations may be added.
         seen: The pairs of references that have been compared.
     """
 
@@ -133,7 +133,7 @@ class _Comparison:
 
 
 def _variants(schema: JsonObject, document: JsonObject) -> dict[str | None, JsonObject]:
-    """List the types that a value may have, objects with a `kind` by that; None stands for any value at all."""
+    """List the types that a value may have, objects by their `kind`; None stands for any value."""
     while "$ref" in schema:
         schema = document["components"]["schemas"][schema["$ref"].rpartition("/")[2]]
     for keyword in ("anyOf", "oneOf"):
@@ -147,7 +147,7 @@ def _variants(schema: JsonObject, document: JsonObject) -> dict[str | None, Json
 
 
 def _narrowed(before: JsonObject, after: JsonObject, where: str) -> Iterator[str]:
-    """List what was valid and is not any more."""
+    """List the changes that make valid values invalid."""
     for keyword in LEAST:
         if after.get(keyword, float("-inf")) > before.get(keyword, float("-inf")):
             yield f"{where}: {keyword} is {after[keyword]}, was {before.get(keyword)}"

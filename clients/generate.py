@@ -1,6 +1,6 @@
 """Makes a client of the service: `python -m clients.generate java --output my-client`.
 
-The generators come with the extra `clients`; those for Java and Go need a Java runtime (`default-jre-headless`).
+The generators come with the extra `clients`; Java and Go need a Java runtime (`default-jre-headless`).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ JAVA_OPTIONS = (
 """The generator's options for Java: its own HTTP client, and packages under `planner.client`."""
 
 GO_OPTIONS = "packageName=planner,useOneOfDiscriminatorLookup=true,enumClassPrefix=true"
-"""The generator's options for Go: variants are told by their `kind`, names of constants begin with their type."""
+"""The generator's options for Go: variants are chosen by their `kind`, names of constants begin with their type."""
 
 
 def python(openapi: Path, output: Path) -> None:
@@ -76,7 +76,7 @@ def _run_openapi_generator(language: str, options: str, openapi: Path, output: P
 
 
 def _run(*command: str | Path) -> None:
-    """Run a generator, and show what it says only where it fails."""
+    """Run a generator, and show its output only if it fails."""
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - a command of this file
     if done.returncode != 0:
         sys.exit(f"{done.stdout}{done.stderr}\n{command[0]} failed with status {done.returncode}")

@@ -68,7 +68,7 @@ def transition(start: Pose, end: Pose, duration: float, backend: Trapezoidal) ->
 
 
 def progress(result: Plan, time: float) -> tuple[float, float]:
-    """Return s and its derivative: how far along its travel the joint that travels most is."""
+    """Return s and its derivative: the fraction of the longest joint travel covered."""
     start, end = result.path.positions
     joint = int(np.argmax(np.abs(end - start)))
     position, velocity = result.trajectory.evaluate(np.array([time]), [0, 1])

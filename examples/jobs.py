@@ -18,7 +18,7 @@ HOME = {"kind": "joint", "name": "home", "position": [0.0, -1.57, 1.57, 0.0, 1.5
 """Arm folded, tool down."""
 
 STRETCHED = {"kind": "joint", "name": "home", "position": [0.0, -1.2, 1.4, 0.0, 0.0, 0.0]}
-"""Wrist stretched: joints 4 and 6 turn about the same axis, a singular posture."""
+"""Wrist stretched: joints 4 and 6 turn about the same axis, a singular joint position."""
 
 DOWN = {"kind": "rpy", "rpy": [pi, 0.0, pi]}
 """The tool points straight down."""
@@ -41,7 +41,7 @@ def arc(via: list[float], position: list[float], **more: Any) -> JSON:
 
 
 def blend(radius: float) -> JSON:
-    """The corner at this waypoint is cut, from the radius before it to the radius after it."""
+    """Cut the corner at this waypoint, from the radius before it to the radius after it."""
     return {"kind": "blend", "radius": radius}
 
 

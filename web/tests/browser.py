@@ -91,9 +91,9 @@ def launched(playwright: Playwright) -> Browser:
 def opened(
     browser: Browser, url: str, may_fail: tuple[str, ...] = (), scripts: tuple[str, ...] = (), **options: Any
 ) -> Iterator[Page]:
-    """Open the page; at the end, nothing but `may_fail` may have been said, and nobody else have been asked.
+    """Open the page; at the end, only messages of `may_fail` and no requests to other hosts are allowed.
 
-    `scripts` run before those of the page.
+    `scripts` run before the scripts of the page.
     """
     said: list[str] = []
     asked: set[str] = set()
@@ -122,14 +122,14 @@ def leave_unanswered(route: Route) -> None:
 
 
 def planned(page: Page) -> str:
-    """Wait for a plan of what is shown; return what the page says of it."""
+    """Wait for a plan of the shown request; return the status text of the page."""
     page.locator(".verdict:not(.stale)").wait_for()
     verdict: str = page.locator(".verdict").inner_text()
     return verdict
 
 
 def choose_example(page: Page, name: str) -> None:
-    """Choose an example by its group and name, and wait for its plan: until then, the one before may be shown."""
+    """Choose an example by its group and name, and wait for its plan: the previous one may stay until then."""
     group, _, file = name.rpartition("/")
     folder = ROOT / "examples" / ("jobs" if group == "jobs" else "")
     waypoints = json.loads((folder / f"{file}.json").read_text())["waypoints"]
@@ -190,13 +190,13 @@ def addressed(page: Page) -> Iterator[None]:
 
 
 def drawn(page: Page) -> None:
-    """Wait until the stage shows what has changed: a busy machine takes its time."""
+    """Wait until the stage shows the change, which takes longer on a busy machine."""
     page.wait_for_timeout(300)
     page.evaluate(FRAMES)
 
 
 def changed_colours(page: Page) -> int:
-    """Count the colours of the stage that differ from the kept ones, and keep the new ones; -1: none were kept."""
+    """Count the colours of the stage that differ from the kept ones, and keep the new; -1: none kept."""
     drawn(page)
     return int(page.evaluate(CHANGED, 0))
 

@@ -1,4 +1,4 @@
-"""Measures what the page costs and writes it into docs/page.md: `python -m web.tests.figures`."""
+"""Measures the costs of the page and writes them into docs/page.md: `python -m web.tests.figures`."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def metric(client: CDPSession, name: str) -> float:
 
 
 def interactions(page: Page) -> tuple[list[Interaction], float]:
-    """Do what is heavy; return what each took, the heaviest first, and ms of scripting in a frame while playing."""
+    """Do the heavy actions; return their times, longest first, and ms of scripting in a frame while playing."""
     planned(page)
     client = page.context.new_cdp_session(page)
     client.send("Performance.enable")

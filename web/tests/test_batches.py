@@ -72,7 +72,7 @@ def test_files_of_a_batch_are_saved_where_keys_are_asked_for(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
-    """A link sends no key: what was saved under its name was the refusal."""
+    """A link sends no key: it saved the refusal under the name of the file."""
     monkeypatch.setenv("PLANNER_DATA_DIRECTORY", str(tmp_path))
     key = CliRunner().invoke(app, ["keys", "create", "page"]).stdout.strip()
     service = start_service(access="keys", workers=1)

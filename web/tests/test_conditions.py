@@ -91,7 +91,7 @@ def long_request() -> dict[str, Any]:
 
 
 def bundle() -> tuple[int, int]:
-    """Return the bytes of the page's files, compressed, without those of three and with them."""
+    """Return the bytes of the page's files, compressed, without the files of three and with them."""
     files = {file.name: file.stat().st_size for file in (ROOT / "api/built_page/assets").glob("*.gz")}
     three = sum(size for name, size in files.items() if name.startswith(("stage-", "objects-")))
     return sum(files.values()) - three, sum(files.values())
@@ -214,7 +214,7 @@ def test_on_a_slow_network_the_last_edit_wins(page: Page) -> None:
 
 
 def test_the_theme_is_switched_and_kept(browser: Browser, service: RunningService) -> None:
-    """As the system says at first; what is chosen stays when the page is loaded again."""
+    """The system decides at first; a choice stays when the page is loaded again."""
     with opened(browser, f"{service.url}/", color_scheme="light") as page:
         planned(page)
         page.locator(".plot canvas").first.wait_for()
@@ -231,7 +231,7 @@ def test_the_theme_is_switched_and_kept(browser: Browser, service: RunningServic
 
 
 def brightness(page: Page) -> float:
-    """Return the mean of red, green and blue of what is behind all."""
+    """Return the mean of red, green and blue of the background."""
     colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
     red, green, blue = (float(value) for value in re.findall(r"[\d.]+", colour)[:3])
     return (red + green + blue) / 3.0
@@ -290,7 +290,7 @@ def test_a_report_opens_from_disk_and_plays(browser: Browser, service: RunningSe
 
 @pytest.mark.parametrize("takes", [True, False])
 def test_a_report_shows_what_is_carried(browser: Browser, service: RunningService, tmp_path: Path, takes: bool) -> None:
-    """The arm ends where it began, so that only what it has put down elsewhere makes another picture."""
+    """The arm ends at its start, so that only the object put down changes the picture."""
     request = json.loads((ROOT / "examples/pick_and_place_dates.json").read_text())
     text = service.post("/v1/trajectories?format=html", request).text
     if not takes:
@@ -314,7 +314,7 @@ def test_the_page_is_small() -> None:
 
 
 def test_the_first_view_loads_nothing_of_three() -> None:
-    """What the entry imports at once comes with the first view; what it loads later does not."""
+    """Static imports of the entry come with the first view; later loads do not."""
     built = ROOT / "api/built_page"
     waiting = re.findall(r'<script[^>]* src="\./(assets/[^"]+)"', (built / "index.html").read_text())
     assert len(waiting) == 1

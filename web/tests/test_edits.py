@@ -1,4 +1,4 @@
-"""Edits on the page: what is added is what is shown, drafts and options stay with what they belong to."""
+"""Edits on the page: the shown position is added, drafts and options stay with their waypoints."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def pose_of(service: RunningService, robot: str, position: list[float], tool: An
 
 
 def same_pose(added: dict[str, Any], pose: dict[str, Any]) -> bool:
-    """Whether two poses are the same within the accuracy of the values beside the sliders, of an arm of 3 m."""
+    """Return whether two poses are equal to the accuracy of the slider values, for an arm of 3 m."""
     quaternions = (added["orientation"]["xyzw"], pose["orientation"]["xyzw"])
     cosine = abs(sum(a * b for a, b in zip(*quaternions, strict=True)))
     return math.dist(added["position"], pose["position"]) < 0.01 and math.acos(min(1.0, cosine)) < 0.01

@@ -1,4 +1,4 @@
-"""Links to what the page shows: copied, opened, and malformed."""
+"""Links to the state of the page: copied, opened, and malformed."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_a_link_reproduces_what_is_seen(page: Page, browser: Browser) -> None:
 def test_the_link_to_what_is_shown_is_copied(
     browser: Browser, service: RunningService, scripts: tuple[str, ...]
 ) -> None:
-    """It is the link to what is shown now, whether or not the address has followed yet."""
+    """The link belongs to the current view, even before the address has followed."""
     with opened(browser, f"{service.url}/", scripts=scripts) as page:
         planned(page)
         page.locator("[data-waypoint='1']").click()
@@ -96,11 +96,11 @@ SENTENCES: dict[str, Any] = {
     "/robot must be the id of a robot; got nothing": {"waypoints": [{"kind": "named", "name": "home"}]},
     "the request must be an object; got [1,2]": [1, 2],
 }
-"""What the page says of malformed requests."""
+"""Messages of the page about malformed requests."""
 
 
 def test_a_malformed_link_is_said_in_a_sentence(browser: Browser, service: RunningService) -> None:
-    """At first the first example is shown instead; later what was shown stays."""
+    """At first the first example is shown instead; later the view stays."""
     banner = "The link cannot be shown"
     with opened(browser, f"{service.url}/{fragment([None])}") as page:
         expect(page.get_by_role("alert").filter(has_text=banner)).to_contain_text("the request must be an object")

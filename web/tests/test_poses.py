@@ -1,4 +1,4 @@
-"""Poses and tools on the page: dragged and asked about, reached in one of many ways, with the tool that is in force."""
+"""Poses and tools on the page: dragged, solved, reached in one of many configurations, with the current tool."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_pose_is_dragged_and_asked_about_on_the_way(page: Page) -> None:
 
 
 def test_a_configuration_is_chosen_and_undone(page: Page) -> None:
-    """Each way is another posture; the one that is chosen is planned, by its names."""
+    """Each solution is another joint position; the chosen one is planned, by its names."""
     page.locator("[data-waypoint='4']").click()
     when = page.locator("[data-waypoint='4'] .when")
     before = when.inner_text()
@@ -95,7 +95,7 @@ REDUNDANT = {
 def test_the_ways_of_a_redundant_robot_are_chosen_by_keys(
     browser: Browser, service: RunningService, scheme: str
 ) -> None:
-    """The list is no higher than a part of the window and one stop of the tab key; what it chooses is what it said."""
+    """The list is no higher than a part of the window and one stop of the tab key; the chosen entry is applied."""
     with opened(browser, f"{service.url}/", color_scheme=scheme) as page:
         planned(page)
         use_request(page, json.dumps(REDUNDANT))

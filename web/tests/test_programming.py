@@ -1,4 +1,4 @@
-"""What a robot programmer does with the page, end to end: plan, edit, refuse and mend, compare, play, export."""
+"""Work of a robot programmer with the page, end to end: plan, edit, refuse and mend, compare, play, export."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 def test_the_first_example_is_planned(page: Page) -> None:
-    """25.29 s is what the document prints for the six poses."""
+    """The document prints 25.29 s for the six poses."""
     assert "25.29 s" in planned(page)
     assert page.locator("[data-waypoint]").count() == 6
     assert page.locator(".certificate tbody tr").count() >= 4
@@ -53,7 +53,7 @@ PEOPLE |= {"m/s": "mm/s", "m/s²": "mm/s²", "m/s³": "mm/s³"}
 """The units in which people read the values of joints."""
 
 PEOPLE_OF_TOOL = {"m": "mm", "rad": "°"}
-"""Those of errors and deviations of the tool; its speeds stay in m/s."""
+"""Units of errors and deviations of the tool; its speeds stay in m/s."""
 
 
 def test_every_quantity_has_a_title_and_a_unit(browser: Browser, service: RunningService) -> None:
@@ -221,7 +221,7 @@ FORMATS = {
     "rapid": (".mod", b"MODULE"),
     "fanuc_ls": (".ls", b"/PROG"),
 }
-"""The buttons of the formats, the endings of their files, and what the files begin with."""
+"""The buttons of the formats, the endings of their files, and the first bytes of the files."""
 
 
 def test_a_plan_is_saved_in_every_format(page: Page, tmp_path: Path) -> None:
@@ -246,7 +246,7 @@ COMMANDS = {
 
 
 def test_the_code_is_copied_and_plans_what_is_shown(page: Page) -> None:
-    """25.29 s is what the document prints for the six poses."""
+    """The document prints 25.29 s for the six poses."""
     page.get_by_role("tab", name="Exports").click()
     environment = {**os.environ, "NO_PROXY": "127.0.0.1", "no_proxy": "127.0.0.1"}
     for language, command in COMMANDS.items():
@@ -321,7 +321,7 @@ def test_a_collision_is_shown_at_its_place_and_a_way_around_applies(page: Page, 
 
 
 def test_without_a_plan_no_time_is_shown(browser: Browser, service: RunningService, page: Page) -> None:
-    """The address says when, but what it asks for is refused."""
+    """The address has a time, but its request is refused."""
     with addressed(page):
         page.get_by_role("slider", name="Time").press("PageUp")
     page.locator("[data-waypoint='2']").click()

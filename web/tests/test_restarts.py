@@ -118,7 +118,7 @@ def test_it_plans_again(
 def test_a_plan_that_was_under_way_is_asked_for_again(
     browser: Browser, start_service: Callable[..., RunningService], start_again: Callable[..., RunningService]
 ) -> None:
-    """What was asked stays, and is sent anew once: it may be what has ended the service."""
+    """The request stays, and is sent again once: it may have ended the service."""
     asked = json.loads((ROOT / "examples/around_a_wall.json").read_text())
     asked["waypoints"][1]["motion"] |= {"optimise": "duration", "time_budget": 5.0}
     first = start_service(workers=1)
@@ -139,7 +139,7 @@ def test_a_plan_that_was_under_way_is_asked_for_again(
 
 
 def batch_under_way(page: Page) -> Locator:
-    """Send a batch, and wait until some of it is there; the rest takes seconds, so that no slow page finds it done."""
+    """Send a batch, and wait for its first results; the rest takes seconds, even for a slow page."""
     planned(page)
     use_request(page, json.dumps(slow_requests(1)[0]))
     planned(page)

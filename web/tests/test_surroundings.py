@@ -1,4 +1,4 @@
-"""Scenes on the page: ways to a pose that are free, ways around made better, speeds near objects."""
+"""Scenes on the page: collision-free solutions of a pose, better detours, speeds near objects."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ TO_A_POSE = {
 
 
 def test_free_ways_come_first_and_the_others_say_what_is_in_the_way(browser: Browser, service: RunningService) -> None:
-    """Which are free is what the check of collisions says of the same postures."""
+    """The check of collisions finds the same joint positions free."""
     found = service.post("/v1/kinematics/inverse", INVERSE).json()["results"][0]["solutions"]
     checks = service.post(
         "/v1/collisions/check",
