@@ -19,6 +19,7 @@ from planner.errors import MissingDynamics
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.problem import LinearMotion, PlanningProblem, PoseWaypoint
+from planner.proofs import check_proof
 from planner.robots import load_robot
 from planner.robots.payload import Payload
 from planner.spatial import Pose
@@ -85,6 +86,14 @@ def test_lines_are_polynomials_in_json_only() -> None:
     assert FORMATS["csv"].render(drawn, options) == FORMATS["csv"].render(drawn, AnswerOptions())
     joint = plan(PlanningProblem(robot, [start, end]))
     assert json.loads(FORMATS["json"].render(joint, options))["tcp_polynomials"] == []
+
+
+def test_the_proof_in_an_answer_is_checked(result: Plan) -> None:
+    options = AnswerOptions(include=frozenset({"proof"}))
+    answer = json.loads(FORMATS["json"].render(result, options))
+    claims = check_proof(answer["proof"])
+    assert {"continuity", "waypoints", "velocity"} <= set(claims)
+    assert "proof" not in json.loads(FORMATS["json"].render(result, AnswerOptions()))
 
 
 def test_torques_of_a_robot_without_inertias_are_refused_unless_it_carries_something() -> None:
