@@ -1,18 +1,25 @@
 """The exact check of a trajectory, whatever made it, against the limits of its robot."""
 
 from planner.certificate.checks import Certificate, Check
-from planner.certificate.clearance import Clearance, ClearanceReport
-from planner.certificate.samples import certify_samples, interpolated
-from planner.certificate.speed_zones import SpeedZoneCheck
-from planner.certificate.trajectories import certify
+from planner.certificate.clearance import CLEARANCE_TOLERANCE, Clearance, ClearanceReport, at_rest, certify_clearance
+from planner.certificate.samples import certify_interpolation, certify_samples, interpolated, interpolation_of
+from planner.certificate.speed_zones import SpeedZoneCheck, certify_speed_zones
+from planner.certificate.trajectories import certify, certify_polynomials
 
 __all__ = [
+    "CLEARANCE_TOLERANCE",
     "Certificate",
     "Check",
     "Clearance",
     "ClearanceReport",
     "SpeedZoneCheck",
+    "at_rest",
     "certify",
+    "certify_clearance",
+    "certify_interpolation",
+    "certify_polynomials",
     "certify_samples",
+    "certify_speed_zones",
     "interpolated",
+    "interpolation_of",
 ]

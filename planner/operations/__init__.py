@@ -1,6 +1,6 @@
 """Operations on trajectories of any origin; each answer is certified against the limits of its robot."""
 
-from planner.operations.certified import CertifiedTrajectory, JointState, kept_clear
+from planner.operations.certified import CertifiedTrajectory, JointState, bounded_quantities, kept_clear
 from planner.operations.editing import (
     JoinedTrajectory,
     Junction,
@@ -23,6 +23,7 @@ __all__ = [
     "MaxPayload",
     "ResampledTrajectory",
     "RetimedTrajectory",
+    "bounded_quantities",
     "join_trajectories",
     "kept_clear",
     "max_payload",

@@ -72,3 +72,4 @@ class SphericalMove:
 
 
 Move = CartesianMove | CylindricalMove | SphericalMove
+"""Type of a move from the pose of the waypoint before."""

@@ -147,6 +147,7 @@ class SplineMotion(CartesianMotion):
 
 
 Motion = JointMotion | CartesianMotion
+"""Type of the motion to a waypoint."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -287,6 +288,7 @@ class RelativeWaypoint(Waypoint):
 
 
 AnyWaypoint = JointWaypoint | PoseWaypoint | RelativeWaypoint
+"""Type of the waypoints of a problem."""
 
 
 def _as_waypoint(value: Any, robot: Robot, name: str) -> AnyWaypoint:

@@ -43,3 +43,4 @@ class BlendTransition:
 
 
 Transition = StopTransition | ThroughTransition | BlendTransition
+"""Type of a transition at a waypoint."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from planner.certificate.clearance import certify_clearance
-from planner.certificate.speed_zones import certify_speed_zones
+from planner.certificate import certify_clearance, certify_speed_zones
 from planner.errors import ClearanceUnproved, Collision
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from planner.errors import ClearanceUnproved, Collision, InvalidProblem, Invalid
 from planner.fields import KIND
 
 if TYPE_CHECKING:
+    from planner import FieldPath
     from planner.errors import PlanningError, Remedy
-    from planner.fields import FieldPath
 
 
 def problem_document(error: PlanningError | ServiceError, instance: str) -> tuple[int, bytes]:

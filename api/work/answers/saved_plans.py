@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import ormsgpack
 
+from planner.certificate import ClearanceReport
 from planner.certificate.checks import Certificate, Check
-from planner.certificate.clearance import ClearanceReport
 from planner.certificate.speed_zones import SpeedZoneCheck
 from planner.free_motion.detours import Detour, Gain, with_detours
 from planner.paths import JointPath, dynamics_of, solve_path

@@ -8,7 +8,7 @@ import numpy as np
 
 from api.contract.parts import common
 from api.work.conversion.problems import to_matrix
-from planner.certificate.samples import interpolated, interpolation_of
+from planner.certificate import interpolated, interpolation_of
 from planner.errors import InvalidProblem
 from planner.trajectories.polynomials import powers
 from planner.trajectories.trajectory import Trajectory
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from api.contract import requests
-    from planner.fields import FieldPath
+    from planner import FieldPath
     from planner.robots import Robot
 
 

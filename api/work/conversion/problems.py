@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+import planner
 from api.contract import requests, robots
 from api.contract.parts import common, external_axes, waypoints
 from api.work.conversion.actions import to_actions, with_waits
@@ -20,9 +21,7 @@ from planner.guarantees import END_OPTIONS, EndStates
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
-from planner.problems import moves, problem, transitions
 from planner.problems.motion_around import FreeMotion
-from planner.problems.regions import Free, Region
 from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
 from planner.robots.collision.mesh_files import kept_meshes
 from planner.robots.payload import Payload
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from api.contract.parts import payload_table
-    from planner.fields import FieldPath
+    from planner import FieldPath
 
 BASE = "base"
 """The name of the frame that poses are in unless another one is named."""
@@ -48,11 +47,11 @@ OWN_FRAMES = {BASE, WORLD}
 """The names of the frames that are always there."""
 
 
-def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
+def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> planner.PlanningProblem:
     """Make the planning problem of a plan request."""
     robot = mounted(with_tool(robot, request.tool), request.mounting)
     actions = to_actions(request.actions, request.waypoints)
-    return problem.PlanningProblem(
+    return planner.PlanningProblem(
         robot=robot,
         waypoints=with_waits(to_waypoints(request.waypoints, robot, request.frames), actions),
         limits=to_limits(request.limits),
@@ -74,7 +73,7 @@ def to_backend(asked: Any) -> BackEnd:
 
 def to_waypoints(
     asked: Sequence[waypoints.Waypoint], robot: Robot, frames: Mapping[str, common.Pose]
-) -> tuple[problem.AnyWaypoint, ...]:
+) -> tuple[planner.AnyWaypoint, ...]:
     """Make waypoints of any kind for a robot, whose named positions they may name, in frames that they may name.
 
     Raises:
@@ -271,7 +270,7 @@ def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
-def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None) -> problem.AnyWaypoint:
+def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None) -> planner.AnyWaypoint:
     common_fields: dict[str, Any] = {
         "name": waypoint.name,
         "motion": _to_motion(waypoint.motion, frame),
@@ -288,41 +287,41 @@ def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None)
     }
     match waypoint:
         case waypoints.JointWaypoint():
-            return problem.JointWaypoint(position=tuple(waypoint.position), **common_fields)
+            return planner.JointWaypoint(position=tuple(waypoint.position), **common_fields)
         case waypoints.NamedWaypoint():
-            return problem.JointWaypoint.named(robot, waypoint.name, **common_fields)
+            return planner.JointWaypoint.named(robot, waypoint.name, **common_fields)
         case waypoints.PoseWaypoint():
             asked = {} if waypoint.configuration is None else waypoint.configuration.model_dump()
             pose, named = to_pose(waypoint.pose), Configuration(**asked)
-            return problem.PoseWaypoint(pose, named, frame, _to_free(waypoint.free), waypoint.external, **common_fields)
+            return planner.PoseWaypoint(pose, named, frame, _to_free(waypoint.free), waypoint.external, **common_fields)
         case waypoints.RelativeWaypoint():
-            return problem.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)
+            return planner.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)
 
 
-def _to_free(free: Literal["rotation_z"] | waypoints.Region | None) -> Free | None:
+def _to_free(free: Literal["rotation_z"] | waypoints.Region | None) -> planner.Free | None:
     if not isinstance(free, waypoints.Region):
         return free
     ranges = {name: getattr(free, name) for name in waypoints.Region.model_fields}
-    return Region(**_with_tuples(ranges))
+    return planner.Region(**_with_tuples(ranges))
 
 
-def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> problem.Motion:
+def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> planner.Motion:
     def in_base(pose: common.Pose) -> Pose:
         return to_pose(pose) if frame is None else to_pose(pose).from_frame(frame)
 
     match motion:
         case waypoints.JointMotion():
-            return problem.JointMotion(motion.turns)
+            return planner.JointMotion(motion.turns)
         case waypoints.FreeMotion():
             return FreeMotion(**motion.model_dump(exclude={"kind"}))
         case waypoints.LinearMotion():
-            return problem.LinearMotion(**_following(motion))
+            return planner.LinearMotion(**_following(motion))
         case waypoints.CircularMotion():
-            return problem.CircularMotion(in_base(motion.via), **_following(motion))
+            return planner.CircularMotion(in_base(motion.via), **_following(motion))
         case waypoints.PolylineMotion():
-            return problem.PolylineMotion(tuple(map(in_base, motion.poses)), motion.blend, **_following(motion))
+            return planner.PolylineMotion(tuple(map(in_base, motion.poses)), motion.blend, **_following(motion))
         case waypoints.SplineMotion():
-            return problem.SplineMotion(tuple(map(in_base, motion.poses)), **_following(motion))
+            return planner.SplineMotion(tuple(map(in_base, motion.poses)), **_following(motion))
 
 
 def _following(motion: waypoints.ToolMotion) -> dict[str, Any]:
@@ -331,22 +330,22 @@ def _following(motion: waypoints.ToolMotion) -> dict[str, Any]:
     return fields | {"free": _to_free(motion.free)}
 
 
-def _to_transition(transition: waypoints.Transition) -> transitions.Transition:
+def _to_transition(transition: waypoints.Transition) -> planner.Transition:
     match transition:
         case waypoints.StopTransition():
-            return transitions.StopTransition()
+            return planner.StopTransition()
         case waypoints.ThroughTransition():
-            return transitions.ThroughTransition(transition.velocity)
+            return planner.ThroughTransition(transition.velocity)
         case waypoints.BlendTransition():
-            return transitions.BlendTransition(transition.radius)
+            return planner.BlendTransition(transition.radius)
 
 
-def _to_move(move: waypoints.Move) -> moves.Move:
+def _to_move(move: waypoints.Move) -> planner.Move:
     match move:
         case waypoints.CartesianMove():
             x, y, z = move.translation
-            return moves.CartesianMove((x, y, z), to_rotation(move.orientation))
+            return planner.CartesianMove((x, y, z), to_rotation(move.orientation))
         case waypoints.CylindricalMove():
-            return moves.CylindricalMove(move.r, move.alpha, move.l)
+            return planner.CylindricalMove(move.r, move.alpha, move.l)
         case waypoints.SphericalMove():
-            return moves.SphericalMove(move.r, move.beta, move.gamma)
+            return planner.SphericalMove(move.r, move.beta, move.gamma)

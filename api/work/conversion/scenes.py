@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from api.contract.parts import common
-    from planner.fields import FieldPath
+    from planner import FieldPath
 
 
 def to_scene(requested: scenes.Scene | str, in_world: Mapping[str, Pose], field: FieldPath = ("scene",)) -> Scene:

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from api.work.tasks.context import TaskContext
+    from planner import FieldPath
     from planner.errors import Remedy
-    from planner.fields import FieldPath
 
 
 @contextmanager

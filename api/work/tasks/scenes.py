@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from api.work.tasks.context import TaskContext
-    from planner.fields import FieldPath
+    from planner import FieldPath
 
 T = TypeVar("T", SceneObject, AttachedObject)
 

@@ -28,9 +28,7 @@ from api.work.conversion.time_budgets import attempts_until, within_deadline
 from api.work.tasks.context import task
 from api.work.tasks.remedies import acceptable_remedies, at_back_end
 from planner.backends import BACKENDS
-from planner.certificate.clearance import CLEARANCE_TOLERANCE
-from planner.certificate.samples import certify_interpolation
-from planner.certificate.trajectories import certify_polynomials
+from planner.certificate import CLEARANCE_TOLERANCE, certify_interpolation, certify_polynomials
 from planner.comparison import figures
 from planner.errors import PlanningError
 from planner.planning import plan

@@ -25,8 +25,7 @@ from api.work.tasks.remedies import acceptable_remedies
 from api.work.tasks.trajectories import refuse_too_many_rows
 from planner import operations
 from planner.errors import InvalidProblem
-from planner.operations import JointState, kept_clear, stop_joints, stop_on_path
-from planner.operations.certified import bounded_quantities
+from planner.operations import JointState, bounded_quantities, kept_clear, stop_joints, stop_on_path
 
 if TYPE_CHECKING:
     from collections.abc import Callable
