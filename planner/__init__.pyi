@@ -148,6 +148,7 @@ from planner.robots import load_robot as load_robot
 from planner.robots.collision.geometry import LinkShape as LinkShape
 from planner.robots.collision.pairs import CollisionPair as CollisionPair
 from planner.robots.payload import Payload as Payload
+from planner.robots.process_force import ProcessForce as ProcessForce
 from planner.samples import Samples as Samples
 from planner.scene import Attach as Attach
 from planner.scene import AttachedObject as AttachedObject

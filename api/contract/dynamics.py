@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from api.contract.parts.common import DEFAULT_DEADLINE, Answer, Deadline, Payload, RobotId, Schema
+from api.contract.parts.common import DEFAULT_DEADLINE, Answer, Deadline, Payload, Pose, ProcessForce, RobotId, Schema
 from api.contract.requests import Rows  # noqa: TC001 - pydantic evaluates the annotations
 
 
@@ -13,6 +13,10 @@ class InverseDynamicsRequest(Schema):
     """The id of a robot, as GET /v1/robots lists them."""
     payload: Payload | None = None
     """The body that the robot carries; omitted: none."""
+    tool: Pose | None = None
+    """The tool centre point in the tip frame (m), where `process_force` acts; omitted: the robot's own."""
+    process_force: ProcessForce | None = None
+    """The force that the tool exerts in every state; omitted: none. Its `frame` is `tool`, `base` or `world`."""
     positions: Rows
     """The joint positions, shape (states, joints), rad or m."""
     velocities: Rows | None = None
@@ -27,4 +31,5 @@ class InverseDynamicsAnswer(Answer):
     """The torques of the requested states."""
 
     torques: list[list[float]]
-    """The torques, shape (states, joints), N m, or N of prismatic joints; gravity and payload are included."""
+    """The torques, shape (states, joints), N m, or N of prismatic joints; gravity, payload and process
+    force are included."""

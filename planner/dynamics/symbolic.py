@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import casadi as ca
 
     from planner.robots import Robot
@@ -67,9 +69,12 @@ def symbolic_motion(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> SymbolicMotio
     tool_velocity = tip.velocity + ca.cross(tip.spin, _constant(tool.placement.translation))
     torques: list[Any] = []
     force, moment = still, still
+    pushing = _process_wrench(robot, bodies)
     for i in range(robot.dof, 0, -1):
         own_force, own_moment = _inertial_wrench(bodies[i], model.inertias[i])
         force, moment = force + own_force, moment + own_moment
+        if pushing is not None and i == tool.parentJoint:
+            force, moment = force + pushing[0], moment + pushing[1]
         torques.append(ca.dot(z, moment if robot.is_angle[i - 1] else force))
         moment = bodies[i].rotation @ moment
         force = bodies[i].rotation @ force
@@ -129,6 +134,21 @@ def _inertial_wrench(body: _Moving, inertia: Any) -> tuple[ca.SX, ca.SX]:
     return force, moment
 
 
+def _process_wrench(robot: Robot, bodies: Sequence[_Moving]) -> tuple[ca.SX, ca.SX] | None:
+    """Return the process force, and its moment about the origin of the joint that moves the tool, in its axes."""
+    import casadi as ca
+
+    if robot.process_force is None:
+        return None
+    tool = robot.model.frames[robot.tool_frame_id]
+    in_base = robot.process_force.frame == "base"
+    axes = _constant(np.eye(3) if in_base else tool.placement.rotation)
+    force, moment = (axes @ _constant(np.array(v)) for v in (robot.process_force.force, robot.process_force.moment))
+    for body in bodies[1 : tool.parentJoint + 1] if in_base else ():
+        force, moment = body.rotation.T @ force, body.rotation.T @ moment
+    return force, moment + ca.cross(_constant(tool.placement.translation), force)
+
+
 def _constant(values: FloatArray) -> ca.SX:
     import casadi as ca
 
@@ -138,7 +158,7 @@ def _constant(values: FloatArray) -> ca.SX:
 def dynamics_content(robot: Robot) -> bytes:
     """Return bytes that are equal for robots with equal expressions, as the key of a cache."""
     model, tool = robot.model, robot.model.frames[robot.tool_frame_id]
-    arrays = [model.gravity.linear, robot.is_angle, tool.placement.homogeneous]
+    arrays = [robot.chain.load, robot.is_angle, tool.placement.homogeneous]
     for placement, inertia in zip(model.jointPlacements.tolist(), model.inertias.tolist(), strict=True):
         arrays += [placement.homogeneous, np.array([inertia.mass]), inertia.lever, inertia.inertia]
     return b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)

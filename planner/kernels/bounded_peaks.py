@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.kernels.library import call, doubles, indices
+from planner.kernels.serial_chain import LOAD_NUMBERS
 
 if TYPE_CHECKING:
     from planner.kernels.serial_chain import SerialChain
@@ -159,7 +160,7 @@ def bound_peaks(
         "bound_peaks",
         joints,
         doubles(arm.chain.links, joints, arm.chain.links.shape[1]),
-        doubles(arm.chain.gravity, 3),
+        doubles(arm.chain.load, LOAD_NUMBERS),
         arm.tool_joints,
         doubles(arm.tool, 3),
         doubles(arm.axes, 3, 3),

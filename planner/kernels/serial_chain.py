@@ -10,11 +10,18 @@ from planner.kernels.library import call, doubles
 
 if TYPE_CHECKING:
     import pinocchio as pin
+    from numpy.typing import ArrayLike
 
     from planner.spatial import FloatArray
 
 LINK_NUMBERS = 26
 """Numbers that describe a joint and the link behind it: the size of the structure `Link` of the kernels."""
+
+LOAD_NUMBERS = 14
+"""Numbers that describe free fall and the force of the tool: the size of the structure `Load` of the kernels."""
+
+NO_FORCE = (0.0,) * 9 + (-1.0, 0.0)
+"""The numbers of `Load` after free fall without a force of the tool."""
 
 
 class SerialChain(NamedTuple):
@@ -24,21 +31,29 @@ class SerialChain(NamedTuple):
         links: (joints, `LINK_NUMBERS`). First the rotation (9, row by row) and origin (3) of the joint's frame in the
             one before, at position 0. Then the mass of its link, centre of mass (3) in that frame, inertia (9) about
             the centre of mass. Last, 1 for a revolute joint, 0 for a prismatic one. SI units.
-        gravity: Acceleration (3,) of free fall in the base frame, m/s^2.
+        load: (`LOAD_NUMBERS`,). First the acceleration (3) of free fall in the base frame. Then the force (3) and the
+            moment (3) that the tool exerts at a point (3) of a link, the index of this link or -1, and last 1 if both
+            are in the base's axes, 0 if they are in the link's. SI units.
     """
 
     links: FloatArray
-    gravity: FloatArray
+    load: FloatArray
 
     @classmethod
-    def of_model(cls, model: pin.Model, turns: np.ndarray) -> SerialChain:
-        """Read the chain of a Pinocchio model whose joints turn, or slide, (joints,), about and along their z axes."""
+    def of_model(cls, model: pin.Model, turns: np.ndarray, force: ArrayLike = NO_FORCE) -> SerialChain:
+        """Read the chain of a Pinocchio model.
+
+        Args:
+            model: Its joints turn about, or slide along, their z axes.
+            turns: Whether each joint turns, (joints,).
+            force: The numbers of `load` after free fall.
+        """
         placements, inertias = model.jointPlacements.tolist()[1:], model.inertias.tolist()[1:]
         rows = [
             np.hstack([at.rotation.ravel(), at.translation, body.mass, body.lever, body.inertia.ravel(), turning])
             for at, body, turning in zip(placements, inertias, turns, strict=True)
         ]
-        return cls(np.array(rows), model.gravity.linear.copy())
+        return cls(np.array(rows), np.hstack([model.gravity.linear, force]))
 
 
 def inverse_dynamics(
@@ -52,7 +67,7 @@ def inverse_dynamics(
     states, joints = len(positions), len(chain.links)
     motion = [doubles(values, states, joints) for values in (positions, velocities, accelerations)]
     torques = np.empty((states, joints))
-    call("inverse_dynamics", joints, chain.links, chain.gravity, states, *motion, torques)
+    call("inverse_dynamics", joints, chain.links, chain.load, states, *motion, torques)
     return torques
 
 
@@ -67,5 +82,5 @@ def path_dynamics(chain: SerialChain, positions: FloatArray, first: FloatArray, 
     points, joints = len(positions), len(chain.links)
     path = [doubles(values, points, joints) for values in (positions, first, second)]
     terms = np.empty((3, points, joints))
-    call("path_dynamics", joints, chain.links, chain.gravity, points, *path, *terms)
+    call("path_dynamics", joints, chain.links, chain.load, points, *path, *terms)
     return terms

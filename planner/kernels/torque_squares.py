@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kernels.library import call, doubles
+from planner.kernels.serial_chain import LOAD_NUMBERS
 
 if TYPE_CHECKING:
     from planner.kernels.bounded_peaks import Motion
@@ -34,7 +35,7 @@ def bound_torque_squares(
         "torque_squares",
         joints,
         doubles(chain.links, joints, chain.links.shape[1]),
-        doubles(chain.gravity, 3),
+        doubles(chain.load, LOAD_NUMBERS),
         pieces,
         order,
         doubles(motion.lengths, pieces),

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from planner.problems.problem import AnyWaypoint, PlanningProblem
     from planner.problems.transitions import Transition
     from planner.robots import Robot
+    from planner.robots.payload import Payload
+    from planner.robots.process_force import ProcessForce
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
 
@@ -232,13 +234,20 @@ def solved_waypoints(problem: PlanningProblem) -> tuple[tuple[AnyWaypoint, ...],
 
 
 def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:
-    """Return the robot with payload and tool on each segment, or at its only waypoint, and at the end."""
+    """Return the robot with payload, tool and process force on each segment, and at the end."""
     payloads, robots = problem.payloads, problem.robots
     carried = [*payloads[: max(1, len(payloads) - 1)], payloads[-1]]
     tools = [*(robots[1:] or robots), robots[-1]]
-    pairs = list(zip(tools, carried, strict=True))
-    loaded = {pair: pair[0] if pair[1] is None else pair[0].with_payload(pair[1]) for pair in dict.fromkeys(pairs)}
-    return SegmentDynamics.of_robots([loaded[pair] for pair in pairs])
+    forces = [waypoint.process_force for waypoint in problem.waypoints[1:] or problem.waypoints]
+    every = list(zip(tools, carried, [*forces, None], strict=True))
+    loaded = {one: _loaded(*one) for one in dict.fromkeys(every)}
+    return SegmentDynamics.of_robots([loaded[one] for one in every])
+
+
+def _loaded(robot: Robot, payload: Payload | None, force: ProcessForce | None) -> Robot:
+    """Return the robot with a payload and a process force."""
+    robot = robot if payload is None else robot.with_payload(payload)
+    return robot if force is None else replace(robot, process_force=force)
 
 
 def _moving(solved: Sequence[SolvedWaypoint]) -> np.ndarray:

@@ -13,7 +13,7 @@ from planner.limits import SMALLEST, TOO_SMALL, limit_faults
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import CircularMotion, JointMotion, LinearMotion, PolylineMotion, SplineMotion
 from planner.problems.rated_payload import refuse_payload_above_rating
-from planner.problems.stop_faults import action_faults, objects_handled_faults, tool_faults
+from planner.problems.stop_faults import action_faults, objects_handled_faults, process_force_faults, tool_faults
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.problems.waypoint_faults import waypoint_faults
 from planner.scene.faults import scene_faults
@@ -99,6 +99,7 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     yield from _payload_faults(problem)
     yield from objects_handled_faults(problem)
     yield from tool_faults(problem)
+    yield from process_force_faults(problem)
     yield from action_faults(problem)
     for i in (0, len(waypoints) - 1):
         if waypoints and not isinstance(waypoints[i].transition, StopTransition):

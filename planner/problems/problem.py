@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from planner.problems.regions import Free
     from planner.problems.transitions import Transition
     from planner.robots.payload import Payload
+    from planner.robots.process_force import ProcessForce
     from planner.scene.scene import Attach, Scene
     from planner.spatial import Pose
     from planner.speed_zones import SpeedZone
@@ -172,6 +173,8 @@ class Waypoint:
         tool: The tool centre point in the tip frame from this waypoint on; None: unchanged. The pose of this waypoint
             and the motion to it refer to this tool: a line begins at its position at the waypoint before. The robot
             must stop at the waypoint before.
+        process_force: The force that the tool exerts on the segment that ends here; None: none. It changes only where
+            the robot stops. The torque limits hold with and without it during a dwell there.
     """
 
     name: str | None = None
@@ -186,6 +189,7 @@ class Waypoint:
     attach: Sequence[Attach] = ()
     detach: Sequence[str] = ()
     tool: Pose | None = None
+    process_force: ProcessForce | None = None
 
     def __post_init__(self) -> None:
         """Convert other types of poses."""

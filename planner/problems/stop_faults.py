@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from planner.problems.actions import AtWaypoint, Wait
+from planner.problems.motion_around import FreeMotion
 from planner.problems.transitions import StopTransition
 from planner.scene.faults import handling_faults
 from planner.tolerances import DURATION_TOLERANCE
@@ -48,6 +49,22 @@ def objects_handled_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath
                 ("waypoints", i, "transition"),
                 "must be a stop: the robot takes or puts down an object only where it stops",
             )
+
+
+def process_force_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find process forces on no segment, on free motions, or that change where the robot does not stop."""
+    waypoints = problem.waypoints
+    if waypoints and waypoints[0].process_force is not None:
+        yield ("waypoints", 0, "process_force"), "the first waypoint ends no segment: the tool exerts no force"
+    for i, waypoint in enumerate(waypoints):
+        field = "waypoints", i, "process_force"
+        if waypoint.process_force is not None and isinstance(waypoint.motion, FreeMotion):
+            yield field, "a free motion cannot have a process force; give its waypoint another motion"
+        if waypoint.process_force is not None and not waypoint.process_force.is_finite:
+            yield field, "must have finite numbers"
+    for i, (before, after) in enumerate(pairwise(waypoints[1:]), 1):
+        if before.process_force != after.process_force and not isinstance(before.transition, StopTransition):
+            yield ("waypoints", i, "transition"), "must be a stop: the process force changes here"
 
 
 def tool_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from planner.errors import Finding
     from planner.robots.collision.geometry import CollisionGeometry
+    from planner.robots.process_force import ProcessForce
     from planner.robots.varying.payload_table import PayloadTable
     from planner.spatial import FloatArray, Pose
 
@@ -152,6 +153,7 @@ class RobotDescription:
     rated_payload_source: str | None = None
     payload_mass: float = 0.0
     payload_table: PayloadTable | None = None
+    process_force: ProcessForce | None = None
     notes: tuple[str, ...] = ()
     followers: tuple[Follower, ...] = ()
     findings: tuple[Finding, ...] = ()

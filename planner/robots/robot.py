@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.fields import PickledByFields
-from planner.kernels.serial_chain import SerialChain
+from planner.kernels.serial_chain import NO_FORCE, SerialChain
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.mesh_files import meshes_of
 from planner.robots.collision.pairs import collision_pairs
@@ -77,6 +77,7 @@ class Robot(PickledByFields, RobotDescription):
         rated_payload_source: The document that `rated_payload` comes from; None: it is unknown.
         payload_mass: The mass that `with_payload` has put on the robot, kg.
         payload_table: Factors on the acceleration and jerk limits by the payload mass; None: none.
+        process_force: The force that the tool exerts, which is part of all torques; None: none.
         notes: Notes on the model for a person; only robots of the catalogue have them.
         followers: Mimic joints of a URDF that follow one of the joints once that is locked.
         findings: Warnings and remarks about the model, by its reader.
@@ -245,7 +246,9 @@ class Robot(PickledByFields, RobotDescription):
     @cached_property
     def chain(self) -> SerialChain:
         """The joints and inertias of the model, for compiled kernels."""
-        return SerialChain.of_model(self.model, self.is_angle)
+        force = self.process_force
+        load = NO_FORCE if force is None else force.on_chain(self.model.frames[self.tool_frame_id])
+        return SerialChain.of_model(self.model, self.is_angle, load)
 
     @property
     def dof(self) -> int:
@@ -323,7 +326,7 @@ class Robot(PickledByFields, RobotDescription):
     @property
     def has_dynamics(self) -> bool:
         """Whether torques can be computed."""
-        return self.mass > 0.0
+        return self.mass > 0.0 or self.process_force is not None
 
     @cached_property
     def kinematic_content(self) -> bytes:

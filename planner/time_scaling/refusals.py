@@ -106,8 +106,9 @@ def refuse_what_gravity_exceeds(
     if abs(beyond[worst]) >= half[worst]:
         limit = abs(middle[worst] + np.copysign(half[worst], beyond[worst]))
         segment, joint = int(segments[worst[:-1]]), robot.joint_names[worst[-1]]
+        standing = "gravity alone" if robot.process_force is None else "gravity with the process force"
         raise LimitsUnsatisfiable(
-            f"gravity alone asks {abs(gravity[worst]):.6g} of {joint} on segment {{segment}}, "
+            f"{standing} asks {abs(gravity[worst]):.6g} of {joint} on segment {{segment}}, "
             f"its torque limit is {limit:.6g}",
             segment=segment,
             joint=joint,

@@ -226,6 +226,18 @@ Moments = Annotated[
 """Principal moments of inertia, kg m^2."""
 
 
+class ProcessForce(Schema):
+    """A constant force and moment that the tool exerts on the workpiece at the tool centre point."""
+
+    force: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """The force x, y, z, N; omitted: none. A drill that feeds along its z axis exerts a positive z."""
+    moment: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """The moment about the tool centre point x, y, z, N m; omitted: none."""
+    frame: FrameName = "tool"
+    """The name of the frame whose axes both are in: `tool`, whose axes turn with the tool, `base`, `world`, or one of
+    the request's `frames`."""
+
+
 class Payload(Schema):
     """A body carried at the robot's tip frame (the flange, independent of the tool)."""
 

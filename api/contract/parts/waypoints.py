@@ -18,6 +18,7 @@ from api.contract.parts.common import (
     Orientation,
     Payload,
     Pose,
+    ProcessForce,
     Schema,
     Seconds,
     Shoulder,
@@ -316,6 +317,10 @@ class WaypointBase(Schema):
     """The pose of the tool centre point in the tip frame (m) from here on; omitted: no change. The pose of this
     waypoint and the motion to it refer to this tool. A line starts at this tool's pose at the waypoint before, where
     the robot has to stop."""
+    process_force: ProcessForce | None = None
+    """The force that the tool exerts on the segment that ends here; omitted: none. The torques that it needs are part
+    of the torque limits. It changes only where the robot stops, and the limits hold there with and without it. A free
+    motion cannot have one."""
     actions: Annotated[list[WaypointAction], Field(max_length=100)] = Field(default_factory=list)
     """The actions on arrival, one after the other; they come after the request's `actions` at this waypoint."""
 

@@ -25,6 +25,7 @@ from planner.problems.motion_around import FreeMotion
 from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
 from planner.robots.collision.mesh_files import kept_meshes
 from planner.robots.payload import Payload
+from planner.robots.process_force import ProcessForce
 from planner.scene import Attach
 from planner.spatial import (
     FloatArray,
@@ -42,6 +43,9 @@ BASE = "base"
 
 WORLD = "world"
 """The name of the frame in which robots are mounted."""
+
+TOOL = "tool"
+"""The name of the axes of the tool, for process forces."""
 
 OWN_FRAMES = {BASE, WORLD}
 """The names of the frames that are always there."""
@@ -90,8 +94,13 @@ def to_waypoints(
         if frame not in in_base:
             faults.append((("waypoints", i, "frame"), f"there is no frame {frame!r}; there are {', '.join(in_base)}"))
             continue
+        force = waypoint.process_force
+        if force is not None and (fault := _unknown_frame(force, in_base)):
+            faults.append((("waypoints", i, "process_force", "frame"), fault))
+            continue
         try:
-            made.append(_to_waypoint(waypoint, robot, in_base[frame]))
+            one = _to_waypoint(waypoint, robot, in_base[frame])
+            made.append(one if force is None else replace(one, process_force=_to_process_force(force, in_base)))
         except InvalidProblem as error:
             faults += [(("waypoints", i, "name"), fault.message) for fault in error.faults]
     if faults:
@@ -135,6 +144,34 @@ def to_options(options: requests.InverseKinematicsOptions, seed: int) -> Inverse
 def with_tool(robot: Robot, tool: common.Pose | None) -> Robot:
     """Give a robot the requested tool, if any."""
     return robot if tool is None else robot.with_tool(to_pose(tool))
+
+
+def with_process_force(robot: Robot, asked: common.ProcessForce | None) -> Robot:
+    """Return a robot whose tool exerts the requested force, if any.
+
+    Raises:
+        InvalidProblem: There is no frame of that name.
+    """
+    if asked is None:
+        return robot
+    in_base = _frames_in_base(robot, {})
+    if fault := _unknown_frame(asked, in_base):
+        raise InvalidProblem([(("process_force", "frame"), fault)])
+    return replace(robot, process_force=_to_process_force(asked, in_base))
+
+
+def _unknown_frame(asked: common.ProcessForce, in_base: Mapping[str, Pose | None]) -> str | None:
+    """Return the fault of a process force in an unknown frame."""
+    known = [TOOL, *in_base]
+    return None if asked.frame in known else f"there is no frame {asked.frame!r}; there are {', '.join(known)}"
+
+
+def _to_process_force(asked: common.ProcessForce, in_base: Mapping[str, Pose | None]) -> ProcessForce:
+    """Make a process force, in the tool's axes or the base's."""
+    (x, y, z), (a, b, c) = asked.force, asked.moment
+    given = ProcessForce((x, y, z), (a, b, c), "tool" if asked.frame == TOOL else "base")
+    frame = None if asked.frame == TOOL else in_base[asked.frame]
+    return given if frame is None else given.from_frame(frame)
 
 
 def to_payload(payload: common.Payload) -> Payload:

@@ -8,7 +8,7 @@ import numpy as np
 
 from api.base.errors import invalid
 from api.contract import dynamics as schemas
-from api.work.conversion.problems import to_matrix, to_payload
+from api.work.conversion.problems import to_matrix, to_payload, with_process_force, with_tool
 from api.work.tasks.context import task
 from planner import dynamics
 
@@ -25,6 +25,7 @@ def inverse_dynamics(context: TaskContext) -> Reply:
         robot = context.robot(request)
         if request.payload is not None:
             robot = robot.with_payload(to_payload(request.payload))
+        robot = with_process_force(with_tool(robot, request.tool), request.process_force)
         positions = to_matrix(request.positions, robot.dof, ("positions",))
         velocities, accelerations = (
             np.zeros_like(positions) if rows is None else to_matrix(rows, robot.dof, (name,))

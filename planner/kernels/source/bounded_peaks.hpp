@@ -149,7 +149,7 @@ struct BoundSearch {
             sine_cosine(of[0], body.s, body.c);
         }
         if (needs_torques)
-            torques<true, true, true>(joints, reinterpret_cast<const Link*>(arm.links), arm.gravity, bodies.data,
+            torques<true, true, true>(joints, reinterpret_cast<const Link*>(arm.links), *reinterpret_cast<const Load*>(arm.load), bodies.data,
                                       states.data + joints, states.data + 2 * joints, forces.data);
         if (orders) move_tool(arm.tool_joints, bodies.data, states.data, joints, orders, arm.tool, tool);
         if (needs_paths) {

@@ -5,7 +5,7 @@
 #include "hulls.hpp"
 
 // A serial chain, and the tool in the frame of the last of the joints that move it: its point, and its axes behind each other.
-struct ToolChain { int64_t joints, tool_joints; const double *links, *gravity, *tool, *axes; };
+struct ToolChain { int64_t joints, tool_joints; const double *links, *load, *tool, *axes; };
 
 struct ToolPath {  // PATH_NUMBERS of planner/kernels/bounded_peaks.py
     double angle, start[9], turns[6], origin[3], x[3], y[3], tolerances[2], left_out[2][4];

@@ -35,9 +35,9 @@ int runs_x86_64_v3() {
 #endif
 }
 
-int inverse_dynamics(int64_t joints, const double* links, const double* gravity, int64_t states, const double* q,
+int inverse_dynamics(int64_t joints, const double* links, const double* load, int64_t states, const double* q,
                      const double* v, const double* a, double* tau) {
-    Chain chain(joints, links, gravity);
+    Chain chain(joints, links, load);
     if (!chain) return NO_MEMORY;
     for (int64_t i = 0; i < states; i += W) {
         const int64_t at = i * joints, left = states - i;
@@ -51,9 +51,9 @@ int inverse_dynamics(int64_t joints, const double* links, const double* gravity,
     return OK;
 }
 
-int path_dynamics(int64_t joints, const double* links, const double* gravity, int64_t points, const double* q,
+int path_dynamics(int64_t joints, const double* links, const double* load, int64_t points, const double* q,
                   const double* first, const double* second, double* inertia, double* centripetal, double* still) {
-    Chain chain(joints, links, gravity);
+    Chain chain(joints, links, load);
     if (!chain) return NO_MEMORY;
     for (int64_t i = 0; i < points; i += W) {
         const int64_t at = i * joints, left = points - i;
@@ -308,14 +308,14 @@ int end_search(const int64_t* state) {
 
 // Bound the peaks of quantities of a motion: what they reach and where goes to `reached`, `piece`, `unit` and `column`, which
 // have what is known from elsewhere, and what they nowhere exceed to `bound`, all (quantities).
-int bound_peaks(int64_t joints, const double* links, const double* gravity, int64_t tool_joints, const double* tool,
+int bound_peaks(int64_t joints, const double* links, const double* load, int64_t tool_joints, const double* tool,
                 const double* axes, int64_t pieces, int64_t order, const double* lengths, const double* coefficients,
                 const double* bernstein,
                 int64_t columns, int64_t quantities, const int64_t* kind, const int64_t* joint, const int64_t* quantity,
                 const double* middle, const double* half, const int64_t* path_of_piece, const double* paths, const double* wish,
                 int64_t curve_pieces, const double* curves, double* reached, double* bound, int64_t* piece, double* unit,
                 int64_t* column) {
-    const ToolChain arm{joints, tool_joints, links, gravity, tool, axes};
+    const ToolChain arm{joints, tool_joints, links, load, tool, axes};
     const Pieces motion{pieces, joints, order, coefficients, lengths};
     const Columns of{columns, quantities, kind, joint, quantity, middle, half};
     const Paths requested{path_of_piece, paths};
@@ -327,11 +327,11 @@ int bound_peaks(int64_t joints, const double* links, const double* gravity, int6
 }
 
 // Bound the integrals (joints) of squared torques over all pieces of a motion.
-int torque_squares(int64_t joints, const double* links, const double* gravity, int64_t pieces, int64_t order,
+int torque_squares(int64_t joints, const double* links, const double* load, int64_t pieces, int64_t order,
                    const double* lengths, const double* coefficients, const double* bernstein, const double* tolerance,
                    double most_intervals, double* lower, double* upper) {
     const Pieces motion{pieces, joints, order, coefficients, lengths};
-    TorqueSquares squares(joints, links, gravity, motion, bernstein, tolerance, most_intervals, lower, upper);
+    TorqueSquares squares(joints, links, load, motion, bernstein, tolerance, most_intervals, lower, upper);
     if (!squares.bodies || !squares.states || !squares.forces || !squares.shifted) return NO_MEMORY;
     return squares.run();
 }

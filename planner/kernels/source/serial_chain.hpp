@@ -7,6 +7,12 @@ struct Link {  // LINK_NUMBERS of planner/kernels/serial_chain.py
     double rotation[9], origin[3], mass, centre[3], inertia[9], turns;
 };
 
+// Free fall in the base frame; and the force that the tool exerts at a point of a link, in the axes of that link, or in the
+// base's. No link has the number -1.
+struct Load {  // LOAD_NUMBERS of planner/kernels/serial_chain.py
+    double gravity[3], force[3], moment[3], point[3], link, in_base;
+};
+
 // One joint and its link at four states.
 struct Body {
     typedef V Number;
@@ -21,12 +27,12 @@ struct Body {
 struct Chain {
     int64_t joints;
     const Link* links;
-    const double* gravity;
+    const Load& load;
     Scratch<Body> bodies;
     Scratch<V> states;  // (4, joints): position, velocity, acceleration, torque
-    Chain(int64_t joints, const double* links, const double* gravity)
-        : joints(joints), links(reinterpret_cast<const Link*>(links)), gravity(gravity), bodies(joints),
-          states(4 * joints) {}
+    Chain(int64_t joints, const double* links, const double* load)
+        : joints(joints), links(reinterpret_cast<const Link*>(links)), load(*reinterpret_cast<const Load*>(load)),
+          bodies(joints), states(4 * joints) {}
     explicit operator bool() const { return bodies && states; }
     V* state(int64_t which) { return states.data + which * joints; }
 };
@@ -53,12 +59,13 @@ static inline void place(Chain& chain, const V* q) {
     }
 }
 
-// Torques of placed bodies. MOVES: with velocities; ACCELERATES: with accelerations; FALLS: with gravity.
+// Torques of placed bodies. MOVES: with velocities; ACCELERATES: with accelerations; FALLS: with the load.
 template <bool MOVES, bool ACCELERATES, bool FALLS, class B, class S = typename B::Number>
-static inline void torques(int64_t joints, const Link* links, const double* gravity, B* bodies, const S* v, const S* a, S* tau) {
+static inline void torques(int64_t joints, const Link* links, const Load& load, B* bodies, const S* v, const S* a, S* tau) {
     const Vector<S> O{};
     Vector<S> w = O, dw = O, acc = O;
-    if (FALLS) acc = acc - constant<S>(gravity);
+    Vector<S> push = O, twist = O;
+    if (FALLS) { acc = acc - constant<S>(load.gravity); push = constant<S>(load.force); twist = constant<S>(load.moment); }
     for (int64_t i = 0; i < joints; i++) {
         const Link& link = links[i];
         B& body = bodies[i];
@@ -82,6 +89,13 @@ static inline void torques(int64_t joints, const Link* links, const double* grav
         }
         body.force = link.mass * at;
         body.moment = moment - cross(body.force, link.centre);
+        if (FALLS && (double)i <= load.link) {
+            if (load.in_base != 0.0) { push = body.into(push); twist = body.into(twist); }
+            if ((double)i == load.link) {
+                body.force = body.force + push;
+                body.moment = body.moment + twist - cross(push, load.point);
+            }
+        }
     }
     Vector<S> force = O, moment = O;
     for (int64_t i = joints - 1; i >= 0; i--) {
@@ -94,5 +108,5 @@ static inline void torques(int64_t joints, const Link* links, const double* grav
     }
 }
 template <bool MOVES, bool ACCELERATES, bool FALLS> static inline void torques(Chain& chain, const V* v, const V* a, V* tau) {
-    torques<MOVES, ACCELERATES, FALLS>(chain.joints, chain.links, chain.gravity, chain.bodies.data, v, a, tau);
+    torques<MOVES, ACCELERATES, FALLS>(chain.joints, chain.links, chain.load, chain.bodies.data, v, a, tau);
 }

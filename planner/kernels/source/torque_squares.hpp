@@ -11,7 +11,7 @@ struct TorqueSquares {
     struct Interval { int64_t piece; double middle, half; };
     int64_t joints;
     const Link* links;
-    const double* gravity;
+    const Load& load;
     const Pieces& motion;
     const double *bernstein, *tolerance;  // (joints,): widths of the bounds for each second
     double *lower, *upper;
@@ -21,9 +21,9 @@ struct TorqueSquares {
     Scratch<Taylor> states, forces;
     Scratch<V> shifted;
 
-    TorqueSquares(int64_t joints, const double* links, const double* gravity, const Pieces& motion, const double* bernstein,
+    TorqueSquares(int64_t joints, const double* links, const double* load, const Pieces& motion, const double* bernstein,
                   const double* tolerance, double most_intervals, double* lower, double* upper)
-        : joints(joints), links(reinterpret_cast<const Link*>(links)), gravity(gravity), motion(motion), bernstein(bernstein),
+        : joints(joints), links(reinterpret_cast<const Link*>(links)), load(*reinterpret_cast<const Load*>(load)), motion(motion), bernstein(bernstein),
           tolerance(tolerance), lower(lower), upper(upper), most_intervals(most_intervals), bodies(joints),
           states(3 * joints), forces(joints), shifted(2 * motion.order) {}
 
@@ -70,7 +70,7 @@ struct TorqueSquares {
             body.q = of[0];
             sine_cosine(of[0], body.s, body.c);
         }
-        torques<true, true, true>(joints, links, gravity, bodies.data, states.data + joints, states.data + 2 * joints, forces.data);
+        torques<true, true, true>(joints, links, load, bodies.data, states.data + joints, states.data + 2 * joints, forces.data);
         for (int64_t l = 0; l < used; l++) {
             const double seconds = 2.0 * now[l].half * motion.lengths[now[l].piece];
             bool is_narrow = true;

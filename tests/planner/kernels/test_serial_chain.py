@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.kernels.serial_chain import SerialChain, inverse_dynamics, path_dynamics
+from planner.kernels.serial_chain import NO_FORCE, SerialChain, inverse_dynamics, path_dynamics
 from planner.robots import Robot
 from tests.planner.kernels.arms import random_states, robots
 
@@ -80,7 +80,7 @@ def test_any_number_of_joints() -> None:
     """A hanging chain of 200 equal links at rest: each joint carries the moments of all links behind it."""
     link = np.zeros(26)
     link[[0, 4, 8]], link[9], link[12], link[13], link[25] = 1.0, 0.1, 2.0, 0.05, 1.0
-    chain = SerialChain(np.tile(link, (200, 1)), np.array([0.0, -9.81, 0.0]))
+    chain = SerialChain(np.tile(link, (200, 1)), np.array([0.0, -9.81, 0.0, *NO_FORCE]))
     torques = inverse_dynamics(chain, *np.zeros((3, 1, 200)))[0]
     behind = np.arange(200, 0, -1)
     levers = np.array([0.05 * n + 0.1 * n * (n - 1) / 2 for n in behind])
