@@ -56,5 +56,5 @@ class ProcessForce:
             frame: Pose of the frame in the base frame; without a rotation, its axes are the base's.
         """
         rotation = np.eye(3) if frame.rotation is None else frame.rotation
-        vectors = (tuple((rotation @ np.array(vector)).tolist()) for vector in (self.force, self.moment))
-        return ProcessForce(*vectors, frame="base")
+        force, moment = (rotation @ np.array([self.force, self.moment]).T).T
+        return ProcessForce(tuple(force), tuple(moment), "base")

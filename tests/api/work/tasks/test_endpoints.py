@@ -324,6 +324,41 @@ def test_torques_hold_a_payload(service: RunningService) -> None:
     assert lifting["torques"][0][1] == pytest.approx(2.0 * (9.81 + 1.0), abs=1e-12)
 
 
+def test_torques_have_a_process_force(service: RunningService) -> None:
+    """J^T F at the tool, in the axes of the base; the force of a tool is turned with it."""
+    robot, position, force = "date_sorting_arm", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], [3.0, -2.0, 7.0]
+    tool = {"position": [0.0, 0.1, 0.2], "orientation": {"kind": "rpy", "rpy": [0.2, 0.0, 0.4]}}
+    at = {"robot": robot, "tool": tool, "position": position}
+    jacobian = np.array(service.post("/v1/kinematics/jacobian", at).json()["jacobian"])
+    pose = service.post("/v1/kinematics/forward", {"robot": robot, "tool": tool, "positions": [position]}).json()[
+        "poses"
+    ][0]
+    turned = rotation_from_quaternion(np.array(pose["orientation"]["xyzw"])) @ force
+    request = {"robot": robot, "tool": tool, "positions": [position]}
+    for frame, vector in (("base", force), ("world", force), ("tool", turned)):
+        asked = request | {"process_force": {"force": force, "frame": frame}}
+        answer = checked(service.post("/v1/dynamics/inverse", asked), dynamics.InverseDynamicsAnswer)
+        np.testing.assert_allclose(answer["torques"], [jacobian[:3].T @ vector], atol=1e-9)
+    unknown = request | {"process_force": {"force": force, "frame": "table"}}
+    assert service.post("/v1/dynamics/inverse", unknown).json()["errors"][0]["pointer"] == "/process_force/frame"
+
+
+def test_a_process_force_is_in_a_named_frame(service: RunningService) -> None:
+    """A frame turned by a right angle about z: its x axis is the base's y axis."""
+    turn = {"position": [0.0, 0.0, 0.0], "orientation": {"kind": "rpy", "rpy": [0.0, 0.0, np.pi / 2.0]}}
+    ends = [
+        {"kind": "joint", "position": q} for q in ([0.0, -1.4, 1.5, 0.0, 0.6, 0.0], [0.4, -1.2, 1.4, 0.0, 0.6, 0.0])
+    ]
+    found = []
+    for force, frame in (([50.0, 0.0, 0.0], "table"), ([0.0, 50.0, 0.0], "base")):
+        last = ends[1] | {"process_force": {"force": force, "frame": frame}}
+        request = {"robot": "kuka_kr16_l6_2", "waypoints": [ends[0], last], "frames": {"table": turn}}
+        answer = service.post("/v1/trajectories", request | {"include": ["torque"]}).json()
+        found.append(answer["samples"]["torque"])
+    np.testing.assert_allclose(found[0], found[1], atol=1e-9)
+    assert np.abs(found[0]).max() > 10.0
+
+
 def test_backends_say_what_they_guarantee(service: RunningService) -> None:
     listed = checked(service.client.get("/v1/backends"), service_answers.BackendsAnswer)["backends"]
     kinds = {backend["kind"]: backend for backend in listed}
