@@ -9,6 +9,7 @@ import numpy as np
 from planner.constraints import POWER, TORQUE, TORQUE_AT_SPEED, TOTAL_POWER
 from planner.constraints.quantities import Power
 from planner.constraints.torque_at_speed import rows_at_speed
+from planner.dynamics import SegmentDynamics
 from planner.kinematics.forward import JERKS, JointStates
 from planner.time_scaling.compose import ScaledCurve
 from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits
@@ -159,7 +160,8 @@ class _Sampled:
         if TORQUE in self.rows:
             segments = curve.segments[of]
             middle, half = (values[segments] for values in limits.torque.centred)
-            refuse_what_gravity_exceeds(robot, segments, self.rows[TORQUE].rest, middle, half)
+            dynamics = SegmentDynamics.unchanged(robot)
+            refuse_what_gravity_exceeds(dynamics, segments, self.rows[TORQUE].rest, middle, half)
 
     def path_speed_use(self, at: FloatArray, limits: SegmentLimits) -> FloatArray:
         """Return the share of the highest path velocity that s' = 1 is (points, pieces), by the constraints on it."""

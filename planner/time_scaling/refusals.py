@@ -12,8 +12,8 @@ from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiab
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from planner.dynamics import SegmentDynamics
     from planner.paths import JointPath, SegmentGroup
-    from planner.robots import Robot
     from planner.spatial import FloatArray
 
 RAMPS = "ramps"
@@ -87,12 +87,12 @@ def ramps_error(binding: BindingLimit) -> LimitsUnsatisfiable:
 
 
 def refuse_what_gravity_exceeds(
-    robot: Robot, segments: np.ndarray, gravity: FloatArray, middle: FloatArray, half: FloatArray
+    dynamics: SegmentDynamics, segments: np.ndarray, gravity: FloatArray, middle: FloatArray, half: FloatArray
 ) -> None:
     """Refuse a path on which standing still takes too much torque, which no duration helps.
 
     Args:
-        robot: The robot, with its payload.
+        dynamics: The robot on each segment.
         segments: Index (...,) of the segment of each row.
         gravity: Torques (..., joints) without motion, N m or N.
         middle: The middle (..., joints) between the lower and the upper torque limits, N m or N.
@@ -105,7 +105,9 @@ def refuse_what_gravity_exceeds(
     worst = np.unravel_index(np.argmax(np.abs(beyond) / half), gravity.shape)
     if abs(beyond[worst]) >= half[worst]:
         limit = abs(middle[worst] + np.copysign(half[worst], beyond[worst]))
-        segment, joint = int(segments[worst[:-1]]), robot.joint_names[worst[-1]]
+        segment = int(segments[worst[:-1]])
+        robot = dynamics.robot_on(segment)
+        joint = robot.joint_names[worst[-1]]
         standing = "gravity alone" if robot.process_force is None else "gravity with the process force"
         raise LimitsUnsatisfiable(
             f"{standing} asks {abs(gravity[worst]):.6g} of {joint} on segment {{segment}}, "

@@ -185,5 +185,5 @@ class SampledLimits(SampledConstraints):
             own = self.of_column == k
             values[:, own] = self.values(segments, (q, still, still), [self.constraints[k]])[0]
             limits = values[:, own], self.middle[rows][:, own], self.half[rows][:, own]
-            refuse_what_gravity_exceeds(self.dynamics.robots[0], segments, *limits)
+            refuse_what_gravity_exceeds(self.dynamics, segments, *limits)
         return values
