@@ -32,8 +32,8 @@ class SerialChain(NamedTuple):
             one before, at position 0. Then the mass of its link, centre of mass (3) in that frame, inertia (9) about
             the centre of mass. Last, 1 for a revolute joint, 0 for a prismatic one. SI units.
         load: (`LOAD_NUMBERS`,). First the acceleration (3) of free fall in the base frame. Then the force (3) and the
-            moment (3) that the tool exerts at a point (3) of a link, the index of this link or -1, and last 1 if both
-            are in the base's axes, 0 if they are in the link's. SI units.
+            moment (3) that the tool exerts, and the point (3) of a link where it does. Then the index of this link, or
+            -1 without a force. Last, 1 for the base's axes, 0 for the link's. SI units.
     """
 
     links: FloatArray

@@ -171,10 +171,8 @@ class Waypoint:
         detach: Names of carried objects that the robot puts down here. They stay where they are afterwards. The robot
             must stop here.
         tool: The tool centre point in the tip frame from this waypoint on; None: unchanged. The pose of this waypoint
-            and the motion to it refer to this tool: a line begins at its position at the waypoint before. The robot
-            must stop at the waypoint before.
-        process_force: The force that the tool exerts on the segment that ends here; None: none. It changes only where
-            the robot stops. The torque limits hold with and without it during a dwell there.
+            and the motion to it refer to this tool. The robot must stop at the waypoint before.
+        process_force: The force of the tool on the segment that ends here; it changes only where the robot stops.
     """
 
     name: str | None = None

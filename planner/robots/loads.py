@@ -1,4 +1,4 @@
-"""Models of robots with a tool, and with a payload."""
+"""Models of robots with a tool, a payload and a process force."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from planner.kernels.serial_chain import NO_FORCE, SerialChain
+
 if TYPE_CHECKING:
     from planner.robots.payload import Payload
+    from planner.robots.process_force import ProcessForce
     from planner.spatial import Pose
 
 
@@ -39,3 +42,16 @@ def model_with_payload(model: pin.Model, tip_frame: int, payload: Payload) -> pi
     model.appendBodyToJoint(tip.parentJoint, body, tip.placement)
     tip.inertia += body
     return model
+
+
+def loaded_chain(model: pin.Model, turns: np.ndarray, tool_frame: int, force: ProcessForce | None) -> SerialChain:
+    """Return the chain of a model whose tool exerts a force, for kernels.
+
+    Args:
+        model: The model.
+        turns: Whether each joint turns, (joints,).
+        tool_frame: The id of the tool's frame in the model.
+        force: The force; None: none.
+    """
+    load = NO_FORCE if force is None else force.on_chain(model.frames[tool_frame])
+    return SerialChain.of_model(model, turns, load)

@@ -12,7 +12,6 @@ import numpy as np
 import pinocchio as pin
 
 from planner.fields import PickledByFields
-from planner.kernels.serial_chain import NO_FORCE, SerialChain
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.mesh_files import meshes_of
 from planner.robots.collision.pairs import collision_pairs
@@ -21,7 +20,7 @@ from planner.robots.derived.own_limits import checked_positions, checked_table, 
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
 from planner.robots.findings import Findings
-from planner.robots.loads import model_with_payload, model_with_tool
+from planner.robots.loads import loaded_chain, model_with_payload, model_with_tool
 from planner.robots.urdf.arm import PlanningGroup
 from planner.robots.urdf.reader import read_urdf
 from planner.spatial import as_pose
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from planner.errors import Finding
+    from planner.kernels.serial_chain import SerialChain
     from planner.robots.collision.geometry import LinkShape
     from planner.robots.collision.mesh_files import FindPieces
     from planner.robots.collision.pairs import CollisionPair
@@ -246,9 +246,7 @@ class Robot(PickledByFields, RobotDescription):
     @cached_property
     def chain(self) -> SerialChain:
         """The joints and inertias of the model, for compiled kernels."""
-        force = self.process_force
-        load = NO_FORCE if force is None else force.on_chain(self.model.frames[self.tool_frame_id])
-        return SerialChain.of_model(self.model, self.is_angle, load)
+        return loaded_chain(self.model, self.is_angle, self.tool_frame_id, self.process_force)
 
     @property
     def dof(self) -> int:

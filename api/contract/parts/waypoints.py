@@ -318,9 +318,7 @@ class WaypointBase(Schema):
     waypoint and the motion to it refer to this tool. A line starts at this tool's pose at the waypoint before, where
     the robot has to stop."""
     process_force: ProcessForce | None = None
-    """The force that the tool exerts on the segment that ends here; omitted: none. The torques that it needs are part
-    of the torque limits. It changes only where the robot stops, and the limits hold there with and without it. A free
-    motion cannot have one."""
+    """The force of the tool on the segment that ends here; omitted: none. It changes only where the robot stops."""
     actions: Annotated[list[WaypointAction], Field(max_length=100)] = Field(default_factory=list)
     """The actions on arrival, one after the other; they come after the request's `actions` at this waypoint."""
 

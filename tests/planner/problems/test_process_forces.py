@@ -107,7 +107,7 @@ def test_a_force_in_a_frame_is_turned_to_the_axes_of_the_base() -> None:
 
 
 def drilling(limits: Limits, force: ProcessForce | None = DRILL) -> PlanningProblem:
-    """Home, above the hole, 0.1 m into it with the force, back without, home."""
+    """Make a motion from home above a hole, 0.1 m into it with the force, back without it, and home."""
     steps = [
         RelativeWaypoint(move=CartesianMove((0.0, 0.0, z)), frame="tool", motion=LinearMotion(), process_force=own)
         for z, own in ((0.1, force), (-0.1, None))
