@@ -19,7 +19,7 @@ Vector3 = tuple[float, float, float]
 class ProcessForce:
     """A constant force and moment that the tool exerts on the workpiece, at the tool centre point.
 
-    The joints need the torques J^T (force, moment) for it, beside those of the motion.
+    The joints need the torques J^T (force, moment) for it, in addition to the torques of the motion.
 
     Attributes:
         force: (3,), N.
