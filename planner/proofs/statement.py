@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 LIMITED = (*JOINT_CLAIMS, VELOCITY_AT_POSITION.name, *BOUNDED_CLAIMS)
 """The limited quantities that a proof can cover."""
 
+OF_TORQUES = ("torque", "power", "total_power", "torque_at_speed")
+"""The quantities that depend on torques; the checkers know no process force."""
+
 
 def statement_of(plan: Plan) -> dict[str, Any]:
     """Write everything that a proof is about, without the trajectory.
@@ -41,6 +44,9 @@ def statement_of(plan: Plan) -> dict[str, Any]:
     kept = {check.quantity for check in plan.certificate.checks if check.enforced and check.limit is not None}
     claims = ["continuity", "waypoints", *(name for name in LIMITED if name in kept)]
     not_covered = sorted(kept - set(LIMITED) - {"waypoint_position_error", "waypoint_orientation_error"})
+    if any(robot.process_force is not None for robot in of_segments):
+        not_covered += [f"{name}: a process force acts" for name in claims if name in OF_TORQUES]
+        claims = [name for name in claims if name not in OF_TORQUES]
     if path.dynamics.changes:
         not_covered.append("torque at rest while the payload changes")
     if plan.certificate.speed_zones:
@@ -100,7 +106,7 @@ def _robot(robot: Robot) -> dict[str, Any]:
     ]
     tool = {"joint": int(frame.parentJoint), "rotation": frame.placement.rotation.tolist()}
     tool["translation"] = frame.placement.translation.tolist()
-    return {"links": links, "gravity": robot.chain.gravity.tolist(), "tool": tool}
+    return {"links": links, "gravity": robot.chain.load[:3].tolist(), "tool": tool}
 
 
 def finite(values: FloatArray) -> list[float | None]:

@@ -19,6 +19,7 @@ from planner.problems.motion_around import FreeMotion
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
 from planner.problems.transitions import ThroughTransition
+from planner.proofs.statement import statement_of
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from planner.robots.process_force import ProcessForce
@@ -151,6 +152,13 @@ def test_every_back_end_keeps_torque_limits_with_the_force(kind: str) -> None:
 def test_a_force_beyond_the_torque_limits_is_refused() -> None:
     with pytest.raises(LimitsUnsatisfiable, match="process force"):
         plan(drilling(Limits(), ProcessForce((0.0, 0.0, 20_000.0))))
+
+
+def test_a_proof_claims_no_torque_with_a_process_force() -> None:
+    for force in (None, DRILL):
+        claims = statement_of(plan(drilling(Limits(), force)))["claims"]
+        assert ("torque" in claims) == (force is None)
+        assert "velocity" in claims
 
 
 def test_faults_of_process_forces() -> None:
