@@ -163,13 +163,11 @@ class Waypoint:
         minimum_duration: Shortest time for the segment that ends here, s; the limits may require a longer one.
         dwell: Time to rest here before going on, s.
         limits: Limits on the segment that ends here, no wider than the robot's; None: the limits of the problem.
-        payload: The payload after this waypoint; None: unchanged. It changes only where the robot stops. The torque
-            limits hold with both payloads during the dwell, since a gripper may close at any time of it.
+        payload: The payload after this waypoint; None: unchanged. It changes only at stops; limits hold with both there.
         put_down: Whether the robot puts down its payload here and continues without one.
         attach: Objects of the scene that the robot takes here and that then move with it. The robot must stop here. Set
             their mass in `payload`.
-        detach: Names of carried objects that the robot puts down here. They stay where they are afterwards. The robot
-            must stop here.
+        detach: Names of carried objects that the robot puts down here, where they stay. The robot must stop here.
         tool: The tool centre point in the tip frame from this waypoint on; None: unchanged. The pose of this waypoint
             and the motion to it refer to this tool. The robot must stop at the waypoint before.
         process_force: The force of the tool on the segment that ends here; it changes only where the robot stops.
