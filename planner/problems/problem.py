@@ -163,7 +163,7 @@ class Waypoint:
         minimum_duration: Shortest time for the segment that ends here, s; the limits may require a longer one.
         dwell: Time to rest here before going on, s.
         limits: Limits on the segment that ends here, no wider than the robot's; None: the limits of the problem.
-        payload: The payload after this waypoint; None: unchanged. It changes only at stops; limits hold with both there.
+        payload: The payload after this waypoint; None: unchanged. It changes only at stops; limits hold with both.
         put_down: Whether the robot puts down its payload here and continues without one.
         attach: Objects of the scene that the robot takes here and that then move with it. The robot must stop here. Set
             their mass in `payload`.
