@@ -49,4 +49,4 @@ BACK_ENDS = (
     "auto",
     "",
 )
-"""The same inside `planner/backends/`; those in one bracket do not know each other."""
+"""The same inside `planner/backends/`; back ends in one bracket do not know each other."""

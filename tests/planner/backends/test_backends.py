@@ -25,7 +25,7 @@ KINDS = ("cubic", "quintic", "trapezoidal")
 
 
 def boundary_polynomial(order: int, duration: float, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Ascending coefficients (order, joints) by solving the boundary conditions: all derivatives 0 at both ends."""
+    """Solve the boundary conditions, all derivatives 0 at both ends, for ascending coefficients (order, joints)."""
     rows, values = [], []
     for k in range(order // 2):
         for time, position in ((0.0, start), (duration, end)):

@@ -1,4 +1,4 @@
-"""The back end `auto` is the fastest of those it compares, and `ruckig` is no slower than one law along a curve."""
+"""The back end `auto` is the fastest of its candidates; `ruckig` is no slower than one time scaling along a curve."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def retime(count: int) -> PlanningProblem:
 
 @pytest.mark.parametrize("count", [51, 201])
 def test_case_auto_retime(count: int) -> None:
-    """`auto` took 2.35 s, and 9.04 s for more of the same points, where a law along their curve takes 1.31 s."""
+    """`auto` took 2.35 s, and 9.04 s for more of the same points; a time scaling along their curve takes 1.31 s."""
     found = plan(retime(count), Auto())
     assert found.trajectory.duration < 1.33
     (choice,) = [warning.message for warning in found.warnings if warning.code == "auto_choice"]
@@ -61,7 +61,7 @@ def test_waypoints_on_a_line_cost_no_time(count: int) -> None:
 
 @pytest.mark.parametrize("joints", [2, 3, 6])
 def test_ruckig_is_no_slower_than_one_law_along_a_curve_where_that_is_not_tried(joints: int) -> None:
-    """Random walks turn sharply at their waypoints, those of fewer joints less so."""
+    """Random walks turn sharply at their waypoints, less so with fewer joints."""
     rng, home = np.random.default_rng(joints), np.array([0.0, -1.2, 1.8, -0.6, 1.6, 0.3])
     for _ in range(3):
         steps = rng.uniform(-0.3, 0.3, (5, 6)) * (np.arange(6) < joints)

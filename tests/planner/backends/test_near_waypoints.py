@@ -66,7 +66,7 @@ def test_case_500_through_1e_9(backend: BackEnd) -> None:
 @pytest.mark.parametrize("distance", [3e-9, 1e-8, 1e-7, 1e-6])
 @pytest.mark.parametrize("robot_id", ["ur5", "welding_arm"])
 def test_near_waypoints_are_passed_by_every_back_end(robot_id: str, distance: float) -> None:
-    """The law along a smooth curve through them took 11 times as long as Ruckig."""
+    """The time scaling along a smooth curve through them took 11 times as long as Ruckig."""
     robot, rng = load_robot(robot_id), np.random.default_rng(1)
     lower, upper = np.maximum(robot.limit("lower"), -2.0), np.minimum(robot.limit("upper"), 2.0)
     for _ in range(2):
@@ -88,7 +88,10 @@ NEAR_UR5 = np.array([0.0, -1.57, 1.57, -1.57, -1.57, 0.0])
 
 
 def mixed(order: str, distance: float) -> tuple[list[JointWaypoint], list[JointWaypoint]]:
-    """Waypoints passed (t), blended (b) or stopped at (s), small letters beside those before; and stops at all."""
+    """Return waypoints passed (t), blended (b) or stopped at (s), and the same with stops only.
+
+    A small letter stands for a waypoint near the one before.
+    """
     rng = np.random.default_rng(1)
     waypoints = [JointWaypoint(NEAR_UR5)]
     for letter in [*order, "S"]:

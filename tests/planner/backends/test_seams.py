@@ -23,13 +23,13 @@ POSTURES = {
     "kuka_kr16_2": ((0.0, -1.57, 1.57, 0.0, 0.6, 0.0), (0.0, -1.2, 1.4, 0.0, -0.8, 0.0)),
     "kuka_kr16_l6_2": ((0.0, -np.pi / 2.0, np.pi / 2.0, 0.0, np.pi / 2.0, 0.0),),
 }
-"""Symmetric postures, the arm straight ahead."""
+"""Symmetric joint positions, the arm straight ahead."""
 
 KINDS = tuple(kind for kind in BACKENDS if kind != "min_effort")
 """The back ends whose plans are short; `min_effort` minimises something else."""
 
 SLOWNESS = {"cubic": 1.5, "quintic": 15.0 / 8.0}
-"""Peak over mean speed of the laws from rest to rest that have no cruise."""
+"""Peak over mean speed of the time scalings from rest to rest without cruise."""
 
 RAMPS = 1.0
 """What ramps and corners may take, s: a few hundredths of a second each at these speeds."""
@@ -97,7 +97,7 @@ def random_seam(rng: np.random.Generator) -> Seam:
 
 
 def test_case_trapezoidal_seam() -> None:
-    """It took 9e7 s: by rounding the law began behind its curve, and a piece of no length broke every limit."""
+    """It took 9e7 s: by rounding the time scaling began behind its curve; a piece of zero length broke all limits."""
     rotation = rotation_from_quaternion(np.array([0.0, 0.8844892518835475, 0.0, 0.4665605676677813]))
     start = Pose(np.array([1.0609445293190278, 0.0, 1.2307862735972321]), rotation)
     legs = [0.05720798063598169, 0.03, 0.05720798063598169]

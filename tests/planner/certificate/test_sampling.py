@@ -1,4 +1,4 @@
-"""What controllers make of the samples of plans: what the planner says, what the samples' own check says, and scipy."""
+"""Samples of plans on controllers: the plan's claims against a check of the samples, and against scipy."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SAMPLED = {"torque", *TCP_QUANTITIES}
 
 
 def says_the_same(said: Certificate, found: Certificate) -> None:
-    """The verdicts agree, and so do all ratios."""
+    """Assert that the verdicts agree, and so do all ratios."""
     assert said.satisfied == found.satisfied
     for ours, theirs in zip(said.checks, found.checks, strict=True):
         assert (ours.quantity, ours.enforced, ours.bounded) == (theirs.quantity, theirs.enforced, theirs.bounded)
@@ -42,7 +42,10 @@ def says_the_same(said: Certificate, found: Certificate) -> None:
 
 
 def agrees_with_its_samples(result: Plan, period: float) -> None:
-    """The plan's samples, validated by each interpolation, come out as the plan said; its polynomials are satisfied."""
+    """Assert that a check of the plan's samples agrees with its claim for each interpolation.
+
+    The certificate of its polynomials is satisfied.
+    """
     robot, trajectory, limits = result.path.robot, result.trajectory, result.problem.limits
     ends = end_states(result.backend, robot.dof)
     time = trajectory.sample_times(period)

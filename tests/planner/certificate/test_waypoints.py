@@ -57,7 +57,7 @@ def open_then_relative(robot_id: str, seed: int, **relative: Any) -> planner.Pla
 
 
 def off_target(plan: planner.Plan, index: int, shift: np.ndarray) -> float:
-    """Return how far a relative waypoint is from where its move in tool axes leads, m."""
+    """Return the distance of a relative waypoint from the end of its move in tool axes, m."""
     before, after = (delivered(plan, k, pin.SE3.Identity()) for k in (index - 1, index))
     return float(np.linalg.norm(after.translation - (before.translation + before.rotation @ shift)))
 
@@ -109,7 +109,7 @@ def test_a_relative_move_from_where_a_free_motion_ends_goes_on_from_there() -> N
 
 
 def test_the_certificate_refuses_another_first_posture_than_the_move_started_from() -> None:
-    """Of the plan that was delivered before: the first waypoint in another posture, all else as it was found."""
+    """The same plan is refused with another joint position at the first waypoint, all else unchanged."""
     problem = open_then_relative("ur10e", 0)
     plan = planner.plan(problem)
     trajectory, positions = plan.trajectory, plan.path.positions

@@ -27,7 +27,7 @@ def path(s: np.ndarray, amplitudes: np.ndarray, waves: np.ndarray) -> tuple[np.n
 @pytest.mark.parametrize("robot_id", ROBOTS)
 @pytest.mark.parametrize("speed", [0.0, 1e-6, 1.0, 30.0])
 def test_torques_are_those_of_the_motion_in_time(robot_id: str, speed: float) -> None:
-    """m s'' + h s'^2 + g at random gridpoints and states of the law, by Pinocchio one at a time."""
+    """m s'' + h s'^2 + g agrees with Pinocchio at random gridpoints and states of the time scaling."""
     robot, rng = loaded(robot_id), np.random.default_rng(7)
     s = rng.uniform(0.0, 3.0, 20)
     q, first, second = path(s, rng.normal(size=robot.dof), rng.uniform(0.2, 2.0, robot.dof))

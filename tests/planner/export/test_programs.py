@@ -48,7 +48,7 @@ def solved_moves() -> Plan:
 
 @dataclass
 class Read:
-    """What a program does: at which times it passes which positions (degrees), and where it comes to rest."""
+    """The motion of a program: the positions that it passes (degrees), their times, and its stops."""
 
     times: list[float] = field(default_factory=lambda: [0.0])
     positions: list[list[float]] = field(default_factory=list)

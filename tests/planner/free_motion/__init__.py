@@ -1,1 +1,1 @@
-"""Tests of the ways around obstacles."""
+"""Tests of collision-free paths around obstacles."""

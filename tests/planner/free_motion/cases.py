@@ -19,7 +19,7 @@ LEFT = np.array([0.9, -0.9, 1.2, 0.0, 0.8, 0.0])
 RIGHT = np.array([-0.9, *LEFT[1:]])
 
 WALL = SceneObject("wall", [Box([0.8, 0.1, 1.6])], Pose([1.3, 0.0, 0.8]))
-"""What stands between the two, in the plane of their symmetry."""
+"""The obstacle between the two, in the plane of their symmetry."""
 
 RIGHT_ANGLE = np.pi / 2.0
 TABLE = [(0.1807, 0.0, RIGHT_ANGLE), (0.0, -0.6127, 0.0), (0.0, -0.57155, 0.0), (0.17415, 0.0, RIGHT_ANGLE)]

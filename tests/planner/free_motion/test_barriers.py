@@ -32,7 +32,7 @@ MARGIN = 0.02
 
 
 def random_thing(rng: np.random.Generator, robot: Robot, posture: FloatArray) -> SceneObject:
-    """Return a shape near a link in a posture."""
+    """Return a shape near a link at a joint position."""
     size = rng.uniform(0.1, 0.8, 3)
     kinds: list[Shape] = [Box(size), Cylinder(size[0] / 2.0, size[1]), Sphere(size[0] / 2.0)]
     where = planner.rotation_from_rpy(*rng.uniform(-3.0, 3.0, 3))
@@ -108,7 +108,7 @@ def test_walls_leave_no_way_or_one(arm: str, walls: list[SceneObject], proved: t
 
 @pytest.mark.parametrize("gap", [0.0005, -0.0005])
 def test_a_link_that_grazes_an_object_is_held_up(gap: float) -> None:
-    """The furthest point of what the first joint turns goes along a circle, and a ball reaches into it by a hair."""
+    """The furthest point turned by the first joint follows a circle, and a ball barely reaches into it."""
     bodies = CollisionChecker(ARM).bodies
     ends = bodies.at(np.zeros((1, ARM.dof))).spheres[0][bodies.joints == 1][:, [0, -1]]
     reach = np.hypot(ends[..., 0], ends[..., 1]) + bodies.radii[bodies.joints == 1, None]

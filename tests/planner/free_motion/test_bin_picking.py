@@ -28,7 +28,7 @@ HARD = 13
 
 @lru_cache
 def parts() -> tuple[tuple[float, float, float], ...]:
-    """Where parts lie, m, and how they are turned, rad: no two in each other."""
+    """Draw positions of the parts, m, and their rotations, rad: no two overlap."""
     rng, found = np.random.default_rng(0), list[tuple[float, float, float]]()
     while len(found) < PARTS:
         x, y, turn = rng.uniform(0.48, 1.02), rng.uniform(-0.17, 0.17), rng.uniform(-np.pi, np.pi)

@@ -23,7 +23,7 @@ from tests.planner.scene.brute_force import distances_over_time
 from tests.sizes import SIZE
 
 SAMPLES = 200
-"""Number of postures of a leg that is looked at closely: some 5 mm of the tool apart."""
+"""Number of closely checked joint positions of a leg: the tool moves some 5 mm between them."""
 
 
 def path_among(
@@ -39,7 +39,7 @@ def path_among(
 
 
 def least_distance(path: FreePath, things: list[SceneObject], robot: Robot = ARM) -> float:
-    """Least distance of the arm from the things on the way, by dense samples of capsules in closed form, m."""
+    """Return the least distance of the arm from the objects along the path, by dense samples of capsules, m."""
     times = np.linspace(0.0, 1.0, SAMPLES)
     legs = [edge(start, goal) for start, goal in pairwise(path.positions)]
     return min(float(np.nanmin(distances_over_time(robot, Scene(things), times, leg))) for leg in legs)  # type: ignore[arg-type]
@@ -142,7 +142,7 @@ def test_random_ways_are_free_where_dense_samples_look() -> None:
 
 
 def test_the_quick_check_says_what_proofs_say() -> None:
-    """It may miss a collision, but what it rejects collides; were it to miss many, ways would take long."""
+    """The quick check may miss a few collisions, as many would make searches long; everything it rejects collides."""
     checker = CollisionChecker(ARM, Scene([WALL], margin=0.05))
     rng = np.random.default_rng(1)
     lower, upper = np.maximum(ARM.limit("lower"), -1.5), np.minimum(ARM.limit("upper"), 1.5)

@@ -23,7 +23,10 @@ MOST_CHECKS = 1000
 
 
 def bar_among_boxes() -> planner.PlanningProblem:
-    """A bar of half a metre at the tool, among six boxes, may be turned about the vertical where it is brought."""
+    """Make a problem with a bar of half a metre at the tool among six boxes.
+
+    The bar may be turned about the vertical at its goal.
+    """
     rng, goal_rng = np.random.default_rng(SEED), np.random.default_rng(SEED + 1000)
     boxes = [
         SceneObject(

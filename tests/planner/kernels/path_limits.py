@@ -1,4 +1,4 @@
-"""Plain numpy that does what the kernels of profiles do, and linear programs solved by trying their corners."""
+"""Plain numpy with the results of the kernels of profiles, and linear programs solved by trying their corners."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PARALLEL, MOST_BEND, CLOSE = 1e-10, 0.9, 0.95
 
 
 def corners(rows: np.ndarray) -> np.ndarray:
-    """Return the points (corners, 2) (x, u) within a u + b x + c <= 0, rows (rows, 3), where two of these meet."""
+    """Return the corners (x, u), (corners, 2), of the region u a + b x + c <= 0 with rows (rows, 3)."""
     found = []
     for first, second in combinations(rows / np.linalg.norm(rows[:, :2], axis=1, keepdims=True), 2):
         matrix = np.array([[first[1], first[0]], [second[1], second[0]]])
@@ -44,7 +44,7 @@ def rows_of(limits: PathLimits, i: int, throughout: bool) -> np.ndarray:
 
 
 def fastest_profile(limits: PathLimits, throughout: np.ndarray, rests: np.ndarray) -> np.ndarray:
-    """Do what the kernel does: the largest x of each linear program backward, the largest u forward."""
+    """Compute the kernel's profile: the largest x of each linear program backward, the largest u forward."""
     count = len(limits.lengths)
     controllable, x = np.zeros(count + 1), np.zeros(count + 1)
     polygons = [np.empty((0, 3))] * count

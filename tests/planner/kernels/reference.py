@@ -1,4 +1,4 @@
-"""Plain numpy that does what the kernels of sampled peaks do, all samples of a round at once."""
+"""Plain numpy with the results of the kernels of sampled peaks, all samples of a round at once."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def test_derivatives_and_values_are_those_of_numpy(order: int) -> None:
 
 
 def largest_by_roots(coefficients: np.ndarray, directions: np.ndarray) -> float:
-    """The largest of -p and p by their factors on [0, 1]: at the ends and where the derivative vanishes."""
+    """Find the largest of -p and p, each times its factor, on [0, 1]: at ends and roots of p'."""
     polynomial = Polynomial(coefficients)
     roots = polynomial.deriv().roots() if len(coefficients) > 1 else np.empty(0)
     inside = np.real(roots[np.abs(np.imag(roots)) < 1e-6])
@@ -87,7 +87,7 @@ def test_extrema_are_at_roots_of_derivatives(order: int, weighted: bool) -> None
 
 
 def test_extrema_of_constants_of_nothing_and_of_no_number() -> None:
-    """What is no number counts as the largest there is: nothing that cannot be computed keeps a limit."""
+    """NaN counts as the largest extremum: a quantity that cannot be computed keeps no limit."""
     bernstein = np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 1.0], [1.0, np.nan], [5.0, 5.0]])
     groups = np.array([0, 0, 1, 2, 2])
     row, unit = extrema(bernstein, np.array([1.0, 1.0, np.inf, 1.0, 1.0]), groups, None, ROUNDING)

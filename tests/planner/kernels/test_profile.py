@@ -15,7 +15,7 @@ Problem = tuple[PathLimits, np.ndarray, np.ndarray]
 
 
 def problem(seed: int, count: int, rows: int, bend: float = 1.0) -> Problem:
-    """Random limits that differ from the start of an interval to its end, some of them of one term only."""
+    """Draw limits that differ from the start of an interval to its end, some of them of one term only."""
     rng = np.random.default_rng(seed)
     shape = (count, rows)
 

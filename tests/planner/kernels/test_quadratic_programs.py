@@ -90,9 +90,9 @@ def test_without_limits_each_variable_has_its_own_optimum(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_long_program_that_is_nearly_all_zeros_has_no_way_down_left(seed: int) -> None:
-    """As of the durations of many intervals, each of which matters to its neighbours; the last variable bounds all.
+    """The program is like one of many durations, each coupled to its neighbours; the last variable bounds all.
 
-    No feasible point lies further down along the slope at the solution: that bounds how far from the optimum it is.
+    No feasible point lies further down along the slope at the solution: that bounds the distance from the optimum.
     """
     rng = np.random.default_rng(seed)
     n = 300

@@ -20,7 +20,8 @@ TOLERANCE = 1e-5
 
 @pytest.mark.parametrize(("power", "smoothing"), [(-0.5, 0.0), (0.0, 1e-3), (0.5, 0.0)])
 def test_derivatives_by_differences(power: float, smoothing: float) -> None:
-    """The slope; and the curvature, but for what is cut to keep it convex and the parabola that stands for |y|."""
+    """The slope agrees, and so does the curvature, except where it is cut to stay convex and where a parabola replaces
+    |y|."""
     rng = np.random.default_rng(1)
     cost = PathCost(rng.normal(size=(4, 4, 15)), power, smoothing)
     objective = Objective(of_duration(rng.uniform(0.1, 0.5, 5)).weights, 500.0, (cost,))

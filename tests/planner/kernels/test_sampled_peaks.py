@@ -10,7 +10,7 @@ from tests.planner.kernels import reference
 
 
 def waves(seed: int, pieces: int, columns: int):  # type: ignore[no-untyped-def]
-    """Functions of piece and unit time: sums of waves, and peaks that samples may miss."""
+    """Make functions of piece and unit time: sums of waves, with peaks that samples may miss."""
     rng = np.random.default_rng(seed)
     amplitudes, rates, phases = rng.uniform(0.2, 1.0, (3, pieces, columns))
     spots, widths = rng.uniform(0.0, 1.0, (pieces, columns)), rng.uniform(0.02, 0.5, (pieces, columns))

@@ -19,7 +19,7 @@ DEGREES = (3, 5)
 
 
 def spline(seed: int, segments: int, degree: int, cuts: float = 0.0) -> tuple[np.ndarray, ...]:
-    """Durations, given velocities, coefficients on unit time and positions of a random spline of three joints."""
+    """Draw durations, given velocities, coefficients on unit time and positions of a spline of three joints."""
     rng = np.random.default_rng(seed)
     positions, durations = rng.uniform(-2.0, 2.0, (segments + 1, 3)), rng.uniform(0.2, 2.0, segments)
     given = rng.random(segments - 1) < cuts

@@ -63,7 +63,7 @@ def general(kind: str, rng: np.random.Generator) -> Row:
 
 
 def spherical_wrist(rng: np.random.Generator) -> list[Row]:
-    """The last three axes meet where the fifth joint is; half the arms with a second axis parallel to the third."""
+    """Draw an arm whose last three axes meet at the fifth joint; half the second axes parallel the third."""
     arm = [general("continuous", rng) for _ in range(3)]
     if rng.random() < 0.5:
         arm[1] = (*arm[1][:3], 0.0)

@@ -56,7 +56,7 @@ def origins(robot: Robot, q: FloatArray) -> tuple[list[FloatArray], list[FloatAr
 
 
 def is_above(point: FloatArray, start: FloatArray, end: FloatArray, outwards: FloatArray) -> bool | None:
-    """Whether a point is above a line that leads outwards; None: the line is so steep that this says nothing."""
+    """Return whether a point is above a line that leads outwards; None where the line is too steep to tell."""
     run = (end - start) @ outwards
     if run < 0.05:
         return None

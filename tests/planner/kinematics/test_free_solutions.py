@@ -1,4 +1,4 @@
-"""Solutions at which a robot keeps clear go before all others: held against distances by closed forms."""
+"""Collision-free solutions go before all others: checked against distances by closed forms."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def test_more_of_a_continuum_is_looked_at_where_none_of_the_first_is_free() -> N
 
 
 def test_a_robot_with_nothing_around_it_is_free_everywhere() -> None:
-    """Without a scene, and without shapes that count, there is nothing to be held against anything."""
+    """Without a scene, and without shapes that count, there is no distance to check."""
     pose = planner.tool_pose(ARM, np.full(6, 0.4))
     checker = CollisionChecker(ARM, Scene())
     assert checker.is_empty

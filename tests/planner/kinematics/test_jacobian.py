@@ -1,4 +1,4 @@
-"""The Jacobian against differences of the forward kinematics, and what is made of it."""
+"""The Jacobian against differences of the forward kinematics, and quantities derived from it."""
 
 from __future__ import annotations
 

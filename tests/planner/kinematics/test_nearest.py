@@ -75,7 +75,7 @@ def test_no_solution_is_nearer(robot_id: str, kind: str) -> None:
 @pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ["ur5", "kuka_kr16_l6_2", "kuka_kr16_2", "ngv_refuelling_arm", "welding_arm"])
 def test_no_other_solution_is_within_the_time_in_which_the_configuration_is_kept(robot_id: str) -> None:
-    """Half of the postures are near singular ones of elbow or wrist, where other solutions are near."""
+    """Half of the joint positions are near singular ones of elbow or wrist, where other solutions are near."""
     robot, rng, proved = installed(robot_id), np.random.default_rng(5), 0
     velocity = robot.limit("velocity")
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)

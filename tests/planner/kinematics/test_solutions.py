@@ -1,4 +1,4 @@
-"""All solutions of a pose, beside those of an analytic solver; and no success that is none."""
+"""All solutions of a pose, compared with an analytic solver; and no false success."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What operations make is proved clear of a scene, held against dense samples."""
+"""Results of operations are proved clear of a scene: checked against dense samples."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ POINTS: dict[str, tuple[Callable[[], FloatArray], float]] = {
 
 
 def distances(trajectory: Trajectory, points: FloatArray) -> tuple[float, float]:
-    """How far points are from a trajectory, and it from the lines between them, at most: dense samples."""
+    """Return the largest distances of points from a trajectory, and of it from their polyline: dense samples."""
     path = by_scipy(trajectory, np.linspace(0.0, trajectory.duration, 1500))
 
     def from_lines(of: FloatArray, lines: FloatArray) -> float:

@@ -1,4 +1,5 @@
-"""Operations keep speeds near objects, held against dense samples: what is timed anew is slowed, the rest refused."""
+"""Operations keep speed limits near objects, checked against dense samples: retimed results slow down, others are
+refused."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ IN_FULL = partial(pytest.param, marks=pytest.mark.large_only)
 
 
 def off(points: FloatArray, positions: FloatArray) -> float:
-    """The largest distance of some positions (N, joints) from the polyline through points (M, joints), in any joint."""
+    """Return the largest distance of positions (N, joints) from the polyline through points (M, joints), max norm."""
     starts, ways = points[:-1], np.diff(points, axis=0)
     shares = np.clip(((positions[:, None] - starts) * ways).sum(axis=2) / (ways**2).sum(axis=1), 0.0, 1.0)
     away = np.abs(positions[:, None] - starts - shares[..., None] * ways).max(axis=2)

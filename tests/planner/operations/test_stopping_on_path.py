@@ -108,7 +108,7 @@ def test_the_search_for_any_curve_is_nearly_as_fast_on_a_straight_line(
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5])
 @pytest.mark.parametrize("backend", [Toppra(), Toppra(jerk_limited=True)], ids=["C1", "C2"])
 def test_a_stop_is_found_where_the_trajectory_uses_all_of_its_limits(backend: BackEnd, share: float) -> None:
-    """On the way around a corner in the least time; five of these six ended where the trajectory does."""
+    """The trajectory turns a corner in the least time; five of these six stops were only found at its end."""
     given = plan(PlanningProblem(kuka(), CORNER), backend).trajectory
     stop = stop_on_path(kuka(), given, share * given.duration)
     assert stop.certificate.satisfied
@@ -138,7 +138,7 @@ def test_stops_that_are_refused() -> None:
 
 @pytest.mark.parametrize("kind", ["quintic", "toppra"])
 def test_limits_of_the_tools_acceleration_are_kept_by_a_stop_far_before_the_end(kind: str) -> None:
-    """Such stops were those at the end: with one limit of the tool's acceleration they took up to 18 s."""
+    """Such stops were found only at the trajectory's end: with a limit of the tool's acceleration after up to 18 s."""
     limits = Limits(tcp_linear_acceleration=1.5, tcp_centripetal_acceleration=1.0)
     problem = replace(problem_of("kuka_kr16_l6_2", 0, 4, 0.5), limits=limits)
     given = plan(problem, Quintic() if kind == "quintic" else Toppra(jerk_limited=True)).trajectory

@@ -1,4 +1,5 @@
-"""Seams at a few millimetres a second take what their length asks: no slip of the law's ramps stretches the whole."""
+"""Seams at a few mm/s: their durations follow from their lengths; rounding in ramps of the time scaling stretches
+nothing."""
 
 from __future__ import annotations
 
@@ -21,9 +22,9 @@ TOOL_DOWN = rotation_from_rpy(np.pi, 0.0, 0.0)
 
 
 def slow_seam(speed: float) -> PlanningProblem:
-    """Return a line, a half circle and a line, tangent to each other, blended within 10 mm; speed in m/s.
+    """Return a line, a half circle and a line, tangent and blended within 10 mm; speed in m/s.
 
-    They are those of a UR5 with the limits of the package's URDF, under which the case was met.
+    The case was met with these poses of a UR5 and the limits of the package's URDF.
     """
     ur5 = load_robot("ur5")
     velocity = (3.15, 3.15, 3.15, 3.2, 3.2, 3.2)
@@ -52,7 +53,7 @@ def duration(problem: PlanningProblem, backend: BackEnd) -> float:
 @pytest.mark.parametrize("speed", [0.0045, 0.005, 0.0055])
 @pytest.mark.parametrize("backend", [Ruckig(), Toppra(jerk_limited=True)], ids=["ruckig", "toppra, jerk_limited"])
 def test_case_slow_seam(backend: BackEnd, speed: float) -> None:
-    """At 5 mm/s it took 1,069.7 s instead of 71.4: the law began 7e-10 m behind its curve."""
+    """At 5 mm/s it took 1,069.7 s instead of 71.4: the time scaling began 7e-10 m behind its curve."""
     assert duration(slow_seam(speed), backend) == pytest.approx(71.4 * 0.005 / speed, rel=0.01)
 
 

@@ -1,4 +1,5 @@
-"""Minimum effort along lines, circles and blends: other laws, a second solver, differences, dense samples."""
+"""Minimum effort along lines, circles and blends, against other time scalings, a second solver, differences and dense
+samples."""
 
 from __future__ import annotations
 
@@ -230,7 +231,7 @@ def test_limits_by_dense_samples(name: str) -> None:
 
 @pytest.mark.large_only
 def test_durations_of_segments_that_are_passed_are_kept() -> None:
-    """Exactly; one without a duration has what the quintic gives it."""
+    """Given durations are kept exactly; a segment without one has the duration of the quintic."""
     free = planned("blends", replace(QUICK, slowdown=1.2))
     times = np.diff(free.trajectory.arrivals).tolist()
     unequal = [1.4 * times[0], 1.1 * times[1], 1.2 * times[2]]
@@ -307,7 +308,7 @@ STILL_RAIL = JointWaypoint((2.0, 0.6, -0.4, 0.8, 0.0, -0.4, 0.0))
     ids=["line", "blend", "joints"],
 )
 def test_motions_of_what_weighs_nothing_are_no_failure(goals: tuple[AnyWaypoint, ...]) -> None:
-    """The quintic costs nothing, nothing is better, and what it refuses is refused: the rail stands still."""
+    """The quintic costs nothing, so no search improves on it and its refusals stand: the rail does not move."""
     options = InverseKinematicsOptions(prefer="arm")
     problem = PlanningProblem(UNWEIGHED, (STILL_RAIL, *goals), inverse_kinematics=options)
     found = plan(problem, QUICK)
@@ -329,7 +330,7 @@ def test_after_its_iterations_the_best_law_so_far_is_returned() -> None:
 
 @pytest.mark.large_only
 def test_no_other_law_is_no_fault() -> None:
-    """In the shortest time there is one law only: nothing is left to search for, and nothing to warn of."""
+    """The shortest duration admits one time scaling only: nothing is searched for, and no warning is given."""
     shortest = planned("line", Ruckig()).trajectory.duration
     result = planned("line", QUICK, (shortest * (1.0 + 1e-9),))
     assert result.warnings == ()

@@ -73,9 +73,10 @@ def by_differences(function: Any, x: FloatArray, step: float = 1e-6) -> FloatArr
 @pytest.mark.parametrize("limited", [(False, False, False), (True, True, True)])
 @pytest.mark.parametrize("objective", ["effort", "mechanical_work", "jerk"])
 def test_derivatives_by_differences(objective: Objective, limited: tuple[bool, bool, bool]) -> None:
-    """The gradient, the constraints' and the Lagrangian's second derivative, durations included.
+    """The gradient and the second derivatives of constraints and Lagrangian agree with differences, durations included.
 
-    They are of torques and rates, or also of the tool's speed and of how far tool and joints are from a way.
+    The constraints are torques and their rates, or also the tool's speed and the distances of tool and joints from a
+    path.
     """
     program = Program(load_robot(ARM), Layout(2, 4, objective, *limited))
     values, slopes, curvature = (
@@ -327,7 +328,7 @@ def test_the_memory_of_a_program_grows_with_its_intervals() -> None:
 
 
 def passed(count: int) -> PlanningProblem:
-    """That many waypoints on an arc, all but the first and the last passed."""
+    """Return a problem with `count` waypoints on an arc, all passed except the first and the last."""
     angles = np.linspace(0.0, 2.0, count)
     positions = [(0.4 * np.sin(t), -1.5 + 0.3 * t, 1.5 + 0.1 * t * t, -1.5, -1.5, 0.5 * t) for t in angles]
     waypoints = [JointWaypoint(position=p, transition=ThroughTransition()) for p in positions]
@@ -384,7 +385,7 @@ def test_a_tool_that_is_nearly_at_its_speed_limit_all_the_way_does_not_ask_for_e
 
 
 def test_more_intervals_after_narrower_limits() -> None:
-    """A repair that left a coarse excess asked for more intervals, with margins for fewer: an error of shapes."""
+    """A repair with a coarse excess used more intervals, but margins for fewer: an error of array shapes."""
     speeds = Limits(
         velocity_scale=0.18710678231918604,
         acceleration_scale=0.10080281942326491,

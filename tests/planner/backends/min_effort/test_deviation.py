@@ -1,4 +1,4 @@
-"""How far least effort goes from straight joint motions, against nearest neighbours of dense samples."""
+"""The deviation of least effort from straight joint motions, against nearest neighbours of dense samples."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ REACHING = PlanningProblem(
 """Slowly from side to side with the arm stretched out, which is hard to hold: the best way is near the body."""
 
 KNOTS = 16
-"""Enough for what is tried here, and quick."""
+"""Enough for the problems of these tests, and quick."""
 
 DENSE = np.linspace(0.0, 1.0, 3001)
 """Shares of a motion at which the brute force looks: a millimetre apart."""
@@ -120,9 +120,9 @@ def test_the_tool_stays_within_0_1_m_unless_it_is_let_go() -> None:
 @pytest.mark.long_table
 @pytest.mark.parametrize("problem", [REACHING, *(problem_of("kuka_kr16_l6_2", seed, 2, 0.4) for seed in range(4))])
 def test_more_room_is_never_dearer(problem: PlanningProblem) -> None:
-    """And the least room is no dearer than the quintic, whose way is straight; most of what is allowed is used.
+    """Effort does not rise with the allowed deviation and never exceeds the quintic's; most of the deviation is used.
 
-    In each the search ends in a minimum of its own: they differ by 1 %.
+    Each search ends in a local minimum of its own: efforts differ by 1 %.
     """
     quintic = figures(plan(problem, Quintic())).effort
     rooms = (0.003, 0.03, 0.1, None)

@@ -34,7 +34,7 @@ def positions(robot: Robot, seed: int, count: int) -> FloatArray:
 
 
 def energy_and_jerk(made: Plan) -> tuple[float, float, float]:
-    """The integral of the sum of |torque x velocity|, J, and the integral and the largest of the jerk, by samples."""
+    """Return the integral of the summed |torque x velocity|, J, and integral and peak of the jerk, by samples."""
     q, dq, ddq, jerk = made.trajectory.evaluate(SAMPLES, [0, 1, 2, 3])
     torque = inverse_dynamics(made.path.robot, q, dq, ddq)
     energy = np.trapezoid(np.abs(torque * dq).sum(axis=1), SAMPLES)

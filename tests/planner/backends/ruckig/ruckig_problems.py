@@ -1,4 +1,4 @@
-"""What the tests of the Ruckig back end share."""
+"""Helpers of the tests of the Ruckig back end."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def durations_of(result: Plan) -> np.ndarray:
 
 
 def one_joint(**limits: float) -> Robot:
-    """The first joint of an arm with these limits, the others with wide ones; none of them has position limits."""
+    """Make an arm with these limits at the first joint, wide ones at the others, and no position limits."""
     robot = load_robot("three_dof_arm")
     wide = {"velocity": 1e3, "acceleration": 1e4, "jerk": 1e6}
     own = [Joint(joint.name, joint.kind, **(limits if i == 0 else wide)) for i, joint in enumerate(robot.joints)]
@@ -47,7 +47,7 @@ def line(robot: Robot, *angles: float) -> PlanningProblem:
 
 
 def assert_within_limits(result: Plan) -> None:
-    """By 20,000 samples, and the state that is due at the waypoints; not by the certificate."""
+    """Assert limits by 20,000 samples, and the expected states at the waypoints, without the certificate."""
     trajectory, limits = result.trajectory, result.path.limits
     times = np.linspace(0.0, trajectory.duration, 20001)
     position, *rates = trajectory.evaluate(times, [0, 1, 2, 3])
@@ -62,7 +62,10 @@ def assert_within_limits(result: Plan) -> None:
 
 
 def shortest_time(d: float, v: float, a: float, j: float) -> float:
-    """S, jerk-limited from rest to rest, by bisection on the cruise speed; the ramps by the two cases of a textbook."""
+    """Compute the duration, s, of a jerk-limited motion from rest to rest, by bisection on the cruise speed.
+
+    The ramps follow the two cases of a textbook.
+    """
 
     def ramp(speed: float) -> float:
         return 2.0 * np.sqrt(speed / j) if speed <= a**2 / j else speed / a + a / j

@@ -41,7 +41,7 @@ def assert_planned(problem: PlanningProblem) -> float:
 
 
 def test_case_ruckig_tool_down() -> None:
-    """Three poses of the KUKA whose wrist hardly moves were refused for limits that nobody asked."""
+    """Three poses of the KUKA whose wrist hardly moves were refused for limits that were not requested."""
     robot = load_robot("kuka_kr16_2")
     assert assert_planned(through_poses(robot, [(0.9, -0.3, 0.6), (1.0, 0.0, 0.7), (0.9, 0.3, 0.6)])) < 0.73
 

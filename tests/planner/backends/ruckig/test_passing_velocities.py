@@ -1,4 +1,4 @@
-"""Waypoints passed with the velocities asked there, against the package's own motions from state to state."""
+"""Waypoints passed with requested velocities, against the package's own motions from state to state."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def test_passing_one_waypoint_is_as_fast_as_brute_force_finds(end: float, gain: 
 
 
 def least_duration(problem: PlanningProblem, pieces: int) -> float:
-    """S, of a motion through the waypoints with some pieces of constant jerk in each segment, by CasADi and IPOPT.
+    """Optimise the duration, s, of a motion through the waypoints with pieces of constant jerk, by CasADi and IPOPT.
 
     Its limits hold at the Bezier points of each piece, so that it is one that can be driven: no shorter than the best.
     """
@@ -154,7 +154,7 @@ def test_passing_waypoints_is_as_fast_as_an_independent_optimiser(robot_id: str,
 @settings(max_examples=settings.default.max_examples // 4)
 @given(seed=st.integers(0, 2**32), data=st.data())
 def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataObject) -> None:
-    """Asked durations are kept, or refused with others that are kept; whether the ends are at rest or not."""
+    """Given durations are kept, or refused with others that are kept, whether or not the ends are at rest."""
     count = data.draw(st.integers(3, 5))
     stops = problem_of(data.draw(st.sampled_from(ARMS)), seed, count, 10.0 ** data.draw(st.floats(-4.0, 0.0)))
     shares = data.draw(
@@ -202,7 +202,7 @@ def test_waypoints_on_the_way_cost_hardly_anything() -> None:
 @pytest.mark.parametrize("synchronization", ["phase", "time"])
 @pytest.mark.parametrize("robot_id", ["kuka_kr16_l6_2", "date_sorting_arm", "ngv_refuelling_arm"])
 def test_where_the_tools_speed_is_limited(robot_id: str, synchronization: Synchronization, speed: float) -> None:
-    """Never slower than stopping, nor than the best law along the smooth curve that toppra finds."""
+    """The motion is never slower than with stops, nor than the best time scaling along toppra's smooth curve."""
     for seed in range(2):
         stops = problem_of(robot_id, seed, 4, 0.3)
         limits = Limits(tcp_linear_velocity=speed)
@@ -215,7 +215,7 @@ def test_where_the_tools_speed_is_limited(robot_id: str, synchronization: Synchr
 
 
 def test_a_straight_line_is_slow_only_where_the_tool_is_fast() -> None:
-    """Under a limit of the tool's speed the law was stretched as a whole: nearly twice the time."""
+    """A limit of the tool's speed stretched the time scaling as a whole: nearly twice the duration."""
     problem = problem_of("kuka_kr16_l6_2", 0, 2, 0.3)
     free, slow = plan(problem, Ruckig()), plan(replace(problem, limits=Limits(tcp_linear_velocity=0.3)), Ruckig())
     speeds = [tool_speeds(problem.robot, *evenly(result, [0, 1]))[0] for result in (free, slow)]

@@ -10,13 +10,13 @@ INF = np.inf
 
 
 def spline_limits(lower, upper, velocity, acceleration, jerk):
-    """Limits of a spline; nothing else is limited."""
+    """Return the limits of a spline; nothing else is limited."""
     rates = map(Bounds.of_magnitudes, (velocity, acceleration, jerk, np.full_like(velocity, INF)))
     return SegmentLimits(Bounds(lower, upper), *rates)
 
 
 def samples(spline, order=0, count=201):
-    """Derivative of that order at unit times 0 to 1 of each segment; (segments, count, joints)."""
+    """Sample the derivative of that order at unit times 0 to 1 of each segment; (segments, count, joints)."""
     coefficients = spline.coefficients
     for _ in range(order):
         coefficients = coefficients[..., 1:] * np.arange(1, coefficients.shape[-1])
@@ -25,7 +25,7 @@ def samples(spline, order=0, count=201):
 
 
 def excess(spline, limits, degree):
-    """Worst of sampled |derivative| / limit, brought to first order, and of the overshoot; by segment."""
+    """Return the worst sampled |derivative| / limit, brought to first order, and the overshoot, by segment."""
     worst = np.zeros(len(spline.lengths))
     for order, quantity in enumerate(("velocity", "acceleration", "jerk")[: (degree + 1) // 2], start=1):
         values = np.abs(samples(spline, order)).max(axis=1)
@@ -35,7 +35,7 @@ def excess(spline, limits, degree):
 
 
 def random_problem(seed, segments, joints, room=INF):
-    """Waypoints and limits; position limits `room` times the joint's range beyond the waypoints."""
+    """Draw waypoints and limits; position limits lie `room` times the joint's range beyond the waypoints."""
     rng = np.random.default_rng(seed)
     positions = rng.uniform(-2.0, 2.0, (segments + 1, joints))
     room = np.ptp(positions, axis=0) * room

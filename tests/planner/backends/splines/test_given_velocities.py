@@ -38,7 +38,7 @@ def some_velocities(seed: int, segments: int, joints: int, size: float, share: f
 
 
 def parts_of(velocities: FloatArray) -> list[tuple[int, int]]:
-    """Return first and last waypoint of what lies between velocities that are given."""
+    """Return the first and the last waypoint of each part between two given velocities."""
     cuts = [0, *(np.flatnonzero(~np.isnan(velocities[:, 0])) + 1).tolist(), len(velocities) + 1]
     return list(pairwise(cuts))
 
@@ -160,7 +160,7 @@ def timed(
 def keeps_all(
     spline: PiecewisePolynomial, positions: FloatArray, velocities: FloatArray, limits: SegmentLimits, degree: Degree
 ) -> None:
-    """Waypoints, velocities and limits, by samples."""
+    """Assert that waypoints, velocities and limits are kept, by samples."""
     worst, overshoot = excess(spline, limits, degree)
     assert worst.max() <= 1.0 + 1e-8
     assert overshoot <= 1e-8
@@ -173,7 +173,7 @@ def keeps_all(
 def shortest_of_one_segment(
     travel: FloatArray, ends: FloatArray, limits: SegmentLimits, row: int, start: FloatArray, degree: Degree
 ) -> tuple[float, float]:
-    """The least of many durations of one segment that keeps its limits, and the least excess of all; by samples."""
+    """Return the least sampled duration of one segment that keeps its limits, and the least excess of all."""
     u = np.linspace(0.0, 1.0, 51)
     least, nearest = INF, INF
     for h in np.geomspace(0.02, 60.0, 800):
@@ -357,7 +357,7 @@ def test_a_short_part_does_not_hide_the_peaks_of_a_long_one(degree: Degree) -> N
 
 @pytest.mark.parametrize("degree", DEGREES)
 def test_accelerations_alone_limit_a_spline(degree: Degree) -> None:
-    """At the waypoints of a quintic without acceleration there, nothing is used of what is limited."""
+    """A quintic without acceleration at the waypoints uses none of the limited acceleration there."""
     velocities, none = np.array([[0.1, 0.1]]), np.full((2, 2), INF)
     limits = spline_limits(np.full(2, -INF), np.full(2, INF), none, np.full((2, 2), 2.0), none)
     keeps_all(timed(WAY, velocities, limits, free(2), degree), WAY, velocities, limits, degree)

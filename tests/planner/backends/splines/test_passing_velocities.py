@@ -1,4 +1,4 @@
-"""Plans of the splines that pass waypoints with the velocities asked there, beside those of Ruckig."""
+"""Plans of the splines that pass waypoints with requested velocities, beside the plans of Ruckig."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ each_spline = pytest.mark.parametrize("backend", SPLINES, ids=lambda backend: ba
 
 
 def within_limits(made: Plan, backend: Cubic | Quintic) -> None:
-    """By dense samples; a cubic keeps no jerk limit."""
+    """Assert limits by dense samples; a cubic keeps no jerk limit."""
     if backend.kind == "quintic":
         assert_within_limits(made)
         return
@@ -41,7 +41,7 @@ def within_limits(made: Plan, backend: Cubic | Quintic) -> None:
 
 
 def passes(made: Plan, waypoint: int, velocity: np.ndarray) -> None:
-    """The waypoint and its velocity, a moment before and after, by differences of positions."""
+    """Assert the waypoint's position and, by differences of positions just before and after it, its velocity."""
     at, trajectory, step = made.trajectory.arrivals[waypoint], made.trajectory, 1e-6
     q = trajectory.evaluate(at + step * np.array([-1.0, 0.0, 1.0]), [0])[0]
     slack = 10.0 * step * made.path.limits.acceleration.narrower[waypoint - 1 : waypoint + 1].max(axis=0) + 1e-8

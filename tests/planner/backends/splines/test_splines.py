@@ -1,4 +1,4 @@
-"""Splines through waypoints, held against scipy's splines, dense samples and scipy's optimiser."""
+"""Splines through waypoints, checked against scipy's splines, dense samples and scipy's optimiser."""
 
 from __future__ import annotations
 
@@ -336,7 +336,7 @@ def test_an_overshoot_is_named(degree) -> None:
 
 
 def ratios_of(positions, limits, degree):
-    """Durations to the worst ratio of each segment, of samples of scipy's spline."""
+    """Make a function from durations to the worst ratio of each segment, by samples of scipy's spline."""
     unit = np.linspace(0.0, 1.0, 101)
 
     def evaluate(durations):
@@ -352,7 +352,7 @@ def ratios_of(positions, limits, degree):
 
 
 def everywhere(evaluate):
-    """The evaluation of a motion that looks at all of it, next to its durations, too."""
+    """Make a function of durations that returns an evaluation whose `near` evaluates the whole motion."""
     return lambda durations: Evaluation(evaluate(durations), evaluate)
 
 

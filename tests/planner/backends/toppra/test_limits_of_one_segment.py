@@ -15,7 +15,7 @@ HOME = [0.0, -1.5, 1.5, 0.0, 0.5, 0.0]
 
 @pytest.mark.parametrize("seed", range(8))
 def test_a_limit_of_the_tool_on_one_segment(seed: int) -> None:
-    """Seed 2 ended in an internal error: intervals without the limit had fewer rows than those with it."""
+    """Seed 2 ended in an internal error: intervals without the limit had fewer rows than the limited ones."""
     rng = np.random.default_rng(seed)
     start = planner.tool_pose(ROBOT, HOME)
     count = int(rng.integers(2, 4))

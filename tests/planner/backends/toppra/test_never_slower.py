@@ -43,7 +43,7 @@ TOLERANCE = 1.001
 
 
 def is_no_slower(problem: PlanningProblem) -> None:
-    """Toppra against all others that take the same path and find a plan at all."""
+    """Assert that toppra is no slower than every other back end that takes the same path and finds a plan."""
     try:
         own = plan(problem, Toppra())
     except PlanningError:
@@ -108,7 +108,7 @@ def test_no_slower_where_torques_bind(speed: float) -> None:
 
 
 def test_no_slower_where_coarse_intervals_take_little_time() -> None:
-    """They slowed what is beside them: 0.3 % slower than with limited jerk, found by a soak."""
+    """Coarse intervals slowed the intervals beside them: 0.3 % slower than with limited jerk, found by a soak."""
     robot = load_robot("date_sorting_arm")
     start = JointWaypoint((-0.4939217587, 0.2835207215, 0.2548301908, 0.8554200715, 0.503036802, 1.5970711225))
     first = Pose(np.array([0.213949, 0.495104, 1.142596]), rotation_from_rpy(2.635191, 1.209765, 3.089237))
@@ -131,7 +131,10 @@ def test_no_slower_where_the_bound_on_the_speed_dips() -> None:
 
 
 def densely(path: JointPath) -> float:
-    """Duration, s, by the plain package on each run's curve, 3,000 gridpoints, within velocity and acceleration."""
+    """Compute the duration, s, by the plain package on each group's curve, within velocity and acceleration.
+
+    Each curve has 3,000 gridpoints.
+    """
     total = 0.0
     for group in path.groups:
         length = float(group.curve.breakpoints[-1])

@@ -1,4 +1,4 @@
-"""The fastest law against linear programs of another library."""
+"""The fastest time scaling against linear programs of another library."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from planner.backends.toppra.solvers import Solver
 from planner.kernels.profile import POINTS, PROBES, PathLimits
 
 LOST = 2.0 * X_TAKEN_OFF
-"""How much less than the optimum x may be for each gridpoint, relative to its largest value: what the package takes off
-at each of them, in its unit, which may be larger."""
+"""Allowed loss of x below the optimum per gridpoint, relative to the largest x. The package subtracts as much at each
+gridpoint, in its own unit, which may be larger."""
 
 SOLVERS: tuple[Solver, ...] = ("kernel", "package")
 
@@ -24,7 +24,10 @@ Problem = tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray], np.ndarra
 
 @st.composite
 def problems(draw: st.DrawFn, bend: float, fewest: int = 1, most: int = 25) -> Problem:
-    """Lengths, limits, bounds and rests; b is at most `bend` times what would turn a joint back within one interval."""
+    """Draw lengths, limits, bounds and rests.
+
+    b is at most `bend` times the value that reverses a joint within one interval.
+    """
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     count, rows = draw(st.integers(fewest, most)), draw(st.integers(1, 8))
     lengths = rng.uniform(0.1, 1.0, count)

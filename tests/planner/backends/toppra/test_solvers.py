@@ -58,7 +58,7 @@ def planned_alike(problem: PlanningProblem, equal: float = EQUAL) -> tuple[Plan,
 
 
 def of_every_family() -> list[str]:
-    """Names of jobs of the corpus: in the quick suite one of each family, else all that the tests plan."""
+    """List jobs of the corpus: one of each family in the quick suite, else all planned by the tests."""
     names = [name for name in suite() if "toppra" in back_ends_of(name)]
     if SIZE.one_in == 1:
         return names

@@ -1,4 +1,4 @@
-"""Time-optimal motions against an independent optimum, dense samples, and what the plain library does wrong."""
+"""Time-optimal motions against an independent optimum and dense samples, and the faults of the plain library."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def independent_optimum(
         dq: Its derivative by s.
         ddq: Its second.
         step: Length of an interval.
-        limits: Velocity and acceleration, and torque if asked.
+        limits: Velocity and acceleration, and torque if requested.
         torque: Whether torque is limited.
     """
     count = len(q)

@@ -1,4 +1,4 @@
-"""What the plain toppra library (0.6.10) does wrong, each trap with its input, and what the back end does with it."""
+"""Traps of the plain toppra library (0.6.10), each with its input, and the answer of the back end."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ print(plots is matplotlib.pyplot.Figure)
 
 @pytest.mark.parametrize("case", ["through", "tool", "torque"])
 def test_the_package_computes_the_profile(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the package finds on our gridpoints is what the robot does."""
+    """The robot follows the package's result on our gridpoints."""
     problem = {
         "through": through("ngv_refuelling_arm", 6, 4, 0.5),
         "tool": tool_problem(StopTransition()),

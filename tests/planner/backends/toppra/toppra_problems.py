@@ -1,4 +1,4 @@
-"""Problems that several tests of toppra plan, and how much of its limits a plan uses."""
+"""Problems shared by tests of toppra, and the used share of a plan's limits."""
 
 from __future__ import annotations
 
