@@ -44,6 +44,8 @@ def statement_of(plan: Plan) -> dict[str, Any]:
     kept = {check.quantity for check in plan.certificate.checks if check.enforced and check.limit is not None}
     claims = ["continuity", "waypoints", *(name for name in LIMITED if name in kept)]
     not_covered = sorted(kept - set(LIMITED) - {"waypoint_position_error", "waypoint_orientation_error"})
+    regions = [problem.numbers[k] for k, waypoint in enumerate(problem.waypoints) if getattr(waypoint, "free", None)]
+    not_covered += [f"waypoints: the tolerance region of waypoint {k} but for its nearest pose" for k in regions]
     if any(robot.process_force is not None for robot in of_segments):
         not_covered += [f"{name}: a process force acts" for name in claims if name in OF_TORQUES]
         claims = [name for name in claims if name not in OF_TORQUES]

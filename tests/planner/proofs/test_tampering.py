@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import planner
 from benchmarks.proofs.plans import plans
 from benchmarks.proofs.tampering import KINDS, tampered, with_any_number_changed, with_digests
 from planner.proofs import ProofRejected, check_proof, write_proof
@@ -47,6 +48,24 @@ def test_honest_proofs_of_all_back_ends_are_accepted(proofs: list[dict[str, Any]
         assert not proof["statement"]["not_covered"]
     claims = {claim for proof in proofs for claim in proof["statement"]["claims"]}
     assert {"clearance", "torque", "jerk", "velocity_at_position", "tcp_linear_acceleration"} <= claims
+
+
+def test_a_proof_names_the_checks_that_it_does_not_cover() -> None:
+    robot = planner.load_robot("ur5e")
+    start = (0.2, -1.4, 1.6, -1.5, -1.4, 0.1)
+    pose = planner.forward_kinematics(robot, start)
+    above = planner.Pose(pose.position + np.array([0.0, 0.0, 0.05]), pose.rotation)
+    waypoints = [
+        planner.JointWaypoint(start),
+        planner.PoseWaypoint(above, motion=planner.LinearMotion()),
+        planner.PoseWaypoint(pose, free=planner.Region(rotation_z=(-1.0, 1.0))),
+    ]
+    statement = write_proof(planner.plan(planner.PlanningProblem(robot, waypoints)))["statement"]
+    assert statement["not_covered"] == [
+        "path_orientation_deviation",
+        "path_position_deviation",
+        "waypoints: the tolerance region of waypoint 2 but for its nearest pose",
+    ]
 
 
 @pytest.mark.sized
