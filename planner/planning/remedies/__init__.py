@@ -8,15 +8,18 @@ from planner.errors import (
     ClearanceUnproved,
     Collision,
     InfeasibleDuration,
+    JointPositionLimit,
     LimitsUnsatisfiable,
     NoPathFound,
     PayloadExceeded,
+    UnreachableWaypoint,
 )
 from planner.planning.proofs import proved
 from planner.planning.remedies.collisions import collision_remedies
 from planner.planning.remedies.detours import detour_remedies
 from planner.planning.remedies.durations import duration_remedies
 from planner.planning.remedies.holding import holding_remedies
+from planner.planning.remedies.shorter_lines import shorter_line_remedies
 
 if TYPE_CHECKING:
     from planner.errors import Remedy
@@ -49,6 +52,8 @@ def remedies_for(refused: Refused) -> Proposals[tuple[list[Remedy], list[Remedy]
         hints += [] if helping else [remedy]
     if isinstance(refusal, LimitsUnsatisfiable) and not remedies:
         remedies = yield from holding_remedies(refused.attempt)
+    if isinstance(refusal, UnreachableWaypoint | JointPositionLimit) and not remedies:
+        remedies = yield from shorter_line_remedies(refused.attempt, refusal)
     return remedies, hints
 
 

@@ -1,0 +1,72 @@
+"""A nearer end of a straight line whose end is out of reach."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.errors import Remedy
+from planner.kinematics import forward_kinematics, inverse_kinematics
+from planner.planning.proofs import first_proved
+from planner.problems.problem import JointWaypoint, LinearMotion, PoseWaypoint
+from planner.spatial import Pose, rotation_vector, rotations_from_vectors
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.errors import PlanningError
+    from planner.planning.attempts import Attempt, Proposals
+    from planner.planning.proofs import Change
+    from planner.problems.problem import PlanningProblem
+
+SHARES = (0.95, 0.8, 0.5)
+"""Shares of the reachable part of a line that are tried: at its end the arm is stretched, and no line leads there."""
+
+BISECTIONS = 8
+"""The number of halvings that find the reachable part of a line."""
+
+
+def shorter_line_remedies(attempt: Attempt, refusal: PlanningError) -> Proposals[list[Remedy]]:
+    """Find a pose on a line to an unreachable pose that the same line reaches; none for other motions.
+
+    Args:
+        attempt: The attempt that is refused.
+        refusal: The refusal, which names the waypoint.
+    """
+    if refusal.waypoint is None:
+        return []
+    return (yield from first_proved(nearer_ends(attempt.problem, refusal.waypoint), attempt))
+
+
+def nearer_ends(problem: PlanningProblem, index: int) -> Iterator[Change]:
+    """Yield poses on the line to a waypoint as its goal, the farthest first."""
+    waypoint, before = problem.waypoints[index], problem.waypoints[index - 1]
+    if index == 0 or not isinstance(waypoint, PoseWaypoint) or not isinstance(waypoint.motion, LinearMotion):
+        return
+    robot, goal = problem.robots[index], waypoint.pose_in_base
+    if isinstance(before, JointWaypoint):
+        start = forward_kinematics(robot, before.position)
+    elif isinstance(before, PoseWaypoint):
+        start = before.pose_in_base
+    else:
+        return
+
+    def at(share: float) -> Pose:
+        """Return the pose at a share of the line."""
+        position = start.position + share * (goal.position - start.position)
+        if start.rotation is None or goal.rotation is None:
+            return Pose(position, goal.rotation)
+        turn = rotation_vector(start.rotation.T @ goal.rotation)
+        return Pose(position, start.rotation @ rotations_from_vectors(share * turn[None])[0])
+
+    reached, missed = 0.0, 1.0
+    for _ in range(BISECTIONS):
+        middle = (reached + missed) / 2.0
+        if inverse_kinematics(robot, at(middle)).status == "solved":
+            reached = middle
+        else:
+            missed = middle
+    for share in SHARES:
+        pose = at(share * reached)
+        own = pose if waypoint.frame is None else pose.to_frame(waypoint.frame)
+        explanation = f"a pose within reach, after {share * reached:.0%} of the line"
+        yield [Remedy(("waypoints", index, "pose"), own, explanation)]
