@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-ROBOTS = ("kuka_kr16_2", "fr3", "ur5", "date_sorting_arm")
+ROBOTS = ("kuka_kr16_2", "fr3", "ur5e", "date_sorting_arm")
 BACK_ENDS = (planner.Cubic(), planner.Quintic(), planner.Trapezoidal(), planner.Ruckig(), planner.Toppra())
 
 

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from cli import app
 from tests.locations import ROOT
+from tests.robots_extra import need_robot
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,7 +27,9 @@ FILES_WRITTEN = {"-o": "plan.json", "--report": "report.html", "--plot": "pictur
 def planned(name: str, folder: Path) -> None:
     """Plan an example as a person does who wants all files, and hold the plan against its limits again."""
     request = EXAMPLES / name
-    robot = EXAMPLES / "robots" / f"{json.loads(request.read_text())['robot']}.json"
+    robot_id = json.loads(request.read_text())["robot"]
+    need_robot(robot_id)
+    robot = EXAMPLES / "robots" / f"{robot_id}.json"
     written = {option: folder / file for option, file in FILES_WRITTEN.items()}
     options = [text for option, file in written.items() for text in (option, str(file))]
     named = ["--robot", str(robot)] if robot.exists() else []

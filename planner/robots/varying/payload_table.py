@@ -31,7 +31,7 @@ class PayloadTable:
     Examples:
         >>> import planner
         >>> gentler = planner.PayloadTable(masses=(1.0, 5.0), acceleration=(1.0, 0.4), jerk=(1.0, 0.2))
-        >>> planner.load_robot("ur5").derived(payload_table=gentler).payload_table.factor("acceleration", 3.0)
+        >>> planner.load_robot("ur5e").derived(payload_table=gentler).payload_table.factor("acceleration", 3.0)
         0.7
     """
 

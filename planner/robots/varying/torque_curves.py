@@ -29,8 +29,8 @@ class TorqueCurve:
 
     Examples:
         >>> import planner
-        >>> weaker_when_fast = planner.TorqueCurve(speeds=(1.0, 3.0), torques=(150.0, 60.0))
-        >>> robot = planner.load_robot("ur5").derived(limits={"shoulder_pan_joint": {"torque_curve": weaker_when_fast}})
+        >>> weaker = planner.TorqueCurve(speeds=(1.0, 3.0), torques=(150.0, 60.0))
+        >>> robot = planner.load_robot("ur5e").derived(limits={"shoulder_pan_joint": {"torque_curve": weaker}})
         >>> robot.joints[0].torque_curve.torques
         (150.0, 60.0)
     """

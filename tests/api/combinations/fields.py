@@ -21,10 +21,12 @@ LEFT_OUT = {
     "FreeMotion.time_budget": "the random requests have it; what it gives depends on the machine",
     "PlanRequest.picture": "it changes no plan",
     "Pose.quaternion_xyzw": "another notation of `orientation`",
+    **dict.fromkeys(("ProcessForce.force", "ProcessForce.moment", "ProcessForce.frame"), "as `process_force`"),
     "Scene.allowed_pairs": "the random requests have it",
     "Scene.content": "answers have it, and requests ignore it",
     "Scene.id": "answers have it, and requests ignore it",
     "SceneObject.frame": "the random requests have it",
+    "WaypointBase.process_force": "it may not change without a stop; test_process_forces has it with every back end",
 }
 """Fields that no combined request has, and why."""
 

@@ -95,6 +95,6 @@ BAD_KINEMATICS = [
     Bad("torques of a string", TORQUES, torques(accelerations=[[0, 0, "0"]] * 2), INVALID, "/accelerations/0/2"),
     Bad("torques of a weightless payload", TORQUES, torques(payload={"mass": 0.0}), INVALID, "/payload/mass"),
     Bad("torques of a number of kilograms", TORQUES, torques(payload=1.0), INVALID, "/payload"),
-    Bad("torques with a tool", TORQUES, torques(tool={"position": [0, 0, 0]}), INVALID, "/tool"),
+    Bad("a force of two numbers", TORQUES, torques(process_force={"force": [1, 2]}), INVALID, "/process_force/force"),
     Bad("torques without masses", TORQUES, torques(payload=None), "missing_dynamics"),
 ]

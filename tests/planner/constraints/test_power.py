@@ -61,7 +61,7 @@ def through(seed: int) -> list[JointWaypoint]:
 
 def lifting() -> list[JointWaypoint | PoseWaypoint]:
     """Return a line straight up and down again, which needs most power to lift and brakes on the way down."""
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     start = (0.3, -0.9, 1.9, -1.0, 0.3, 0.0)
     pose = forward_kinematics(robot, start)
     x, y, z = pose.position
@@ -73,7 +73,7 @@ def lifting() -> list[JointWaypoint | PoseWaypoint]:
 @pytest.mark.parametrize("waypoints", [through(3), lifting()], ids=["through", "lifting"])
 @pytest.mark.parametrize("kind", BACKENDS)
 def test_every_back_end_keeps_limits_of_power(kind: str, waypoints: list[JointWaypoint], limits: Limits) -> None:
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     made = plan(PlanningProblem(robot, waypoints, limits=limits, payload=LOAD), BACKENDS[kind]())
     dense = powers(made, robot.with_payload(LOAD))
     used = np.abs(dense) / limits.power if limits.power else np.abs(dense.sum(axis=1, keepdims=True)) / TOTAL
@@ -87,7 +87,7 @@ def test_every_back_end_keeps_limits_of_power(kind: str, waypoints: list[JointWa
 
 
 def test_a_time_scaling_along_the_path_is_faster_than_a_uniform_stretch() -> None:
-    problem = PlanningProblem(load_robot("ur5"), lifting(), limits=Limits(total_power=TOTAL), payload=LOAD)
+    problem = PlanningProblem(load_robot("ur5e"), lifting(), limits=Limits(total_power=TOTAL), payload=LOAD)
     along, stretched = (plan(problem, kind).trajectory.duration for kind in ("ruckig", "quintic"))
     assert along < 0.75 * stretched
 
@@ -95,7 +95,7 @@ def test_a_time_scaling_along_the_path_is_faster_than_a_uniform_stretch() -> Non
 @pytest.mark.parametrize("factor", [1.05, 1.7, 6.0])
 @pytest.mark.parametrize("kind", ["quintic", "ruckig", "toppra"])
 def test_longer_durations_keep_limits_of_power_as_the_shortest_do(kind: str, factor: float) -> None:
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     problem = PlanningProblem(robot, lifting(), limits=Limits(total_power=TOTAL), payload=LOAD)
     fastest = plan(problem, kind).trajectory.duration
     longer = PlanningProblem(
@@ -139,4 +139,4 @@ def test_a_limit_of_power_that_cannot_be_checked_is_refused() -> None:
 @pytest.mark.parametrize("limits", [Limits(power=(1.0,)), Limits(power=(0.0,) * 6), Limits(total_power=-1.0)])
 def test_limits_of_power_that_make_no_sense_are_refused(limits: Limits) -> None:
     with pytest.raises(InvalidProblem, match="power"):
-        plan(PlanningProblem(load_robot("ur5"), [(0.1,) * 6, (0.2,) * 6], limits))
+        plan(PlanningProblem(load_robot("ur5e"), [(0.1,) * 6, (0.2,) * 6], limits))

@@ -50,7 +50,7 @@ SHAPES = {
 
 def ur5(shape: str) -> Robot:
     """Return a UR5 whose joints all have a torque curve."""
-    robot, (speeds, torques) = load_robot("ur5"), SHAPES[shape]
+    robot, (speeds, torques) = load_robot("ur5e"), SHAPES[shape]
     curves = {
         joint.name: TorqueCurve(tuple(x * joint.velocity for x in speeds), tuple(x * joint.torque for x in torques))
         for joint in robot.joints
@@ -97,7 +97,7 @@ def test_every_back_end_keeps_torque_curves(kind: str, shape: str, waypoints: li
     assert dense.max() <= check.ratio * (1.0 + 1e-10) <= 1.0 + 1e-8
     assert check.ratio <= dense.max() * (1.0 + 1e-3) and check.lower <= check.peak <= check.lower * (1.0 + 1e-5)
     assert check.joint == robot.joint_names[int(dense.max(axis=0).argmax())]
-    free = plan(PlanningProblem(load_robot("ur5"), waypoints, payload=LOAD), BACKENDS[kind]())
+    free = plan(PlanningProblem(load_robot("ur5e"), waypoints, payload=LOAD), BACKENDS[kind]())
     assert free.trajectory.duration < made.trajectory.duration, "the limit binds"
     joint, loaded = robot.joint_names.index(check.joint), robot.with_payload(LOAD)
     times = np.clip(check.time + np.array([-1e-9, 1e-9]), 0.0, made.trajectory.duration)  # accelerations may jump there
@@ -122,7 +122,7 @@ def test_longer_durations_keep_torque_curves_as_the_shortest_do(kind: str, facto
 
 
 def test_a_trajectory_beyond_the_curves_is_not_certified() -> None:
-    made = plan(PlanningProblem(load_robot("ur5"), swinging()), "trapezoidal")
+    made = plan(PlanningProblem(load_robot("ur5e"), swinging()), "trapezoidal")
     certificate = certify(ur5("steps"), made.trajectory)
     (check,) = (check for check in certificate.checks if check.quantity == "torque_at_speed")
     assert not certificate.satisfied and check.ratio is not None and check.ratio > 1.1

@@ -54,7 +54,7 @@ def random_limits(rng: np.random.Generator, robot: Robot) -> Limits:
 
 def random_problem(seed: int) -> PlanningProblem:
     """Return three motions of a UR5 with a payload, and limits of the whole and of waypoints."""
-    rng, robot = np.random.default_rng(seed), load_robot("ur5").derived(payload_table=TABLE)
+    rng, robot = np.random.default_rng(seed), load_robot("ur5e").derived(payload_table=TABLE)
     positions = rng.uniform(-1.2, 1.2, (4, 6))
     own = [random_limits(rng, robot) if i and rng.random() < 0.5 else None for i in range(4)]
     payloads = [Payload(float(rng.uniform(1.0, 3.0))) if i == 1 and rng.random() < 0.5 else None for i in range(4)]
@@ -138,7 +138,7 @@ def test_the_named_fields_and_no_others_set_the_limit(seed: int) -> None:
 def test_limits_by_position_of_the_robot_and_payloads_are_named() -> None:
     table = VelocityTable((0.0, 1.0), (0.5, 0.4))
     curves = {"shoulder_pan_joint": {"velocity_curves": VelocityCurves(upper=(table,))}}
-    robot = load_robot("ur5").derived(limits=curves, payload_table=TABLE)
+    robot = load_robot("ur5e").derived(limits=curves, payload_table=TABLE)
     waypoints = [JointWaypoint((0.0,) * 6, payload=Payload(3.0)), JointWaypoint((1.0, 0.0, 0.0, 0.0, 0.0, 0.0))]
     made = plan(PlanningProblem(robot, waypoints, limits=Limits(velocity_scale=0.9)), "toppra")
     relaxed = {check.quantity: set(check.relaxed_by) for check in made.certificate.checks if check.relaxed_by}
@@ -147,6 +147,6 @@ def test_limits_by_position_of_the_robot_and_payloads_are_named() -> None:
 
 
 def test_checks_that_do_not_bind_name_nothing() -> None:
-    made = plan(PlanningProblem(load_robot("ur5"), [(0.0,) * 6, (0.1,) * 6], duration=9.0), "quintic")
+    made = plan(PlanningProblem(load_robot("ur5e"), [(0.0,) * 6, (0.1,) * 6], duration=9.0), "quintic")
     assert all(check.segment is None and not check.relaxed_by for check in made.certificate.checks)
     assert all("segment" not in check and "relaxed_by" not in check for check in made.certificate.as_dict()["checks"])

@@ -25,7 +25,7 @@ def factor(mass: float, factors: tuple[float, ...] | None) -> float:
 
 @pytest.mark.parametrize("kind", BACKENDS)
 def test_every_back_end_keeps_the_limits_of_the_payload_on_each_segment(kind: str) -> None:
-    robot = load_robot("ur5").derived(payload_table=TABLE)
+    robot = load_robot("ur5e").derived(payload_table=TABLE)
     positions = np.random.default_rng(4).uniform(-1.2, 1.2, (4, 6))
     loads = (None, Payload(1.5), None, None)
     waypoints = [
@@ -49,7 +49,7 @@ def test_every_back_end_keeps_the_limits_of_the_payload_on_each_segment(kind: st
 
 
 def test_a_request_narrows_the_limits_of_the_payload_further() -> None:
-    robot = load_robot("ur5").derived(payload_table=TABLE)
+    robot = load_robot("ur5e").derived(payload_table=TABLE)
     requested = Limits(acceleration=tuple(0.4 * robot.limit("acceleration")), acceleration_scale=0.5)
     waypoints = [JointWaypoint((0.1,) * 6), JointWaypoint((0.2,) * 6, payload=Payload(5.0)), JointWaypoint((0.3,) * 6)]
     limits = PlanningProblem(robot, waypoints, limits=requested).segment_limits()
@@ -59,7 +59,7 @@ def test_a_request_narrows_the_limits_of_the_payload_further() -> None:
 
 
 def test_a_robot_with_a_payload_of_its_own_is_certified_within_the_limits_of_it() -> None:
-    free = load_robot("ur5")
+    free = load_robot("ur5e")
     made = plan(PlanningProblem(free, [(0.0,) * 6, (1.0, -0.5, 0.5, 0.3, 0.2, 0.1)]), "quintic")
     robot = free.derived(payload_table=TABLE)
     assert certify(replace(robot, payload_table=None), made.trajectory).satisfied
@@ -93,11 +93,11 @@ def test_factors_are_monotone_between_and_beyond_the_masses() -> None:
 )
 def test_tables_that_make_no_sense_are_refused(table: PayloadTable) -> None:
     with pytest.raises(InvalidRobotModel, match="payload table"):
-        load_robot("ur5").derived(payload_table=table)
+        load_robot("ur5e").derived(payload_table=table)
 
 
 def test_an_owner_narrows_a_table_and_does_not_widen_it() -> None:
-    robot = load_robot("ur5").derived(payload_table=TABLE)
+    robot = load_robot("ur5e").derived(payload_table=TABLE)
     lower = PayloadTable((0.0, 6.0), (0.3, 0.2), (0.1, 0.1))
     assert robot.derived(payload_table=lower).payload_table == lower
     assert robot.derived().payload_table == TABLE

@@ -66,7 +66,7 @@ def waypoints(seed: int) -> list[JointWaypoint]:
 @pytest.mark.parametrize("seed", [2, 5])
 @pytest.mark.parametrize("kind", BACKENDS)
 def test_every_back_end_takes_longer_until_the_rms_torque_is_kept(kind: str, seed: int) -> None:
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     problem = PlanningProblem(robot, waypoints(seed), payload=LOAD)
     free, loaded = plan(problem, BACKENDS[kind]()), robot.with_payload(LOAD)
     needed = rms(free.trajectory, loaded)
@@ -87,7 +87,7 @@ def test_every_back_end_takes_longer_until_the_rms_torque_is_kept(kind: str, see
 
 
 def test_rest_in_the_cycle_counts_with_the_torque_that_holds_the_arm() -> None:
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     made = plan(PlanningProblem(robot, waypoints(5), payload=LOAD), "ruckig")
     loaded = robot.with_payload(LOAD)
     for cycle in (0.0, 1.0, made.trajectory.duration + 1.0, 30.0):
@@ -101,7 +101,7 @@ def test_rest_in_the_cycle_counts_with_the_torque_that_holds_the_arm() -> None:
 
 
 def test_a_payload_that_is_put_down_counts_on_its_segments_and_not_in_the_rest() -> None:
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     positions = np.random.default_rng(7).uniform(-1.2, 1.2, (3, 6))
     stops = [JointWaypoint(tuple(q.tolist()), put_down=i == 1) for i, q in enumerate(positions)]
     made = plan(PlanningProblem(robot, stops, payload=LOAD, limits=Limits(rms_torque=(200.0,) * 6, cycle_time=9.0)))
@@ -142,8 +142,8 @@ def refused(problem: PlanningProblem) -> LimitsUnsatisfiable:
 
 
 def test_a_refusal_offers_a_duration_a_cycle_time_and_a_payload_that_work() -> None:
-    robot = load_robot("ur5")
-    free = PlanningProblem(robot, waypoints(2), payload=LOAD)
+    robot = load_robot("ur5e")
+    free = PlanningProblem(robot, waypoints(5), payload=LOAD)
     duration = plan(free, "quintic").trajectory.duration
     needed = rms(plan(free, "quintic").trajectory, robot.with_payload(LOAD))
     problem = replace(free, duration=duration * 1.0001, limits=Limits(rms_torque=tuple(0.99 * needed)))
@@ -161,7 +161,7 @@ def test_a_refusal_offers_a_duration_a_cycle_time_and_a_payload_that_work() -> N
 
 
 def test_a_limit_below_what_holding_takes_is_refused_without_a_duration() -> None:
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     problem = PlanningProblem(robot, waypoints(2), payload=LOAD, limits=Limits(rms_torque=(20.0,) * 6))
     assert ("duration",) not in {remedy.field for remedy in refused(problem).remedies}
 
@@ -178,7 +178,7 @@ def test_a_robot_states_its_continuous_rating_and_a_request_narrows_it() -> None
 
 
 def test_limits_of_the_rms_torque_belong_to_the_whole_trajectory() -> None:
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     at_waypoint = replace(waypoints(2)[1], limits=Limits(rms_torque=(50.0,) * 6, cycle_time=9.0))
     with pytest.raises(InvalidProblem, match=r"waypoints\[1\].limits.rms_torque: must stand in the limits"):
         plan(PlanningProblem(robot, [waypoints(2)[0], at_waypoint]))
@@ -188,7 +188,7 @@ def test_limits_of_the_rms_torque_belong_to_the_whole_trajectory() -> None:
 
 
 def test_requested_passing_velocities_keep_their_time_and_the_rest_is_slowed() -> None:
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     made = waypoints(2)
     passed = replace(made[2], transition=ThroughTransition(velocity=(0.1,) * 6))
     problem = PlanningProblem(robot, [made[0], made[1], passed, made[3]], payload=LOAD)

@@ -78,5 +78,5 @@ def test_an_orientation_on_a_circle_to_an_open_pose_is_refused() -> None:
     via = planner.Pose([0.3, 0.3, 0.4], TURN)
     circle = planner.PoseWaypoint(planner.Pose([0.2, 0.3, 0.5]), motion=planner.CircularMotion(via=via))
     first = planner.PoseWaypoint(planner.Pose([0.3, 0.2, 0.4]))
-    with pytest.raises(planner.InvalidProblem, match="asks for none"):
+    with pytest.raises(planner.InvalidProblem, match="a waypoint without one"):
         planner.plan(planner.PlanningProblem(robot, [first, circle]))
