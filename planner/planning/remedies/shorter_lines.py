@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from planner.planning.proofs import Change
     from planner.problems.problem import PlanningProblem
 
-SHARES = (0.95, 0.8, 0.5)
+TRIED_SHARES_OF_REACH = (0.95, 0.8, 0.5)
 """Shares of the reachable part of a line that are tried: at its end the arm is stretched, and no line leads there."""
 
-BISECTIONS = 8
+REACH_BISECTIONS = 8
 """The number of halvings that find the reachable part of a line."""
 
 
@@ -59,13 +59,13 @@ def nearer_ends(problem: PlanningProblem, index: int) -> Iterator[Change]:
         return Pose(position, start.rotation @ rotations_from_vectors(share * turn[None])[0])
 
     reached, missed = 0.0, 1.0
-    for _ in range(BISECTIONS):
+    for _ in range(REACH_BISECTIONS):
         middle = (reached + missed) / 2.0
         if inverse_kinematics(robot, at(middle)).status == "solved":
             reached = middle
         else:
             missed = middle
-    for share in SHARES:
+    for share in TRIED_SHARES_OF_REACH:
         pose = at(share * reached)
         own = pose if waypoint.frame is None else pose.to_frame(waypoint.frame)
         explanation = f"a pose within reach, after {share * reached:.0%} of the line"
