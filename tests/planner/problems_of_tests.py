@@ -59,10 +59,10 @@ REGIONS: tuple[Free, ...] = (
     Region(z=(-0.01, 0.02)),
     Region(x=(0.0, 0.01), y=(-0.02, 0.0), rotation_x=(-0.2, 0.1), rotation_y=(0.0, 0.3), rotation_z=(-0.1, 0.1)),
 )
-"""What is left open of poses."""
+"""Tolerance regions of poses."""
 
 LEAST_DURATIONS = (0.0, 0.0, 0.0, 0.1, 2.0)
-"""Least durations that segments are asked for, s."""
+"""Requested least durations of segments, s."""
 
 RANGES = (None, None, (0.3, 1.0), (1.0, 0.6))
 """Shares of limits downwards and upwards where they differ."""
@@ -117,7 +117,7 @@ def problem_of(robot_id: str, seed: int, count: int, scale: float = 1.0) -> Plan
 
 @st.composite
 def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
-    """Joint waypoints of any spread, with dwells, payloads, scaled and per-segment limits, for a kind of back end."""
+    """Draw joint waypoints for a kind of back end, with dwells, payloads, scaled and per-segment limits."""
     robot_id = draw(st.sampled_from(ARMS_OF.get(kind, ARMS)))
     scale = 10.0 ** draw(st.floats(-6.0, 0.0))
     most = MOST_WAYPOINTS_OF.get(kind, 8)

@@ -1,4 +1,4 @@
-"""What a worker loads; `python -m tests.lint` checks the imports of files."""
+"""The modules that a worker loads; `python -m tests.lint` checks the imports of files."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def test_peak_jerk_is_that_of_any_joint_not_of_the_one_nearest_to_its_limit() ->
 
 
 def test_back_ends_side_by_side_with_refusals_among_them() -> None:
-    """The laws of the books on one joint that moves by 1 rad in 2 s: where accelerations jump the jerk is infinite."""
+    """Textbook time scalings of one joint over 1 rad in 2 s: where accelerations jump, the jerk is infinite."""
     robot = load_robot("ngv_refuelling_arm")
     problem = PlanningProblem(robot, [JointWaypoint([0.0] * 6), JointWaypoint([1.0, 0, 0, 0, 0, 0], duration=2.0)])
     backends = [Quintic(), MinEffort(), Cubic(), Trapezoidal()]

@@ -1,4 +1,4 @@
-"""What a library user may pass: back ends by kind, waypoints and poses of other types; and what values look like."""
+"""Arguments that a library user may pass: back ends by kind, waypoints and poses of other types; and printed values."""
 
 from __future__ import annotations
 

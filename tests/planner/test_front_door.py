@@ -1,4 +1,4 @@
-"""`import planner`: what it offers, that it costs nothing, and that what its docstrings show is what happens."""
+"""`import planner`: the names that it offers, its cost, and the results that its docstrings show."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_importing_it_loads_nothing_else() -> None:
 
 
 def test_type_checkers_see_the_names_that_there_are() -> None:
-    """What is imported for type checkers is what is loaded when a name is used."""
+    """The names imported for type checkers are the names loaded on use."""
     _, *imports, names = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8")).body
     assert isinstance(names, ast.AnnAssign), "the last line declares `__all__`"
     seen = {}

@@ -1,4 +1,4 @@
-"""Joints that turn many times under limits that are sampled: none is broken unseen, and what is too much is refused."""
+"""Joints that turn many times under sampled limits: no excess goes unseen, and excessive travel is refused."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tests.planner.backends.toppra.toppra_problems import KUKA
 
 HARD = dict.fromkeys(QUANTITIES, Guarantee.HARD)
 LIFTING = [1, 2, 4]
-"""Joints of the arm whose axes are parallel: what the last of them bears depends on the sum of their angles."""
+"""Joints of the arm with parallel axes: the torque of the last of them depends on the sum of their angles."""
 
 SECONDS = 1e6
 """So slow that gravity is all that counts."""
@@ -151,7 +151,7 @@ def test_turns_of_several_segments_count_together() -> None:
 @pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"])
 @pytest.mark.parametrize("limits", SPINDLE_LIMITS)
 def test_what_is_not_refused_at_once_can_be_sampled(kind: str, limits: str) -> None:
-    """No back end moves so unevenly that what it samples is too much."""
+    """No back end moves so unevenly that its samples are too many."""
     turns = 0.999 * MOST_TRAVEL / (2.0 * np.pi)
     keeps_sampled_limits(plan(spindle(turns, SPINDLE_LIMITS[limits], StopTransition()), BACKENDS[kind]()), 2000)
 

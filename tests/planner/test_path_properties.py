@@ -64,7 +64,7 @@ def keeps_its_promises_along_a_path(backend: BackEnd, problem: PlanningProblem) 
 
 
 def _goes_where_it_should(result: Plan) -> None:
-    """Waypoints met; lines and circles kept but within the radius of a blend; one branch along each of them."""
+    """Assert that waypoints are met, lines and circles kept up to blends, with one branch along each."""
     robots, trajectory, solved = robots_on_segments(result), result.trajectory, result.path.waypoints
     robots = [result.problem.robot, *robots]  # that each waypoint is reached with
     data = [robot.model.createData() for robot in robots]
@@ -116,7 +116,7 @@ def _goes_where_it_should(result: Plan) -> None:
 
 
 def _is_in(region: Region, requested: Pose, reached: Pose) -> None:
-    """The angles are those of scipy."""
+    """Assert that a pose is in the region, with angles by scipy."""
     turn = Rotation.from_matrix(requested.rotation.T @ reached.rotation).as_euler("XYZ")  # type: ignore[union-attr]
     shift = requested.rotation.T @ (reached.position - requested.position)  # type: ignore[union-attr]
     names = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")

@@ -1,4 +1,4 @@
-"""Titles and units of what the certificate checks."""
+"""Titles and units of the quantities of the certificate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limits that differ by direction are used in full: held against the package ruckig, and against brute force."""
+"""Limits that differ by direction are used in full: checked against the package ruckig and brute force."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ VELOCITY, ACCELERATION, JERK = (ROBOT.limit(quantity)[0] for quantity in ("veloc
 
 
 def first_joint(velocity: tuple[float, float], acceleration: tuple[float, float]) -> Limits:
-    """Return limits of the first joint, as shares of those of the robot; the others keep theirs."""
+    """Return limits of the first joint, as shares of the robot's limits; the other joints keep theirs."""
 
     def ranges(quantity: str, shares: tuple[float, float]) -> tuple[tuple[float, float], ...]:
         own = ROBOT.limit(quantity)
@@ -37,7 +37,7 @@ def first_joint(velocity: tuple[float, float], acceleration: tuple[float, float]
 
 
 def along(*travels: float) -> list[JointWaypoint]:
-    """Return the first joint alone moves, and passes what lies between."""
+    """Return waypoints of the first joint alone, the inner ones passed."""
     positions = START[0] + np.concatenate([[0.0], np.cumsum(travels)])
     return [
         JointWaypoint((float(q), *START[1:]), transition=ThroughTransition() if 0 < k < len(travels) else PASSED)

@@ -1,4 +1,4 @@
-"""Several threads may work with one robot at once: each gets what it would get alone."""
+"""Several threads may work with one robot at once: each gets the results of working alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the tolerances promise each other: what a back end lets pass, the certificate lets pass."""
+"""Tolerances agree with each other: the certificate accepts every plan that a back end accepts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BACK_ENDS: dict[str, tuple[str, dict[str, object]]] = {
     "ruckig": ("ruckig", {}),
     "ruckig, time": ("ruckig", {"synchronization": "time"}),
 }
-"""Those whose shortest duration, asked again, is the same motion; with their options."""
+"""Back ends that repeat the same motion when given its shortest duration, with their options."""
 
 
 @pytest.mark.long_table

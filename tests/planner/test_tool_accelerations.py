@@ -1,4 +1,4 @@
-"""Limits of the tool's acceleration: held against finite differences of its path, and against closed forms."""
+"""Limits of the tool's acceleration: checked against finite differences of its path, and against closed forms."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_a_circle_is_driven_at_the_speed_that_its_radius_allows() -> None:
 
 
 def test_time_optimal_plans_are_no_slower_than_the_polygon_makes_them() -> None:
-    """The same path with a limit 2 % wider is faster by no more than 1.2 %: a law that used less would gain more."""
+    """The same path with a limit 2 % wider is faster by no more than 1.2 %: unused limits would make it gain more."""
     times = []
     for factor in (1.0, 1.02):
         limits = replace(LIMITS, tcp_linear_acceleration=1.5 * factor, tcp_angular_acceleration=2.0 * factor)

@@ -60,7 +60,7 @@ def test_a_pose_before_a_line_is_planned_where_any_branch_is(seed: int) -> None:
 
 
 def test_a_requested_configuration_is_kept() -> None:
-    """A branch that leads on is taken among those of the requested configuration only."""
+    """A branch that leads on is chosen within the requested configuration only."""
     problem = pose_and_line(85)
     chosen = planner.plan(problem).path.positions[0]
     first = problem.waypoints[0]

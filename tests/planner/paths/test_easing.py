@@ -23,7 +23,7 @@ SPEED = 0.1
 
 
 def bend(transition: Transition, backend: BackEnd, tilt: float = 0.0) -> Plan:
-    """A line, a quarter of a circle and a line, all tangent; or the circle begins at an angle, rad."""
+    """Plan a line, a quarter circle and a line, all tangent, or with the circle tilted by an angle, rad."""
     robot = load_robot("kuka_kr16_l6_2")
     home = tool_at(robot, np.array(HOME))
 
@@ -47,7 +47,7 @@ def bend(transition: Transition, backend: BackEnd, tilt: float = 0.0) -> Plan:
 
 
 def from_the_way(point: FloatArray) -> float:
-    """The distance, m, of a point (3,), as seen from HOME, from the two lines and the quarter of a circle."""
+    """Return the distance, m, of a point (3,), relative to HOME, from the two lines and the quarter circle."""
     x, y, z = point * [1.0, -1.0, 1.0]
     if y <= STRAIGHT:
         return float(np.hypot(x, z))

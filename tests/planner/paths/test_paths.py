@@ -1,4 +1,4 @@
-"""Lines, circles, blends and waypoints passed: where the tool goes, what is refused, and remedies that work."""
+"""Lines, circles, blends and passed waypoints: the path of the tool, refusals, and remedies that work."""
 
 from __future__ import annotations
 

@@ -26,10 +26,10 @@ def two_links() -> Robot:
 @pytest.mark.parametrize("short", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10])
 @pytest.mark.parametrize("backwards", [False, True])
 def test_no_joint_swings_far_beyond_its_goal(backend: BackEnd, short: float, backwards: bool) -> None:
-    """A line to so many metres before full stretch, where the elbow goes as the root of what is left, and on.
+    """The line ends so many metres before full stretch, where the elbow follows the root of the remaining distance.
 
-    Beyond the line, on which nothing turns by more than from its start to its end, no joint goes further than the joint
-    motion is long, and the tool is on the line until its end (law of cosines, not our inverse kinematics).
+    Beyond the line, no joint goes further than the length of its joint motion. On the line no joint turns by more than
+    from its start to its end. The tool stays on the line until its end (law of cosines, not our inverse kinematics).
     """
     robot, start, goal = two_links(), np.array([0.3, 1.0]), np.array([TURNED, 0.5])
     stretched = PoseWaypoint(

@@ -13,7 +13,7 @@ from tests.planner.capsule_arm import CAPSULE_ARM
 
 KUKA = CAPSULE_ARM
 ASKED = 0.2
-"""The radius of the blends that are asked, m."""
+"""The requested radius of the blends, m."""
 
 BESIDE_A_LINE = (1.205, -0.405, 0.7)
 """Where a ball is in the inside of the corner of two lines, m."""
@@ -26,7 +26,7 @@ MARGIN = 0.01
 
 
 def ball_at(*position: float) -> Scene:
-    """Only the hand counts: the rest of the arm comes near to the ball on any way."""
+    """Make a scene with a ball; only the hand counts, as the other links come near on any path."""
     others = {shape.link for shape in KUKA.collision_shapes} - {"link_6"}
     ball = SceneObject("ball", [Sphere(0.03)], Pose(position))
     return Scene([ball], allowed_pairs=[(link, "ball") for link in sorted(others)], margin=MARGIN)

@@ -30,7 +30,7 @@ RADIUS = 0.05
 """Of the balls that the links are made of, m."""
 
 WITHIN = 0.05
-"""How much longer than the way through the grid a way may be: its steps in 32 directions make it 1 % too long."""
+"""Allowed excess of a path over the path through the grid, whose steps in 32 directions make it 1 % too long."""
 
 
 def joints(first: str, second: str, balls: dict[str, list[float]]) -> Robot:
@@ -94,7 +94,7 @@ def is_clear(centers: FloatArray, blocks: list[planner.SceneObject]) -> np.ndarr
 def shortest(
     start: FloatArray, goal: FloatArray, at: Callable[[FloatArray], FloatArray], blocks: list[planner.SceneObject]
 ) -> float:
-    """Length of the shortest way on a grid of both joints (Dijkstra), by steps to cells up to three away."""
+    """Compute the length of the shortest path on a grid (Dijkstra), by steps to cells up to three away."""
     axis = np.linspace(-2.0, 2.0, CELLS + 1)
     grid = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1)
     free = is_clear(at(grid), blocks)
@@ -264,7 +264,7 @@ def test_the_budget_is_kept(plain: planner.Plan, monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.large_only
 def test_the_budget_is_kept_by_the_real_clock(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once its time is over, it is looked at by what is under way alone."""
+    """After the end of the budget, only unfinished work still reads the clock."""
     reads: list[float] = []
 
     def clock() -> float:
@@ -279,7 +279,7 @@ def test_the_budget_is_kept_by_the_real_clock(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_two_ways_each_in_its_turn() -> None:
-    """There and back: the second way begins where the first one ends, and the budgets are those of each."""
+    """There and back: the second path begins where the first one ends, and each has its own budget."""
     waypoints = [
         planner.JointWaypoint(LEFT),
         planner.PoseWaypoint(

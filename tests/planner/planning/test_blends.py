@@ -1,4 +1,4 @@
-"""Blends that would collide: the largest free ones, held against dense samples of the arm's shapes."""
+"""Blends that would collide: the largest free ones, checked against dense samples of the arm's shapes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def blend_warnings(plan: planner.Plan) -> list[planner.PlanWarning]:
 
 
 def room(scene: Scene, trajectory: planner.Trajectory, corner: int) -> float:
-    """How much further than asked the hand is from the ball near a corner, at the nearest of dense samples, m."""
+    """Return the least clearance of the hand from the ball near a corner beyond the margin, by dense samples, m."""
     hand = [shape.link for shape in KUKA.collision_shapes].index("link_6")
     times = trajectory.arrivals[corner] + np.linspace(-0.3, 0.3, SAMPLES)
     return float(distances_over_time(KUKA, scene, times, trajectory)[:, hand].min()) - scene.margin
@@ -54,7 +54,7 @@ def plan(problem: planner.PlanningProblem) -> planner.Plan:
 
 
 def is_largest_that_is_free(plan: planner.Plan, corner: int) -> None:
-    """Only the blend at a corner is smaller than asked, free at dense samples, and larger ones are not."""
+    """Assert that only this corner's blend is reduced, is free at dense samples, and larger ones are not."""
     scene, radii = plan.problem.scene, blend_radii(plan.problem)
     assert scene is not None
     taken = radii.pop(corner)
@@ -87,7 +87,7 @@ def test_a_blend_shrinks_to_the_largest_that_is_free(plan: planner.Plan) -> None
 def test_only_the_blend_that_collides_shrinks(
     motion: planner.JointMotion | planner.LinearMotion, place: tuple[float, float, float], corner: int
 ) -> None:
-    """At waypoint 2 the robot collides on the motion between both blends: that at waypoint 1 ends as it was asked."""
+    """At waypoint 2 the robot collides on the motion between both blends: the blend at waypoint 1 ends as requested."""
     x, y, z = place
     scene = ball_at(x, y if corner == 1 else -y, z)
     is_largest_that_is_free(planner.plan(along_a_rectangle(scene, motion)), corner)
@@ -122,7 +122,7 @@ def test_free_blends_stay_as_they_are(problem: planner.PlanningProblem) -> None:
 def test_what_no_smaller_blend_helps_is_refused(
     problem: planner.PlanningProblem, place: tuple[float, float, float]
 ) -> None:
-    """A corner that collides itself, and the start: the refusal is that of what was asked."""
+    """The corner itself collides, or the start: the refusal is that of the request."""
     problem = replace(problem, scene=ball_at(*place))
     with pytest.raises(Collision) as refusal:
         planner.plan(problem)

@@ -1,4 +1,4 @@
-"""Plans with free motions: found, timed on the ladder, certified; or refused with how far the search came."""
+"""Plans with free motions: found, timed on the ladder and certified, or refused with the progress of the search."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_without_anything_in_the_way_it_is_a_joint_motion() -> None:
 
 @pytest.mark.parametrize("travel", [1e3 + 1.0, 1e6, 1e15])
 def test_a_motion_of_a_million_radians_is_refused(travel: float) -> None:
-    """It wanted a posture to look at for each tenth of a radian: more memory than a worker has."""
+    """The search needed a joint position for each tenth of a radian: more memory than a worker has."""
     start = [0.3, 0.4, -0.5]
     far = planner.JointWaypoint([0.3, 0.4 - travel, -0.5], motion=planner.FreeMotion())
     ball = planner.SceneObject("ball", [planner.Sphere(0.03)], planner.Pose([1.0, 0.3, 0.3]))

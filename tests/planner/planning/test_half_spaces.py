@@ -99,7 +99,7 @@ def around_its_way(rng: np.random.Generator, robot: Robot) -> tuple[planner.Plan
 
 @pytest.mark.large_only
 def test_it_costs_little_to_keep_clear(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Most of what the search saves without obstacles is saved beside them, more than near the quintic."""
+    """Most of the effort that the search saves without obstacles is saved beside them, more than near the quintic."""
     rng, shares = np.random.default_rng(5), []
     while len(shares) < 8:
         job = around_its_way(rng, KUKA)

@@ -55,7 +55,7 @@ def tool(problem: PlanningProblem, q: FloatArray) -> FloatArray:
 @pytest.mark.long_table
 @every_back_end
 def test_the_tool_of_the_joint_trajectory_is_where_the_polynomials_say(kind: str) -> None:
-    """Lines with stops, a blend and a turn: at 400 times, within the deviation told, and that within the tolerance."""
+    """Lines with stops, a blend and a turn: at 400 times, within the stated deviation, itself within the tolerance."""
     waypoints: tuple[AnyWaypoint, ...] = (
         START,
         line(0.0, -0.3, 0.0),

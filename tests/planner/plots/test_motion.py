@@ -1,4 +1,4 @@
-"""Animations and summaries: where the arm is in them, and what they say."""
+"""Animations and summaries: the position of the arm in them, and their text."""
 
 from __future__ import annotations
 

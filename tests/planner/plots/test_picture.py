@@ -1,4 +1,4 @@
-"""Pictures from the library: what they refuse, and the limits that they show."""
+"""Pictures from the library: refused arguments, and the limits that they show."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limits that differ by direction: held against dense samples, closed forms and a linear program."""
+"""Limits that differ by direction: checked against dense samples, closed forms and a linear program."""
 
 from __future__ import annotations
 
@@ -81,7 +81,10 @@ def test_others_heed_the_direction_of_velocities(backend: BackEnd) -> None:
 
 
 def least_time(result: Plan, torque: tuple[tuple[float, float], ...] | None, count: int = 400) -> float:
-    """Of the run's curve by a linear program: the largest x = s'^2 everywhere, u = s'' constant between gridpoints."""
+    """Compute the least duration of the group's curve by a linear program.
+
+    The largest x = s'^2 everywhere, u = s'' constant between gridpoints.
+    """
     (group,) = result.path.every_group
     s = np.linspace(0.0, group.curve.breakpoints[-1], count + 1)
     step = s[1] - s[0]

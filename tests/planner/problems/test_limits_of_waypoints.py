@@ -1,4 +1,4 @@
-"""A waypoint's own limits and those of the whole list: the narrower hold on its segment."""
+"""Limits of a waypoint and of the whole list: the narrower hold on its segment."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def move(z: float, **more: object) -> RelativeWaypoint:
 
 
 def pick_and_place() -> tuple[AnyWaypoint, ...]:
-    """Home, down to the part, up with it, blended over to the place, down, up without it, home; as `carried` says."""
+    """Return waypoints that pick a part up, blend over to its place and put it down; payloads as in `CARRIED`."""
     return (
         JointWaypoint(HOME),
         JointWaypoint(ABOVE, transition=BlendTransition(0.03)),
@@ -49,7 +49,7 @@ def pick_and_place() -> tuple[AnyWaypoint, ...]:
 
 
 CARRIED = (None, None, HEAVY, HEAVY, HEAVY, LIGHT, None)
-"""What is carried on each segment of that."""
+"""The payload on each segment of `pick_and_place`."""
 
 
 def loaded_model(robot: Robot, payload: Payload | None) -> pin.Model:
@@ -64,7 +64,10 @@ def loaded_model(robot: Robot, payload: Payload | None) -> pin.Model:
 
 
 def torques(plan: Plan, carried: tuple[Payload | None, ...], count: int) -> tuple[FloatArray, FloatArray, np.ndarray]:
-    """Times (N,), torques (N, joints) at even times of each segment, ends just inside, by `pin.rnea`; segments (N,)."""
+    """Compute times (N,), torques (N, joints) by `pin.rnea` and segment numbers (N,).
+
+    The times lie evenly on each segment, its ends just inside.
+    """
     rows: list[FloatArray] = []
     times: list[FloatArray] = []
     segments: list[int] = []
@@ -131,7 +134,7 @@ def test_the_effort_is_that_of_what_is_carried() -> None:
 
 
 def test_least_effort_is_found_for_each_payload() -> None:
-    """Of two equal moves that with the part differs, and is what it is with the part all along."""
+    """Of two equal moves, the one with the part is the same as in a problem of its own."""
     there = JointWaypoint(ABOVE)
     back_and_forth = (JointWaypoint(HOME), there, JointWaypoint(HOME, payload=HEAVY), replace(there, duration=None))
     planned = plan(PlanningProblem(ROBOT, back_and_forth), backend_of("min_effort"))

@@ -1,4 +1,4 @@
-"""Problems made by people: lists and arrays are taken, and what is kept cannot change."""
+"""Problems made by people: lists and arrays are accepted, and stored values cannot change."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_one_position_is_a_row_of_many() -> None:
 
 
 def test_positions_and_poses_that_are_no_numbers_are_refused() -> None:
-    """Named with their waypoint, before any back end is asked."""
+    """Their faults name the waypoint, before any back end is called."""
     robot = load_robot("kuka_kr16_2")
     no_number = [JointWaypoint((np.nan, *HOME[1:])), JointWaypoint((np.inf, *HOME[1:]))]
     nowhere = [PoseWaypoint(Pose([np.nan, 0.0, 1.0])), PoseWaypoint(Pose([1.0, 0.0, 1.0], np.full((3, 3), np.nan)))]
@@ -129,7 +129,7 @@ def test_positions_and_poses_that_are_no_numbers_are_refused() -> None:
 def test_what_is_none_of_the_names_is_refused_and_not_taken_for_one(
     waypoint: AnyWaypoint, field: tuple[str, ...]
 ) -> None:
-    """What a way is made better by was taken for effort, and axes of the world for those of the base."""
+    """An unknown objective was taken for effort, and unknown axes for the axes of the base."""
     with pytest.raises(InvalidProblem) as refused:
         plan(PlanningProblem(load_robot("kuka_kr16_2"), [JointWaypoint(HOME), waypoint]))
     assert [fault.field for fault in refused.value.faults] == [("waypoints", 1, *field)]

@@ -51,7 +51,7 @@ def numeric_jacobian(robot: Robot, q: np.ndarray, step: float = 1e-6) -> np.ndar
 
 
 def pinocchio_configuration(model: pin.Model, robot: Robot, q: np.ndarray) -> np.ndarray:
-    """q with cosine and sine where Pinocchio's own reader has a continuous joint; joints not of the arm at 0."""
+    """Convert q to Pinocchio's configuration: cosine and sine of continuous joints; joints outside the arm at 0."""
     full = pin.neutral(model)
     for name, value in zip(robot.joint_names, q, strict=True):
         its = model.joints[model.getJointId(name)]

@@ -19,7 +19,7 @@ JOINT = """<joint name="{child}_joint" type="revolute"><parent link="{parent}"/>
 
 
 def balls(radius: float) -> Robot:
-    """A ball on the base at (1, 0, 0), and one 1 m from the origin that two joints turn about z."""
+    """Make a robot with a ball on its base and one 1 m from the z axis of two joints."""
     ball = f'<collision><origin xyz="{{}} 0 0"/><geometry><sphere radius="{radius}"/></geometry></collision>'
     links = [
         f'<link name="base">{ball.format(1.0)}</link>',
@@ -87,7 +87,7 @@ TORCH_LINK = f"""<link name="torch">{REACHING_BACK}</link>
 def test_a_tool_is_checked_against_the_link_before_its_joint(where: str) -> None:
     """The torch meets the arm of the wrist at a quarter turn back, wherever the description has it.
 
-    The wrist's arm covers 20 mm on either side of its x axis from 30 to 130 mm; the torch goes around at 65 to 75 mm.
+    The wrist's arm covers 20 mm on either side of its x axis from 30 to 130 mm. The torch goes around at 65 to 75 mm.
     """
     parts = {"in_hand": "", "torch": ""} | {where: TORCH_LINK if where == "torch" else REACHING_BACK}
     robot = Robot.from_urdf(ARM_AND_TORCH.format(**parts))
@@ -128,7 +128,7 @@ def test_a_torch_of_the_description_is_refused_like_one_that_is_attached() -> No
 @pytest.mark.skipif("ur5" not in catalogue_ids(), reason="example-robot-data is not installed")
 @pytest.mark.parametrize("id", ["ur10", "panda", "kinova"])
 def test_only_what_touches_in_every_position_is_left_out(id: str) -> None:
-    """Random positions of their own find no shapes apart that are left out of the checks, but for those of one body."""
+    """At independent random positions, no pair left out of the checks is apart, except shapes of one body."""
     robot = load_robot(id)
     shapes, of_link = robot.collision_shapes, shapes_of_links(robot.collision_shapes)
     left_out = [

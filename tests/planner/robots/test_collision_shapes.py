@@ -64,7 +64,7 @@ def test_an_srdf_takes_pairs_out() -> None:
 
 @pytest.mark.parametrize("hand", ['<mesh filename="package://r/hand.stl"/>', '<cone radius="1"/>'])
 def test_what_is_not_known_of_a_link_is_estimated(hand: str) -> None:
-    """Left out, as URDF readers do with what they do not know, a part of the robot would be free of everything."""
+    """URDF readers leave unknown shapes out; then a part of the robot could not collide with anything."""
     shapes = robot(hand).collision_shapes
     assert [(shape.link, shape.source) for shape in shapes if shape.source == "estimate"] == [("hand", "estimate")]
     assert len(shapes) == 5

@@ -1,4 +1,4 @@
-"""External axes in front of an arm, held against the same arm and axes as one URDF, read by Pinocchio itself."""
+"""External axes in front of an arm, checked against the same arm and axes as one URDF, read by Pinocchio itself."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def test_named_positions_tool_and_shapes_come_along() -> None:
 
 
 def test_the_base_is_mounted_and_no_more_the_arm() -> None:
-    """Of an arm that hangs from a rail the rail stands upright; one with a mounting of its own has to be told."""
+    """The rail of a hanging arm stands upright; an arm with a mounting of its own needs the rail's `mounting` too."""
     upside_down = Pose(np.zeros(3), rotation_from_rpy(np.pi, 0.0, 0.0))
     hanging = KUKA.derived(external_axes=[RAIL], arm_origin=upside_down)
     assert hanging.model.gravity.linear.tolist() == [0.0, 0.0, -9.81]

@@ -123,7 +123,7 @@ def test_a_joint_on_the_way_that_is_held_without_being_locked_is_warned_of() -> 
 
 
 def test_states_of_groups_are_named_positions() -> None:
-    """Those that say where all joints are; of two of a name that of the group."""
+    """Only states with a position for every joint count; of two with one name, the group's."""
     assert Robot.from_urdf(TORSO, srdf=SRDF, group="arm_torso").named_positions == {"home": (0.1, 0.5, -0.5, 0.0)}
     arm = Robot.from_urdf(TORSO, srdf=SRDF, group="arm")
     assert arm.named_positions == {"home": (1.0, -1.0, 1.0), "high": (0.0, 0.0, 0.0)}

@@ -66,7 +66,7 @@ QUANTITIES = ("lower", "upper", "velocity", "acceleration", "jerk")
 
 
 def in_catalogue(*ids: str) -> list[str]:
-    """Those that can be loaded: some come with the package example-robot-data alone."""
+    """List the robots that can be loaded: some come with the package example-robot-data alone."""
     return [robot_id for robot_id in ids if robot_id in catalogue_ids()]
 
 

@@ -1,4 +1,4 @@
-"""What the catalogue's notes say, and the plans of arms whose joints have no limits."""
+"""The catalogue's notes, and the plans of arms whose joints have no limits."""
 
 from __future__ import annotations
 

@@ -19,11 +19,11 @@ SURFACES: dict[str, dict[str, list[list[float]]]] = json.loads((DATA / "surface_
 """Points x, y, z on the makers' meshes of each link, in its frame, m, to 1 mm."""
 
 ROUNDED = 1e-3
-"""How far a rounded point may be off the surface, m."""
+"""Allowed distance of a rounded point from the surface, m."""
 
 
 def depth_outside(robot: Robot, joint: int, points: np.ndarray) -> float:
-    """How far points (N, 3) of a joint's frame are outside of all shapes that it carries, m."""
+    """Return the largest distance of points (N, 3) of a joint's frame outside all shapes that it carries, m."""
     shapes = [shape for shape in robot.collision_shapes if shape.joint == joint]
     placed = [Placed(shape.shape, shape.placement.rotation, shape.placement.translation) for shape in shapes]
     ball = planner.Sphere(1e-4)

@@ -204,7 +204,7 @@ def test_a_usable_model_is_remarked_upon(code: str, severity: str, urdf: str) ->
 def test_limits_of_urdf_1_2_are_the_robots_own(
     attributes: str, acceleration: float, jerk: float, published: set[str]
 ) -> None:
-    """What is left out follows by the default rule: full speed (2 rad/s) in 0.25 s, full acceleration in 0.1 s."""
+    """Missing attributes follow the default rule: full speed (2 rad/s) in 0.25 s, full acceleration in 0.1 s."""
     (turn,) = Robot.from_urdf(two_links(limit=LIMIT.replace("/>", f" {attributes}/>"))).joints
     assert (turn.acceleration, turn.jerk) == (acceleration, jerk)
     origins = {name: turn.provenance[name] for name in ("acceleration", "jerk")}

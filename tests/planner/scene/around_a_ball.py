@@ -1,4 +1,4 @@
-"""A motion of least effort that meets a ball where the straight one does not, and what a motion costs."""
+"""A motion of least effort around a ball that the straight one meets, and the effort of a motion."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ STEPS = 30
 
 
 def distances_over_time(robot: Robot, scene: Scene, times: FloatArray, trajectory: Trajectory) -> FloatArray:
-    """Distances (times, bodies, objects) of a robot made of capsules from the objects of a scene; nan: not moved."""
+    """Compute distances (times, bodies, objects) of a robot made of capsules from scene objects; nan: not moved."""
     positions = trajectory.evaluate(times, [0])[0]
     bodies = [(shape, shape.shape) for shape in robot.collision_shapes if isinstance(shape.shape, Capsule | Sphere)]
     assert len(bodies) == len(robot.collision_shapes)
@@ -65,7 +65,7 @@ def _nearest_on_segments(ends: FloatArray, distance: Callable[[FloatArray], Floa
 
 
 def _nearest_of_points(ends: FloatArray, thing: SceneObject, base: Pose | None) -> FloatArray:
-    """Distance (N,) of segments (N, 2, 3) in a base's frame from the balls around the points of a cloud, each alone."""
+    """Compute the distance (N,) of segments (N, 2, 3) in a base's frame from a cloud's balls, one by one."""
     (cloud,) = thing.shapes
     assert isinstance(cloud, PointCloud)
     rotation = np.eye(3) if thing.pose.rotation is None else thing.pose.rotation
@@ -120,7 +120,7 @@ def point_distance(thing: SceneObject, base: Pose | None = None) -> Callable[[Fl
 def least_distance(
     robot: Robot, scene: Scene, trajectory: Trajectory, *, coarse: float = 0.004, fine: float = 0.0002
 ) -> float:
-    """Least distance of an arm of capsules from the objects, by samples that are dense where it is near, m."""
+    """Find the least distance of an arm of capsules from the objects, m, by samples that are dense near them."""
     times = np.append(np.arange(0.0, trajectory.duration, coarse), trajectory.duration)
     apart = np.nanmin(distances_over_time(robot, scene, times, trajectory), axis=(1, 2))
     near = times[np.argsort(apart)[:6]]

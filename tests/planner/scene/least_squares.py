@@ -16,7 +16,7 @@ WEIGHT = 1e3
 
 
 def core(shape: Shape) -> tuple[FloatArray, float]:
-    """Return the corners (N, 3) of the convex core of a shape, and the radius of the ball that rolls over it, m."""
+    """Return the corners (N, 3) of a shape's convex core, and the radius of the ball around it, m."""
     match shape:
         case Box():
             return np.array([*product((-0.5, 0.5), repeat=3)]) * shape.size, 0.0

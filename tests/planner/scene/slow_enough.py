@@ -36,7 +36,7 @@ PERIOD = 5e-3 if NAME == "quick" else 1e-3
 def speeds_over_time(
     robot: Robot, times: FloatArray, trajectory: Trajectory, directions: FloatArray = DIRECTIONS
 ) -> FloatArray:
-    """The highest speed (times,) of points on the capsules of a robot, in directions (N, 3), and of its tool, m/s."""
+    """Compute the highest speed (times,) of points on the capsules, in directions (N, 3), and of the tool, m/s."""
     frame = robot.model.frames[robot.tool_frame_id]
     points = [(int(frame.parentJoint), frame.placement.translation[None])]
     for body in robot.collision_shapes:
@@ -59,7 +59,7 @@ def speeds_over_time(
 def speeds_in_zone(
     robot: Robot, scene: Scene, trajectory: Trajectory, clearance: float, objects: Sequence[str] | None = None
 ) -> FloatArray:
-    """The highest speeds (N,) of a robot at the samples at which it is nearer to objects than that, m/s."""
+    """Return the highest speeds (N,) of a robot at samples nearer to objects than a clearance, m/s."""
     times = np.append(np.arange(0.0, trajectory.duration, PERIOD), trajectory.duration)
     apart = distances_over_time(robot, scene, times, trajectory)
     counts = [objects is None or thing.id in objects for thing in scene.objects]

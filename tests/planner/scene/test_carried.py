@@ -1,4 +1,4 @@
-"""Objects that a robot takes and puts down: proved clear with it, held against dense samples."""
+"""Objects that a robot takes and puts down: proved clear with it, checked against dense samples."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SAMPLES = 120
 """Times at which the truth is looked at."""
 
 BETWEEN_SAMPLES = 0.02
-"""How much nearer than at so many samples things may come between them, m."""
+"""Allowed approach between two samples beyond the distances at the samples, m."""
 
 
 def tool_in_base(robot: Robot, positions: FloatArray) -> list[pin.SE3]:
@@ -53,9 +53,10 @@ class Apart(NamedTuple):
 def distances_of_pairs(
     problem: planner.PlanningProblem, positions: FloatArray, trajectory: planner.Trajectory, put_down: int, samples: int
 ) -> Iterator[Apart]:
-    """Distances of the arm, and of the ball that is taken at waypoint 1 and put down at a later one, from what stands.
+    """Yield distances of the arm and of a carried ball from the rest of the scene.
 
-    By Pinocchio's kinematics and closed forms, at samples.
+    The ball is taken at waypoint 1 and put down at a later one. Distances follow from Pinocchio's kinematics and closed
+    forms, at samples.
     """
     robot, scene = problem.robot, problem.scene
     assert scene is not None
@@ -93,7 +94,7 @@ def distances_of_pairs(
 
 
 def room(problem: planner.PlanningProblem, positions: FloatArray, trajectory: planner.Trajectory) -> float:
-    """How much more room there is than is asked, at the least, m: taken at waypoint 1, put down at waypoint 3."""
+    """Return the least clearance beyond the margin, m; the ball is carried from waypoint 1 to 3."""
     pairs = distances_of_pairs(problem, positions, trajectory, 3, SAMPLES)
     return min(pair.distance - pair.requested for pair in pairs)
 
@@ -111,7 +112,7 @@ def is_sound(report: planner.ClearanceReport | None, pairs: list[Apart]) -> bool
 
 
 def random_problem(rng: np.random.Generator, robot: Robot) -> planner.PlanningProblem:
-    """A ball at the tool at the second of five postures, put down at the fourth; three things somewhere else."""
+    """Draw five waypoints and three objects: the ball is taken at the second and put down at the fourth."""
     lower, upper = np.maximum(robot.limit("lower"), -2.0), np.minimum(robot.limit("upper"), 2.0)
     start = rng.uniform(lower, upper)
     positions = start + rng.uniform(0.05, 0.35, (5, 1)) * (rng.uniform(lower, upper, (5, robot.dof)) - start)
@@ -159,7 +160,7 @@ def test_what_is_carried_is_proved_clear_where_dense_samples_see_it_clear(arm: s
 
 
 def carried_over(height: float, **changes: Any) -> planner.PlanningProblem:
-    """A ball from one tray to another, lifted so high; the arm's tool points down, and l1 alone lifts it."""
+    """Make a problem that lifts a ball from one tray to another with l1 alone, the arm's tool down."""
     down = [-np.pi / 2.0, np.pi / 2.0, 0.0]
     places = {"from": (-0.3, 0.4), "to": (0.7, 0.25)}
 
@@ -210,7 +211,7 @@ def test_a_part_may_stand_on_what_it_is_taken_from_and_put_on() -> None:
 
 
 def test_what_is_put_down_about_links_is_not_entered_deeper_unseen() -> None:
-    """Links deeper inside than their radius could go anywhere, and the clearance was better than what had been seen."""
+    """Links deeper inside than their radius could go anywhere, and the clearance exceeded the one of the samples."""
     arm = load_robot("three_dof_arm")
     rng = np.random.default_rng(6)
     drum = AttachedObject(
@@ -279,7 +280,7 @@ def test_what_is_carried_hits_what_the_arm_alone_does_not() -> None:
 
 
 def test_what_is_taken_out_of_something_else_is_refused_where_that_is() -> None:
-    """The ball is 5 mm inside of a stone, with a margin of 10: the refusal says at which posture, from where on."""
+    """The ball is 5 mm inside a stone, with a margin of 10: the refusal says from which waypoint on."""
     problem = carried_over(0.3)
     assert problem.scene is not None
     (ball,) = (thing for thing in problem.scene.objects if thing.id == "ball")
@@ -310,7 +311,7 @@ def test_what_was_put_down_stays_there() -> None:
 
 
 def test_checkers_are_prepared_once_however_often_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Speed zones and the certificate ask for those of the same segments; another list of waypoints has its own."""
+    """Speed zones and the certificate use the same checkers of segments; another list of waypoints has its own."""
     made: list[CollisionChecker] = []
     prepare = CollisionChecker.__init__
 
@@ -341,7 +342,7 @@ def test_checkers_are_prepared_once_however_often_they_are_asked_for(monkeypatch
 
 
 def test_a_gripper_is_put_down_and_taken_again() -> None:
-    """What was attached from the start is put down, is in the way where it lies, and is taken again."""
+    """A gripper attached from the start is put down, is an obstacle where it lies, and is taken again."""
     tool = planner.AttachedObject("tool", [Box([0.03, 0.03, 0.03])], Pose([0.0, 0.03, 0.0]))
     down = [-np.pi / 2.0, np.pi / 2.0, 0.0]
 

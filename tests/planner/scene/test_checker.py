@@ -1,4 +1,4 @@
-"""What is held against what: the arm against itself, what it carries, allowed pairs, and single postures."""
+"""Checked pairs: the arm against itself and against attached objects, allowed pairs, single joint positions."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_a_point_cloud_is_as_near_as_its_points() -> None:
 
 
 def test_bounds_never_exceed_distances() -> None:
-    """All pairs nearer than asked are found among groups of obstacles, and no bound is beyond a proved distance."""
+    """All pairs within the requested distance are found in groups of obstacles; no bound exceeds a proved distance."""
     rng = np.random.default_rng(4)
     things = [
         SceneObject(f"ball_{k}", [Sphere(rng.uniform(0.01, 0.1))], Pose(rng.uniform(-2.0, 2.0, 3))) for k in range(40)
@@ -134,7 +134,7 @@ def test_bounds_never_exceed_how_deep_things_overlap() -> None:
 
 
 def test_objects_stand_in_the_world() -> None:
-    """An arm on the ceiling meets what is below it in the world: above it in its own frame."""
+    """An arm on the ceiling meets an object below it in the world, which is above it in its own frame."""
     ceiling = KUKA.derived(mounting=Pose.from_rpy([0.0, 0.0, 3.0], [np.pi, 0.0, 0.0]))
     tool = planner.tool_pose(KUKA, HOME).from_frame(Pose.from_rpy([0.0, 0.0, 3.0], [np.pi, 0.0, 0.0]))
     scene = Scene([SceneObject("ball", [Sphere(0.05)], tool)])
@@ -191,7 +191,7 @@ MIRRORED = Pose([1.0, 0.0, 0.0], np.diag([-1.0, 1.0, 1.0]))
     ],
 )
 def test_margins_and_poses_that_are_none_are_refused(scene: Scene, field: tuple[str | int, ...]) -> None:
-    """With a margin or a place that is no number, whatever is asked would be proved free."""
+    """With a NaN as margin or position, every request would be proved free."""
     with pytest.raises(InvalidProblem) as refusal:
         CollisionChecker(KUKA, scene)
     assert [fault.field for fault in refusal.value.faults] == [("scene", *field)]

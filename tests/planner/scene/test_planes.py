@@ -1,4 +1,4 @@
-"""What planes found at one posture prove at others: never more than the distance, and all of it where they are from."""
+"""Planes found at one joint position bound distances at others: never beyond the distance, exact at their own."""
 
 from __future__ import annotations
 

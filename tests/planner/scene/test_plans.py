@@ -161,7 +161,7 @@ def test_a_margin_that_is_kept_is_offered() -> None:
 
 @pytest.mark.parametrize("name", ["one waypoint", "one waypoint twice", "rests at the end", "taken at the end"])
 def test_where_a_robot_rests_in_a_collision_its_remedies_are_of_its_waypoints(name: str) -> None:
-    """A posture that is not free is `start_in_collision`, however few waypoints there are, or the end of a motion."""
+    """Where nothing moves before it, a collision is `start_in_collision`; at the end of a motion it names a segment."""
     (low,) = planner.plan(replace(in_scene(), waypoints=[RIGHT])).path.positions
     there, away = planner.JointWaypoint(low, dwell=1.0), planner.JointWaypoint(low - [0.8, 0.0, 0.0, 0.0, 0.0, 0.0])
     block = SceneObject("block", [Box([0.1, 0.1, 0.1])], Pose(np.array([1.2, 0.6, 0.7])))
@@ -184,7 +184,7 @@ def test_where_a_robot_rests_in_a_collision_its_remedies_are_of_its_waypoints(na
 
 
 def test_a_robot_that_only_rests_has_no_other_way() -> None:
-    """No request leads there: where nothing moves, what is too near is so at the start. Remedies do not rely on it."""
+    """No request leads there: where nothing moves, a collision exists at the start. Remedies do not rely on it."""
     problem = replace(in_scene(TABLE), waypoints=[RIGHT])
     refusal = Collision("", pair=("link_6", "table"), depth=0.1, point=None, position=np.zeros(6), segment=0)
     refused = Refused(Attempt(problem, planner.Cubic(), (), solve_path(problem)), refusal)
@@ -228,7 +228,7 @@ def test_an_arm_that_meets_itself_is_refused_where_that_is_asked() -> None:
 @pytest.mark.long_table
 @pytest.mark.parametrize("kind", [kind for kind in BACKENDS if kind != "min_effort"])
 def test_random_plans_are_clear_or_refused(kind: str) -> None:
-    """Waypoints passed, blended or stopped at, among balls: dense samples of what is returned keep every margin."""
+    """Waypoints passed, blended or stopped at, among balls: dense samples of returned plans keep every margin."""
     rng, robot = np.random.default_rng(len(kind)), load_robot("date_sorting_arm")
     lower, upper = robot.limit("lower").clip(-1.5, None), robot.limit("upper").clip(None, 1.5)
     planned = 0

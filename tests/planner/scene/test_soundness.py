@@ -23,10 +23,10 @@ ARMS = ("kuka_kr16_2", "date_sorting_arm", "welding_arm", "ngv_refuelling_arm", 
 """Arms of six kinds: with prismatic joints, with seven joints, with estimates of their shapes."""
 
 GRAZING = (-1e-3, -3e-5, 1e-4, 2e-3)
-"""How much more room there is than the margin, m."""
+"""Differences of the clearance from the margin, m."""
 
 BRUTE_FORCE_ERROR = 2e-6
-"""How much the least distance of dense samples may be off, m: they stand 0.2 ms apart."""
+"""Error of the least distance by dense samples, m: they stand 0.2 ms apart."""
 
 
 @pytest.mark.sized
@@ -86,7 +86,7 @@ def test_standing_still_in_contact() -> None:
 
 
 def test_a_fast_passage_between_two_samples_is_seen() -> None:
-    """The joint turns by 6 rad in a millisecond, past a speck that the first postures do not see."""
+    """The joint turns by 6 rad in a millisecond, past a speck that the first joint positions miss."""
     speck = SceneObject("speck", [Sphere(1e-3)], Pose(planner.tool_pose(ARM, [2.1234, 0.0, 0.0]).position))
     fast = motion_between(STRAIGHT, np.array([6.0, 0.0, 0.0]), 1e-3)
     found = clearances(CollisionChecker(ARM, Scene([speck])), fast)
@@ -104,7 +104,7 @@ def test_a_budget_leaves_a_motion_unproved() -> None:
 
 @pytest.mark.parametrize("budget", [Budget(0, 0), Budget(0, 20_000), Budget(20_000, 0)])
 def test_without_a_budget_nothing_is_proved(budget: Budget) -> None:
-    """What had not been looked at at all was forgotten, and a motion through an object came out as free."""
+    """Unchecked parts were forgotten, and a motion through an object was reported as free."""
     thing = SceneObject("thing", [Box([0.2] * 3)], Pose(planner.tool_pose(ARM, [0.5, 0.0, 0.0]).position))
     goal = np.array([1.0, 0.0, 0.0])
     for checker in (CollisionChecker(ARM, Scene([thing])), CollisionChecker(ARM, self_collision=True)):
@@ -116,9 +116,9 @@ def test_without_a_budget_nothing_is_proved(budget: Budget) -> None:
 
 
 def test_a_plane_that_was_found_elsewhere_is_not_kept_until_time_is_rounding() -> None:
-    """Intervals were split without an end towards the time at which an old plane gave just what was asked.
+    """Intervals were split without end towards the time at which an old plane gave exactly the requested distance.
 
-    There were 2 mm of room, and the motion came out as unproved.
+    The clearance was 2 mm, and the motion came out as unproved.
     """
     robot = replace(load_robot("welding_arm"))
     in_capsules(robot)

@@ -59,7 +59,7 @@ def in_line(waypoint: planner.PoseWaypoint, **more: object) -> planner.PoseWaypo
 
 
 def slow_plan(problem: planner.PlanningProblem, kind: str = "quintic") -> planner.Plan:
-    """The plan of a problem, held against samples: slow in its zones, and as fast there as it may be, if it slows."""
+    """Plan a problem and assert, by samples, that speeds in its zones are at most the certified peaks."""
     plan = planner.plan(problem, backend_of(kind))
     assert problem.scene is not None
     seen = assert_slow_enough(problem.robot, problem.scene, plan.trajectory, problem.speed_zones)
@@ -251,7 +251,7 @@ def test_a_trajectory_of_another_origin_is_held_against_zones() -> None:
 
 @pytest.mark.parametrize("speed", [0.5, 2.0])
 def test_it_is_told_when_a_zone_is_broken(speed: float) -> None:
-    """Samples that are too fast are in what is told, and all of it is too fast but for its ends."""
+    """The reported intervals contain all samples that are too fast, and only such samples away from their ends."""
     plain = planner.plan(replace(PAST, speed_zones=()), planner.Quintic()).trajectory
     zone = SpeedZone(5.0, speed)
     (check,) = certify_speed_zones([zone], [CollisionChecker(KUKA, CELL)], [KUKA], plain)

@@ -25,7 +25,7 @@ from tests.sizes import SIZE
 KUKA = load_robot("kuka_kr16_2")
 DOWN = rotation_from_rpy(np.pi, 0.0, 0.0)
 SIDE = 0.04
-"""Side of what is carried, m."""
+"""Side of the attached box, m."""
 
 TOP = 0.3
 """Height of the surface, m."""
@@ -49,7 +49,7 @@ SURFACES: dict[str, tuple[Shape, Pose]] = {
 
 
 def slide(carried: Shape, surface: tuple[Shape, Pose], gap: float, margin: float = 0.0) -> planner.PlanningProblem:
-    """Slide what is carried along a surface, and turn it, so much above the margin, m."""
+    """Slide an attached box along a surface, and turn it, so much above the margin, m."""
     height = TOP + SIDE + gap + margin
     start, goal = (Pose([1.2, y, height], rotation_from_rpy(np.pi, 0.0, turn)) for y, turn in ((-0.2, 0.0), (0.2, 1.0)))
     waypoints = [planner.PoseWaypoint(start), planner.PoseWaypoint(goal, motion=planner.LinearMotion())]

@@ -23,7 +23,7 @@ def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Fl
 
 
 def tube(radii: list[float], heights: list[float], sides: int = 40, ends: bool = True) -> FloatArray:
-    """A body of revolution about z, with a fan of triangles at each end: so many meet in the middle of it."""
+    """Make a body of revolution about z; a fan of `sides` triangles meets in the middle of each end."""
     turn = 2.0 * np.pi * np.arange(sides) / sides
     rings = [
         np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(sides, z)])

@@ -16,7 +16,7 @@ KINDS = ("sphere", "box", "cylinder", "capsule", "hull")
 
 
 def shape_of(kind: str, rng: np.random.Generator, scale: float = 0.3) -> Shape:
-    """A shape of a kind with sizes from a hundredth of the scale up to it: cubes, needles and plates, too."""
+    """Draw a shape of a kind with sizes from 1 % of the scale up to it, cubes, needles and plates."""
     size = scale * 10.0 ** rng.uniform(-2.0, 0.0, 3)
     match kind:
         case "sphere":

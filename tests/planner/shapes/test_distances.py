@@ -1,8 +1,8 @@
-"""Distances that planes prove against a second code: a quadratic program over vertices, and the plane that it finds.
+"""Distances that planes prove, against a second code: a quadratic program over vertices, and the plane that it finds.
 
 Each shape is the hull of points and a radius around it. The program (non-negative least squares of the difference of
-two convex combinations) gives two points, and so an upper bound; the plane between them gives a lower one, both with no
-more than sums of products. Where these two meet, they are the distance, whoever found them.
+two convex combinations) gives two points, and so an upper bound. The plane between them gives a lower bound. Both need
+sums of products only. Where the two bounds meet, they are the distance, whatever found them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.sized
 PAIRS = 10_000 if NAME != "quick" else 300
 SIDES = 64
 TIGHT_WITHIN = 1e-4
-"""What is proved may be less than the truth by so much: so far off is coal for capsules of 30 micrometres."""
+"""Allowed loss of a proved distance: coal has the same error for capsules of 30 micrometres."""
 
 
 class Truth(NamedTuple):
@@ -39,7 +39,10 @@ class Truth(NamedTuple):
 
 
 def points_and_radius(placed: Placed) -> tuple[FloatArray, float, float]:
-    """Points (N, 3) in the world whose hull, with a radius around it, is inside the shape; and by how much."""
+    """Return points (N, 3) in the world, a radius, and an error.
+
+    The hull of the points with the radius around it is inside the shape, smaller by at most the error.
+    """
     shape, radius, inside = placed.shape, 0.0, 0.0
     match shape:
         case Sphere():
@@ -109,7 +112,7 @@ def random_pair(rng: np.random.Generator) -> tuple[Placed, Placed]:
 
 
 def structured_pairs() -> Iterator[tuple[str, Placed, Placed]]:
-    """Pairs that have made distance algorithms fail: faces on faces, edges on edges, plates, needles, and so on."""
+    """Yield pairs on which distance algorithms have failed: faces on faces, edges on edges, plates and needles."""
     here = np.zeros(3)
     cube, plate, needle = Box([1.0, 1.0, 1.0]), Box([1e3, 1e3, 1e-3]), Capsule(1e-6, 1.0)
     turn = Rotation.from_euler("xyz", [45.0, 35.26438968, 10.0], degrees=True).as_matrix()
@@ -140,9 +143,9 @@ def scale_of(first: Placed, second: Placed) -> float:
 
 
 def assert_proved_and_near(first: Placed, second: Placed) -> float:
-    """Nothing is proved beyond the truth, and what is proved is near it, where shapes are apart.
+    """Assert that proved distances never exceed the truth and are near it where shapes are apart.
 
-    Returns how well the truth is known.
+    Returns the uncertainty of the truth.
     """
     truth, found = distance_by_program(first, second), separation(first, second)
     scale = scale_of(first, second)

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MOST_AT_A_CORNER = 254
-"""Number of neighbours of a corner from which on coal says "Too many neighbors"."""
+"""Number of neighbours of a corner above which coal says "Too many neighbors"."""
 
 THICKNESS = 1e-4
 """What flat hulls are thickened to, m."""
 
 TIP = 1e-5
-"""What a tip is widened by, m, or as a share of the hull."""
+"""Width added to a tip, m, or as a share of the hull."""
 
 
 def ring(sides: int, height: float, radius: float = 0.1, turned: float = 0.0) -> FloatArray:
@@ -112,7 +112,7 @@ def test_a_hull_contains_its_points_and_little_more(name: str) -> None:
 
 @pytest.mark.parametrize("name", SOLIDS)
 def test_coal_takes_a_hull(name: str) -> None:
-    """Without "Too many neighbors", and finds what is in it and what is beside it."""
+    """Coal takes it without "Too many neighbors", and tells points inside from points beside it."""
     points = SOLIDS[name]
     hull, size = hull_of(name), float(np.ptp(points, axis=0).max()) + 0.01
     assert np.bincount(hull.faces.ravel()).max() < MOST_AT_A_CORNER

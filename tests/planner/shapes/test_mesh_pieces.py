@@ -17,7 +17,7 @@ COVERED_WITHIN = 1e-9
 
 
 def outside(points: np.ndarray, pieces: tuple) -> np.ndarray:
-    """How far points (N, 3) are outside of the piece that they are deepest in, by the planes of scipy's own hulls."""
+    """Return the distances of points (N, 3) outside the piece that each is deepest in, by scipy's hulls."""
     depths = []
     for piece in pieces:
         planes = Qhull(piece.vertices).equations

@@ -1,4 +1,4 @@
-"""Files of meshes: what is written is read, and whatever else comes is refused in words."""
+"""Files of meshes: every written file is read, and other contents are refused with an explanation."""
 
 from __future__ import annotations
 

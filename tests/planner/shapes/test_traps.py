@@ -1,5 +1,7 @@
-"""What kills coal's process, or makes it say that all is free: none of it gets that far (the others stand beside what
-they are about: sizes and hulls in `test_shapes.py`, files in `test_mesh_readers.py`)."""
+"""Inputs that kill coal's process, or make it report no collision: none of them reaches it.
+
+Other traps stand beside their subject: sizes and hulls in `test_shapes.py`, files in `test_mesh_readers.py`.
+"""
 
 from __future__ import annotations
 

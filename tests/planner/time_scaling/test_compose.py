@@ -1,4 +1,4 @@
-"""Time laws along curves."""
+"""Time scalings along curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fastest jerk-limited law along a curve: its limits by dense samples, its duration by independent optima."""
+"""The fastest jerk-limited time scaling along a curve: limits by dense samples, durations by independent optima."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def worst_ratio(path: JointPath, pieces: SegmentedPolynomial) -> float:
 
 
 def assert_rest_to_rest(path: JointPath, group: SegmentGroup, pieces: SegmentedPolynomial) -> None:
-    """C2, at rest at both ends, along the curve and in its direction, every limit kept."""
+    """Assert C2, rest at both ends (also in the direction of the curve), and every limit."""
     values = sampled(pieces)
     for order in range(3):
         largest = max(1.0, float(np.abs(values[order]).max()))
@@ -160,7 +160,7 @@ def test_a_straight_motion_takes_the_time_that_ruckig_needs(robot_id: str, scale
 
 
 def fine_optimum(path: JointPath, group: SegmentGroup, count: int) -> float:
-    """Duration of the fastest piecewise cubic s(t) with knots at fixed places, by IPOPT; without tool and torque."""
+    """Compute the duration of the fastest piecewise cubic s(t) with fixed knots, by IPOPT; without tool and torque."""
     curve, length = group.curve, group.curve.breakpoints[-1]
     u = np.linspace(0.0, 1.0, count + 1)
     places = np.union1d(length * u**3 * (10.0 - 15.0 * u + 6.0 * u**2), curve.breakpoints)
@@ -218,7 +218,7 @@ def test_a_curve_is_as_fast_as_an_independent_optimum(robot_id: str, kind: str, 
 
 @pytest.mark.parametrize(("seed", "known"), [(1, 1.6136), (5, 1.6301)])
 def test_blended_lines_are_as_fast_as_on_a_grid_of_more_pieces(seed: int, known: float) -> None:
-    """They took 1.7 and 1.9 % more than what is known, s, when the first pieces of the law were too few."""
+    """They took 1.7 and 1.9 % more than the known duration, s, when the first grid was too coarse."""
     moves = np.random.default_rng(seed).uniform(0.04, 0.08, (5, 3)) * [[-1.0], [1.0], [-1.0], [1.0], [-1.0]]
     lines: list[AnyWaypoint] = [
         RelativeWaypoint(CartesianMove((x, y, z)), "base", motion=LinearMotion(), transition=BlendTransition(0.015))
@@ -317,7 +317,7 @@ def test_limits_of_each_segment_count_there_and_nowhere_else() -> None:
 
 
 def test_two_blends_that_meet_leave_a_piece_between_them() -> None:
-    """Its length was zero once, which no law can be put on."""
+    """Its length was zero once, which admits no time scaling."""
     path, group = random_group("date_sorting_arm", "blend", 0)
     assert group.curve.lengths.min() > 1e-4 * group.curve.lengths.max()
     assert_rest_to_rest(path, group, time_group(path, group))

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from types import FrameType
 
 GROWTH = 1.5
-"""Work for a contour with four times as many points, beside four times that for the shorter: linear, but for what the
-points ask."""
+"""Allowed work for a contour with four times as many points, relative to four times the work for the shorter one. It is
+linear, apart from the needs of single points."""
 
 
 def contour(count: int) -> PlanningProblem:
@@ -44,7 +44,7 @@ def contour(count: int) -> PlanningProblem:
 
 @pytest.mark.parametrize("backend", [Trapezoidal(), Ruckig()], ids=lambda backend: backend.kind)
 def test_the_work_to_plan_a_contour_grows_with_its_length(backend: Trapezoidal | Ruckig) -> None:
-    """Told by the calls of functions of Python: it does not depend on what else the machine does."""
+    """Calls of functions of Python measure the work, independently of the machine's load."""
     short, long = (calls_of(partial(plan, contour(count), backend)) for count in (20, 80))
     assert long < 4.0 * GROWTH * short
 

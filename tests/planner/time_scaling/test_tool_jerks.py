@@ -1,4 +1,4 @@
-"""Limits of the tool's jerk: held against finite differences of its acceleration, and against closed forms."""
+"""Limits of the tool's jerk: checked against finite differences of its acceleration, and against closed forms."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_the_faces_hold_a_sphere_and_its_corners_are_on_it() -> None:
 
 
 def test_rows_are_the_jerk_of_the_retimed_motion() -> None:
-    """Of q(x(t)) with x' = sqrt(b), where b is 1 at x = 0 and b = 1 + 2 a x + c x^2: q' to q''' by the chain rule."""
+    """The motion is q(x(t)) with x' = sqrt(b), b = 1 + 2 a x + c x^2, at x = 0. The chain rule gives q' to q'''."""
     rng = np.random.default_rng(1)
     q, v, a, j = np.array([START] * 50) + 0.3 * rng.normal(size=(50, 6)), *rng.normal(size=(3, 50, 6))
     v[:10], a[10:20] = 0.0, 2.0 * v[10:20]  # at rest, and straight on

@@ -30,11 +30,11 @@ EVENLY = ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"]
 """The back ends that make the same motion in more time."""
 
 QUICK = [*EVENLY, "auto"]
-"""All but the one that searches, which random problems try."""
+"""All except the searching back end, which random problems try."""
 
 
 def problem_with(passed: Transition = STOP, **changes: object) -> PlanningProblem:
-    """Return four waypoints with a dwell at the first, and what is asked of the third."""
+    """Return four waypoints with a dwell at the first, and changes of the third."""
     waypoints = [JointWaypoint(position, transition=passed) for position in POSITIONS]
     waypoints[0] = replace(waypoints[0], transition=STOP, dwell=0.2)
     waypoints[2] = replace(waypoints[2], **changes)  # type: ignore[arg-type] # of any field

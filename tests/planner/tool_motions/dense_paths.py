@@ -40,13 +40,16 @@ class StraightWay:
 
 
 class StraightPostures:
-    """The postures on that motion; the distance, rad or m, is that of the joint that is farthest."""
+    """The joint positions on that motion; the distance, rad or m, is that of the joint that is farthest."""
 
     def __init__(self, ends: FloatArray, shares: FloatArray = DENSE) -> None:
         self.ends, self.shares = ends, shares
 
     def distances(self, joints: FloatArray) -> FloatArray:
-        """rad or m, (N,), of joint positions (N, joints): the least over the line, by thirds, as it is convex."""
+        """Compute the distance, rad or m, (N,), of joint positions (N, joints) from the line by ternary search.
+
+        The distance is convex along the line.
+        """
 
         def away(shares: FloatArray) -> FloatArray:
             largest: FloatArray = np.abs(joints - self.ends[0] - shares[:, None] * np.diff(self.ends, axis=0)).max(

@@ -1,4 +1,4 @@
-"""Lines followed all at once, beside the same lines one by one, and beside the poses asked by Pinocchio."""
+"""Lines followed all at once, compared with the same lines one by one, and with the requested poses by Pinocchio."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def robot_of(arm: str) -> Robot:
 
 
 def contour(robot: Robot, start: list[float], size: float, count: int, free: bool) -> list[Pose]:
-    """Poses around the tool at `start`, some mm or cm apart, the tool turning a little from each to the next."""
+    """Make poses around the tool at `start`, some mm or cm apart, with a small turn between neighbours."""
     rng, pose = np.random.default_rng(4), tool_pose(robot, start)
     poses = [Pose(pose.position, None if free else pose.rotation)]
     for k in range(count):

@@ -51,7 +51,10 @@ def line(robot: Robot, seed: int, motion: CartesianMotion) -> PlanningProblem:
 
 
 def can_be_driven(robot: Robot, start: FloatArray, end: Pose, step: float = 0.35) -> bool:
-    """By dense inverse kinematics: from posture to posture within the limits, 31 points of the line, 36 turns each."""
+    """Return whether dense inverse kinematics leads along the line within the limits, without a large step.
+
+    The line has 31 points, with 36 turns about the tool's axis at each.
+    """
     before, reached = tool_at(robot, start), np.array([start])
     turn = pin.log3(before.rotation.T @ end.rotation)
     lower, upper = robot.limit("lower"), robot.limit("upper")
@@ -73,7 +76,10 @@ def can_be_driven(robot: Robot, start: FloatArray, end: Pose, step: float = 0.35
 
 
 def keeps_its_axis(problem: PlanningProblem, region: Region | None = None) -> None:
-    """Point within 0.1 mm of the line, axis within 1 mrad of the turned one; in a region, offsets by scipy."""
+    """Assert that the point keeps within 0.1 mm of the line and the axis within 1 mrad.
+
+    The axis of the line turns evenly. In a region, offsets are by scipy.
+    """
     made = plan(problem, Quintic())
     assert made.certificate.satisfied
     assert {"path_position_deviation", "path_orientation_deviation"} <= {c.quantity for c in made.certificate.checks}

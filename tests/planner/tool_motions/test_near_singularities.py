@@ -1,7 +1,7 @@
 """Lines and circles that pass near a singular wrist: refused, slowed down, or led right through it.
 
-The lines keep the tool's orientation but for an angle by which they miss the singular posture. The truth is Pinocchio's
-forward kinematics, and a chain of joint positions traced along poses that are dense where the wrist turns over.
+The lines keep the tool's orientation except for an angle by which they miss the singular joint position. The truth is
+Pinocchio's forward kinematics, and a chain of joint positions traced along poses, densely where the wrist turns over.
 """
 
 from __future__ import annotations
@@ -38,7 +38,10 @@ ROBOTS = [
 
 
 def line_past(name: str, missed: float) -> tuple[Robot, FloatArray, Pose, Pose]:
-    """A robot, a joint position, and the ends of a line from there that misses a straight wrist by an angle, rad."""
+    """Return a robot, a joint position, and a line from there that misses a straight wrist by an angle.
+
+    The line is given by its two poses; the angle is in rad.
+    """
     robot = load_robot(name)
     if name == "ur5":  # across the plane of the arm, so that the first joint turns the wrist
         middle = tool_at(robot, np.array((0.3, -1.2, 1.4, -0.2, 0.0, 0.0)))
@@ -71,14 +74,14 @@ def planned(name: str, missed: float, singularity: Singularity, backend: BackEnd
 
 
 def times_of(made: Plan) -> FloatArray:
-    """Return times, s, that are dense where the law has many pieces."""
+    """Return times, s, that are dense where the time scaling has many pieces."""
     breakpoints = made.trajectory.breakpoints
     inside = [np.linspace(a, b, 4) for a, b in itertools.pairwise(breakpoints)]
     return np.unique(np.concatenate([np.linspace(0.0, breakpoints[-1], 300), *inside]))
 
 
 def off_the_line(made: Plan, start: Pose, end: Pose) -> tuple[float, float]:
-    """How far the tool is off the line, m, and off the orientation where it is on the line, rad, at the most."""
+    """Return the largest deviations of the tool from the line, m, and from the orientation on it, rad."""
     way = end.position - start.position
     worst = np.zeros(2)
     for tool in forward_kinematics(made.problem.robot, made.trajectory.evaluate(times_of(made), [0])[0]):
@@ -210,7 +213,7 @@ def test_a_circle_near_a_straight_wrist(singularity: Singularity) -> None:
 
 
 def test_random_lines_past_singular_wrists() -> None:
-    """Each through a random stretched posture, off by a random angle, in a random direction of the tool."""
+    """Each goes through a random stretched joint position, off by a random angle, in a random direction of the tool."""
     robot, rng, tried = load_robot("kuka_kr16_l6_2"), np.random.default_rng(3), 0
     while tried < 8:
         posture = np.concatenate([rng.uniform((-1.0, -1.5, 0.9, -1.0), (1.0, -0.9, 1.6, 1.0)), np.zeros(2)])

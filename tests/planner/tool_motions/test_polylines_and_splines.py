@@ -64,7 +64,7 @@ def rotvec(rotations: FloatArray) -> FloatArray:
 
 
 def is_c2_with_its_twist(path: Polyline | PoseSpline) -> None:
-    """Its twists by differences of its poses; they and their own differences do not jump where pieces meet."""
+    """Assert that twists are differences of poses, and that they and their differences do not jump at breakpoints."""
     for u in np.linspace(0.01, 0.99, 60):
         positions, rotations = path.poses(np.array([u - STEP, u + STEP]))
         twist = path.twist(u)

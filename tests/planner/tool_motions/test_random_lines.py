@@ -29,7 +29,10 @@ ATTEMPTS = 80
 
 
 def lines(robot: Robot, rng: np.random.Generator) -> tuple[FloatArray, list[Pose]]:
-    """A joint position (joints,) at the first of three to five poses, from where lines can be driven to all others."""
+    """Draw poses and a joint position (joints,) at the first, from which lines lead through them all.
+
+    There are three to five poses.
+    """
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
     while True:
         start = q = rng.uniform(lower + 0.03, upper - 0.03)

@@ -72,7 +72,7 @@ def test_a_line_is_driven_by_self_motions(arm: str, start: list[float], move: li
 
 
 def test_following_ends_where_a_joint_has_left_its_limits() -> None:
-    """What comes after could be followed, at the cost of many steps: it is of no use."""
+    """Later poses could be followed, at the cost of many steps, but without use."""
     robot, start = load_robot("panda"), np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.8])
     before = tool_at(robot, start)
     path = Line(before, Pose(before.position + np.array([-0.9, 0.0, 0.1]), before.rotation))

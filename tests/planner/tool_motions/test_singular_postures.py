@@ -1,7 +1,7 @@
-"""Lines and circles of the tool that start at, end at or go through a singular posture.
+"""Lines and circles of the tool that start at, end at or go through a singular joint position.
 
-The truth is an independent chain of joint positions along the path (damped Newton steps from Pinocchio's Jacobians), or
-one that is known: with the wrist stretched and the path in the plane of the arm, axes 4 and 6 stand still.
+The truth is an independent chain of joint positions along the path (damped Newton steps from Pinocchio's Jacobians).
+Where the wrist is stretched and the path in the plane of the arm, it is known: axes 4 and 6 stand still.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def motions(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[ToolMotion]:
 
 
 def is_traced(robot: Robot, motion: ToolMotion, poses: Sequence[Pose], start: FloatArray) -> None:
-    """The joint path is the traced chain of joint positions, and its derivatives are bounded."""
+    """Assert that the joint path is the traced chain of joint positions, with bounded derivatives."""
     chain = trace(robot, poses, start)
     assert chain is not None
     u = np.linspace(0.0, 1.0, len(poses) + 1)
@@ -165,8 +165,11 @@ def test_a_circle_out_of_a_stretched_wrist(name: str) -> None:
 
 
 def test_a_circle_that_leaves_the_plane_of_the_arm_smoothly() -> None:
-    """The circle touches the plane of the arm at its start: axis 4 turns from there on at a rate that only the second
-    derivative of the circle tells. Solved backwards from a regular posture, joint positions tend to the same rate."""
+    """The circle touches the plane of the arm at its start.
+
+    Only the second derivative of the circle decides the rate of axis 4 from there on. Solved backwards from a regular
+    joint position, joint positions tend to the same rate.
+    """
     robot, home = load_robot("kuka_kr16_l6_2"), np.array(HOMES["kuka_kr16_l6_2"])
     start = tool_at(robot, home)
     via, end = (shifted(start, (-0.2 * np.sin(a), 0.2 * (1.0 - np.cos(a)), 0.0)) for a in (0.2, 0.4))
@@ -218,8 +221,11 @@ def test_a_line_out_of_a_stretched_elbow_is_singular() -> None:
 @pytest.mark.long_table
 @pytest.mark.parametrize("pair", [(3, 4), (4, 3), (3, 5), (5, 3), (4, 5), (5, 4)])
 def test_lines_between_the_test_points_of_the_date_sorting_arm(pair: tuple[int, int]) -> None:
-    """Table 2 of document 004. In points 3 and 5 theta3 is zero, so that theta2 and theta4 are one; to and from point 4
-    theta1 has to be -180 degrees, as a chain traced along the line shows."""
+    """Table 2 of document 004 has the test points.
+
+    In points 3 and 5 theta3 is zero, so that theta2 and theta4 are one. To and from point 4 theta1 has to be -180
+    degrees, as a chain traced along the line shows.
+    """
     robot = load_robot("date_sorting_arm")
     start, end = (tool_at(robot, table_2(k)) for k in pair)
     (motion,) = motions(robot, [PoseWaypoint(pose=start), line(end)])
@@ -236,7 +242,7 @@ def test_lines_between_the_test_points_of_the_date_sorting_arm(pair: tuple[int, 
 
 
 def chain_at_limits(robot: Robot, poses: Sequence[Pose], start: FloatArray) -> FloatArray:
-    """The chain of joint positions along poses; unlike a traced one it may come as near to the limits as it likes."""
+    """Return the chain of joint positions along poses; unlike a traced one it may come near the limits."""
     chain = [start]
     for pose in poses:
         q = reach(robot, pose, chain[-1])

@@ -1,4 +1,4 @@
-"""Piecewise polynomials, held against scipy's PPoly and BPoly, numpy's polynomials and exact fractions."""
+"""Piecewise polynomials, checked against scipy's PPoly and BPoly, numpy's polynomials and exact fractions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LENGTHS = {
     "huge": lambda count, rng: rng.uniform(1.0, 2.0, count) * 1e6,
     "tiny beside huge": lambda count, rng: 10.0 ** rng.uniform(-6.0, 3.0, count),
 }
-"""Lengths of pieces, by what is special about them."""
+"""Lengths of pieces by their kind."""
 
 curves = st.builds(
     lambda kind, count, joints, order, seed: curve_of(kind, count, joints, order, np.random.default_rng(seed)),
@@ -44,7 +44,7 @@ curves = st.builds(
 
 
 def curve_of(kind: str, count: int, joints: int, order: int, rng: np.random.Generator) -> SegmentedPolynomial:
-    """Pieces whose terms are all of size 1, some of them zero and some pieces repeated; it jumps between them."""
+    """Draw pieces with terms of size 1, some zero, and repeated pieces; the curve jumps between them."""
     lengths = LENGTHS[kind](count, rng)
     terms = rng.uniform(-1.0, 1.0, (count, joints, order)) * rng.choice([0.0, 1.0, 1.0], (count, joints, order))
     terms[1::3] = terms[: len(terms[1::3])]
@@ -68,7 +68,7 @@ def assert_same(values: np.ndarray, expected: np.ndarray, size: float = 1.0, rou
 
 
 def rounding_of(curve: PiecewisePolynomial) -> float:
-    """Relative error of values of size 1 at points that are rounded as numbers as large as the whole curve."""
+    """Return the relative error of values of size 1 at points rounded like numbers as large as the whole curve."""
     return 1e-13 + 100.0 * np.finfo(float).eps * curve.breakpoints[-1] / curve.lengths.min()
 
 

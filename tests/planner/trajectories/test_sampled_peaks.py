@@ -39,7 +39,10 @@ ABOVE = 1e-4
 
 
 def brute_force(trajectory: Trajectory, robot: Robot) -> dict[str, np.ndarray]:
-    """The largest torque of each joint, and speeds of the tool: evenly in time, and on each piece with its ends."""
+    """Sample the largest torque of each joint and the tool's speeds, evenly in time and on each piece.
+
+    Samples of a piece include its ends.
+    """
     count = len(trajectory.lengths)
     each = np.linspace(0.0, 1.0, max(50, SAMPLES // count))
     pieces = np.repeat(np.arange(count), len(each))

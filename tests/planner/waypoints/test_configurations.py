@@ -1,4 +1,4 @@
-"""Poses asked in a named configuration: plans end in it, and refusals are true and say what there is."""
+"""Poses requested in a named configuration: plans end in it, and refusals are true and name the available ones."""
 
 from __future__ import annotations
 

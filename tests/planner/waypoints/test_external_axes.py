@@ -1,4 +1,4 @@
-"""Arms on external axes: what is planned with them is held against the arm alone, moved to where its base then is."""
+"""Arms on external axes: their plans are checked against the arm alone, moved to the position of its base."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A turn about the tool's axis that is left open: the axis by Pinocchio, the nearest posture by a dense sweep."""
+"""A free turn about the tool's axis: the axis by Pinocchio, the nearest joint position by a dense sweep."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_what_cannot_be_reached_at_any_turn_and_what_has_no_axis() -> None:
 
 
 def test_a_motion_with_freedom_is_given_up_after_some_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A spline along the edge of reach, from a pose without orientation: it was followed in vain from 300 postures."""
+    """A spline at the edge of reach, from a pose without orientation, was followed in vain from 300 joint positions."""
     robot = load_robot("kuka_kr16_2")
     edge = (
         [1.055356102, 0.386695648, 1.895810967],

@@ -1,4 +1,4 @@
-"""Poses of which ranges are left open: where they end by scipy's angles, the nearest posture by dense kinematics."""
+"""Poses with free ranges: their ends by scipy's angles, the nearest joint position by dense kinematics."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ REGIONS = {
     "a tilted drill": Region(rotation_y=(-0.3, 0.3), rotation_z=(-np.pi, np.pi)),
 }
 DENSE = {1: 81, 2: 17}
-"""Points along each freedom, by how many there are."""
+"""Points along each free direction, by the number of directions."""
 
 
 def robot_of(arm: str) -> Robot:
@@ -139,7 +139,7 @@ def test_a_line_goes_to_a_region_in_a_frame() -> None:
 
 @pytest.mark.parametrize("tool", [None, Pose.from_rpy([0.1, 0.0, 0.2], [0.3, -0.5, 0.7])])
 def test_freedoms_are_joints_behind_the_tool(tool: Pose | None) -> None:
-    """T D of the arm for T of the robot with freedoms, D by scipy."""
+    """The pose of the robot with free directions is T D: T of the arm, D by scipy."""
     robot, rng = load_robot("kuka_kr16_l6_2"), np.random.default_rng(0)
     robot = robot if tool is None else robot.with_tool(tool)
     ranges = {"y": (-0.1, 0.1), "z": (-0.2, 0.3), "rotation_x": (-0.5, 0.5), "rotation_y": (-1.0, 1.0)}

@@ -1,4 +1,4 @@
-"""What is preferred of solutions, against all of an arm with six joints and traced self-motions of one with seven."""
+"""Preferred solutions, against all solutions of an arm with six joints and traced self-motions of one with seven."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def jacobian(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def score(robot: Robot, prefer: Preference, reference: FloatArray) -> Callable[[FloatArray], float]:
-    """What is to be small, by its definition: time in s, -sqrt(det J J^T), share of half the range."""
+    """Return the objective by its definition: time in s, -sqrt(det J J^T), share of half the range."""
     lower, upper, velocity = (robot.limit(name) for name in ("lower", "upper", "velocity"))
 
     def near(q: FloatArray) -> float:
@@ -59,7 +59,7 @@ def options_of(prefer: Preference, reference: FloatArray) -> InverseKinematicsOp
 
 
 def self_motion(robot: Robot, pose: Pose, q: FloatArray, step: float = 0.05) -> list[FloatArray]:
-    """Along the null space to both sides up to the limits, each posture brought back to the pose by Newton's method."""
+    """Trace the null space to both sides up to the limits, corrected to the pose by Newton's method."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     found = [q]
     for sense in (1.0, -1.0):

@@ -29,7 +29,7 @@ def elbow_arm() -> Robot:
 
 
 def point(q1: float, q2: float) -> PoseWaypoint:
-    """Where the arm's tip is, by hand."""
+    """Compute the position of the arm's tip by hand."""
     return PoseWaypoint(pose=Pose(np.array([np.cos(q1) + np.cos(q1 + q2), np.sin(q1) + np.sin(q1 + q2), 0.0])))
 
 
@@ -124,7 +124,7 @@ def test_solutions_that_keep_clear_are_counted_and_the_best_is_one_of_them() -> 
 
 
 def test_what_hinders_a_pose_without_a_free_solution_is_named() -> None:
-    """A block at the tool is in the way of every solution; a lamp over the table, of those with the elbow up."""
+    """A block at the tool blocks every solution; a lamp over the table only the solutions with the elbow up."""
     pose = Pose.from_rpy([1.1, 0.3, 0.8], [0.0, 2.5, 0.0])
     block = SceneObject("block", [Box([0.1, 0.1, 0.1])], Pose(pose.position))
     (answer,) = reachability(OVER_A_TABLE, [PoseWaypoint(pose)], OPTIONS, scene=Scene([block]))

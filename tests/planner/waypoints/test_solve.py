@@ -164,7 +164,7 @@ def planar(*joints: DHJoint) -> Robot:
 
 
 def elbow_arm(second: float = 3.0) -> Robot:
-    """Two links of 1 m in a plane: a point within reach is reached with the elbow on either side."""
+    """Make a plane arm with two links of 1 m: both elbow configurations reach every point within reach."""
     return planar(
         DHJoint("revolute", a=1.0, lower=-3.0, upper=3.0, velocity=1.0),
         DHJoint("revolute", a=1.0, lower=-second, upper=second, velocity=1.0),
@@ -300,7 +300,7 @@ class Dense:
         return ToolMotion(path, straight, end)
 
     def end(self, index: int, start: FloatArray, before: Pose, after: Pose) -> FloatArray:
-        """Where the straight line from one pose to the other ends."""
+        """Solve the end of the straight line from one pose to the other."""
         q = start.copy()
         for u in np.linspace(0.0, 1.0, 201)[1:]:
             for _ in range(4):

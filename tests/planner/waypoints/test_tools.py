@@ -48,7 +48,7 @@ def tool_at(robot: Robot, q: FloatArray, tool: Pose) -> pin.SE3:
 
 
 def inspected_part() -> tuple[PlanningProblem, list[Pose]]:
-    """A part is looked at with a camera, then gripped; and the tool of each waypoint."""
+    """Make a problem that inspects a part with a camera and grips it; return also each waypoint's tool."""
     home, seen = tool_at(ROBOT, np.array(START), GRIPPER), tool_at(ROBOT, np.array(START), CAMERA)
     goal = Pose(seen.translation + np.array([0.1, -0.15, 0.05]), seen.rotation @ pin.exp3(np.array([0.1, 0.2, -0.3])))
     via = Pose(seen.translation + np.array([0.0, 0.05, 0.1]))
@@ -63,7 +63,7 @@ def inspected_part() -> tuple[PlanningProblem, list[Pose]]:
 
 
 def goes_straight(made: Plan, segment: int, tool: Pose) -> None:
-    """From where this tool is at the waypoint before to where it is at the next, to the tolerance of lines."""
+    """Assert that this tool moves straight between the waypoints of a segment, to the tolerance of lines."""
     times = np.linspace(made.trajectory.departures[segment], made.trajectory.arrivals[segment + 1], 60)
     reached = [tool_at(made.problem.robot, q, tool) for q in made.trajectory.evaluate(times, [0])[0]]
     start, end = reached[0], reached[-1]
@@ -125,7 +125,7 @@ def test_a_tool_without_axes_has_those_of_the_flange() -> None:
 
 @pytest.mark.parametrize("arm", ["three_dof_arm", "kuka_kr16_l6_2"])
 def test_a_line_after_a_position_alone_begins_where_the_tool_is(arm: str) -> None:
-    """The orientation that was left open decides where another tool is: the posture before is chosen first."""
+    """The position of another tool depends on the open orientation: the joint position before is chosen first."""
     robot, tool = load_robot(arm), Pose([0.0, 0.05, 0.1])
     q = np.array([0.3, 0.2, 0.4]) if robot.dof == 3 else np.array(START)
     other, shift = tool_at(robot, q, tool), (0.005, -0.01, 0.005)

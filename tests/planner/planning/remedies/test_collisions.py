@@ -25,7 +25,7 @@ MOTIONS = [planner.JointMotion(), planner.FreeMotion()]
 
 
 def refused(problem: planner.PlanningProblem) -> tuple[planner.PlanningError, list[planner.Plan]]:
-    """The refusal of a problem, and the plans of all its remedies, each proved clear and as long as promised."""
+    """Return the refusal of a problem and the plans of its remedies, each proved clear with its promised duration."""
     with pytest.raises(planner.PlanningError) as refusal:
         planner.plan(problem)
     plans = []

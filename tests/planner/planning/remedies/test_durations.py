@@ -1,4 +1,4 @@
-"""Where an asked duration is too short, every remedy works; for a law of fixed shape it is the smallest that does."""
+"""Remedies of durations that are too short all work; for a time scaling of fixed shape they are the smallest."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def refused(problem: PlanningProblem, kind: str) -> dict[str, list[Remedy]]:
 
 
 def applied(problem: PlanningProblem, remedies: list[Remedy], share: float = 1.0) -> PlanningProblem:
-    """Return the problem with the remedies, or with a share of what they say."""
+    """Return the problem with the remedies, or with a share of their values."""
     for remedy in remedies:
         problem = replace(remedy, value=remedy.value and share * remedy.value).applied_to(problem)
     return problem
@@ -213,7 +213,7 @@ def test_every_remedy_works(kind: str, data: st.DataObject) -> None:
 
 
 def test_durations_that_leave_no_time_for_a_segment_are_refused_without_limits_that_would_do() -> None:
-    """The whole is asked to take as long as its first segment alone: no limit is high enough for the second."""
+    """The whole must take as long as its first segment alone: no limit is high enough for the second."""
     waypoints = [JOINTS[0], replace(JOINTS[2], duration=0.15), JointWaypoint(JOINTS[1].position)]
     with pytest.raises(InfeasibleDuration) as refusal:
         plan(PlanningProblem(ROBOT, waypoints, duration=0.15), Ruckig())

@@ -153,7 +153,7 @@ def test_where_nothing_helps_nothing_is_offered(robot: Robot) -> None:
 def test_an_arm_that_only_rests_is_held_by_the_remedy(
     robot: Robot, kind: str, waypoints: list[JointWaypoint | RelativeWaypoint]
 ) -> None:
-    """The remedies looked at what moves alone, and there was nothing of it."""
+    """The remedies considered moving segments only, and there were none."""
     data = robot.model.createData()
     gravity = np.abs(pin.computeGeneralizedGravity(robot.model, data, np.array(START)))
     problem = straight(robot, waypoints=waypoints, limits=Limits(torque=narrowed(robot, 1.0)))

@@ -1,4 +1,4 @@
-"""What is told to help where a waypoint or a motion of the tool is refused helps."""
+"""Remedies of a refused waypoint or motion of the tool work."""
 
 from __future__ import annotations
 

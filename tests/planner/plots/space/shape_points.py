@@ -22,7 +22,7 @@ DIRECTIONS = np.column_stack([f(np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False
 
 
 def points_of(shape: Shape) -> FloatArray:
-    """Points (N, 3), m, whose hull is the shape."""
+    """Return points (N, 3), m, whose hull is the shape."""
     k = np.arange(POINTS) + 0.5
     height, turn = 1.0 - 2.0 * k / POINTS, np.pi * (1.0 + 5.0**0.5) * k
     ball = np.column_stack([np.sqrt(1.0 - height**2) * np.cos(turn), np.sqrt(1.0 - height**2) * np.sin(turn), height])
@@ -54,7 +54,10 @@ def seen_by(camera: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def assert_same_outline(drawn: FloatArray, truth: FloatArray, within: float) -> None:
-    """The hulls of points (N, 2) reach equally far along all directions, but for 24 sides of what is round: 1.3 %."""
+    """Assert that the hulls of points (N, 2) reach equally far in all directions.
+
+    Round shapes are drawn with 24 sides: 1.3 % less.
+    """
     reach, wanted = ((points @ DIRECTIONS.T).max(axis=0) for points in (drawn, truth))
     size = np.ptp(truth, axis=0).max()
     assert (reach <= wanted + within).all()

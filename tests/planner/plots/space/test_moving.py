@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 POINT = 0.5
-"""How far off a corner may be drawn, in points of the picture: coordinates are written to a tenth."""
+"""Allowed error of a drawn corner, in points of the picture: coordinates are written to a tenth."""
 
 ROWS = [(0.5, -1.2, 1.2, 0.0, 0.8, 0.0), (0.0, -1.4, 1.2, 0.0, 0.8, 0.0), (-0.5, -1.2, 1.2, 0.0, 0.8, 0.0)]
 IN_TOOL = [0.0, 0.0, 0.1]
@@ -39,7 +39,7 @@ POST_POSE = Pose.from_rpy([0.4, -1.3, 0.5], (0.0, 0.0, 0.0))
 
 @pytest.fixture(scope="module")
 def moved() -> Plan:
-    """A ball is taken at the second posture and put down at the fourth, between a box, a post, a cloud and a floor."""
+    """A ball is taken at the second waypoint and put down at the fourth, between a box, a post, a cloud and a floor."""
     robot = load_robot("kuka_kr16_2")
     tool = tool_pose(robot, np.array(ROWS[0]))
     waypoints = [

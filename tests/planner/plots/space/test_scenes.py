@@ -1,4 +1,4 @@
-"""Scenes in pictures: what is drawn is where another projection of the shapes has it, in front of what it hides."""
+"""Scenes in pictures: shapes are drawn where another projection has them, in front of the shapes that they hide."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 VIEWS = {"isometric": (), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 POINT = 0.5
-"""How far off a corner may be drawn, in points of the picture."""
+"""Allowed error of a drawn corner, in points of the picture."""
 
 GEM = ConvexHull(0.2 * np.concatenate([np.eye(3), -np.eye(3)]))
 TURNED = (0.4, -0.7, 1.1)
@@ -132,7 +132,7 @@ def test_what_is_before_the_robot_is_drawn_over_it_thinly(plans: dict[str, Plan]
 
 
 def test_a_huge_floor_leaves_the_robot_large() -> None:
-    """What is larger than the room around the robot is cut at the ends of the picture, and has no edges there."""
+    """A shape larger than the space around the robot is cut at the edges of the picture, and has no lines there."""
     solved = planned([SceneObject("floor", [Box([1000.0, 1000.0, 500.0])], Pose([0.0, 0.0, -250.0]))])
     graph = draw_plan(solved, ["robot"], view="xz")
     groups = drawn_groups(graph.svg())
@@ -220,7 +220,7 @@ def test_things_of_the_world_are_drawn_in_the_base_frame() -> None:
 
 
 def test_what_is_taken_and_put_down_is_drawn_where_it_stands_before_and_after() -> None:
-    """A ball is taken at the first posture and put down at the third."""
+    """A ball is taken at the first waypoint and put down at the third."""
     robot = load_robot("kuka_kr16_2")
     rows = [(0.5, -1.2, 1.2, 0.0, 0.8, 0.0), (0.0, -1.4, 1.2, 0.0, 0.8, 0.0), (-0.5, -1.2, 1.2, 0.0, 0.8, 0.0)]
     tools = [tool_pose(robot, np.array(row)) for row in rows]

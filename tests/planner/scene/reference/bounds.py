@@ -66,7 +66,7 @@ class ReferenceObstacles(Obstacles):
         return np.concatenate([distances, heights], axis=2)
 
     def in_groups(self, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the numbers of the obstacles in groups (n,), and for each of them which of the n groups it is in."""
+        """Return the numbers of the obstacles in groups (n,), and for each the index of its group."""
         of, rows = _ranges(self._first_members[groups], self._group_sizes[groups])
         return self._members[rows], of
 
@@ -103,7 +103,7 @@ class ReferenceObstacles(Obstacles):
         return distances
 
     def _ball_distances(self, starts: FloatArray, ends: FloatArray, rows: np.ndarray) -> FloatArray:
-        """Compute |c - s - u w| - r at the share u of the way w where it is least, all about the cluster's middle."""
+        """Compute |c - s - u w| - r at the nearest share u of the way w, about the cluster's middle."""
         clusters = self._cluster_numbers[rows]
         from_middle, way = starts - self.centers[rows], ends - starts
         products = self._ball_centers[clusters] @ np.stack([from_middle, way], axis=2)
@@ -283,7 +283,7 @@ PARALLEL = 1e-12
 
 
 def segment_distances(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
-    """Bound the distances of segments from a to b and segments from c to d, exactly but where they nearly meet.
+    """Bound the distances of segments a to b from segments c to d, exactly unless they nearly meet.
 
     The nearest points (Ericson, Real-Time Collision Detection, 5.1.9) suggest a direction. The segments leave each
     other along it by no more than their distance, however well the points were found.

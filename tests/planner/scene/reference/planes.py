@@ -15,7 +15,7 @@ from tests.planner.scene.reference.bounds import Items, ReferenceChecker
 
 
 def normals_at(checker: ReferenceChecker, postures: Postures, items: Items, normals: FloatArray) -> FloatArray:
-    """Return the normals (n, 3) of planes between n pairs in the frames of both of their joints: (n, 2, 3)."""
+    """Return the normals (n, 3) of planes between n pairs in both joints' frames: (n, 2, 3)."""
     joints = checker.joints_of(items.pairs)
     turned: FloatArray = (normals[:, None, None] @ postures.rotations[items.rows[:, None], joints])[:, :, 0]
     return turned

@@ -27,8 +27,8 @@ MOST_SPLITS = 6
 """The most parts that an interval is split into at once."""
 
 ENOUGH_PARTS = 4.0
-"""The number of parts down to which a pair is split by its cheap bound, or by a plane found elsewhere: as fast as one
-proved distance."""
+"""Number of parts down to which a pair is split by its cheap bound or by a plane found elsewhere. It takes as long as
+one proved distance."""
 
 
 @dataclass
