@@ -1,4 +1,4 @@
-"""The robots of the catalogue: those that ship, and those of the extra `robots`, which alone a test may skip."""
+"""The robots of the catalogue: shipped robots, and robots of the extra `robots`, which a test may skip."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""How much the tests try: `TEST_SIZE` is `quick` (for people), `large` (for CI) or `soak` (for a release).
+"""Numbers of test cases: `TEST_SIZE` is `quick` (for people), `large` (for CI) or `soak` (for a release).
 
-The tests whose size this is are those with the marks `hypothesis`, `sized`, `long_table` or `large_only`;
+The sizes apply to tests with the marks `hypothesis`, `sized`, `long_table` or `large_only`;
 `LARGER` selects them.
 """
 
@@ -11,14 +11,14 @@ import numpy as np
 
 
 class Size(NamedTuple):
-    """How much is tried.
+    """Numbers of test cases.
 
     Attributes:
-        requests: Random requests a back end that its promises are held against, a tenth of them along paths.
+        requests: Random requests per back end that check its promises, a tenth of them along paths.
         examples: Cases of every other property, unless the test names a number of its own.
-        http: Made-up HTTP requests an operation.
+        http: Made-up HTTP requests per operation.
         over_fields: Random HTTP requests over the fields of plans and operations, whose answers are judged.
-        one_in: Of how many jobs of the corpus' suite, and cases of long tables, one is tried.
+        one_in: Number of corpus jobs, and of cases of long tables, per tried one.
     """
 
     requests: int
@@ -44,5 +44,5 @@ LARGER = "hypothesis or sized or long_table or large_only"
 
 
 def chosen_rows(count: int) -> set[int]:
-    """Which of so many rows of a long table are tried: one in `one_in` at random, the same ones each time."""
+    """Choose one in `one_in` rows of a long table at random, the same rows each time."""
     return set(np.random.default_rng(count).permutation(count)[: -(-count // SIZE.one_in)].tolist())

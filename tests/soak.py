@@ -1,4 +1,4 @@
-"""`python -m tests.soak`: the random tests at the size for a release, with a report of what was tried.
+"""`python -m tests.soak`: the random tests at the size for a release, with a report of the cases.
 
 Takes about two hours on two cores, of which 50,000 random requests over all fields take one. `--size large` is what CI
 runs.

@@ -13,7 +13,7 @@ from tests.locations import ROOT
 
 
 def installed_dependencies(requirements: list[str]) -> set[str]:
-    """Follow requirements, and what they require in turn, as far as distributions are installed."""
+    """Return the installed distributions among requirements and their own requirements."""
     found: set[tuple[str, str]] = set()
     open_ends = [(text, "") for text in requirements]
     while open_ends:

@@ -1,4 +1,4 @@
-"""What the README shows is what happens: its commands are run, its answers compared."""
+"""The commands of the README run, and their answers equal the shown ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Answers held against their schemas."""
+"""Answers checked against their schemas."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def checked(answer: Response, schema: type[BaseModel], status: int = 200) -> dict[str, Any]:
-    """The answer as JSON, after holding it against the schema: nothing missing, nothing besides, no other type."""
+    """Return the answer as JSON if it matches its schema: no missing field, no extra field, no other type."""
     assert answer.status_code == status, answer.text
     assert answer.headers["Content-Type"] == "application/json"
     document: dict[str, Any] = answer.json()

@@ -32,7 +32,7 @@ SETTINGS = {"workers": 2, "express_workers": 0, "worker_niceness": 0, "worker_me
 
 
 PORTS = range(20_000, 32_000)
-"""The ports that tests take: below those from which the kernel takes ports for connections by itself."""
+"""The ports of tests, below the kernel's range of ephemeral ports."""
 
 
 @dataclass
@@ -170,7 +170,7 @@ def one_worker(_one_worker: RunningService) -> Iterator[RunningService]:
 
 @pytest.fixture
 def two_workers(service: RunningService) -> Iterator[RunningService]:
-    """The service of all tests, for those that kill its workers; others are ready when the next test begins."""
+    """Lend the shared service to a test that kills workers; wait for new workers before the next test."""
     yield service
     service.wait_ready()
     wait_until(lambda: len(service.workers()) == 2)

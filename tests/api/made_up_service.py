@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
 
 MEMORY_MIB = 1024
-"""The private memory that a task may take, MiB: what the service's own settings give a worker."""
+"""The private memory that a task may take, MiB, equal to a worker's memory in the service's own settings."""
 
 
 @contextmanager
 def limited_memory(mib: int) -> Iterator[None]:
-    """Let the process take no more private memory than so much beside what it has."""
+    """Limit the additional private memory of the process."""
     [taken_kib] = re.findall(r"VmData:\s+(\d+) kB", Path("/proc/self/status").read_text())
     before = resource.getrlimit(resource.RLIMIT_DATA)
     resource.setrlimit(resource.RLIMIT_DATA, (int(taken_kib) * 1024 + mib * 2**20, before[1]))

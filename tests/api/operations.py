@@ -16,7 +16,7 @@ class Operation:
     """One operation of the document.
 
     Attributes:
-        scope: What a key has to allow; None: no key is needed.
+        scope: Scope that a key must have; None: no key is needed.
         request: The schema of the body; None: there is no body.
         examples: Bodies by name.
         answers: The statuses of answers that are no problem documents, the ordinary one first.

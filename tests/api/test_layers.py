@@ -76,7 +76,7 @@ def needed(*modules: str) -> set[str]:
 
 
 def circle(graph: dict[str, set[str]]) -> set[str]:
-    """What is left when modules without imports that are left go, again and again."""
+    """Return the modules that remain after modules without remaining imports are removed repeatedly."""
     left = dict(graph)
     while free := [module for module, others in left.items() if not others & left.keys()]:
         for module in free:

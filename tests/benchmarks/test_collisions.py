@@ -1,4 +1,4 @@
-"""The benchmark of ways around obstacles: its judge, its scenes, and its way from problems to figures."""
+"""The benchmark of detours around obstacles: its judge, its scenes, and its steps from problems to figures."""
 
 from __future__ import annotations
 

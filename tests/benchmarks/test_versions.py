@@ -1,4 +1,4 @@
-"""The benchmark of two versions: what it finds where the other one answers differently, and refuses."""
+"""The benchmark of two versions: its findings where the other version answers differently or refuses."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def test_what_is_no_batch_ends_with_2(service: RunningService, tmp_path: Path, a
 
 @pytest.mark.large_only
 def test_a_batch_goes_on_after_ctrl_c(tmp_path: Path) -> None:
-    """With a service of its own, which keeps what is done beside the results."""
+    """The command starts its own service, which stores the progress beside the results."""
     asked = [plan_request(waypoints=[joint(0.1, 0.2, 0.3), joint(0.3 + 1e-4 * k, 0.1, 0.5)]) for k in range(1500)]
     file = write_requests(tmp_path / "asked.ndjson", asked)
     command = [sys.executable, "-m", "cli", "batch", str(file), "-o", str(tmp_path / "out"), "--workers", "1"]

@@ -1,4 +1,4 @@
-"""The command line in process: what it prints, what it writes, how it ends."""
+"""The command line in process: its output, its files, and its exit status."""
 
 from __future__ import annotations
 
@@ -326,7 +326,7 @@ def test_a_plan_is_drawn(request_file: Path, tmp_path: Path, suffix: str) -> Non
 
 
 def test_ik_lists_joint_positions_that_reach_the_pose() -> None:
-    """By forward kinematics of what is printed."""
+    """Forward kinematics of the printed joint positions gives the pose."""
     robot = load_robot("kuka_kr16_2")
     result = planner("ik", "kuka_kr16_2", "--position", "1.2", "0.1", "0.8", "--rpy", "3.0", "-0.2", "0.1")
     assert result.exit_code == 0

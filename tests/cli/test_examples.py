@@ -20,12 +20,12 @@ FILES = sorted(
     str(path.relative_to(EXAMPLES)) for folder in ("", "jobs") for path in (EXAMPLES / folder).glob("*.json")
 )
 ONCE_CRASHED = ("least_effort.json", "jobs/inspection.json")
-"""Those with quantities that once had no unit."""
+"""Examples with quantities that once had no unit."""
 FILES_WRITTEN = {"-o": "plan.json", "--report": "report.html", "--plot": "picture.svg"}
 
 
 def planned(name: str, folder: Path) -> None:
-    """Plan an example as a person does who wants all files, and hold the plan against its limits again."""
+    """Plan an example with all output files, and check the plan against its limits again."""
     request = EXAMPLES / name
     robot_id = json.loads(request.read_text())["robot"]
     need_robot(robot_id)

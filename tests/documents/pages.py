@@ -1,4 +1,4 @@
-"""Runs the examples of a page: its blocks of Python one after the other, and compares what they print."""
+"""A runner of a page's examples: runs its Python blocks in order and compares their output."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BLOCK = re.compile(
 
 
 class Example(NamedTuple):
-    """A block of Python, and what stands below it as its output."""
+    """A block of Python and the output shown below it."""
 
     line: int
     code: str
@@ -28,7 +28,7 @@ def examples_of(page: str) -> list[Example]:
 
 
 def run(examples: list[Example], name: str) -> list[str]:
-    """What each prints, run in one namespace, as on a page that is read from top to bottom."""
+    """Run the examples in one namespace, in the order of the page, and return the output of each."""
     namespace: dict[str, object] = {"__name__": name}
     printed = []
     for example in examples:
@@ -41,7 +41,7 @@ def run(examples: list[Example], name: str) -> list[str]:
 
 
 def with_outputs(page: str, printed: list[str]) -> str:
-    """Return the page with what the examples print below them."""
+    """Return the page with the output of each example below it."""
     outputs = iter(printed)
 
     def block(found: re.Match[str]) -> str:

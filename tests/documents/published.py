@@ -1,4 +1,4 @@
-"""The documents' numbers, and kinematics to hold ours against that share no code with the planner."""
+"""Numbers of the documents, and reference kinematics that share no code with the planner."""
 
 from __future__ import annotations
 
@@ -37,7 +37,10 @@ def homogeneous(axis: str | None = None, angle: float = 0.0, shift: Sequence[flo
 
 
 def standard_dh(rows: list[tuple[float, float, float]], q: FloatArray) -> FloatArray:
-    """(4, 4): the product of Rot(z, q) Trans(0, 0, d) Trans(a, 0, 0) Rot(x, alpha) over rows of d, a, alpha."""
+    """Multiply the standard Denavit-Hartenberg transforms (4, 4) of the rows of d, a and alpha.
+
+    Each is Rot(z, q) Trans(0, 0, d) Trans(a, 0, 0) Rot(x, alpha).
+    """
     T = np.eye(4)
     for (d, a, alpha), theta in zip(rows, q, strict=True):
         T = T @ homogeneous("z", theta) @ homogeneous(shift=(a, 0, d)) @ homogeneous("x", alpha)
@@ -45,7 +48,10 @@ def standard_dh(rows: list[tuple[float, float, float]], q: FloatArray) -> FloatA
 
 
 def modified_dh(rows: list[tuple[float, float, float]], q: FloatArray) -> FloatArray:
-    """(4, 4): the product of Rot(x, alpha) Trans(a, 0, 0) Rot(z, q) Trans(0, 0, d) over rows of a, alpha, d."""
+    """Multiply the modified Denavit-Hartenberg transforms (4, 4) of the rows of a, alpha and d.
+
+    Each is Rot(x, alpha) Trans(a, 0, 0) Rot(z, q) Trans(0, 0, d).
+    """
     T = np.eye(4)
     for (a, alpha, d), theta in zip(rows, q, strict=True):
         T = T @ homogeneous("x", alpha) @ homogeneous(shift=(a, 0, 0)) @ homogeneous("z", theta, (0, 0, d))

@@ -18,12 +18,12 @@ POINT = re.compile(r"[ML] (-?[\d.]+) (-?[\d.]+)")
 
 @dataclass(frozen=True)
 class Graph:
-    """What is drawn between two axes: lines by their names, and dots; in the units of the tick marks.
+    """The content of a graph: lines by name, and dots, in the units of the tick marks.
 
     Attributes:
         lines: Each (N, 2).
         dots: Each (N, 2); of the path of a tool the ends of its pieces.
-        pixel: How much a point of the picture is, in both directions.
+        pixel: Size of a point of the picture in both directions.
     """
 
     lines: dict[str, FloatArray]
@@ -72,7 +72,7 @@ def _scale(group: ElementTree.Element, ticks: str, coordinate: int) -> FloatArra
 
 
 def drawn_groups(svg: bytes) -> dict[str, FloatArray]:
-    """The points (N, 2) of all that has a name in a picture, in its coordinates, y up, from the back to the front."""
+    """Return the points (N, 2) of each named group of a picture, y up, from back to front."""
     found = {}
     for group in ElementTree.fromstring(svg.decode()).iter(f"{SVG}g"):  # noqa: S314 - our own
         used = [(use.get("x"), use.get("y")) for use in group.iter(f"{SVG}use") if use.get("x")]

@@ -17,7 +17,7 @@ def parse_shown(text: str) -> Any:
 
 
 def assert_shown(shown: Any, real: Any) -> None:
-    """Assert that the real answer has everything shown; `...` stands for what is left out, numbers are rounded."""
+    """Assert that the real answer has everything shown; `...` stands for omitted content, numbers are rounded."""
     match shown:
         case dict():
             assert isinstance(real, dict)

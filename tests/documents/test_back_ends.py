@@ -12,7 +12,7 @@ from tests.locations import ROOT
 PAGE = (ROOT / "docs/back_ends.md").read_text(encoding="utf-8")
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?")
 SOLVER = "min_effort"
-"""What a nonlinear solver ends at differs from machine to machine, and takes most of the time: not compared."""
+"""Not compared: the result of a nonlinear solver differs between machines, and takes most of the time."""
 
 
 def without_solver(text: str) -> list[str]:

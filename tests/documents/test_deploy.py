@@ -1,4 +1,4 @@
-"""What is in deploy/ fits the service: its settings, its paths, its metrics, its image."""
+"""The files in deploy/ match the service: its settings, its paths, its metrics, its image."""
 
 from __future__ import annotations
 

@@ -74,11 +74,11 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
 }
 
 IN_SCENES = ("refuelling_beside_the_car.json", "welding_on_the_table.json", "date_sorting_over_trays.json")
-"""The documents' cases with what stands around their arms."""
+"""The documents' cases with their scenes."""
 
 
 def run(script: str, *arguments: str) -> str:
-    """What a script prints."""
+    """Run a script and return its output."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error"}
     command = [sys.executable, str(EXAMPLES / script), *arguments]
     result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)

@@ -1,4 +1,4 @@
-"""docs/figures.md: every command runs, and what is read out of its picture are the documents' own numbers."""
+"""docs/figures.md: every command runs, and values read from its picture equal the documents' own numbers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ CASES = published("ngv_refuelling")["cases"]
 SETS = published("three_dof_arm")["movement_sets"]
 TRANSITIONS = published("date_sorting")["transitions"]
 READ = 0.8
-"""How far off a value may be read, in points of the picture: a curve is drawn to a ninth of one."""
+"""Permitted reading error of a value, in points of the picture: a curve is drawn to a ninth of one."""
 
 
 def drawn(folder: Path, *command: str, view: str | None = None) -> list[Graph]:
@@ -44,7 +44,10 @@ def figure(folder: Path, document: str, number: str) -> list[Graph]:
 
 
 def assert_follows(graph: Graph, line: str, truth: Callable[[FloatArray], FloatArray], slack: float = 0.0) -> None:
-    """A line of a graph is a function of time, to the width of a pen; steps may be drawn as slopes."""
+    """Assert that a line of a graph follows a function of time within the line width.
+
+    Steps may be drawn as slopes.
+    """
     time, values = graph.lines[line].T
     x, y = READ * graph.pixel
     nearby = np.array([truth(time + shift) for shift in (-x, 0.0, x)])

@@ -39,7 +39,7 @@ def test_the_requests_are_what_the_script_writes() -> None:
 
 @pytest.mark.large_only
 def test_the_page_is_what_the_script_makes() -> None:
-    """All ten are planned; what a search for an optimum ends at differs a little from machine to machine."""
+    """All ten are planned; the result of an optimisation differs slightly between machines."""
     shown, made = PAGE.read_text(encoding="utf-8"), document()
     assert NUMBER.sub("", shown) == NUMBER.sub("", made)
     numbers, expected = ([float(text) for text in NUMBER.findall(page)] for page in (shown, made))

@@ -57,7 +57,10 @@ def d_h_product(robot: str, q: FloatArray) -> FloatArray:
 
 
 def joint_table(case: str) -> FloatArray:
-    """Table 3.2 or 3.3, degrees, with joint 5 as in Tables 4.4 and 4.9: Table 3.3 lost the sign of -36 and -78 (E5)."""
+    """Return Table 3.2 or 3.3, degrees, with joint 5 as in Tables 4.4 and 4.9.
+
+    Table 3.3 lost the sign of -36 and -78 (E5).
+    """
     q = np.array(CASES[case]["joint_angles"]["q_deg"], dtype=float)
     if case == "case_2":
         q[2:4, 4] *= -1.0

@@ -1,4 +1,4 @@
-"""docs/notebook.ipynb: its cells run, what they show has a form for notebooks, and results become Markdown."""
+"""docs/notebook.ipynb: its cells run, displayed objects have a form for notebooks, and results become Markdown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pages of the documentation: their examples print what they show, what they name is there, nothing is left out."""
+"""The pages of the documentation: correct output of examples, existing names, complete contents."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RUN = [page for page in PAGES if examples_of(text_of(page))]
 
 
 def assert_printed(shown: str, printed: str) -> None:
-    """The same words; numbers within 1 %, since the last digits of solvers differ from machine to machine."""
+    """Assert equal words, and numbers equal within 1 %, since solver results differ slightly between machines."""
     assert NUMBER.sub("#", printed).split() == NUMBER.sub("#", shown).split()
     numbers, expected = ([float(text) for text in NUMBER.findall(side)] for side in (printed, shown))
     assert numbers == pytest.approx(expected, rel=0.01, abs=1e-4)

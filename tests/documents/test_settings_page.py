@@ -1,4 +1,4 @@
-"""docs/settings.md is what its script makes, and says of every setting what it is."""
+"""docs/settings.md equals the output of its script and describes every setting."""
 
 from __future__ import annotations
 

@@ -147,7 +147,10 @@ def test_e22_theta_1_needs_atan2(robot: Robot) -> None:
 
 
 def there_and_back(movement: dict[str, Any]) -> Plan:
-    """The movement set as a straight Cartesian line under the cubic: 10 s rest, 5 s there, 10 s rest, 5 s back."""
+    """Plan a movement set as a straight Cartesian line with cubic time scaling.
+
+    It rests for 10 s, moves there in 5 s, rests for 10 s and moves back in 5 s.
+    """
     start, end = tuple(movement["start_m"]), tuple(movement["end_m"])
     waypoints = (
         JointWaypoint(position=start, dwell=10.0),
@@ -195,7 +198,7 @@ def test_peak_speed_and_acceleration(name: str) -> None:
 
 
 def line_of_table_3_1() -> tuple[FloatArray, FloatArray]:
-    """Positions (50, 3), m: ours at 0.1, 0.2, .. 5.0 s into the first set's forward move, and the printed ones."""
+    """Return computed and printed positions (50, 3), m, at 0.1, 0.2, .. 5.0 s of the first forward move."""
     times = np.linspace(10.1, 15.0, 50)
     ours = there_and_back(MOVEMENT_SETS["first"]).trajectory.evaluate(times, [0])[0]
     return ours, np.array(DOCUMENT["table_3_1"]["rows"])[:, 1:] / 1000.0

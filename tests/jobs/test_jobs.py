@@ -1,4 +1,4 @@
-"""What is said of the jobs is true; they are planned within their promises, or refused for a true reason."""
+"""The jobs: correct statements, plans within their promises, and refusals with a true reason."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ from tests.sizes import NAME, SIZE
 SUITE = suite()
 
 PAIRS = (("cubic", "ruckig"), ("trapezoidal", "toppra"), ("quintic", "toppra_jerk_limited"), ("cubic", "auto"))
-"""Back ends of a job by turns, `min_effort` besides where a job needs more than motions and limits; in a soak all,
-though `min_effort` only for every fourth job."""
+"""Back ends of a job, in turn. Jobs that need more than motions and limits also use `min_effort`.
+
+A soak uses all back ends, though `min_effort` only for every fourth job."""
 
 LONG = (
     "palletising",
@@ -92,7 +93,7 @@ def test_job(name: str, kind: str) -> None:
 
 
 def meets_its_limit_on_the_way(refusal: PlanningError, robot: Robot) -> None:
-    """A joint that is told to leave its limits is at its limit there, and the tool is where it is told to be."""
+    """Check that a joint reported outside its limits is at its limit, and the tool at the reported pose."""
     there = refusal.path_point
     if refusal.code != "joint_position_limit" or there is None:
         return
@@ -102,7 +103,7 @@ def meets_its_limit_on_the_way(refusal: PlanningError, robot: Robot) -> None:
 
 
 def test_every_known_failure_is_in_the_suite() -> None:
-    """What is struck from the corpus is struck from the table; arms from the package of robots may be missing."""
+    """A job removed from the corpus is removed from the table; arms from the package of robots may be missing."""
     entries = [entry for listed in KNOWN_FAILURES.values() for entry in listed]
     assert len(entries) == len(set(entries))
     unknown = {entry.split(" ")[0] for entry in entries} - set(SUITE)
@@ -112,7 +113,7 @@ def test_every_known_failure_is_in_the_suite() -> None:
 @pytest.mark.long_table
 @pytest.mark.parametrize("name", SUITE)
 def test_truth(name: str) -> None:
-    """The reference positions of a job are within limits and reach its poses; what is infeasible says why."""
+    """The reference positions of a job are within limits and reach its poses; an infeasible job states its reason."""
     asked = job(name)
     if asked.infeasible is not None:
         assert asked.codes
@@ -137,7 +138,7 @@ def test_truth(name: str) -> None:
 
 @pytest.mark.parametrize("arm", INSTALLED)
 def test_no_posture_reaches_further_than_all_links_end_to_end(arm: str) -> None:
-    """What the infeasible jobs rest on."""
+    """The infeasible jobs rely on this bound of the reach."""
     robot = places(arm)[0].robot
     rng = np.random.default_rng(0)
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)

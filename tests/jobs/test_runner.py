@@ -62,7 +62,7 @@ def test_judge_finds_what_is_slow_wrong_or_late() -> None:
 @pytest.mark.parametrize("scale", [1.0, 0.1, 1e-3])
 @pytest.mark.parametrize(("jerk", "law"), [(True, "s_curve"), (False, "trapezoidal")])
 def test_closed_forms_agree_with_ruckig(scale: float, jerk: bool, law: str) -> None:
-    """One joint after the other, from the law that reaches all limits to the one that reaches none."""
+    """Each joint in turn, from the time scaling that reaches all limits to the one that reaches none."""
     robot = load_robot("kuka_kr16_l6_2")
     for seed in range(20):
         rng = np.random.default_rng(seed)

@@ -68,7 +68,7 @@ def forbidden_imports(sources: Sources) -> Iterator[Fault]:
 
 
 def names_of(source: Source) -> set[str]:
-    """Return every name that a file binds anywhere, those of its functions among them."""
+    """Return every name that a file binds anywhere, also inside its functions."""
     found = set()
     for node in source.nodes:
         match node:

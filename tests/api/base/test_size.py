@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 
 CAPS = Caps(max_deadline=60.0, max_waypoints=10, max_samples=2000, memory_mib=1024)
 MOST_WORK = 20_000
-"""Faults that are found and functions that are called: some for each entry that the caps allow, ten or more for each
-entry of the bodies below, which are a hundred times larger."""
+"""Limit of the faults found and of the functions called: several per entry that the caps allow.
+
+The bodies below are a hundred times larger; ten or more per entry would exceed the limit."""
 MANY = 200_000
 
 

@@ -1,4 +1,4 @@
-"""A batch that is long enough for something to happen to it in the middle, and what comes of it where nothing does."""
+"""A batch long enough to be interrupted halfway, and its results without an interruption."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def wait_for(service: RunningService, location: str, count: float) -> None:
 
 
 def results(service: RunningService, location: str) -> list[Any]:
-    """All results of a batch once it has been completed, each once and in the order of the requests."""
+    """Return all results of a completed batch, each once and in the order of the requests."""
     wait_until(lambda: service.client.get(location).json()["status"] == "completed", 180.0)
     found = [json.loads(line) for line in service.client.get(f"{location}/results.ndjson").content.splitlines()]
     assert [result["index"] for result in found] == list(range(len(found)))
@@ -53,6 +53,6 @@ def results(service: RunningService, location: str) -> list[Any]:
 
 @cache
 def undisturbed() -> list[Any]:
-    """What comes of the batch on the service's own workers, where nothing happens to them."""
+    """Return the results of the batch on the service's own workers without an interruption."""
     with TemporaryDirectory() as folder, running_service(Path(folder) / "log.jsonl") as service:
         return results(service, sent(service, requests(ITEMS)))

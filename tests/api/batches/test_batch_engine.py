@@ -46,7 +46,7 @@ def _often(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class MadeUpPool:
-    """Answers with what it is asked, after a while (s)."""
+    """A pool that returns each request as its answer after a delay, s."""
 
     most_behind = 2
 

@@ -1,4 +1,4 @@
-"""Reports of batches over HTTP: what they hold, that they need nothing else, and their size."""
+"""Reports of batches over HTTP: their content, their independence of other files, and their size."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_a_batch_that_is_not_there_has_no_report(service: RunningService) -> Non
 
 
 def test_a_report_keeps_to_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Plans for which there is no room are left out; those that come later and fit are not."""
+    """The report omits each plan that exceeds the remaining size; it includes later, smaller plans."""
     caps = Caps(60.0, 100, 100_000, 640)
     found = []
     for position, moves in enumerate((20, 20, 1)):

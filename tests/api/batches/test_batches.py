@@ -38,7 +38,7 @@ A_MINUTE = {
     },
     "deadline": 60.0,
 }
-"""What is made better until its deadline."""
+"""An optimisation that lasts until its deadline."""
 
 
 def requests(count: int, **changes: Any) -> list[dict[str, Any]]:
@@ -317,7 +317,7 @@ def test_a_batch_leaves_a_worker_to_other_requests(service: RunningService) -> N
 
 
 def test_a_cancelled_batch_takes_no_worker_any_more(service: RunningService) -> None:
-    """Each of its plans takes a minute: the one that has begun is given up, and what is behind it is planned."""
+    """Each plan takes a minute: the service aborts the running plan, then plans the requests behind the batch."""
     wait_until(lambda: service.busy_workers() == 0)
     location = service.post(BATCHES, {"requests": [A_MINUTE] * 4}).headers["Location"]
     wait_until(lambda: service.busy_workers() == 1)

@@ -1,4 +1,4 @@
-"""The requests in the bodies of batches are those that a parser of the whole finds."""
+"""The parser of batch bodies finds the same requests as a parser of the whole body."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def test_the_requests_of_a_grid_have_so_many_bytes_together(values: int, is_take
     ("declared", "lines", "pieces"), [(0, 2048, 2048), (0, 2049, 2048), (2048 * 1024, 2048, 2048), (2**30, 2048, 0)]
 )
 def test_lines_have_so_many_bytes_together(declared: int, lines: int, pieces: int) -> None:
-    """Each line was bounded, not their sum. What is declared to be too much is refused before anything is kept."""
+    """Each line was bounded, not their sum. The service refuses a declared excess before it stores any line."""
     most = 2 * 2**20
     settings = Settings(max_batch_expanded_bytes=most)
     taken = bytearray()

@@ -21,7 +21,7 @@ OUTAGE = 30.0
 
 @pytest.mark.large_only
 def test_a_batch_outlives_its_database(postgres: PostgresServer, tmp_path: Path) -> None:
-    """Half a minute is longer than anything in the service waits for; what is asked meanwhile is refused at once."""
+    """The outage of half a minute exceeds every timeout of the service, which refuses requests meanwhile at once."""
     url = postgres.new_database("outage")
     with running_service(tmp_path / "log.jsonl", database_url=url, workers=1) as service:
         location = sent(service, requests(ITEMS))

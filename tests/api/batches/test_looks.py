@@ -1,4 +1,4 @@
-"""Those who follow a batch share one look at the database, and what has not changed is not summed up again."""
+"""Clients that follow a batch share one database query, and an unchanged batch is not summed up again."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RUNNING = BatchRecord(1, "b", "running", 4, 0.0, None, None, None)
 
 
 class MadeUpDatabase:
-    """A database with one batch, which counts what is read."""
+    """A database with one batch, which counts the reads."""
 
     def __init__(self) -> None:
         self.batch: BatchRecord | None = RUNNING

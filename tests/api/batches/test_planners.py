@@ -1,4 +1,4 @@
-"""Requests of a batch go to a worker several at a time where they are quick; what goes wrong costs only itself."""
+"""Quick requests of a batch go to a worker several at a time; a failure affects only its own request."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def plan(bodies: list[bytes], at_once: int = 1, deadlines: list[float] | None = 
 
 
 async def plan_all(planners: PoolPlanners, items: list[Claimed]) -> list[Reply]:
-    """What is left comes again."""
+    """Plan all items, and submit unfinished items again."""
     replies: list[Reply] = []
     while len(replies) < len(items):
         replies += await planners.plan(Chunk(items[len(replies) :], {}))

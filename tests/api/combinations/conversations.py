@@ -62,7 +62,7 @@ def is_planned(client: httpx.Client, known: Known, row: Row, seed: list[int]) ->
 
 
 def _is_planned(client: httpx.Client, robot: Robot, row: Row, random: np.random.Generator) -> bool:
-    """Ask without durations, then with those of segments, then with one of the whole near what the service answered."""
+    """Plan without durations, then with segment durations, then with a whole duration near the answered one."""
     judged, combined = Judged(client, robot, random), Combined(robot, row, random)
     request = combined.request()
     answer, _ = judged.ask("trajectories", request)

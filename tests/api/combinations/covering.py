@@ -1,7 +1,7 @@
 """Covering arrays: few rows in which every pair of levels of any two factors occurs, or every triple of three.
 
-Greedy, as AETG does it (Cohen et al., IEEE Transactions on Software Engineering 23(7), 1997): each row begins with
-levels that no row has together, and takes of each other factor the level that adds most.
+The algorithm is greedy like AETG (Cohen et al., IEEE Transactions on Software Engineering 23(7), 1997). Each row begins
+with levels that no row combines yet, and takes the level of each other factor that covers the most new combinations.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ class Factor(NamedTuple):
     """Something of a request that has levels.
 
     Attributes:
-        name: Of the factor.
-        levels: What it may be.
-        needs: Where it is there at all: other factors, which stand before it, with the levels that they then have.
+        name: Name of the factor.
+        levels: Names of its levels.
+        needs: Condition for the factor to exist: earlier factors, each with the levels that it must have.
         group: Group of the factor; all triples of levels inside a group occur beside plain levels of all others.
     """
 
@@ -47,7 +47,7 @@ class Covering:
         """Begin.
 
         Args:
-            factors: Each stands after those that it needs.
+            factors: Factors, each after the factors that it needs.
             refused: Levels that no row has together.
             groups: Names of the groups inside which all triples occur, too.
         """
@@ -118,7 +118,7 @@ class Covering:
         return row
 
     def _gain(self, name: str, level: str, chosen: np.ndarray) -> float:
-        """How much a level adds to those that are chosen, and what it makes room for."""
+        """Count the new combinations that a level adds, including the best level of each factor that it enables."""
         value = self.number[name, level]
         gain = float(self.pairs[value, chosen].sum())
         if self.triples.size:

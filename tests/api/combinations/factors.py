@@ -1,4 +1,4 @@
-"""What the schema of plan requests offers, as factors with levels: its kinds, choices and options."""
+"""Kinds, choices and options in the schema of plan requests, as factors with levels."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ BROKEN_ONCE: list[Row] = [
 """Levels that together once gave wrong plans: the waypoint missed, and a segment shorter than its least duration."""
 
 RESTING = {"dwell": ["given"], "action": ["wait"], "carries": ["payload", "put_down"]}
-"""What a waypoint has only where the robot stops."""
+"""Fields that a waypoint may have only where the robot stops."""
 
 
 @cache
@@ -77,7 +77,7 @@ def backends() -> tuple[str, ...]:
 
 
 def factors() -> list[Factor]:
-    """Return all factors of a request, those that others need first."""
+    """Return all factors of a request, each after the factors that it needs."""
     limits = tuple(schema()["$defs"]["Limits"]["properties"])
     regions = ("rotation_z alone", *schema()["$defs"]["Region"]["properties"], "all")
     found = [
@@ -112,7 +112,7 @@ def factors() -> list[Factor]:
 
 
 def plain_factors() -> list[Factor]:
-    """Return the factors, those without a group with their first level alone."""
+    """Return the factors; a factor without a group has only its first level."""
     return [factor if factor.group else factor._replace(levels=factor.levels[:1]) for factor in factors()]
 
 

@@ -1,4 +1,4 @@
-"""The fields that plan requests may have by their schema, and those that one has."""
+"""The fields that the schema allows in plan requests, and the fields of one request."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def robots() -> Known:
 
 
 def _base(name: str) -> tuple[Robot, list[dict[str, Any]], list[dict[str, Any]]]:
-    """The robot that one is derived from, the requests that add it, and the external axes of the derived one."""
+    """Return the base robot, the requests that add it, and the external axes of the derived robot."""
     if name == "arm_of_shapes":
         urdf = arm_of_shapes()
         return Robot.from_urdf(urdf, id=name), [{"kind": "urdf", "id": name, "urdf": urdf}], []
@@ -147,7 +147,7 @@ class Combined(Plans):
         return request
 
     def with_times_of_segments(self, request: dict[str, Any], answer: dict[str, Any]) -> dict[str, Any]:
-        """The request with the durations of segments that the row has, longer than those of an answer without them."""
+        """Return the request with the segment durations of the row, longer than in an answer without durations."""
         waypoints, times = [*request["waypoints"]], times_of(answer)
         for k in range(1, COUNT):
             if (timing := self.row[f"timing {k}"]) != NONE:
@@ -156,7 +156,7 @@ class Combined(Plans):
         return {**request, "waypoints": waypoints}
 
     def _is_far(self, k: int) -> bool:
-        """Tell whether a goal leaves the robot a choice that does not hang on what is near."""
+        """Tell whether a goal leaves the robot a choice that is independent of its nearest solution."""
         is_open = self.has(f"goal {k}", "position") or self.has(f"free {k}", "all")
         return is_open and not any(self.row[f"motion {i}"] in TOOL_MOTIONS for i in (k, min(k + 1, COUNT - 1)))
 
@@ -324,7 +324,7 @@ class Combined(Plans):
         }[kind]
 
     def _surround(self, request: dict[str, Any], postures: list[np.ndarray], tool: dict[str, Any] | None) -> None:
-        """What stands beside the way, what the robot holds, and what it takes of it."""
+        """Add objects beside the path, objects that the robot holds, and objects that it takes."""
         row, scene = self.row, dict[str, Any]()
         if row["object"] != NONE:
             there = tool_at(self.robot, postures[2], tool)

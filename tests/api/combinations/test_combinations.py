@@ -62,7 +62,7 @@ def test_every_triple_of_a_group_occurs_that_is_not_refused() -> None:
 
 
 def test_every_field_of_the_schema_is_in_some_request() -> None:
-    """What the schema gets belongs into the factors, or into `LEFT_OUT` with a reason."""
+    """A new field of the schema belongs in the factors, or in `LEFT_OUT` with a reason."""
     chosen = [factor.name for factor in factors() if factor.name[-1] not in "023"]  # those of waypoint 1 and the whole
     times = [{"index": k, "choice": "given", "arrival_time": k, "departure_time": k} for k in range(COUNT)]
     found = set[str]()
@@ -77,7 +77,7 @@ def test_every_field_of_the_schema_is_in_some_request() -> None:
 @pytest.mark.sized
 @pytest.mark.parametrize("part", PARTS)
 def test_plans_are_what_their_requests_say(client: httpx.Client, part: int) -> None:
-    """In a soak every pair of what the schema offers occurs; most requests are planned."""
+    """In a soak every pair of levels occurs; most requests are planned."""
     chosen = pairs(PAIRS.get(NAME))[part :: len(PARTS)]
     planned = sum(is_planned(client, robots(), row, [part, number]) for number, row in enumerate(chosen))
     if len(chosen) > 50:

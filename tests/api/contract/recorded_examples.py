@@ -1,6 +1,6 @@
 """The examples of the OpenAPI document, as a running service answers them.
 
-`python -m tests.api.contract.recorded_examples` writes those that the document shows; a test compares.
+`python -m tests.api.contract.recorded_examples` writes the examples that the document shows; a test compares.
 """
 
 from __future__ import annotations
@@ -116,12 +116,12 @@ PROBLEMS: dict[str, tuple[str, str, Any]] = {
 
 
 def examples(service: RunningService) -> dict[str, Any]:
-    """What the service answers to the requests of the document's examples, and to requests that it refuses."""
+    """Return the service's answers to the document's example requests, and to requests that it refuses."""
     return {"answers": answers(service), "problems": dict(sorted(problems(service).items()))}
 
 
 def answers(service: RunningService) -> dict[str, dict[str, dict[str, Any]]]:
-    """The answers by operation, status and name."""
+    """Return the answers by operation, status and name."""
     found: dict[str, dict[str, dict[str, Any]]] = {}
     for operation in sorted(OPERATIONS, key=lambda one: one.method == "GET"):  # there are batches before they are read
         if operation.method == "DELETE":
@@ -143,7 +143,7 @@ def answers(service: RunningService) -> dict[str, dict[str, dict[str, Any]]]:
 
 
 def _excerpt(reply: httpx.Response) -> str:
-    """The whole text; of what is another each time or large what is neither: of an archive the names in it."""
+    """Return the text of a reply without large or changing content; for an archive, the names of its files."""
     if reply.headers["Content-Type"] == "application/zip":
         return " ".join(ZipFile(BytesIO(reply.content)).namelist())
     if reply.headers["Content-Type"].startswith("text/html"):
@@ -153,7 +153,7 @@ def _excerpt(reply: httpx.Response) -> str:
 
 
 def _id(service: RunningService, tag: str) -> str:
-    """The id of a robot, of a scene, or of the batch of two requests, once it and the grid have ended."""
+    """Return the id of a robot, a scene, or the batch of two requests after all batches have ended."""
     if tag != "batches":
         return "cell_4" if tag == "scenes" else "three_dof_arm"
 
@@ -166,7 +166,7 @@ def _id(service: RunningService, tag: str) -> str:
 
 
 def problems(service: RunningService) -> dict[str, Any]:
-    """The problem documents by code: those that requests bring about, and what the service says on its own account."""
+    """Return the problem documents by code: some caused by requests, the others by the service itself."""
     found = {}
     requests = PROBLEMS | {"singular_path": ("POST", PLAN, _past_a_singularity())}
     for code, (method, path, body) in requests.items():
@@ -256,12 +256,14 @@ TIED = re.compile(
     r"/checks/\d+/(joint|time)$|/clearance/\w+/time$|/speed_zones/\d+/(time|link|lower)$"
     r"|^/workspace/.*/position/\d+$"
 )
-"""Fields where rounding decides, so that processors differ: ties between joints or instants of equal use of a limit,
-instants of the least distance, the fastest instant of a slowed motion, and joint positions of equal reach."""
+"""Fields that rounding decides, so that they differ between processors.
+
+They are ties between joints or instants of equal limit use, and joint positions of equal reach. Others are the instants
+of the least distance and the fastest instant of a slowed motion."""
 
 
 def differences(shown: Any, answered: Any, where: str = "") -> list[str]:
-    """Where an answer is not as it is shown; it may have further fields."""
+    """List the places where an answer differs from the example; it may have further fields."""
     if isinstance(shown, dict) and isinstance(answered, dict):
         found = [f"{where}/{name} is missing" for name in shown.keys() - answered.keys()]
         for name in shown.keys() & answered.keys():
@@ -282,7 +284,7 @@ def differences(shown: Any, answered: Any, where: str = "") -> list[str]:
 
 
 def parsed(text: str) -> Any:
-    """The values of lines of JSON, of events, or of a table."""
+    """Return the values in lines of JSON, in events or in a table."""
     lines = [line.removeprefix("data: ") for line in text.splitlines()]
     if any(line.startswith("{") for line in lines):
         return [json.loads(line) for line in lines if line.startswith("{")]

@@ -1,4 +1,4 @@
-"""What breaks clients between two documents is found, and what does not break them is not."""
+"""The comparison of two documents finds every breaking change, and no other change."""
 
 from __future__ import annotations
 

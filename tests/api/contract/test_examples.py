@@ -1,4 +1,4 @@
-"""The examples of the OpenAPI document are what the service answers."""
+"""The examples of the OpenAPI document equal the answers of the service."""
 
 from __future__ import annotations
 

@@ -189,7 +189,7 @@ def test_generated_clients_meet_one_form_of_an_answer(document: dict[str, Any]) 
 
 
 UNITS = re.compile(r"\b(rad|m|s|kg|N|J|W|MiB|bytes|1e-9 s)\b|[Uu]nit|times as|number of|ind(ex|ices)|seed|status|share")
-"""What tells the reader of a number what it counts: a unit, that there is none, or that it is a count."""
+"""Words that describe a number: its unit, that it has no unit, or that it is a count."""
 
 
 def numbers(schema: dict[str, Any]) -> bool:
@@ -267,7 +267,7 @@ def test_the_document_allows_as_many_waypoints_as_the_service_takes(
 
 
 def test_a_format_is_required_where_nothing_is_answered_without(document: dict[str, Any]) -> None:
-    """The archive of a batch has JSON where none is asked."""
+    """The archive of a batch contains JSON if the request names no format."""
     formats = {
         operation["operationId"]: parameter.get("required", False)
         for operation in operations(document).values()

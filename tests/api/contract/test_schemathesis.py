@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 VALID, INVALID = schemathesis.GenerationMode.POSITIVE, schemathesis.GenerationMode.NEGATIVE
 CASES = [(operation, VALID) for operation in OPERATIONS] + [(op, INVALID) for op in OPERATIONS if op.request]
 OF_A_TIME = ["use_after_free", "ensure_resource_availability"]
-"""Checks that hold one answer against another: a cancelled batch is still there, and so is its robot's content."""
+"""Checks that compare answers: a cancelled batch is still there, and so is its robot's content."""
 
 REJECTIONS = ["400", "404", "405", "406", "409", "413", "415", "422", "429", "5xx"]
-"""Statuses that may answer what is wrong by the document: a list that is too long may be too large a body, too."""
+"""Statuses that may answer an invalid request: a list that is too long may also make the body too large."""
 
 STEPS = 6
-"""The requests of a chain, each of which may use what one before it has answered."""
+"""The requests of a chain, each of which may use earlier answers."""
 
 BUDGET = settings(
     max_examples=HTTP,
@@ -49,7 +49,7 @@ def openapi(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 def with_a_patient_deadline(case: schemathesis.Case) -> None:
-    """A nanosecond is a valid deadline, too, and its 504 says nothing."""
+    """Set a long deadline, since a valid deadline of a nanosecond gives an uninformative 504."""
     deadline = case.body.get("deadline") if isinstance(case.body, dict) else None
     if isinstance(deadline, int | float) and 0.0 < deadline <= LARGEST:
         case.body["deadline"] = 10.0

@@ -37,7 +37,7 @@ ROOM = 100_000
 
 
 class Work:
-    """Work that ends when it is told to, and counts how often it began."""
+    """Work that ends on a signal and counts its starts."""
 
     def __init__(self, body: bytes = b"answer", status: int = 200) -> None:
         self.reply = Reply(status, "text/plain", body, timings={"plan": 1.0})

@@ -1,4 +1,4 @@
-"""What is learnt of how long requests take: robust to outliers, of each client by itself, and bounded."""
+"""Learnt durations of requests: robust to outliers, separate for each client, and bounded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a worker has done before its first request."""
+"""The warm-up of a worker before its first request."""
 
 from __future__ import annotations
 

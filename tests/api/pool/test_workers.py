@@ -38,7 +38,7 @@ WARM_WORKER_MIB = 150
 
 
 def slow_request(deadline: float = 10.0, poses: int = 1000) -> dict[str, Any]:
-    """Honest work of about a millisecond a pose: the search gives up on each only after every start has failed."""
+    """Return a request of about a millisecond a pose: the search abandons each only after every start failed."""
     unreachable = [{"position": [3.0 + 0.001 * i, 0.0, 0.0], "orientation": None} for i in range(poses)]
     return {"robot": "ngv_refuelling_arm", "poses": unreachable, "deadline": deadline}
 
@@ -168,7 +168,7 @@ def test_a_full_queue_turns_away(one_worker: RunningService) -> None:
 
 @pytest.mark.large_only
 def test_sigterm_drains(start_service: Callable[..., RunningService]) -> None:
-    """It comes to the process group, as from a terminal; what is planned is planned to its end, bodies are hurried."""
+    """The signal reaches the process group, as from a terminal: plans are finished, unread bodies are hurried."""
     service = start_service(workers=1)
     workers = service.workers()
     stop_workers(service)
@@ -271,7 +271,7 @@ def test_there_is_room_for_so_many_robots_only(one_worker: RunningService) -> No
 
 
 def test_the_memory_of_a_warm_worker(service: RunningService) -> None:
-    """They share what they are forked from; the solver of the package toppra is there before any request."""
+    """Workers share the memory of their parent; the solver of the package toppra is loaded before any request."""
     for worker in service.workers():
         assert worker.memory_full_info().uss < WARM_WORKER_MIB * 2**20
         assert any("cy_seidel_solverwrapper" in mapping.path for mapping in worker.memory_maps())

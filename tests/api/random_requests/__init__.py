@@ -1,1 +1,1 @@
-"""Random requests over what callers may ask for, and the answers held against it."""
+"""Random requests over all fields that callers may use, and checks of the answers against the requests."""

@@ -1,4 +1,4 @@
-"""Conversations with the service: a random robot, a plan and what is made of it, each answer before a judge.
+"""Conversations with the service: a random robot, a plan and operations on it, each answer before a judge.
 
 `python -m tests.api.random_requests 0 1000` holds the first thousand, prints what fails and goes on.
 """
@@ -53,7 +53,7 @@ class Judged:
         self.statuses = Counter[tuple[str, str]]()
 
     def ask(self, path: str, body: dict[str, Any]) -> tuple[dict[str, Any] | None, dict[str, Any]]:
-        """Ask, and put what comes back before the judges."""
+        """Send a request, and pass its answer to the judges."""
         with self._sent(body) as sent:
             reply = self.client.post(f"/v1/{path}", json=sent, timeout=600.0)
         try:
@@ -68,7 +68,7 @@ class Judged:
 
     @contextmanager
     def _sent(self, body: dict[str, Any]) -> Iterator[dict[str, Any]]:
-        """The request as it is sent."""
+        """Yield the request to send."""
         yield body
 
     def _judge(self, path: str, body: dict[str, Any], found: dict[str, Any], status: int) -> None:
@@ -162,7 +162,7 @@ class Conversation(Judged):
 
     @contextmanager
     def _sent(self, body: dict[str, Any]) -> Iterator[dict[str, Any]]:
-        """The request as it is sent: some of those with a scene name it by the id under which it is kept."""
+        """Yield the request to send; some requests name their scene by the id of a stored copy."""
         if not body.get("scene") or self.random.random() > BY_ID:
             yield body
             return

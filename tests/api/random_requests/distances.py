@@ -54,7 +54,7 @@ def _beyond_axis(points: np.ndarray, length: float) -> np.ndarray:
 
 
 def _from_excess(beyond: np.ndarray) -> np.ndarray:
-    """Return the distance from a product of sets, by how far points are beyond each, (N, sets)."""
+    """Return the distance from a product of sets, by the excess of points beyond each set, (N, sets)."""
     return np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(beyond.max(axis=1), 0.0)
 
 
@@ -67,7 +67,7 @@ def _from_hull(vertices: np.ndarray) -> Distance:
     outside, tree = _from_triangles(vertices[hull.simplices]), KDTree(vertices)
 
     def distance(points: np.ndarray) -> np.ndarray:
-        """Of many points only the least distance is exact: those of others are no less than the truth."""
+        """Return distances of points; of many points only the least is exact, the others are upper bounds."""
         beyond = (points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
         apart, asked = tree.query(points)[0], np.arange(len(points))
         if len(hull.simplices) * len(points) > MOST_PAIRS:
@@ -80,7 +80,7 @@ def _from_hull(vertices: np.ndarray) -> Distance:
 
 
 def _from_triangles(triangles: np.ndarray) -> Distance:
-    """The distance from triangles (T, 3, 3): that from the plane where a point is above one, else that from sides."""
+    """Return the distance from triangles (T, 3, 3): from the plane above a triangle, otherwise from the sides."""
     a, b, c = triangles.transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
     lengths = np.linalg.norm(normals, axis=1)
@@ -103,7 +103,7 @@ def _from_triangles(triangles: np.ndarray) -> Distance:
 
 
 def core_of(shape: dict[str, Any]) -> tuple[np.ndarray, float, bool]:
-    """Points (P, 3) of a shape in its own frame, how far it goes beyond them, m, and whether they are a line's."""
+    """Return a shape's core points (P, 3) in its frame, their radius, m, and whether they form a line."""
     match shape["kind"]:
         case "sphere":
             return np.zeros((1, 3)), shape["radius"], True

@@ -20,22 +20,22 @@ TOOL_LIMITS = {
     "tcp_linear_jerk": (2.0, 100.0),
     "tcp_angular_jerk": (5.0, 200.0),
 }
-"""Limits of the tool, each with the least and the most that is asked."""
+"""Limits of the tool, each with the least and the greatest requested value."""
 
 
 class Draws:
     """Draws for requests of one robot, by random numbers.
 
     Attributes:
-        robot: Whose limits and joints they heed.
-        handles: Whether things of a scene are taken and put down.
+        robot: Robot with the limits and joints of the requests.
+        handles: Whether requests attach and detach objects of a scene.
         compares: Whether back ends are compared.
-        validates: Whether what was planned is validated.
+        validates: Whether planned trajectories are validated.
         slows: Whether operations in a scene, and checks of it, have speed zones.
     """
 
     def __init__(self, robot: Robot, random: np.random.Generator) -> None:
-        """Begin; what is drawn apart leaves the requests as they are that have nothing of it."""
+        """Begin; separate random numbers for the options leave requests without them unchanged."""
         self.robot, self.random = robot, random
         apart = random.spawn(1)[0].random(4) < (0.5, 0.04, 0.1, 0.4)
         self.handles, self.compares, self.validates, self.slows = apart.tolist()
@@ -84,7 +84,7 @@ class Draws:
         return (shares * self.between(0.05, 1.0) * np.minimum(self.robot.limit("velocity"), 1e4)).tolist()
 
     def position(self, near: np.ndarray | None) -> np.ndarray:
-        """Within the limits, half a radian or so from another one; some aligned, at a limit, tiny steps or none."""
+        """Draw a joint position within the limits, near another one if given, sometimes at a limit or equal to it."""
         lower = np.maximum(self.robot.limit("lower"), -np.pi)
         upper = np.minimum(self.robot.limit("upper"), np.pi)
         if near is None:

@@ -1,4 +1,4 @@
-"""What a robot takes and puts down on its way, as requests say it: what stands and what moves on each segment."""
+"""Objects that a robot attaches and detaches along a request: fixed and moving objects on each segment."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Stage(NamedTuple):
-    """A part of a plan on which the robot carries the same: when it begins and ends, s, and what is around."""
+    """An interval of a plan with the same attached objects: its start and end, s, and the surroundings."""
 
     first: float
     last: float
@@ -57,7 +57,7 @@ def is_handled(waypoints: list[dict[str, Any]]) -> bool:
 def _after(
     robot: Robot, request: dict[str, Any], scene: dict[str, Any], waypoint: dict[str, Any], position: np.ndarray
 ) -> dict[str, Any]:
-    """A scene after things were put down at a waypoint, and then others taken."""
+    """Return the scene after objects are detached at a waypoint and then others attached."""
     objects, attached = list(scene.get("objects", [])), list(scene.get("attached", []))
     for name in waypoint.get("detach", []):
         (held,) = (thing for thing in attached if thing["id"] == name)
@@ -78,7 +78,7 @@ def _with(thing: dict[str, Any], names: tuple[str, ...], **more: Any) -> dict[st
 
 
 def _frame(robot: Robot, request: dict[str, Any], held: dict[str, Any], position: np.ndarray) -> pin.SE3:
-    """Where what holds a thing is at a posture, in the base frame: a link, or the tool."""
+    """Return the pose of the link or tool that holds an object at a joint position, in the base frame."""
     if not held.get("link"):
         return tool_at(robot, position, request.get("tool"))
     data = robot.model.createData()
@@ -87,6 +87,6 @@ def _frame(robot: Robot, request: dict[str, Any], held: dict[str, Any], position
 
 
 def _holders(robot: Robot, around: Surroundings, held: dict[str, Any]) -> set[str]:
-    """Return names of what moves with what holds a thing, and of what else may touch it."""
+    """Return names of the bodies on the joint that holds an object, and of other links that may touch it."""
     joint = robot.model.frames[robot.model.getFrameId(held.get("link") or robot.tip_frame)].parentJoint
     return {body.name for body in around.bodies if body.joint == joint} | set(held.get("touch_links", []))

@@ -1,4 +1,4 @@
-"""The judge of goals and curves: plans arrive where, when and as fast as was asked, along what was asked."""
+"""The judge of goals and curves: plans reach the requested goals, times and speeds along the requested paths."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from tests.api.random_requests.answered import Segment
 
 ON_CURVE = 40
-"""Number of times at which the tool is held against a curve."""
+"""Number of times at which the tool is checked against a curve."""
 
 
 def goals_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> None:
-    """Fail where a plan is not what was asked; the robot is mounted as the request has it."""
+    """Fail where a plan differs from its request; the robot is mounted as in the request."""
     trajectory, times = Answered(answer["polynomials"]), times_of(answer)
     _continuous(trajectory, request)
     if request.get("duration"):
@@ -55,7 +55,7 @@ def goals_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) ->
 def _cuts_within(
     robot: Robot, request: dict[str, Any], answer: dict[str, Any], k: int, tool: dict[str, Any] | None
 ) -> None:
-    """Hold the tool in the middle of a blend against its radius, which is smaller than asked if a warning says so."""
+    """Check the tool amid a blend against its radius, which a warning may state as reduced."""
     radius, row = request["waypoints"][k]["transition"]["radius"], times_of(answer)[k]
     for warning in answer["warnings"]:
         said = re.match(rf"waypoint {k} is blended within (\S+) m in place of (\S+) m, ", warning["message"])
@@ -75,7 +75,7 @@ def _stops(waypoints: list[dict[str, Any]], k: int) -> bool:
 
 
 def _continuous(trajectory: Answered, request: dict[str, Any]) -> None:
-    """Positions and velocities do not jump; it begins and ends at rest if nothing else is requested."""
+    """Check that positions and velocities do not jump, and that both ends rest unless requested otherwise."""
     lengths, count = np.diff(trajectory.breakpoints), len(trajectory.coefficients)
     ends = trajectory.derivatives(np.arange(count), lengths, 2)
     starts = trajectory.derivatives(np.arange(count), np.zeros(count), 2)
@@ -89,7 +89,7 @@ def _continuous(trajectory: Answered, request: dict[str, Any]) -> None:
 def _arrives(
     robot: Robot, request: dict[str, Any], k: int, tool: dict[str, Any] | None, times: dict[int, dict[str, Any]]
 ) -> None:
-    """Hold the posture of a waypoint against what was asked there."""
+    """Check the joint position of a waypoint against the request there."""
     asked, posture = request["waypoints"][k], np.array(times[k]["position"])
     if asked["kind"] in ("joint", "named"):
         wanted = asked["position"] if asked["kind"] == "joint" else robot.named_positions[asked["name"]]

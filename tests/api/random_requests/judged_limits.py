@@ -79,7 +79,7 @@ def _joints_hold(robot: Robot, values: list[np.ndarray], enforced: set[str], seg
 
 
 def _torques_hold(robot: Robot, segment: Segment, values: list[np.ndarray]) -> None:
-    """Hold torques by Pinocchio's recursive Newton-Euler algorithm against limits, with what is carried."""
+    """Check torques by Pinocchio's recursive Newton-Euler algorithm against limits, with attached objects."""
     model = robot.model.copy()
     if segment.payload:
         carried = segment.payload

@@ -1,4 +1,4 @@
-"""The judge of refusals: they say what is wrong, where, in words; and their remedies help."""
+"""The judge of refusals: they name the fault and its place in words, and their remedies work."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ CODES = {
     "start_in_collision",
     "no_path_found",
 }
-"""What a request of these kinds may be refused with."""
+"""Codes of refusals that requests of these kinds may get."""
 
 
 def is_precise(robot: Robot, request: dict[str, Any], problem: dict[str, Any]) -> None:
-    """Fail where a refusal does not say what is wrong and where."""
+    """Fail where a refusal does not name the fault and its place."""
     assert problem["code"] in CODES
     assert problem["detail"]
     assert problem["title"]
@@ -51,7 +51,7 @@ def is_precise(robot: Robot, request: dict[str, Any], problem: dict[str, Any]) -
 
 
 def with_remedies(request: dict[str, Any], remedies: list[dict[str, Any]], chosen: int) -> dict[str, Any]:
-    """The request with one of its remedies, and those that belong to it: of durations all, of limits, of payloads."""
+    """Return the request with one remedy and its companions: all remedies of durations, limits or payloads."""
 
     def group(remedy: dict[str, Any]) -> str | None:
         return next((name for name in ("/duration", "/limits", "/payload") if name in remedy["change"]), None)
@@ -74,7 +74,7 @@ def with_remedy(request: dict[str, Any], remedy: dict[str, Any]) -> dict[str, An
 
 
 def _parent_of(request: Any, pointer: str) -> tuple[Any, Any]:
-    """What holds the place that a JSON pointer names, which need not be there, and its key."""
+    """Return the parent of the place that a JSON pointer names, and the key there, which may be absent."""
     if not pointer:
         return {"": request}, ""
     assert pointer.startswith("/"), pointer

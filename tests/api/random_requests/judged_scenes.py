@@ -1,4 +1,4 @@
-"""The judge of scenes: what is said to be free is, and what is said to collide does, by distances of dense samples."""
+"""The judge of scenes: reported clearances and collisions agree with distances of dense samples."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ CONTACT = 1.1e-5
 """Distance by which a margin may be missed, m: what docs/collisions.md states, and rounding."""
 
 GENEROUS = 2e-3
-"""Room beyond the margin from which on nothing may be refused, m."""
+"""Room beyond the margin above which no plan may be refused, m."""
 
 ROUNDING = 1e-6
-"""Relative amount by which what is answered may differ from what it is by rounding."""
+"""Relative rounding error permitted in an answer."""
 
 ZONE_SAMPLES = 60
 """Number of times at which speeds near objects are looked at."""
@@ -31,7 +31,7 @@ RESTING = [0.0, 1.0]
 
 
 def speeds_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any], checks: Any) -> None:
-    """Fail where what is said about the speeds of a trajectory near objects is not so at some sample."""
+    """Fail where a sample contradicts the reported speeds of a trajectory near objects."""
     zones = request.get("speed_zones") or []
     assert len(checks or []) == len(zones)
     trajectory = Answered(answer["polynomials"])
@@ -68,7 +68,7 @@ def is_free(robot: Robot, request: dict[str, Any], answer: dict[str, Any], clear
 def speed_holds(
     around: Surroundings, zone: dict[str, Any], check: dict[str, Any], trajectory: Answered, ends: np.ndarray
 ) -> None:
-    """Fail where a point of a body is faster in a speed zone than is said, at some times between two (2,), s."""
+    """Fail where a body point exceeds its reported speed in a zone, at times between two (2,), s."""
     assert (check["clearance"], check["limit"]) == (zone["clearance"], zone["speed"])
     assert check["lower"] <= check["peak"]
     assert check["satisfied"] == (check["ratio"] <= 1.0 + ROUNDING) == (not check["exceeded"])
@@ -95,7 +95,7 @@ def _within(times: np.ndarray, intervals: list[list[float]]) -> np.ndarray:
 
 
 def collides(robot: Robot, request: dict[str, Any], found: dict[str, Any], posture: np.ndarray | None) -> None:
-    """Fail where two things are said to be too near that, at a posture, are clearly not."""
+    """Fail where a reported collision at a joint position clearly does not exist."""
     around = Surroundings(robot, request)
     names = {body.name for body in around.bodies} | {thing.name for thing in around.things}
     assert set(found["pair"]) <= names, "nothing has these names"
@@ -121,7 +121,7 @@ def collides(robot: Robot, request: dict[str, Any], found: dict[str, Any], postu
 def validation_holds(
     robot: Robot, request: dict[str, Any], answer: dict[str, Any], random: np.random.Generator
 ) -> None:
-    """Hold what is said about a trajectory against dense samples, of limits and of distances."""
+    """Check statements about a trajectory against dense samples, for limits and for distances."""
     polynomials = {"polynomials": request["polynomials"], "satisfied": answer["satisfied"]}
     if answer["satisfied"]:
         limits_hold(robot, request, {"certificate": answer, **polynomials}, random)
@@ -164,7 +164,7 @@ def at_rest(robot: Robot, position: list[float]) -> list[dict[str, Any]]:
 
 
 def _interpolated(robot: Robot, samples: dict[str, Any]) -> list[dict[str, Any]]:
-    """What a controller runs: straight lines, or cubics (Hermite) where there are velocities."""
+    """Return a controller's interpolation of samples: straight lines, or Hermite cubics where velocities are given."""
     time, q = np.array(samples["time"]), np.array(samples["position"])
     h, rise = np.diff(time)[:, None], np.diff(q, axis=0)
     if "velocity" in samples:

@@ -1,4 +1,4 @@
-"""The judge of solutions in a scene: free ones come first and are, and what is said to be in the way is."""
+"""The judge of solutions in a scene: free ones come first and are free, and reported obstacles collide."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def solutions_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> None:
-    """Hold what the inverse kinematics say of solutions against distances by closed forms."""
+    """Check reported inverse kinematics solutions against distances by closed forms."""
     assert len(answer["results"]) == len(request["poses"])
     for result in answer["results"]:
         found = result["solutions"]
@@ -26,7 +26,7 @@ def solutions_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any]
 
 
 def reachability_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> None:
-    """Hold what is said of waypoints against itself, and of joint positions against distances by closed forms."""
+    """Check statements on waypoints for consistency, and on joint positions against closed-form distances."""
     assert ("free" in answer) == _is_held(request)
     if "free" not in answer:
         return

@@ -1,4 +1,4 @@
-"""Random operations on what was planned: those on trajectories, and its collisions."""
+"""Random operations on plans: trajectory operations and collision checks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.api.random_requests.plans import BACKENDS, FRAMES, MOUNTING, TOOLS, P
 from tests.api.random_requests.poses import tool_at
 
 AS_THEY_ARE = ("mounting", "tool")
-"""What of a plan its operations are asked with."""
+"""Fields of a plan request that its operations repeat."""
 
 
 class Operations(Plans):
@@ -56,7 +56,7 @@ class Operations(Plans):
         return f"trajectories/{name}", asked
 
     def check(self, request: dict[str, Any], planned: dict[str, Any] | None) -> dict[str, Any]:
-        """What was planned, samples of it, or postures, in a scene."""
+        """Return a collision check of a plan, its samples, or joint positions in a scene."""
         asked: dict[str, Any] = {"robot": self.robot.id, "deadline": 30.0}
         asked |= {name: request[name] for name in (*AS_THEY_ARE, "frames") if name in request}
         if self.chance(0.2):
@@ -82,7 +82,7 @@ class Operations(Plans):
         return asked
 
     def solutions(self) -> tuple[str, dict[str, Any]]:
-        """Return poses and joint positions in a scene, of which solutions are asked, or whether they can be reached."""
+        """Return a request for solutions or reachability of poses and joint positions in a scene."""
         asked: dict[str, Any] = {"robot": self.robot.id, "deadline": 30.0}
         shared = {"tool": (self.choice(TOOLS), 0.2), "mounting": (MOUNTING, 0.1), "frames": (FRAMES, 0.2)}
         asked |= {name: value for name, (value, share) in shared.items() if self.chance(share)}
@@ -103,7 +103,7 @@ class Operations(Plans):
         return "kinematics/reachability", asked | {"waypoints": waypoints}
 
     def validation(self, planned: dict[str, Any]) -> dict[str, Any]:
-        """What was planned, in a scene and within limits that it may well break."""
+        """Return a validation of a plan in a scene, with limits that it may exceed."""
         asked: dict[str, Any] = {"robot": self.robot.id, "polynomials": planned["polynomials"], "deadline": 30.0}
         if self.chance(0.3):
             asked["limits"] = self.limits(0.1)

@@ -1,6 +1,6 @@
-"""Random plan requests over all that may be asked at waypoints and of the whole.
+"""Random plan requests over all fields of waypoints and of the whole.
 
-Most of them can be planned; what contradicts itself is to be refused, never to fail.
+Most of them can be planned; the service must refuse contradictory requests, never fail.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ BACKENDS: Sequence[dict[str, Any]] = (
 FRAMES = {"pallet": {"position": [0.2, -0.1, 0.05], "orientation": {"kind": "rpy", "rpy": [0.1, -0.2, 0.7]}}}
 MOUNTING = {"position": [0.0, 0.0, 0.5], "orientation": {"kind": "rpy", "rpy": [0.3, 0.0, 0.2]}}
 FEW_CHECKS = (1, 30, 300)
-"""Bounds on the search for a way around, so that it takes no longer than the rest."""
+"""Bounds on the search for a detour, so that it takes no longer than the other planning."""
 
 
 PARTS: Sequence[dict[str, Any]] = (
@@ -42,14 +42,14 @@ PARTS: Sequence[dict[str, Any]] = (
     {"kind": "capsule", "radius": 0.01, "length": 0.1},
     {"kind": "convex", "vertices": [[0.0, 0.0, 0.0], [0.03, 0.0, 0.0], [0.0, 0.03, 0.0], [0.0, 0.0, 0.03]]},
 )
-"""Shapes of what is taken."""
+"""Shapes of attached objects."""
 
 
 class Plans(Waypoints, Scenes):
     """Random plan requests for a robot."""
 
     def plan(self) -> dict[str, Any]:
-        """Return a request to plan, with some of all that may be asked."""
+        """Return a plan request with a random choice of fields."""
         request: dict[str, Any] = {
             "robot": self.robot.id,
             "backend": dict(self.choice(BACKENDS)),
@@ -97,7 +97,7 @@ class Plans(Waypoints, Scenes):
         return request
 
     def _passage(self, made: dict[str, Any], *, is_last: bool) -> None:
-        """How a waypoint is passed, how long it takes to get there, and what holds on the way."""
+        """Add to a waypoint its passing or dwell, its duration, and its limits on the segment."""
         if not is_last and self.chance(0.5):
             made["transition"] = self.choice(
                 ({"kind": "through"}, {"kind": "blend", "radius": self.between(1e-3, 0.1)})
@@ -116,7 +116,7 @@ class Plans(Waypoints, Scenes):
             made |= {"payload": self.payload()} if self.chance(0.5) else {"put_down": True}
 
     def _passing_joints(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Return joint positions that are passed, some of them at velocities that are asked."""
+        """Return passed joint positions, some of them with requested velocities."""
         near = self.position(None)
         request["waypoints"] = [{"kind": "joint", "position": near.tolist()}]
         for _ in range(2 + int(self.random.integers(4))):
@@ -137,7 +137,7 @@ class Plans(Waypoints, Scenes):
                 waypoint.pop("duration", None)
 
     def _optimised(self) -> dict[str, Any]:
-        """By what a way is made better, and for how long; mostly it is not."""
+        """Return the objective and budget for optimising a detour; mostly nothing."""
         if self.chance(0.6):
             return {}
         budget = self.choice(({"optimise_checks": 50}, {"optimise_checks": 300}, {"time_budget": 0.2}))
@@ -145,7 +145,7 @@ class Plans(Waypoints, Scenes):
         return {**budget, **objective}
 
     def _handle(self, request: dict[str, Any], postures: Sequence[np.ndarray]) -> None:
-        """A part at the tool, or whatever there is, is taken at a waypoint, and mostly put down at a later one."""
+        """Attach a part at the tool, or another object, at a waypoint, and mostly detach it at a later one."""
         waypoints, scene = request["waypoints"], request["scene"]
         if self.chance(0.7):
             scene |= {"objects": scene["objects"][:1], "margin": 0.0}

@@ -56,7 +56,7 @@ def angles_of(turn: Rotation, axes: str) -> list[float]:
 
 
 def tool_at(robot: Robot, position: np.ndarray, tool: dict[str, Any] | None) -> pin.SE3:
-    """Where a tool is in the base frame at a joint position; None: the robot's own."""
+    """Return the pose of a tool (None: the robot's own) in the base frame at a joint position."""
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, np.asarray(position, dtype=float))
     if tool is None:
@@ -65,7 +65,7 @@ def tool_at(robot: Robot, position: np.ndarray, tool: dict[str, Any] | None) -> 
 
 
 def base_of(robot: Robot, request: dict[str, Any]) -> pin.SE3:
-    """Where the base stands in the world."""
+    """Return the pose of the base in the world."""
     if request.get("mounting"):
         return placement(request["mounting"])
     here = robot.mounting
@@ -75,7 +75,7 @@ def base_of(robot: Robot, request: dict[str, Any]) -> pin.SE3:
 
 
 def in_base(robot: Robot, request: dict[str, Any], frame: str | None) -> pin.SE3:
-    """Where a frame that a request names is, in the base frame."""
+    """Return the pose in the base frame of a frame that a request names."""
     if frame in (None, "base"):
         return pin.SE3.Identity()
     world = placement(None if frame == "world" else request["frames"][frame])

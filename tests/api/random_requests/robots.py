@@ -1,4 +1,4 @@
-"""Robots for random requests: those of the catalogue that are cheap, one with shapes, and derived ones."""
+"""Robots for random requests: cheap ones of the catalogue, one with shapes, and derived ones."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def made_up_robot(random: np.random.Generator, name: str) -> tuple[Robot, dict[s
 
 
 def _changes(base: Robot, random: np.random.Generator) -> dict[str, Any]:
-    """What an owner asks of a robot: limits, a joint that is held, a tool and a mounting."""
+    """Return changes for a derived robot: limits, a fixed joint, a tool and a mounting."""
     changes: dict[str, Any] = {}
     names = list(base.joint_names)
     if len(names) > 3 and random.random() < 0.25:

@@ -17,14 +17,14 @@ CUBE_TRIANGLES = [[0, 1, 2], [1, 3, 2], [4, 6, 5], [5, 6, 7], [0, 4, 1], [1, 4, 
 CUBE_TRIANGLES += [[0, 2, 4], [2, 6, 4], [1, 5, 3], [3, 5, 7]]
 
 GAPS = (-1e-3, -3e-5, 3e-5, 1e-4, 2e-3)
-"""How much more room than the margin there is where a thing grazes the arm, m."""
+"""Room beyond the margin where an object grazes the arm, m."""
 
 
 class Scenes(Draws):
     """Random scenes around a robot."""
 
     def scene(self, request: dict[str, Any], postures: list[np.ndarray]) -> dict[str, Any]:
-        """Return a scene for a request that passes some postures."""
+        """Return a scene for a request that passes some joint positions."""
         scene: dict[str, Any] = {"objects": []}
         if self.chance(0.5):
             scene["margin"] = self.choice((0.0, 1e-3, 0.01, 0.05))
@@ -57,7 +57,7 @@ class Scenes(Draws):
         return scene
 
     def speed_zones(self, scene: dict[str, Any]) -> list[dict[str, Any]]:
-        """Speeds near the objects of a scene: all of them, or some, now and then one that is not there."""
+        """Return speed zones around all or some objects of a scene, occasionally around an unknown one."""
         names = [thing["id"] for thing in scene["objects"]]
         zones: list[dict[str, Any]] = []
         for _ in range(int(self.random.integers(1, 4))):
@@ -76,7 +76,7 @@ class Scenes(Draws):
         return pin.SE3(pin.exp3(self.random.normal(size=3)), position)
 
     def _grazing(self, posture: np.ndarray, margin: float) -> tuple[dict[str, Any], pin.SE3]:
-        """A ball or a wall that an end of a link all but touches at a posture, in the base frame."""
+        """Return a ball or wall that a link end almost touches at a joint position, in the base frame."""
         data = self.robot.model.createData()
         pin.forwardKinematics(self.robot.model, data, posture)
         bodies = [body for body in self.robot.collision_shapes if body.joint]

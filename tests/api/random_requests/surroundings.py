@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from tests.api.random_requests.answered import Answered
 
 COARSE = 40
-"""Number of times at which all that moves is held against all that stands."""
+"""Number of times at which moving bodies are checked against fixed objects."""
 
 FINE = 21
 """Number of times around the nearest of them at which the nearest pairs are looked at once more, twice."""
 
 ROOM_ON_THE_WAY = 1e-4
-"""How much nearer than where it is taken or put down a thing may come on the way, m: what docs/collisions.md states."""
+"""Permitted approach of an object beyond its pick or place distance on the way, m, as in docs/collisions.md."""
 
 CLOSEST = 3
 """Number of pairs that are looked at closely."""
@@ -33,12 +33,12 @@ class Body(NamedTuple):
     """A thing that moves.
 
     Attributes:
-        name: Of the link or of what is attached.
+        name: Name of the link or of the attached object.
         joint: Pinocchio's number of the joint that carries it.
         points: (P, 3), of its core in the joint's frame, m.
-        radius: How far it goes beyond its core, m.
+        radius: Radius around its core, m.
         is_line: Whether the core is the line from the first point to the last.
-        margin: Of its own, m.
+        margin: Its own margin, m.
     """
 
     name: str
@@ -90,7 +90,7 @@ class Surroundings:
         return placement(request["tool"]) if request.get("tool") else self.robot.tool_in_tip
 
     def let_near(self, posture: np.ndarray, moving: set[str], standing: str | None) -> None:
-        """Let things that move come as near to one that stands (None: to all) as they are at a posture (joints,)."""
+        """Let moving bodies approach a fixed object (None: all) as closely as at a joint position (joints,)."""
         for body in (body for body in self.bodies if body.name in moving):
             for thing in (thing for thing in self.things if standing in (None, thing.name)):
                 is_exact = body.is_line and thing.kind in CLOSED_FORMS
@@ -99,11 +99,11 @@ class Surroundings:
                 self.near[names] = min(apart, self.near.get(names, np.inf))
 
     def margin(self, body: Body, thing: Thing) -> float:
-        """The least distance that two things keep, m; negative: as deep they may overlap, infinitely so: they touch."""
+        """Return the least permitted distance of two objects, m; a negative one permits overlap of that depth."""
         return min(max(thing.margin, body.margin), self.near.get((body.name, thing.name), np.inf))
 
     def moved(self, body: Body, positions: np.ndarray) -> np.ndarray:
-        """Return the core of a body (T, P, 3) in the base frame at postures (T, joints)."""
+        """Return the core of a body (T, P, 3) in the base frame at joint positions (T, joints)."""
         return self._moved([body], positions)[0]
 
     def _moved(self, bodies: list[Body], positions: np.ndarray) -> list[np.ndarray]:
@@ -163,7 +163,7 @@ class Surroundings:
         return least
 
     def speeds(self, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-        """Return the highest speeds (T,) of any point of a body's core at postures and velocities (T, joints), m/s."""
+        """Return the highest speeds (T,) of a body's core at joint positions and velocities (T, joints), m/s."""
         highest = np.zeros(len(positions))
         for row, (position, velocity) in enumerate(zip(positions, velocities, strict=True)):
             pin.forwardKinematics(self.robot.model, self.data, position, velocity)
@@ -174,7 +174,7 @@ class Surroundings:
         return highest
 
     def apart(self, body: Body, thing: Thing, positions: np.ndarray) -> np.ndarray:
-        """Return distances (T,) of a body from a thing at postures (T, joints); those of lines exactly."""
+        """Return distances (T,) of a body from an object at joint positions (T, joints); exact for lines."""
         core = self.moved(body, positions)
         if body.is_line:
             return nearest_on_lines(core[:, 0], core[:, -1], thing.distance) - body.radius
@@ -182,7 +182,7 @@ class Surroundings:
         return least - body.radius
 
     def least_between_links(self, trajectory: Answered, sources: set[str]) -> tuple[float, str]:
-        """The least distance of two links that are held against each other, both with lines for cores; and which."""
+        """Return the least distance of two checked links with line cores, and the names of the links."""
         kinds = [shape.source for shape in self.robot.collision_shapes]
         checked = {
             frozenset((pair.link_1, pair.link_2)) for pair in self.robot.collision_pairs if pair.reason is None

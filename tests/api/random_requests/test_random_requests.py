@@ -35,7 +35,7 @@ def client() -> Iterator[httpx.Client]:
 @pytest.mark.sized
 @pytest.mark.parametrize("part", PARTS)
 def test_none_fails_and_what_is_returned_holds(client: httpx.Client, part: int) -> None:
-    """Plans go on to an operation, some refusals to a remedy; what is refused says why, and most are not."""
+    """Plans continue with an operation, some refusals with a remedy; few requests are refused, each with a reason."""
     statuses, number = Counter[tuple[str, str]](), part
     wanted = max(1, OVER_FIELDS // len(PARTS))
     while statuses.total() < wanted:

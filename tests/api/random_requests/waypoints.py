@@ -95,7 +95,7 @@ class Waypoints(Draws):
         return {"kind": "cartesian", "translation": translation, "orientation": orientation}
 
     def region(self) -> Any:
-        """What is left open; some of it malformed."""
+        """Return a tolerance region, sometimes malformed."""
         if self.chance(0.3):
             return "rotation_z"
         region = {}

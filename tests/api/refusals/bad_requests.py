@@ -1,4 +1,4 @@
-"""The table of bad requests: what is sent, and the code and pointer that must come back."""
+"""The table of bad requests: each body, and the code and pointer of its refusal."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ OF_A_TRAJECTORY = {"robot": "three_dof_arm", "trajectory": {"samples": AT_ONCE["
 
 
 def polynomials(joints: str = "123", other: Any = None, **changes: Any) -> dict[str, Any]:
-    """The arm with three joints at rest, as polynomials of two pieces; `other` are the breakpoints of all but one."""
+    """Return polynomials of two pieces for a three-joint arm at rest; `other` sets the breakpoints of two joints."""
     still = {"breakpoints": [0.0, 1.0, 2.0], "coefficients": [[0.1, 0.0], [0.1, 0.0]]} | changes
     curves = [{"joint": f"joint_{number}", **still} for number in joints]
     for curve in curves[1:]:
@@ -62,7 +62,7 @@ ORIGIN = {"position": [0.0, 0.0, 0.0]}
 
 
 def in_frame(name: str, **changes: Any) -> dict[str, Any]:
-    """Return a pose in a frame, and what else is asked."""
+    """Return a request for a pose in a frame, with further fields."""
     return plan_request(waypoints=[joint(0.1, 0.2, 0.3), pose_waypoint([0.2, 0.0, 0.1], frame=name)], **changes)
 
 

@@ -1,4 +1,4 @@
-"""Every bad request gets a problem that says what is wrong and where, and leaves the service as it was."""
+"""Every bad request gets a problem that names the fault and its place, and leaves the service unchanged."""
 
 from __future__ import annotations
 

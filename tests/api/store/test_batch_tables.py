@@ -272,7 +272,7 @@ def test_no_client_takes_all_bytes_and_a_deleted_batch_takes_none(connection: Co
 
 
 def test_clients_take_turns_whatever_number_of_batches_they_have(connection: Connection) -> None:
-    """Eight running batches of one client kept those of all others waiting until one of them had ended."""
+    """Eight running batches of one client delayed the batches of all other clients until one of the eight ended."""
     greedy = [arrived(connection, 100).number for _ in range(40)]
     others = [arrived(connection, 5, client=name).number for name in "abc"]
     turns: dict[int, int] = {}

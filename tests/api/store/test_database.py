@@ -215,7 +215,7 @@ def test_ids_are_listed_in_their_order(connection: Connection) -> None:
 
 @pytest.mark.parametrize("name", ["\0", "a\0", "\N{REPLACEMENT CHARACTER}"])
 def test_nothing_has_an_id_that_no_database_takes(connection: Connection, name: str) -> None:
-    """PostgreSQL refuses such a text, and whoever asked was told that the service failed."""
+    """PostgreSQL refuses such a text, and the client got an internal error."""
     ROBOTS.add(connection, "", "a", content("x"), "me", WIDE)
     for kind in (ROBOTS, SCENES):
         assert kind.find(connection, "", name) is None
@@ -285,7 +285,7 @@ def scene(digest: str, size: int = 0) -> SceneContent:
 
 
 def test_an_id_stands_for_another_scene_from_then_on(connection: Connection) -> None:
-    """What nobody needs any more is gone; who comes second with a change is told so."""
+    """The store deletes unreferenced content; it refuses the second of two concurrent changes."""
     add = partial(SCENES.add, connection, "", bounds=WIDE)
     replace = partial(SCENES.replace, connection, "", "cell", owner="me", bounds=WIDE)
     assert [add(name, content=scene("x"), owner="me") for name in ("cell", "copy")] == ["added", "added"]
@@ -312,7 +312,7 @@ def test_a_scene_grows_no_further_than_the_share_of_its_client(connection: Conne
 
 
 def test_a_scene_shrinks_where_all_bytes_are_taken(connection: Connection) -> None:
-    """What it frees counts, unless another id or a batch needs it still."""
+    """The freed bytes count, unless another id or a batch still needs the content."""
     add = partial(SCENES.add, connection, "", owner="me", bounds=WIDE)
     assert [add("a", content=scene("a", 600)), add("b", content=scene("b", 300))] == ["added"] * 2
     full = WIDE._replace(size=scene("a", 600).size + scene("b", 300).size)
@@ -381,7 +381,7 @@ def test_the_database_is_not_asked_for_robots_of_the_catalogue() -> None:
 
 @pytest.mark.parametrize("damage", ["nothing", "other bytes", "no bytes"])
 def test_a_service_whose_database_cannot_be_read_is_not_ready(tmp_path: Path, damage: str) -> None:
-    """Connections that are kept still have in memory what the file has lost."""
+    """Open connections still have the lost content of the file in memory."""
     with made_up_service(data_directory=tmp_path) as client:
         assert client.get("/v1/robots").status_code == 200
         file = tmp_path / FILE_NAME

@@ -27,7 +27,7 @@ CALLER = "b7ad6b7169203331"
 
 
 def metrics_of(client: httpx.Client) -> dict[tuple[str, ...], float]:
-    """Every sample by its name and its labels' values, in the order of their names; read by Prometheus' own parser."""
+    """Read every sample with Prometheus' own parser, by name and label values in the order of the label names."""
     answer = client.get("/metrics")
     assert answer.status_code == 200 and answer.headers["content-type"].startswith("text/plain; version=0.0.4")
     families = text_string_to_metric_families(answer.text)

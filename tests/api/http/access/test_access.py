@@ -1,4 +1,4 @@
-"""When keys are asked for, how much one may ask, and which web pages may use the service."""
+"""Access to the service: required keys, allowances of keys, and permitted web pages."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def test_an_answer_without_a_program_runs_none(service: RunningService, path: st
 
 
 def test_a_renewed_answer_keeps_its_policy(service: RunningService) -> None:
-    """A browser takes the headers of 304 in place of those that it has."""
+    """A browser replaces its stored headers with the headers of a 304."""
     picture = "/v1/robots/three_dof_arm/geometry?format=svg"
     first = service.client.get(picture)
     again = service.client.get(picture, headers={"If-None-Match": first.headers["etag"]})

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from tests.api.conftest import RunningService
 
 PATIENCE = 20.0
-"""How long a test waits for what takes half a second on a quiet machine, s."""
+"""Timeout of a test for an event that takes half a second on an idle machine, s."""
 
 
 def connect(service: RunningService, sent: bytes = b"", source: str = "127.0.0.1") -> socket.socket:

@@ -1,4 +1,4 @@
-"""Clients that send too much, too slowly or not at all, and those that do not read: others are served meanwhile."""
+"""Clients that send too much, too slowly or not at all, or do not read: other clients are served meanwhile."""
 
 from __future__ import annotations
 
@@ -289,7 +289,7 @@ def test_no_client_holds_more_bytes_than_it_leaves_to_others() -> None:
 
 
 def test_an_answer_that_is_read_slowly_but_steadily_arrives(wary: RunningService) -> None:
-    """It takes longer than the time for one MiB, which is what a client has for each."""
+    """The answer takes longer than the time limit for one MiB, which applies to each MiB."""
     client = ask_for_much(wary)
     answer = bytearray()
     with client:
@@ -344,5 +344,5 @@ def test_nobody_chooses_the_address_that_is_counted(service: RunningService) -> 
 
 @pytest.mark.parametrize("sent_by_the_client", ["", "198.51.100.1, "])
 def test_a_trusted_proxy_names_the_client(wary: RunningService, sent_by_the_client: str) -> None:
-    """The proxy adds its client's address at the end; what stands before is the client's own word."""
+    """The proxy appends its client's address; the client itself may have written all earlier addresses."""
     assert client_in_the_log(wary, f"{sent_by_the_client}203.0.113.7") == "203.0.113.7"

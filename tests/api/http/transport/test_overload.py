@@ -69,7 +69,7 @@ class PretendingWorker(MadeUpWorker):
 
 
 class Outcome(NamedTuple):
-    """What became of a request, when it arrived, and how long that took, s."""
+    """The outcome of a request, its arrival time and its duration, s."""
 
     arrived: float
     name: str
@@ -125,7 +125,7 @@ async def again_and_again(
     client: str = "",
     deadline: float = 10.0,
 ) -> list[Outcome]:
-    """Ask one request after the other, as a client does that does not mind what a refusal says."""
+    """Send one request after the other, like a client that ignores refusals."""
     rng, loop = np.random.default_rng(0), asyncio.get_running_loop()
     end, outcomes = loop.time() + seconds, []
     while loop.time() < end:
@@ -162,10 +162,10 @@ def lognormal(mean: float, spread: float = 0.5) -> Callable[[np.random.Generator
 def test_workers_do_what_can_be_done_and_the_rest_is_refused_at_once(
     simulate: Any, times: float, goodput: float
 ) -> None:
-    """20 clients of `min_effort` got half of what the workers can do, and a cheap client beside them nothing.
+    """20 clients of `min_effort` used half of the workers' capacity, and a cheap client beside them got nothing.
 
-    Random arrivals at just the capacity leave workers idle at times, and refuse some at others: of queues with two
-    workers and nine places, which is what the deadline leaves room for, 92 % at best.
+    Random arrivals at exactly the capacity sometimes leave workers idle and sometimes cause refusals. The deadline
+    limits the queue to two workers and nine places, which serve at most 92 % of the requests.
     """
     mean, seconds, cheap_takes = 1.8, 200.0, 0.004
     capacity = WORKERS / mean

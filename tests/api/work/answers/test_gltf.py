@@ -14,7 +14,7 @@ from planner import Robot, Shape, load_robot
 from tests.planner.shapes.mesh_files import bodies, stl
 
 TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""From the axes of glTF, of which y points up, to those of the robot."""
+"""Rotation from the axes of glTF, of which y points up, to the robot's axes."""
 
 ROUND = 0.02
 """Round shapes are drawn with flat sides, inside of them by no more than so much of their radius."""
@@ -31,7 +31,7 @@ def robots() -> list[Robot]:
 
 
 def reach(robot: Robot, directions: np.ndarray) -> np.ndarray:
-    """How far the whole robot goes along directions at position 0."""
+    """Return the largest extent of the whole robot along directions at position 0."""
     pin.forwardKinematics(robot.model, robot.data, np.zeros(robot.dof))
     reaches = []
     for each in robot.collision_shapes:

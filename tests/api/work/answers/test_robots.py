@@ -50,7 +50,7 @@ def test_the_description_is_plain_json(robot_id: str) -> None:
 
 @pytest.mark.parametrize("robot_id", sorted(OWN))
 def test_frames_can_be_placed_by_the_description(robot_id: str) -> None:
-    """What a viewer computes from `chain` and `placements` is where Pinocchio has the frames."""
+    """Frames that a viewer computes from `chain` and `placements` equal Pinocchio's frames."""
     robot = load_robot(robot_id)
     description = describe(robot)
     (q,) = np.random.default_rng(3).uniform(-2.0, 2.0, (1, robot.dof))

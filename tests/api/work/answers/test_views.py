@@ -61,7 +61,7 @@ def test_the_report_of_eleven_waypoints_is_small() -> None:
 
 @built
 def test_a_report_has_the_links_of_a_robot_without_shapes_to_look_at(service: RunningService) -> None:
-    """They are those that the service tells of, where it does."""
+    """The report has the same links as the service's description, if that lists links."""
     box = '<link name="l1"><collision><geometry><box size="0.1 0.2 0.3"/></geometry></collision></link>'
     model = requests.urdf_robot('<link name="l0"/>' + box + requests.urdf_joint(0, "l0", "l1"), id="boxed")
     assert service.post("/v1/robots", model).status_code == 201
@@ -74,7 +74,7 @@ def test_a_report_has_the_links_of_a_robot_without_shapes_to_look_at(service: Ru
 
 @built
 def test_a_report_has_the_scene_that_was_asked_by_its_id(service: RunningService) -> None:
-    """It has the scene itself, as the report asks nobody, and the links that are held against it."""
+    """The report embeds the scene, since it makes no request, and the links that are checked against it."""
     post = {"id": "post", "shape": {"kind": "sphere", "radius": 0.05}, "pose": {"position": [1.0, 1.0, 0.0]}}
     created = service.post("/v1/scenes", {"id": "beside_a_post", "objects": [post]})
     assert created.status_code == 201, created.text

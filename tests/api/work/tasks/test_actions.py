@@ -1,4 +1,4 @@
-"""Actions of a request: their times in the answer, the waits in the motion, and what is refused."""
+"""Actions of a request: their times in the answer, their waits in the trajectory, and refusals."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_a_program_sets_outputs_and_a_table_refuses(service: RunningService) -> 
 
 
 def test_actions_of_a_waypoint_are_those_of_the_request_at_it(service: RunningService) -> None:
-    """After those of the request that are there; a wait lengthens the dwell, which the next one comes after."""
+    """They follow the request's actions at the waypoint; a wait lengthens the dwell before the next action."""
     there = [{"kind": "wait", "duration": 0.5}, {"kind": "set_output", "name": "gripper", "value": True}]
     waypoints = [THREE[0], {**THREE[1], "actions": there}, THREE[2]]
     own = [output(False, waypoint=1)]

@@ -153,7 +153,7 @@ def test_goal_region_is_planned_clear_of_the_bin(service: RunningService) -> Non
 
 @pytest.mark.usefixtures("ur10e")
 def test_bin_p00_is_refused_since_no_turn_of_the_palm_has_room(service: RunningService) -> None:
-    """The part lies 50 mm from two walls in a corner; a palm of 140 mm by 50 mm is longer than that in every turn."""
+    """The part lies 50 mm from two walls in a corner. A palm of 140 mm by 50 mm needs more room in every turn."""
     request = case("bin_p00")
     (palm,) = (thing["shape"]["size"] for thing in request["scene"]["attached"] if thing["id"] == "palm")
     walls = {thing["id"]: thing for thing in request["scene"]["objects"]}

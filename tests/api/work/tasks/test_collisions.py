@@ -1,4 +1,4 @@
-"""Scenes over HTTP: plans that keep clear, collisions of postures and trajectories, and bodies that are refused."""
+"""Scenes over HTTP: collision-free plans, collisions of joint positions and trajectories, and refused bodies."""
 
 from __future__ import annotations
 

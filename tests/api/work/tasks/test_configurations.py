@@ -1,4 +1,4 @@
-"""Named configurations over HTTP: asked at a pose, told with every solution."""
+"""Named configurations over HTTP: requested at a pose, returned with every solution."""
 
 from __future__ import annotations
 

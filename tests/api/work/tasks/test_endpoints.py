@@ -1,4 +1,4 @@
-"""Every endpoint, asked well."""
+"""Valid requests to every endpoint."""
 
 from __future__ import annotations
 
@@ -274,7 +274,7 @@ def test_workspace_of_the_published_arm(service: RunningService) -> None:
 
 
 def test_a_cloud_is_no_larger_than_any_other_answer() -> None:
-    """What a worker of a service with narrow caps replies, without the service."""
+    """The reply of a worker of a service with small caps, without the service."""
     caps = Caps(max_deadline=60.0, max_waypoints=10, max_samples=1000, memory_mib=1024)
 
     def reply(samples: int) -> Reply:
@@ -310,7 +310,7 @@ def test_torques_are_those_of_what_is_carried(service: RunningService) -> None:
 
 
 def test_torques_hold_a_payload(service: RunningService) -> None:
-    """J^T F of document 004, and what is omitted is zero."""
+    """The torques equal J^T F of document 004; an omitted field is zero."""
     request = {"robot": "date_sorting_arm", "payload": {"mass": 2.0}, "positions": [[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]]}
     path = "/v1/dynamics/inverse"
     answer = checked(service.post(path, request), dynamics.InverseDynamicsAnswer)

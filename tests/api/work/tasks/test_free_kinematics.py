@@ -1,4 +1,4 @@
-"""Solutions in a scene over HTTP: which are free, what is in the way of the others, and what is asked amiss."""
+"""Solutions in a scene over HTTP: free solutions, obstacles of the others, and invalid requests."""
 
 from __future__ import annotations
 

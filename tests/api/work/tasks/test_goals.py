@@ -1,4 +1,4 @@
-"""What a request leaves open of its goals, and where the answer says that they are."""
+"""Tolerance regions of requested goals, and the chosen goals in the answer."""
 
 from __future__ import annotations
 

@@ -186,7 +186,7 @@ def test_a_polyline_without_corners_or_without_a_blend_is_refused(
 
 
 def test_the_turn_of_a_drill_is_chosen_and_answered(service: RunningService) -> None:
-    """Its axis is the one asked; written as it is, the pose would turn the wrist by two radians and more."""
+    """The drill has the requested axis; the pose as written would turn the wrist by two radians or more."""
     request = json.loads((ROOT / "examples" / "free_turn.json").read_text(encoding="utf-8"))
     plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
     for waypoint in plan["waypoints"][1:3]:
@@ -218,7 +218,7 @@ def test_a_waypoint_is_passed_at_the_velocity_asked(service: RunningService) -> 
 
 
 def test_each_waypoint_has_its_tool(service: RunningService) -> None:
-    """The poses of the answer by forward kinematics with that tool; what a camera sees is not where a gripper grips."""
+    """Poses of the answer equal the forward kinematics with that tool; camera and gripper have different frames."""
     request = json.loads((ROOT / "examples" / "two_tools.json").read_text(encoding="utf-8"))
     answer = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
     tools = [None, request["waypoints"][1]["tool"], request["waypoints"][2]["tool"], request["waypoints"][2]["tool"]]

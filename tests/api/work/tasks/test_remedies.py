@@ -1,4 +1,4 @@
-"""Remedies that are told can be asked: within the bounds of the schema, and with an answer that is not too long."""
+"""A returned remedy is a valid request: within the bounds of the schema, and with an answer of permitted length."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ POSES = (Pose((0.1, 0.0, 0.0), None),)
 
 
 def remedies_that_help(service: RunningService, request: dict[str, Any]) -> tuple[set[str], set[str]]:
-    """Return the changes of a refusal, each of which is asked, and its hints."""
+    """Return the changes of a refusal, after a request with each of them, and its hints."""
     problem = service.post(PLAN, request).json()
     remedies = problem.get("remedies", [])
     for chosen in range(len(remedies)):
@@ -46,7 +46,7 @@ def remedies_that_help(service: RunningService, request: dict[str, Any]) -> tupl
 def test_a_duration_that_is_told_can_be_asked(
     service: RunningService, kind: str, velocity: float, hints: set[str]
 ) -> None:
-    """0.2 rad take 2e7 s, where 1e6 may be asked, or 2e4 s, which are two million rows."""
+    """0.2 rad take 2e7 s, more than the permitted 1e6 s, or 2e4 s, which give two million rows."""
     waypoints = [joint(0.1, 0.2, 0.3), joint(0.3, 0.2, 0.3, duration=5.0)]
     limits = {"velocity": [velocity, 0.5, 0.5]}
     request = plan_request(waypoints=waypoints, limits=limits, backend={"kind": kind}, sample_period=0.01)

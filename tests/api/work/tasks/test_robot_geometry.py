@@ -119,7 +119,7 @@ def zip_with(change: Any) -> str:
 
 
 def says_it_is_small(data: bytearray) -> None:
-    """The directory and the file itself say that the file has 10 bytes unpacked."""
+    """Write an unpacked size of 10 bytes into the archive's directory and the file's header."""
     at = data.index(b"PK\x01\x02")
     struct.pack_into("<I", data, at + 24, 10)
     struct.pack_into("<I", data, 22, 10)

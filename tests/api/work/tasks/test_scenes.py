@@ -115,7 +115,7 @@ def test_every_request_with_a_scene_takes_its_id(service: RunningService, keep: 
 
 
 def test_a_batch_keeps_the_scenes_that_it_names(service: RunningService, keep: Callable[..., httpx.Response]) -> None:
-    """Whatever becomes of the id afterwards, as of those of robots."""
+    """The batch keeps its scenes even if their ids change later, as with robots."""
     keep(id="of_a_batch", objects=[BALL])
     service.post("/v1/robots", dh_robot(id="in_a_batch"))
     requests = [plan_request(scene="of_a_batch"), plan_request(scene="nowhere"), plan_request()]
@@ -253,7 +253,7 @@ def test_scenes_of_other_clients_can_be_used_but_not_changed(
 def test_changes_at_the_same_time_are_all_made_or_refused(
     service: RunningService, keep: Callable[..., httpx.Response]
 ) -> None:
-    """None is lost without a word: what is there in the end is what was answered with 200."""
+    """No change is lost silently: the final scene contains exactly the changes answered with 200."""
     keep(id="busy")
 
     def add(k: int) -> int:

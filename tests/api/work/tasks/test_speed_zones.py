@@ -1,4 +1,4 @@
-"""Speed zones over HTTP: plans are slowed, other trajectories are held against them."""
+"""Speed zones over HTTP: plans are slowed, other trajectories are checked against the zones."""
 
 from __future__ import annotations
 

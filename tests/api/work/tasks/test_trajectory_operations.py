@@ -1,4 +1,4 @@
-"""The operations on trajectories over HTTP: what comes in is a plan's own answer, or samples."""
+"""The operations over HTTP on trajectories, given as a plan's own answer or as samples."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def test_operations_keep_clear_of_a_scene_or_are_refused(service: RunningService
 
 
 def test_a_stop_off_the_path_is_held_against_the_scene(service: RunningService) -> None:
-    """What a stop reaches on its own may be in the way: a pole where it ends."""
+    """A stop off the path may reach an obstacle: a pole stands at its end."""
     velocity = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     body = {"state": {"position": SWING["position"][0], "velocity": velocity}, "self_collision": False}
     free = post(service, "stop", body)

@@ -1,4 +1,4 @@
-"""POST /v1/trajectories/validate: what a controller makes of samples, and that plans say the same of their own."""
+"""POST /v1/trajectories/validate: interpolation of samples by a controller, and the same verdict in plans."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ VALIDATE = "/v1/trajectories/validate"
 def test_a_plan_says_what_its_samples_are_validated_as(
     service: RunningService, kind: str, sample_period: float
 ) -> None:
-    """Defect 7 of issue 11: the service's own samples failed without a word, run by another law than the plan's."""
+    """Defect 7 of issue 11: the service's own samples failed silently under another time scaling than the plan's."""
     waypoints = [joint(0.3, -1.2, 1.4, 0.2, 0.6, 0.1), joint(0.9, -1.6, 1.1, -0.4, 0.2, 0.5)]
     common = {"robot": "kuka_kr16_l6_2", "limits": {"velocity_scale": 0.5}}
     asked = {"waypoints": waypoints, "backend": {"kind": kind}, "sample_period": sample_period}
