@@ -152,12 +152,16 @@ def test_back_ends_are_compared(page: Page) -> None:
     expect(page.locator("table.compare thead")).to_contain_text("Effort per second")
     jerks: dict[str, str] = {}
     for row in rows.all():
-        duration, _, jerk, _, computed = row.locator("td.number").all_inner_texts()
+        duration, _, power, energy, jerk, _, computed = row.locator("td.number").all_inner_texts()
         assert float(duration) > 0.0
         assert float(computed) > 0.0
+        assert float(power) > 0.0 < float(energy)
         jerks[row.get_by_role("rowheader").inner_text().strip()] = jerk
     for name in ("cubic", "trapezoidal", "toppra"):  # accelerations jump
-        assert jerks[name] == "unbounded"
+        assert jerks[name] == "∞"
+    table, panel = (page.locator(part).bounding_box() for part in ("table.compare", ".panel.result"))
+    assert table is not None and panel is not None
+    assert table["x"] + table["width"] <= panel["x"] + panel["width"]
     assert float(jerks["quintic"]) > 0.0
     page.get_by_role("button", name="Use ruckig").click()
     expect(page.locator(".verdict")).to_contain_text("by ruckig")

@@ -26,9 +26,6 @@ export function Compare() {
                 <th scope="col">{texts.compare.jerk}</th>
                 <th scope="col">{texts.compare.deviation}</th>
                 <th scope="col">{texts.compare.took}</th>
-                <th scope="col">
-                  <span class="visually-hidden">{texts.compare.use}</span>
-                </th>
               </tr>
             </thead>
             <tbody>
@@ -50,7 +47,10 @@ function Entry({ entry, index }: { entry: Compared; index: number }) {
   return (
     <tr>
       <th scope="row">
-        <span class="swatch" style={{ background: jointColour(index) }} /> {backend}
+        <span class="swatch" style={{ background: jointColour(index) }} />{' '}
+        <button type="button" aria-label={`${texts.compare.use} ${backend}`} onClick={() => chooseBackend(backend)}>
+          {backend}
+        </button>
       </th>
       {problem ? (
         <td colSpan={7}>{problem.title}</td>
@@ -60,16 +60,11 @@ function Entry({ entry, index }: { entry: Compared; index: number }) {
           <td class="number">{figure(mean_effort)}</td>
           <td class="number">{figure(peak_power)}</td>
           <td class="number">{figure(mechanical_energy)}</td>
-          <td class="number">{jerk_is_bounded === false ? texts.result.unbounded : figure(peak_jerk)}</td>
+          <td class="number">{jerk_is_bounded === false ? <abbr title={texts.result.unbounded}>∞</abbr> : figure(peak_jerk)}</td>
           <td class="number">{figure(path_deviation === null ? null : path_deviation * 1000)}</td>
           <td class="number">{figure(took === null ? null : Math.round(took * 1000), 6)}</td>
         </>
       )}
-      <td>
-        <button type="button" aria-label={`${texts.compare.use} ${backend}`} onClick={() => chooseBackend(backend)}>
-          {texts.compare.use}
-        </button>
-      </td>
     </tr>
   );
 }

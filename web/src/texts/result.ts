@@ -64,7 +64,7 @@ export const ofResult = {
     deviation: 'Off path (mm)',
     took: 'Com\u00adputed (ms)',
     use: 'Use',
-    hint: 'The paths are shown as dashed lines in the colours of the table.',
+    hint: 'The paths are shown as dashed lines in the colours of the table. Click the name of a back end to use it.',
   },
   exports: {
     files: 'As a file',
