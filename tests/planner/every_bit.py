@@ -8,7 +8,7 @@ import planner
 
 
 def every_bit(plan: planner.Plan) -> tuple[Any, ...]:
-    """Return values that are equal for equal plans only: the trajectory's bytes, the certificate, warnings, gains."""
+    """Return values that only equal plans share: the trajectory's bytes, the certificate, warnings and gains."""
     arrays = (
         getattr(plan.trajectory, name) for name in ("lengths", "coefficients", "segments", "arrivals", "departures")
     )

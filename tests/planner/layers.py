@@ -39,7 +39,7 @@ LAYERS = (
     "export",
     "",
 )
-"""Files and folders of `planner/`, from the ground up; the last is the package's own `__init__`."""
+"""Files and folders of `planner/`, from the lowest layer up; the last is the package's own `__init__`."""
 
 BACK_ENDS = (
     "base",

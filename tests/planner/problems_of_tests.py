@@ -1,4 +1,4 @@
-"""Problems that several tests plan."""
+"""Problems shared by several tests."""
 
 from __future__ import annotations
 
@@ -39,19 +39,19 @@ from planner.spatial import rotation_from_rpy
 from tests.sizes import SIZE
 
 REQUESTS = int(os.environ.get("REQUESTS") or SIZE.requests)
-"""Random requests a back end that its properties are tried on, a tenth of them along paths of the tool."""
+"""Number of random requests for the properties of each back end, a tenth of them along paths of the tool."""
 
 PARTS = range(4)
-"""Tests that they are spread over, which can run side by side, each with random numbers of its own."""
+"""Number of tests that share them, which can run side by side, each with random numbers of its own."""
 
 PARTS_CARRIED = (Payload(1.0, (0.0, 0.0, 0.1)), Payload(4.0, (0.05, 0.0, 0.1), (0.02, 0.02, 0.01)))
-"""Things that arms with inertias pick up on their way."""
+"""Parts that arms with inertias pick up."""
 
 WORK_OBJECT = Pose.from_rpy([0.3, -0.2, 0.1], [0.2, -0.4, 1.0])
-"""A frame that every second pose is given in."""
+"""A frame for every second pose."""
 
 TOOLS = (Pose([0.0, 0.02, 0.12]), Pose.from_rpy([0.05, 0.0, 0.2], [0.0, 0.6, 0.0]))
-"""Tools that arms change to on their way."""
+"""Tools of arms with tool changes."""
 
 REGIONS: tuple[Free, ...] = (
     "rotation_z",
@@ -65,30 +65,30 @@ LEAST_DURATIONS = (0.0, 0.0, 0.0, 0.1, 2.0)
 """Requested least durations of segments, s."""
 
 RANGES = (None, None, (0.3, 1.0), (1.0, 0.6))
-"""Shares of limits downwards and upwards where they differ."""
+"""Shares of limits downwards and upwards, which may differ."""
 
 Check = Callable[[PlanningProblem], None]
-"""Fails where something does not hold of a problem's plan."""
+"""A check that fails if a problem's plan breaks a property."""
 
 ARMS = ("ngv_refuelling_arm", "date_sorting_arm", "three_dof_arm", "kuka_kr16_l6_2")
 
 ARMS_OF = {"min_effort": ("kuka_kr16_l6_2",)}
-"""The arms of a back end that asks more of an arm: inertias."""
+"""The arms of a back end that needs inertias."""
 
 MOST_WAYPOINTS_OF = {"min_effort": 3}
-"""Of a back end that takes longer than others; 8 otherwise."""
+"""The most waypoints for a slower back end; the others have 8."""
 
 OPTIONS_OF: dict[str, dict[str, object]] = {"min_effort": {"knots": 8, "max_joint_deviation": 0.3}}
-"""Of such a back end, less than its defaults, and what these leave out."""
+"""Options of a slower back end, smaller than its defaults, and the properties that these leave out."""
 
 
 def backend_of(kind: str) -> BackEnd:
-    """Return the back end of a kind, with options by which it takes no longer than the others."""
+    """Return the back end of a kind, with options that make it about as fast as the others."""
     return BACKENDS[kind](**OPTIONS_OF.get(kind, {}))
 
 
 def try_on_random(examples: int, part: int, problem: st.SearchStrategy[PlanningProblem], check: Check) -> None:
-    """Try what must hold on some of the requests of a part, the same ones each time."""
+    """Check some of the requests of a part, the same ones each time."""
 
     @seed(part)
     @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck))
@@ -100,14 +100,14 @@ def try_on_random(examples: int, part: int, problem: st.SearchStrategy[PlanningP
 
 
 def random_position(robot: Robot, rng: np.random.Generator) -> tuple[float, ...]:
-    """Return within the limits; within half a turn where there are none."""
+    """Draw a joint position within the limits, or within half a turn where there are none."""
     lower = np.maximum(robot.limit("lower"), -np.pi)
     upper = np.minimum(robot.limit("upper"), np.pi)
     return tuple(rng.uniform(lower, upper).tolist())
 
 
 def problem_of(robot_id: str, seed: int, count: int, scale: float = 1.0) -> PlanningProblem:
-    """`count` random joint waypoints whose spread shrinks with `scale`."""
+    """Draw `count` random joint waypoints whose spread shrinks with `scale`."""
     robot, rng = load_robot(robot_id), np.random.default_rng(seed)
     first = np.array(random_position(robot, rng))
     positions = [first] + [first + scale * (np.array(random_position(robot, rng)) - first) for _ in range(count - 1)]
@@ -159,7 +159,7 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
 
 
 def _actions(waypoints: list[AnyWaypoint], drawn: list[int]) -> tuple[Action, ...]:
-    """Return outputs and waits at waypoints, and outputs at the start by distance and time, by the numbers drawn."""
+    """Return outputs and waits at waypoints, and outputs at the start by distance and time, from drawn numbers."""
     actions: list[Action] = []
     for number in drawn:
         at = AtWaypoint(number % len(waypoints))
@@ -173,7 +173,7 @@ def _actions(waypoints: list[AnyWaypoint], drawn: list[int]) -> tuple[Action, ..
 
 
 def _ranges(robot: Robot, quantity: str, shares: tuple[float, float] | None) -> tuple[tuple[float, float], ...] | None:
-    """Return the joints' limits, every second one of them turned around; None: as the robot has them."""
+    """Return the joints' limits with every second one reversed, or None for the robot's own."""
     if shares is None:
         return None
     limits = np.minimum(robot.limit(quantity), 1e3).tolist()
@@ -182,7 +182,7 @@ def _ranges(robot: Robot, quantity: str, shares: tuple[float, float] | None) -> 
 
 @st.composite
 def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
-    """Return poses around a random joint position, by motions and transitions of all kinds, for a kind of back end."""
+    """Draw poses around a random joint position, with motions and transitions of all kinds, for a kind of back end."""
     robot = load_robot(draw(st.sampled_from(ARMS_OF.get(kind, ARMS))))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     first = 0.7 * np.array(random_position(robot, rng)) + 0.3 * robot.middle

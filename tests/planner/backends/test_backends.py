@@ -105,7 +105,7 @@ def segment_durations(trajectory: Trajectory) -> np.ndarray:
 
 @pytest.mark.parametrize(("t1", "t3"), [(0.4, 0.4), (0.2, 0.7), (1.0, 0.1)])
 def test_trapezoid_with_times_integrates_its_accelerations(t1: float, t3: float) -> None:
-    """Constant a1 for t1, nothing, constant -a3 for t3: integrated by hand, it must arrive at rest."""
+    """Constant a1 for t1, zero, then constant -a3 for t3, integrated by hand, must end at rest."""
     problem = problem_of("ngv_refuelling_arm", 7, 2, 0.1)
     waypoints = (problem.waypoints[0], replace(problem.waypoints[1], duration=2.5))
     result = plan(replace(problem, waypoints=waypoints), Trapezoidal(t1, t3))
@@ -120,7 +120,7 @@ def test_trapezoid_with_times_integrates_its_accelerations(t1: float, t3: float)
 
 
 def test_trapezoid_times_choose_the_shortest_cruise() -> None:
-    """With fixed ramps the shortest duration runs into a velocity or acceleration limit, and no further."""
+    """With fixed ramps, the shortest duration just reaches a velocity or acceleration limit."""
     problem = problem_of("ngv_refuelling_arm", 7, 5)
     result = plan(problem, Trapezoidal(acceleration_time=0.3))
     ratios = {check.quantity: check.ratio for check in result.certificate.checks}
@@ -166,7 +166,7 @@ def test_a_duration_too_short_is_refused_with_a_remedy_that_works(kind: str) -> 
 
 
 def worst_on_dense_samples(result: Plan, quantity: str) -> float:
-    """Return largest value over its limit on 4,000 samples: torque and tool speed computed outside the certificate."""
+    """Return the largest value over its limit on 4,000 samples, without the certificate."""
     times = np.linspace(0.0, result.trajectory.duration, 4001)
     position, velocity, acceleration = result.trajectory.evaluate(times)
     if quantity == "torque":
@@ -267,7 +267,7 @@ def test_a_ramp_of_a_millisecond_in_a_motion_of_an_hour_keeps_its_limits() -> No
 
 
 def test_a_trapezoid_under_a_limit_of_the_tools_speed_cruises_at_it() -> None:
-    """It was stretched as a whole, its ramps as well: twice the time where it is mostly ramps."""
+    """The whole was stretched, ramps included: twice the time where it is mostly ramps."""
     problem = problem_of("kuka_kr16_l6_2", 0, 2, 0.3)
     free, slow = (
         plan(problem, Trapezoidal()),
@@ -279,5 +279,5 @@ def test_a_trapezoid_under_a_limit_of_the_tools_speed_cruises_at_it() -> None:
 
 
 def replace_limits(result: Plan, of: Plan) -> Plan:
-    """Return the motion of one plan, under the limits of another."""
+    """Return the motion of one plan under the limits of another."""
     return replace(result, path=replace(result.path, limits=of.path.limits))

@@ -19,7 +19,7 @@ from planner.time_scaling.fastest import time_group
 from tests.planner.backends.ruckig.ruckig_problems import passing
 
 SLOWER = 1.001
-"""Factor by which a duration may be longer than another that it is to be no longer than."""
+"""Factor by which a duration may exceed the duration that bounds it."""
 
 Shape = Callable[[np.random.Generator, int], FloatArray]
 
@@ -31,7 +31,7 @@ def through(robot_id: str, positions: FloatArray, limits: Limits = Limits()) -> 
 
 
 def retime(count: int) -> PlanningProblem:
-    """Return the dense list of the case auto_retime.json, which has 51 waypoints, with that many."""
+    """Return the dense list of the case auto_retime.json, which has 51 waypoints, with `count` waypoints."""
     t = np.linspace(0.0, 50.0, count)
     rest = np.full_like(t, -1.5)
     lift = 1.5 + 0.2 * (1.0 - np.cos(0.08 * t))
@@ -50,7 +50,7 @@ def test_case_auto_retime(count: int) -> None:
 
 @pytest.mark.parametrize("count", [3, 10, 40])
 def test_waypoints_on_a_line_cost_no_time(count: int) -> None:
-    """Through waypoints of one straight line in joint space, it took twice as long as without them."""
+    """Through waypoints on one straight line in joint space, the motion took twice as long as without them."""
     start, end = np.array([0.0, -1.5, 1.5, -1.5, -1.5, 0.0]), np.array([0.5, -1.1, 1.2, -1.0, -1.8, 0.7])
     shares = np.linspace(0.0, 1.0, count)[:, None] ** 1.3
     direct, passed = (

@@ -121,7 +121,7 @@ def test_blends_beside_other_waypoints_are_about_as_fast_as_stops(order: str, di
 
 @pytest.mark.parametrize("distance", [1e-8, 1e-5])
 def test_lines_of_no_length_are_passed_and_blended(distance: float) -> None:
-    """The direction of such a line was rounding, and lines that go on along it were refused for a corner."""
+    """The direction of such a line was rounding, and lines along it were refused for a corner."""
     robot = load_robot("ur5")
     (start,) = forward_kinematics(robot, [NEAR_UR5])
 

@@ -1,4 +1,4 @@
-"""Seams at millimetres a second take their length by the speed and what ramps ask, with every back end."""
+"""Seams at a few mm/s: their durations follow from speed and ramps, with every back end."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SLOWNESS = {"cubic": 1.5, "quintic": 15.0 / 8.0}
 """Peak over mean speed of the time scalings from rest to rest without cruise."""
 
 RAMPS = 1.0
-"""What ramps and corners may take, s: a few hundredths of a second each at these speeds."""
+"""Allowance for ramps and corners, s: a few hundredths of a second each at these speeds."""
 
 
 class Seam(NamedTuple):
@@ -78,7 +78,10 @@ def seam(arm: str, start: Pose, angle: float, legs: list[float], radii: list[flo
 
 
 def random_seam(rng: np.random.Generator) -> Seam:
-    """Return half of them symmetric, along an axis of the base, in whole millimetres and with a common radius."""
+    """Draw a seam; half of them are symmetric.
+
+    The symmetric ones lie along an axis of the base, in whole millimetres and with a common radius.
+    """
     arm = str(rng.choice(list(POSTURES)))
     posture = np.array(POSTURES[arm][rng.integers(len(POSTURES[arm]))])
     count, structured = int(rng.choice([1, 3, 5])), rng.uniform() < 0.5

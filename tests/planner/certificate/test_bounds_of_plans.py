@@ -1,4 +1,4 @@
-"""Bounds of the plans of every back end against dense samples, in which no code of the bounds takes part."""
+"""Bounds of the plans of every back end against dense samples, which use no code of the bounds."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from planner.trajectories.trajectory import Trajectory
 from tests.sizes import NAME
 
 PLANS, SAMPLES = {"quick": (2, 20_000), "large": (12, 100_000), "soak": (150, 1_000_000)}[NAME]
-"""The plans of each back end, and the samples of each."""
+"""Number of plans of each back end, and of samples of each plan."""
 
 SHARES = np.array([1e-6, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0 - 1e-6])
-"""Shares of each piece at which it is sampled, besides: some pieces are shorter than the time between two samples."""
+"""Fractions of each piece for additional samples: some pieces are shorter than the sample time."""
 
 ROUNDING_OF_SAMPLES = 1e-10
 """Relative amount by which rounding alone may put a sample above a bound."""
@@ -32,7 +32,7 @@ ABOVE = 0.01
 """Relative amount by which a bound may exceed the largest sample."""
 
 WIDE = dict.fromkeys(TCP_ORDERS, 1000.0)
-"""Limits of the tool that bind nowhere, so that the certificate reports its motion."""
+"""Limits of the tool that never bind, so that the certificate reports its motion."""
 
 
 def random_problem(seed: int) -> PlanningProblem:

@@ -1,4 +1,4 @@
-"""The certificate of trajectories that no back end of ours has just made."""
+"""The certificate of trajectories that did not come straight from a back end."""
 
 from __future__ import annotations
 

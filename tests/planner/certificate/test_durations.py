@@ -1,4 +1,4 @@
-"""Durations of the request as a check of the certificate: judged by arrivals, departures and standing joints."""
+"""Requested durations as a check of the certificate: by arrivals, departures and dwells."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def duration_checks(made: Plan) -> list[Check]:
 
 @pytest.mark.parametrize("whole", [1.85, 1.9, 2.0])
 def test_min_effort_keeps_a_minimum_duration_within_a_duration_of_the_whole(whole: float) -> None:
-    """The search beats the quintic, so that the whole may be shorter than the quintic's, which keeps the minimum."""
+    """The search beats the quintic, so the whole may be shorter than the quintic that keeps the minimum."""
     waypoints = [JointWaypoint(START), JointWaypoint(NEAR, minimum_duration=1.0), JointWaypoint(FAR)]
     made = plan(PlanningProblem(ROBOT, waypoints, duration=whole), MinEffort(knots=16))
     assert made.trajectory.arrivals[1] >= 1.0 - 1e-9

@@ -24,7 +24,7 @@ def trajectory_of(lengths: np.ndarray, coefficients: np.ndarray) -> Trajectory:
 
 
 def largest(coefficients: np.ndarray, lengths: np.ndarray, measure: np.ndarray) -> tuple[int, int, float, float]:
-    """Return piece, joint, local time and value."""
+    """Return piece, joint, local time and value of the largest magnitude."""
     polynomials = derivatives_on_unit_time(PiecewisePolynomial(lengths, coefficients), 1)[0]
     piece, joint, u, value = largest_magnitude(polynomials, measure)
     return piece, joint, u * lengths[piece], value
@@ -54,7 +54,7 @@ def test_largest_magnitude_is_never_below_100_000_samples(seed: int, order: int,
 
 
 def test_a_peak_between_two_samples_is_found() -> None:
-    """A bump a millionth wide: any sampling of the piece misses it."""
+    """A bump is a millionth of the piece wide: samples would miss it."""
     centre = 0.3123456789
     # -(t - c)^2 k + 1 on a piece of 2e-6 s in the middle of an idle second
     k = 1e12

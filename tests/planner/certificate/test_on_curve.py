@@ -1,4 +1,4 @@
-"""Samples of a curve are found on it, though some of it is left out, and at sharp bends."""
+"""Samples of a curve are located on it, even if parts are left out, and at sharp bends."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermit
 
 @pytest.mark.parametrize("seed", range(3))
 def test_samples_are_found_wherever_they_are(seed: int) -> None:
-    """Quintics through random points, some of which are passed slowly and others fast; u is known of each sample."""
+    """Quintics pass random points slowly or fast; u is known for each sample."""
     rng = np.random.default_rng(seed)
     lengths = rng.uniform(0.01, 1.0, 30)
     lengths /= lengths.sum()

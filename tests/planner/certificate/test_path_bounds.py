@@ -1,4 +1,4 @@
-"""Bounds on deviations from lines and circles: no dense sample exceeds one, each is almost reached."""
+"""Bounds on deviations from lines and circles: no dense sample exceeds them, and each is almost reached."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ STARTS = {
     "ur5e": (0.2, -1.4, 1.6, -1.5, -1.4, 0.1),
     "fr3": (0.1, -0.3, 0.2, -1.9, 0.2, 1.7, 0.5),
 }
-"""Joint positions, rad, around which there is room for paths."""
+"""Joint positions, rad, with space for paths around them."""
 
 SAMPLES = 20 if NAME == "quick" else 300
 """Samples of each trajectory."""
 
 FRACTIONS = np.linspace(0.0, 1.0, 401)
-"""Fractions of a path among which the nearest pose to a sample is searched first."""
+"""Fractions of a path at which the search for the nearest pose starts."""
 
 ROUNDINGS = 6
-"""Times that the search goes on between the neighbors of the best fraction, on a grid 50 times finer each."""
+"""Number of refinements of the search between the neighbours of the best fraction, each 50 times finer."""
 
 ROUNDING = 1e-10
-"""m and rad: deviations below it are rounding."""
+"""Deviations below this are rounding, m and rad."""
 
 SEEDS = range({"quick": 1, "large": 15, "soak": 60}[NAME])
 """Seeds of random paths."""
@@ -59,7 +59,7 @@ def moved(pose: Pose, shift: list[float], turn: list[float]) -> Pose:
 
 
 def paths(pose: Pose, seed: int) -> dict[str, list[PoseWaypoint]]:
-    """Return paths from a pose on: lines, circles, turns on the spot, and corners that are cut."""
+    """Return paths that start at a pose: lines, circles, turns on the spot, and cut corners."""
     rng = np.random.default_rng(seed)
     shifts, turns = rng.uniform(-0.08, 0.08, (4, 3)), rng.uniform(-0.3, 0.3, (4, 3))
     goals = [moved(pose, *each) for each in zip(shifts.tolist(), turns.tolist(), strict=True)]

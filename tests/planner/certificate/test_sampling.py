@@ -26,7 +26,7 @@ from planner.robots import load_robot
 from tests.planner.problems_of_tests import backend_of, path_problems, problem_of, problems
 
 SAMPLED = {"torque", *TCP_QUANTITIES}
-"""The quantities whose peaks are sampled: in other places where pieces are cut at the segments."""
+"""Quantities whose peaks are sampled, at other points where pieces are cut at the segments."""
 
 
 def says_the_same(said: Certificate, found: Certificate) -> None:
@@ -120,7 +120,7 @@ def test_the_ratios_are_those_of_the_splines_of_scipy(kind: str) -> None:
 
 
 def test_limits_are_those_in_force_at_each_time() -> None:
-    """A segment with a tenth of the velocity keeps that, and a plan that hurries elsewhere is no reason to fail."""
+    """A segment with 10 % of the velocity limit keeps it; a plan that is faster elsewhere is no failure."""
     problem = problem_of("kuka_kr16_l6_2", 5, 3, 0.3)
     slow = Limits(velocity_scale=0.1)
     waypoints = (*problem.waypoints[:2], replace(problem.waypoints[2], limits=slow))
@@ -139,7 +139,7 @@ def test_limits_are_those_in_force_at_each_time() -> None:
 
 
 def test_toppra_and_ruckig_overshoot_as_seen_over_http() -> None:
-    """The issue's figures: what jumps is exceeded between samples, in cubics at most by two thirds."""
+    """The figures of the issue: steps exceed limits between samples, cubics by two thirds at most."""
     problem = problem_of("kuka_kr16_l6_2", 1, 4, 0.5)
     ratios = {}
     for backend in (Toppra(), Ruckig()):

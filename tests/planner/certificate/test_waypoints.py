@@ -1,4 +1,4 @@
-"""Every waypoint of a delivered trajectory is where the request puts it, judged by Pinocchio and the words alone."""
+"""Every waypoint of a delivered trajectory is at its requested position, by Pinocchio and the request alone."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ REACHES = {"ur10e": 0.8, "ur5e": 0.55, "panda": 0.5, "kuka_kr16_2": 1.1}
 
 
 def delivered(plan: planner.Plan, index: int, tool: pin.SE3) -> pin.SE3:
-    """Return where a tool is at the arrival at a requested waypoint, by Pinocchio's own forward kinematics."""
+    """Return the pose of a tool at the arrival at a waypoint, by Pinocchio's own forward kinematics."""
     vias = [isinstance(waypoint, planner.ViaWaypoint) for waypoint in plan.problem.waypoints]
     row = [k for k, via in enumerate(vias) if not via][index]
     (q,) = plan.trajectory.evaluate(plan.trajectory.arrivals[row], [0])
@@ -36,7 +36,7 @@ def delivered(plan: planner.Plan, index: int, tool: pin.SE3) -> pin.SE3:
 
 
 def open_then_relative(robot_id: str, seed: int, **relative: Any) -> planner.PlanningProblem:
-    """Return a problem whose first pose leaves something open, from which a tool move leads to a free motion."""
+    """Return a problem with an open first pose, then a tool move, then a free motion."""
     rng = np.random.default_rng(seed)
     direction = rng.normal(size=3)
     direction[2] = abs(direction[2]) + 0.3

@@ -1,4 +1,4 @@
-"""A limited quantity is one class: certificate and back ends keep one that is defined here, and in no other file."""
+"""A limited quantity is one class: certificate and back ends keep a constraint that only this file defines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from planner.spatial import FloatArray
 from tests.planner.problems_of_tests import problem_of
 
 LEAST_USED = {"toppra": 0.9, "trapezoidal": 0.3}
-"""Share of the limit that a plan uses where it follows the limit along the path, or the path is only slowed."""
+"""Share of the limit that a plan uses where it follows the limit along the path, or where the path is only slowed."""
 
 
 @dataclass(frozen=True)

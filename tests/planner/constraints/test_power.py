@@ -33,7 +33,7 @@ SAMPLES = {"quick": 20_000, "large": 100_000, "soak": 100_000}[NAME]
 """Samples of each plan."""
 
 TOTAL = 40.0
-"""W."""
+"""Limit of the total power, W."""
 
 LIMITS = (Limits(power=(30.0, 40.0, 30.0, 10.0, 8.0, 3.0)), Limits(total_power=TOTAL))
 """Limits that bind on a UR5: of each joint, and of all together."""
@@ -60,7 +60,10 @@ def through(seed: int) -> list[JointWaypoint]:
 
 
 def lifting() -> list[JointWaypoint | PoseWaypoint]:
-    """Return a line straight up and down again, which needs most power to lift and brakes on the way down."""
+    """Return a line straight up and down again.
+
+    Lifting needs most power, and the arm brakes on the way down.
+    """
     robot = load_robot("ur5e")
     start = (0.3, -0.9, 1.9, -1.0, 0.3, 0.0)
     pose = forward_kinematics(robot, start)

@@ -66,13 +66,13 @@ def through(seed: int) -> list[JointWaypoint]:
 
 
 def swinging() -> list[JointWaypoint]:
-    """Return motions of the whole arm up and down, which need most torque while they are fast."""
+    """Return motions of the whole arm up and down that need most torque while they are fast."""
     low, high = (0.0, -0.4, 0.8, 0.0, 0.5, 0.0), (0.0, -2.4, 0.2, 0.0, 0.5, 0.0)
     return [JointWaypoint(q) for q in (low, high, low)]
 
 
 def shares(made: Plan, robot: Robot) -> FloatArray:
-    """Return the shares (N, joints) by Pinocchio and numpy, at dense times and at both ends of each piece."""
+    """Return the used shares (N, joints) by Pinocchio and numpy, at dense times and both ends of each piece."""
     trajectory = made.trajectory
     inside = trajectory.breakpoints[:-1, None] + trajectory.lengths[:, None] * np.array([1e-6, 1.0 - 1e-6])
     times = np.sort(np.concatenate([np.linspace(0.0, trajectory.duration, SAMPLES), inside.ravel()]))
@@ -151,7 +151,7 @@ def test_bounds_on_random_motions_hold_and_are_reached(shape: str) -> None:
 
 
 def random_curves(rng: np.random.Generator) -> list[TorqueCurve | None]:
-    """Return falling curves of several joints, and none of the last one."""
+    """Draw falling curves for all joints except the last."""
     curves: list[TorqueCurve | None] = [None]
     for count in range(2, 7):
         speeds = np.sort(rng.uniform(0.0, 3.0, count))

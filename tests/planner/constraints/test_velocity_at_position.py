@@ -1,4 +1,4 @@
-"""Velocity limits that depend on the position: FR3's against libfranka's formulas, tables against dense samples."""
+"""Velocity limits that depend on the position: the FR3's by libfranka's formulas, tables by dense samples."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ LIBFRANKA = (
     (4.18, 0.35, 11.0, 4.52050, -0.54092),
     (5.26, 0.35, 34.0, 3.01960, 3.019600),
 )
-"""By joint: highest velocity, offset, factor, and the ends of both roots, from rate_limiting.h of libfranka."""
+"""Highest velocity, offset, factor and ends of both roots by joint, from rate_limiting.h of libfranka."""
 
 MARGIN = 1e-3
 """rad/s: kJointVelocityLimitsTolerance of libfranka."""
@@ -52,7 +52,7 @@ RECTANGLE = (
     (2.3093, 1.5133, 2.4937, -0.4461, 2.48, 4.2094, 2.6895),
     (2.0, 1.0, 1.5, 1.25, 3.0, 1.5, 3.0),
 )
-"""Positions and velocities of the maker's position-velocity rectangle: the limits of the catalogue before."""
+"""Positions and velocities of the maker's position-velocity rectangle, the earlier limits of the catalogue."""
 
 PLANS = {"quick": 20, "large": 2_000, "soak": 2_000}[NAME]
 """Number of plans of each back end."""
@@ -62,7 +62,7 @@ CLOSED = ("cubic", "quintic", "ruckig", "toppra", "trapezoidal")
 
 
 def libfranka(q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper velocities (N, joints) at positions (N, joints)."""
+    """Compute lower and upper velocities (N, joints) at positions (N, joints)."""
     lower, upper = np.empty_like(q), np.empty_like(q)
     for joint, (most, offset, factor, end, other) in enumerate(LIBFRANKA):
         root = np.sqrt(np.maximum(0.0, factor * (end - q[:, joint])))
@@ -136,7 +136,7 @@ TABLES = (
     VelocityTable((-2.0, -1.0, 0.0, 0.3, 2.0), (2.5, 0.4, 2.0, 0.9, 0.8)),
     VelocityTable((-1.0, 0.5, 1.0), (1.1, 0.7, 2.5)),
 )
-"""Up and down again, so that what holds between points is neither the least nor the largest of lines."""
+"""The curve rises and falls, so that limits between points are neither the least nor the largest of lines."""
 
 
 @pytest.mark.parametrize("kind", sorted(BACKENDS))

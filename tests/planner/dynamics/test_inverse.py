@@ -1,4 +1,4 @@
-"""Torques against the textbook's two links and against Lagrange's equations by differences."""
+"""Torques against the textbook's two-link arm and against Lagrange's equations by differences."""
 
 from __future__ import annotations
 
@@ -38,7 +38,10 @@ def two_links() -> Robot:
 
 @pytest.mark.parametrize("payload", [0.0, 1.5], ids=["empty", "loaded"])
 def test_two_links_in_closed_form(payload: float) -> None:
-    """Spong, Hutchinson and Vidyasagar, Robot Modeling and Control, planar elbow; the payload is a point at the tip."""
+    """The closed form is the planar elbow of Spong, Hutchinson and Vidyasagar, Robot Modeling and Control.
+
+    The payload is a point at the tip.
+    """
     l1, l2 = 0.4, 0.3
     m1, m2 = 3.0, 2.0 + payload
     c1, c2 = 0.2, (2.0 * 0.15 + payload * 0.3) / m2
@@ -66,7 +69,7 @@ def placements(robot: Robot, q: FloatArray) -> list[tuple[FloatArray, FloatArray
 
 
 def mass_matrix(robot: Robot, q: FloatArray, h: float = 1e-5) -> FloatArray:
-    """Return (joints, joints), from the bodies' velocities by central differences."""
+    """Compute the mass matrix (joints, joints) from the bodies' velocities by central differences."""
     M = np.zeros((robot.dof, robot.dof))
     here = placements(robot, q)
     ends = [(placements(robot, q + step), placements(robot, q - step)) for step in h * np.eye(robot.dof)]
@@ -83,7 +86,7 @@ def potential(robot: Robot, q: FloatArray) -> float:
 
 
 def lagrange(robot: Robot, q: FloatArray, v: FloatArray, a: FloatArray, h: float = 1e-4) -> FloatArray:
-    """Return m a + (dM/dt) v - grad(v^T M v / 2 - V)."""
+    """Compute m a + (dM/dt) v - grad(v^T M v / 2 - V)."""
     steps = h * np.eye(robot.dof)
     slopes = np.array([(mass_matrix(robot, q + s) - mass_matrix(robot, q - s)) / (2.0 * h) for s in steps])
     lift = np.array([(potential(robot, q + s) - potential(robot, q - s)) / (2.0 * h) for s in steps])

@@ -1,4 +1,4 @@
-"""Torques along a path against Pinocchio's inverse dynamics of the motion in time, its mass matrix, and differences."""
+"""Torques along a path against Pinocchio: inverse dynamics in time, the mass matrix, and differences."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def loaded(robot_id: str) -> Robot:
 
 
 def path(s: np.ndarray, amplitudes: np.ndarray, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a sine a joint: q, q' and q'', each (gridpoints, joints)."""
+    """Return a sine for each joint: q, q' and q'', each (gridpoints, joints)."""
     angle = s[:, None] * waves
     return amplitudes * np.sin(angle), amplitudes * waves * np.cos(angle), -amplitudes * waves**2 * np.sin(angle)
 
@@ -41,13 +41,13 @@ def test_torques_are_those_of_the_motion_in_time(robot_id: str, speed: float) ->
 
 @pytest.mark.parametrize("robot_id", ROBOTS)
 def test_inertia_and_centripetal_torques_follow_from_the_kinetic_energy(robot_id: str) -> None:
-    """The power without gravity is the change of the energy E = s'^2 q'M q' / 2 by differences, at any s' and s''."""
+    """Without gravity, the power is the rate of the energy E = s'^2 q'M q' / 2 by differences, at any s' and s''."""
     robot, rng = loaded(robot_id), np.random.default_rng(3)
     amplitudes, waves = rng.normal(size=robot.dof), rng.uniform(0.2, 2.0, robot.dof)
     s, step = rng.uniform(0.0, 3.0, 10), 1e-5
 
     def inertia_along(at: np.ndarray) -> np.ndarray:
-        """Return q'M q', (gridpoints,), by the composite rigid body algorithm."""
+        """Compute q'M q', (gridpoints,), by the composite rigid body algorithm."""
         q, first, _ = path(at, amplitudes, waves)
         masses = [pin.crba(robot.model, robot.data, row).copy() for row in q]
         full = [np.triu(mass) + np.triu(mass, 1).T for mass in masses]

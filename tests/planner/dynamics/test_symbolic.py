@@ -18,7 +18,7 @@ PAYLOAD = Payload(4.0, (0.05, -0.02, 0.12), (0.02, 0.03, 0.04))
 
 
 def sliding_arm() -> Robot:
-    """Return turns for ever, slides, turns: every kind of joint, on a base that lies on its side."""
+    """Make an arm with a continuous, a sliding and a turning joint, on a base that lies on its side."""
 
     def link(kind: str, a: float, alpha: float, lower: float | None = None, upper: float | None = None) -> DHJoint:
         return DHJoint(

@@ -1,4 +1,4 @@
-"""The formats, each read back by somebody else's reader."""
+"""Export formats, each read back by an independent reader."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_csv_is_a_table_that_the_csv_module_reads(result: Plan) -> None:
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 def test_no_name_of_a_joint_becomes_a_formula_in_a_spreadsheet(separator: str) -> None:
-    """Whatever separates the cells where the spreadsheet is opened."""
+    """The rule holds for every separator of cells that a spreadsheet may use."""
     problem = problem_of("three_dof_arm", 2, 2)
     names = ("a,=1+1", 'b;=HYPERLINK("x")', "c\t@SUM(1)\r\n-2")
     joints = tuple(replace(joint, name=name) for joint, name in zip(problem.robot.joints, names, strict=True))
@@ -58,7 +58,7 @@ def test_a_cell_that_is_a_formula_is_made_text(cell: str) -> None:
 
 
 def test_the_tools_rates_are_differences_of_its_poses(result: Plan) -> None:
-    """Central differences of the poses among the samples, 1 ms apart."""
+    """The rates agree with central differences of the poses among the samples, 1 ms apart."""
     h = 0.001
     samples = result.samples(h, ["tcp_pose", "tcp_rpy", "tcp_velocity", "tcp_acceleration"])
     assert samples.tcp_position is not None
@@ -84,7 +84,7 @@ def test_the_tools_rates_are_differences_of_its_poses(result: Plan) -> None:
 
 
 def samples_of_one_piece(result: Plan, h: float, count: int) -> np.ndarray:
-    """Tell whether (count,) the samples just before and after one, h apart, are on its own piece of the trajectory."""
+    """Tell for each of `count` samples, h apart, whether its neighbours are on one piece."""
     time = h * np.arange(count)
     pieces = [np.searchsorted(result.trajectory.breakpoints, t, side="right") for t in (time - h, time + h)]
     return pieces[0] == pieces[1]
@@ -125,7 +125,7 @@ def test_npz_holds_the_arrays(result: Plan) -> None:
 
 
 def test_urscript_streams_the_positions(result: Plan) -> None:
-    """Its statements read by a grammar of the few that it uses; blocks end where they should."""
+    """A grammar of the few used statements reads them; blocks end where they should."""
     program = render(result, "urscript", ExportOptions(sample_period=0.008)).decode().splitlines()
     number, depth = r"-?\d+(?:\.\d+)?(?:e-?\d+)?", 0
     joints = r"\[(" + number + r"(?:, " + number + r"){5})\]"

@@ -1,4 +1,4 @@
-"""Recordings, read back by the reader of the format's own project."""
+"""Recordings, read back by the format's own reader."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Programs of robots, each read back by a grammar of the statements that it may have."""
+"""Programs of robots, each read back by a grammar of the allowed statements."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def solved() -> Plan:
 
 @pytest.fixture(scope="module")
 def solved_moves() -> Plan:
-    """What every form can carry."""
+    """Plan a motion that every format can carry."""
     return plan(PlanningProblem(ROBOT, [JointWaypoint(START), JointWaypoint(THIRD)]), Cubic())
 
 
@@ -165,7 +165,7 @@ def read_fanuc(program: str) -> Read:
 def test_a_program_passes_the_positions_at_their_times(
     solved: Plan, name: str, reader: object, precision: float
 ) -> None:
-    """In degrees, from stop to stop; the time of Fanuc has steps of 1 ms, its rests of 10 ms."""
+    """Programs count in degrees, from stop to stop; the times of Fanuc have steps of 1 ms, its dwells of 10 ms."""
     assert callable(reader)
     read = reader(render(solved, name, ExportOptions(PERIOD)).decode())
     trajectory = solved.trajectory

@@ -27,7 +27,7 @@ TABLE += [(0.11985, 0.0, -RIGHT_ANGLE), (0.11655, 0.0, 0.0)]
 """The lengths d and a, m, and the twists of the UR10e, as its maker publishes them."""
 
 RADII = (0.1, 0.09, 0.075, 0.06, 0.05, 0.05, 0.045)
-"""Of the capsules that its base and its links are taken to be, m."""
+"""Radii of the capsules that stand for its base and links, m."""
 
 
 @lru_cache

@@ -22,10 +22,10 @@ from tests.planner.scene.brute_force import distances_over_time
 from tests.sizes import SIZE
 
 BEHIND = SceneObject("behind", [Box([1.6, 0.1, 6.0])], Pose([-1.0, 0.0, 0.0]))
-"""What leaves no way behind the arm."""
+"""An obstacle that leaves no path behind the arm."""
 
 HIGH = SceneObject("high", [Box([1.6, 0.1, 6.0])], Pose([1.0, 0.0, 0.0]))
-"""A wall that nothing gets over or under."""
+"""A wall that blocks every path over or under it."""
 
 MARGIN = 0.02
 """The margin of random scenes, m."""
@@ -67,7 +67,7 @@ def test_at_a_barrier_every_posture_collides(arm: str) -> None:
 
 
 def random_wall(rng: np.random.Generator, name: str) -> SceneObject:
-    """Return a wall that stands in a plane through the axis of the first joint, or nearly so."""
+    """Return a wall in a plane through the axis of the first joint, or nearly so."""
     angle, inner = rng.uniform(-np.pi, np.pi), rng.uniform(0.0, 0.5)
     size = [1.6, 0.1, rng.uniform(1.0, 6.0)]
     place = np.array([(inner + 0.8) * np.cos(angle), (inner + 0.8) * np.sin(angle), size[2] / 2.0 - 0.5])
@@ -96,7 +96,7 @@ def all_collide(robot: Robot, things: list[SceneObject], first: float, positions
     ],
 )
 def test_walls_leave_no_way_or_one(arm: str, walls: list[SceneObject], proved: tuple[str, ...] | None) -> None:
-    """The first arm turns without end: its first cell is beside its last one. The other one cannot turn all around."""
+    """The first joint of one arm turns without end, so its first and last cell are neighbours; the other's does not."""
     robot = arm_of_capsules(arm)
     checker = CollisionChecker(robot, Scene(walls))
     left, right = np.zeros((2, robot.dof))
@@ -120,9 +120,9 @@ def test_a_link_that_grazes_an_object_is_held_up(gap: float) -> None:
 
 
 def test_a_turn_further_the_same_walls_are_in_the_way() -> None:
-    """The second joint of a UR5 is beside the axis of the first, which turns twice: each time walls are in its way.
+    """The second joint of a UR5 is beside the axis of the first, which turns twice: each time the walls block it.
 
-    Seen from the start, the shoulder meets the wall on the side of -x first.
+    From the start, the shoulder meets the wall on the side of -x first.
     """
     robot = load_robot("ur5")
     walls = [SceneObject(f"wall {k}", [Box([0.6, 0.02, 2.0])], Pose([0.42 * k, 0.0, 0.0])) for k in (-1, 1)]
@@ -140,7 +140,7 @@ def test_a_turn_further_the_same_walls_are_in_the_way() -> None:
 @pytest.mark.sized
 @pytest.mark.parametrize("arm", ["kuka_kr16_2", "welding_arm", "date_sorting_arm"])
 def test_no_barrier_is_found_where_a_path_exists(arm: str) -> None:
-    """Things are put beside a straight motion, some of them within a hair of it."""
+    """Objects are put beside a straight motion, some of them very near to it."""
     robot = arm_of_capsules(arm)
     rng = np.random.default_rng(6)
     lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)

@@ -1,4 +1,4 @@
-"""Parts picked out of a bin with the turn of the gripper left open, against every fixed turn of it."""
+"""Parts picked out of a bin with a free turn of the gripper, against every fixed turn of it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ GRIPPER = ("palm", "finger_1", "finger_2")
 POINTING_DOWN = np.diag([1.0, -1.0, -1.0])
 PARTS = 18
 HARD = 13
-"""A part beside a wall, which few turns reach, in the second configuration that is tried."""
+"""A part beside a wall that few turns reach, in the second configuration of the search."""
 
 
 @lru_cache
@@ -91,7 +91,7 @@ def turns_that_plan(part: int, turns: FloatArray) -> list[float]:
 
 
 def test_a_part_beside_a_wall_is_picked_by_a_turn_that_was_searched() -> None:
-    """A fixed turn plans it; as the pose is written the gripper would be in the wall."""
+    """A fixed turn plans it; at the requested pose the gripper would be in the wall."""
     assert is_planned(picking(HARD, None))
     assert not is_planned(picking(HARD, planner.Region(rotation_z=(np.pi / 2.0, np.pi / 2.0))))
     made = planner.plan(picking(HARD, "rotation_z"), planner.Toppra())
@@ -112,12 +112,12 @@ def test_every_part_that_any_fixed_turn_plans_is_planned_with_the_turn_left_open
 
 @pytest.mark.large_only
 def test_most_parts_are_feasible() -> None:
-    """So that the test before is one."""
+    """At least ten of the parts can be picked."""
     assert sum(is_planned(picking(part, "rotation_z")) for part in range(PARTS)) >= 10
 
 
 def test_a_goal_region_has_a_joint_position_that_keeps_clear() -> None:
-    """Nothing follows: in the bin the nearest turn of the gripper is in a wall, and others are not."""
+    """No motion follows: in the bin the nearest turn of the gripper is in a wall, and others are not."""
     x, _, _ = parts()[0]
     lying = [thing for thing in scene().objects if not thing.id.startswith("part")]
     inside = planner.Pose([x, WIDTH / 2.0 - 0.05, 0.1], POINTING_DOWN @ rotation_z(np.pi / 2.0))
@@ -133,7 +133,7 @@ def test_a_goal_region_has_a_joint_position_that_keeps_clear() -> None:
 
 
 def test_reachability_takes_a_pose_of_the_region_that_keeps_clear() -> None:
-    """A ball stands where the gripper is at the pose of the region that is nearest; it is free at most others."""
+    """A ball is at the gripper at the nearest pose of the region; most other poses are collision-free."""
     problem = picking(0, "rotation_z")
     above = problem.waypoints[1]
     without = planner.reachability(robot(), [above], planner.InverseKinematicsOptions(reference=HOME))

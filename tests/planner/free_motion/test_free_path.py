@@ -1,4 +1,4 @@
-"""A way that is found is free where dense samples look, whatever the scene; and the same one every time."""
+"""A returned path is collision-free at dense samples, whatever the scene; and it is the same every time."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_the_goal_that_has_room_is_taken() -> None:
 
 
 def test_of_two_goals_the_one_that_can_be_reached() -> None:
-    """The nearer goal is on the other side of two walls that leave the first joint no way round."""
+    """The nearer goal is on the other side of two walls that block the first joint."""
     walls = [SceneObject(f"wall {k}", [Box([4.0, 0.1, 6.0])], Pose([2.2, y, 1.0])) for k, y in enumerate((-0.5, 0.5))]
     between = np.array([0.0, -1.2, 1.2, 0.0, 0.8, 0.0])
     nearer, farther = np.array([-0.7, *between[1:]]), np.array([0.1, -0.9, 0.6, 0.0, 0.6, 0.0])
@@ -108,7 +108,7 @@ def test_how_far_it_got_where_there_is_no_way() -> None:
 
 
 def test_through_a_slit() -> None:
-    """The forearm comes out of a slit between two plates, goes up and into the one above."""
+    """The forearm leaves a slit between two plates, goes up and enters the one above."""
     plates = [SceneObject(f"plate {k}", [Box([0.7, 1.6, 0.03])], Pose([1.6, 0.0, 0.3 + 0.75 * k])) for k in range(3)]
     forward = Pose.from_rpy(np.zeros(3), [0.0, np.pi / 2.0, 0.0]).rotation
     start, goal = (inverse_kinematics(ARM, Pose([1.5, 0.0, z], forward), reference=RIGHT).position for z in (0.7, 1.4))
@@ -183,7 +183,7 @@ def test_what_is_cut_from_a_tree_goes_with_all_that_it_led_to() -> None:
 
 
 def test_levers_are_how_far_what_a_joint_moves_goes_from_its_axis() -> None:
-    """A small turn of a joint moves no end of a capsule further than that, and some one as far less its radius."""
+    """A small turn of a joint moves no end of a capsule further than the lever, and one nearly as far."""
     edges = FreeEdges(CollisionChecker(ARM, Scene([WALL])), 100)
     bodies, turn = CollisionChecker(ARM, Scene([WALL])).bodies, 1e-6
     for position in (np.zeros(6), LEFT):
@@ -202,7 +202,7 @@ def test_near_is_what_joints_with_short_levers_lead_to() -> None:
 
 
 def test_what_holds_a_tree_up_is_kept_when_it_is_cut() -> None:
-    """Where something was in the way, positions that are sought are no further than a radius, which is never tiny."""
+    """Beside an obstacle, new positions are within a radius, which is never tiny."""
     wall = CollisionChecker(ARM, Scene([WALL]))
     trees = Trees(FreeEdges(wall, 2000), LEFT, RIGHT[None], (ARM.limit("lower"), ARM.limit("upper")))
     assert trees.find_meeting(np.random.default_rng(0)) is not None

@@ -1,4 +1,4 @@
-"""A free motion to a goal region may end at several joint positions of it; all of them fulfil the request."""
+"""A free motion to a goal region may end at any of several joint positions, all of which fulfil the request."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.planner.scene.brute_force import least_distance, point_distance
 
 DOWN = rotation_from_rpy(np.pi, 0.0, 0.0)
 SEED = 218
-"""A case in which 60 motions led to a goal of the region, and to none of the pose that is nearest in it."""
+"""A case with 60 motions to goals of the region, and none to its nearest pose."""
 
 MOST_CHECKS = 1000
 
@@ -78,7 +78,7 @@ def test_goals_are_apart_and_few() -> None:
 
 
 MIDDLE = np.array([0.7, 0.1, 0.2])
-"""Where the bar goes, m."""
+"""Goal of the bar, m."""
 
 HALF_BAR = 0.15
 
@@ -92,7 +92,7 @@ AFTER = {
 
 
 def caps_over_both_ends() -> list[SceneObject]:
-    """Return two boxes without an inner side: a bar between them along the x axis can leave in no direction."""
+    """Return two boxes without an inner side: a bar between them along the x axis cannot leave."""
     plates = {
         "top": ([0.08, 0.08, 0.01], [0.0, 0.0, 0.035]),
         "bottom": ([0.08, 0.08, 0.01], [0.0, 0.0, -0.045]),
@@ -108,7 +108,7 @@ def caps_over_both_ends() -> list[SceneObject]:
 
 
 def bar_between_caps(free: Free | None, after: planner.CartesianMotion, turn: float = 0.0) -> planner.PlanningProblem:
-    """Bring a bar from above, where it lies along the x axis, and move the tool on by a centimetre."""
+    """Make a problem that brings a bar between the caps from above, then moves it by a centimetre."""
     bar = AttachedObject("bar", (Box([2.0 * HALF_BAR, 0.01, 0.01]),), Pose([0.0, 0.0, 0.0]))
     turned = DOWN @ rotation_z(turn)
     goal = planner.PoseWaypoint(Pose(MIDDLE, turned), free=free, motion=planner.FreeMotion(most_checks=MOST_CHECKS))
@@ -142,6 +142,6 @@ def test_a_region_before_a_motion_of_the_tool_is_reached_at_another_pose(after: 
 
 
 def test_without_a_region_the_enclosed_pose_is_refused() -> None:
-    """So that the test before is one."""
+    """The test before therefore shows the effect of the region."""
     with pytest.raises(planner.NoPathFound):
         planner.plan(bar_between_caps(None, AFTER["line"]), "quintic")

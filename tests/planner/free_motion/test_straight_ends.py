@@ -1,4 +1,4 @@
-"""Windows with millimetres of room, into which and out of which the tool goes on a straight line."""
+"""Windows with millimetres of clearance, which the tool enters and leaves on a straight line."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HALF, LENGTH = 0.02, 0.2
 """Half the width of a square rod at the flange, and its length, m."""
 
 CENTRE, DEPTH = np.array([1.25, 0.0, 0.9]), 0.02
-"""The middle of a window in a plate across x, and the thickness of that, m."""
+"""The middle of a window in a plate across x, and the plate's thickness, m."""
 
 FORWARD = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 """The tool's z axis points along x."""
@@ -26,7 +26,7 @@ OUTSIDE = planner.JointWaypoint([1.2, -1.2, 1.4, 0.0, 0.8, 0.0])
 
 
 def window(room: float) -> planner.Scene:
-    """Return a plate with a window that the rod passes with so much room on each side, m."""
+    """Make a plate with a window around the rod, with this clearance on each side, m."""
     rest = (0.5 - HALF - room) / 2.0
     off = HALF + room + rest
     places = {"left": (0.0, off), "right": (0.0, -off), "top": (off, 0.0), "bottom": (-off, 0.0)}
@@ -52,7 +52,7 @@ def rod_at(positions: FloatArray) -> FloatArray:
 @pytest.mark.parametrize("room", [0.005, pytest.param(0.01, marks=pytest.mark.large_only)])
 @pytest.mark.parametrize("into", [True, False], ids=["into the window", "out of it"])
 def test_the_tool_passes_a_window_with_millimetres_of_room(into: bool, room: float) -> None:
-    """No motion was found among 20,000, though a free motion to a pose in front of it and a line were planned."""
+    """No motion was found among 20,000 samples, though a free motion to a pose in front and a line were planned."""
     tip = Pose(CENTRE + np.array([0.09 - LENGTH, 0.0, 0.0]), FORWARD)
     inside = planner.JointWaypoint(planner.inverse_kinematics(ARM, tip, reference=OUTSIDE.position).position)
     goal: planner.PoseWaypoint | planner.JointWaypoint = planner.PoseWaypoint(tip) if into else OUTSIDE

@@ -1,4 +1,4 @@
-"""Arms, and states of their joints, by which kernels are compared with other libraries."""
+"""Arms and states of their joints, to compare kernels with other libraries."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from planner.spatial import Pose, rotation_x
 
 @cache
 def robots() -> dict[str, Robot]:
-    """Return arms that turn and slide, on rails, loaded, on a wall, and with joints held still."""
+    """Return arms that turn and slide, on rails, loaded, on a wall, and with locked joints."""
     kuka = load_robot("kuka_kr16_2")
     payload = Payload(4.0, (0.05, -0.02, 0.1), (0.02, 0.03, 0.01))
     rail = ExternalAxis("rail", "prismatic", np.array([0.0, 1.0, 0.0]), lower=-2.0, upper=2.0, velocity=1.0)
@@ -35,5 +35,5 @@ def random_states(robot: Robot, count: int, size: float = 3.0) -> np.ndarray:
 
 
 def arm_of(robot: Robot) -> Arm:
-    """Return an arm and the origin of its tool, as the kernels take them."""
+    """Return an arm and the origin of its tool in the form for kernels."""
     return Arm(screws_of(robot).frames, robot.tool_in_tip.translation)

@@ -106,6 +106,8 @@ def sampled_peaks(
 def _bends_between(triples: FloatArray, most: FloatArray, step: FloatArray) -> FloatArray:
     """Bound the use (N,) of the limit of the acceleration across the path, where samples do not resolve the path.
 
+    The use is at most the acceleration, and at most the squared speed over the radius of the tightest bend.
+
     That is no more than the acceleration, and no more than the speed squared by the radius of the tightest bend.
 
     Args:
@@ -125,7 +127,7 @@ def _located(
     quantities: np.ndarray,
     groups: np.ndarray,
 ) -> Peaks:
-    """Find where the largest magnitudes (groups, quantities) are, of samples: pieces, unit times and magnitudes."""
+    """Find the samples with the largest magnitudes (groups, quantities): pieces, unit times and magnitudes."""
     pieces, units, magnitudes = (np.concatenate(arrays) for arrays in zip(*samples, strict=True))
     own = groups[pieces]
     rows, columns = np.zeros((2, *best.shape), dtype=int)

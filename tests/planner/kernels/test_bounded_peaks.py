@@ -1,4 +1,4 @@
-"""Bounds on torques and on the tool's motion against Pinocchio: no sample exceeds one, and each is almost reached."""
+"""Bounds on torques and on the tool's motion against Pinocchio: no sample exceeds them, and each is almost reached."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def quintics(robot: Robot, seed: int, pieces: int = 4, way: float = 1.0, seconds
 
 
 def values(robot: Robot, states: np.ndarray) -> dict[str, np.ndarray]:
-    """Compute the quantities (N, columns) at states (4, N, joints) by Pinocchio; the kinematics compute jerks."""
+    """Compute the quantities (N, columns) at states (4, N, joints) by Pinocchio; the kinematics give jerks."""
     model, data = robot.model, robot.data
     found: dict[str, list[object]] = {name: [] for name in NAMES}
     for q, v, a, _ in states.transpose(1, 0, 2):
@@ -164,7 +164,7 @@ def test_a_payload_counts_on_its_own_segments_only(names: tuple[str, str], of_pi
 
 
 def test_a_tool_that_turns_back_has_a_bounded_bend() -> None:
-    """At the turning point its velocity is nought, and its bend as tight as the least radius."""
+    """At the turning point its velocity is zero, and its bend as tight as the least radius."""
     robot = robots()["loaded"]
     coefficients = np.zeros((1, robot.dof, 4))
     coefficients[0, :, 0] = np.linspace(-0.5, 0.7, robot.dof)

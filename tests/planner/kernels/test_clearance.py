@@ -1,4 +1,4 @@
-"""The kernels of distances: the same verdicts as numpy, the distances of least squares, and no error that is lost."""
+"""The kernels of distances: the same verdicts as numpy, distances by least squares, and no lost error."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from tests.sizes import SIZE
 
 ARM = load_robot("three_dof_arm")
 TOLERANCE = 1e-3
-"""How well clearances are measured, m."""
+"""Accuracy of measured clearances, m."""
 
 
 def anywhere(rng: np.random.Generator, near: float = 0.4, far: float = 1.1) -> Pose:
@@ -98,7 +98,7 @@ def test_verdicts_and_clearances_are_those_of_numpy(arm: str, kind: str) -> None
 
 
 def between(first: Placed, second: Placed) -> CollisionChecker:
-    """Return a checker of the two shapes alone: the one is held by an arm at zero, the other stands."""
+    """Return a checker of two shapes alone: an arm at zero carries the first, the second is fixed."""
     tool = CollisionChecker(ARM).bodies.frames(np.zeros((1, ARM.dof)))
     frame = ARM.model.frames[ARM.tool_frame_id]
     rotation = tool[0][0, frame.parentJoint] @ frame.placement.rotation
@@ -152,7 +152,7 @@ def test_how_deep_a_pair_overlaps_is_measured_outside_of_the_kernel() -> None:
 
 
 def two_boxes(depth: float) -> Distances:
-    """Return the kernels of a box held at zero and one that overlaps with it, whose depth cannot be measured."""
+    """Return the kernels of an attached box and a box that it overlaps, whose depth cannot be measured."""
     cube = Box([0.2, 0.2, 0.2])
     first = Placed(cube, np.eye(3), np.zeros(3))
     checker = between(first, Placed(cube, np.eye(3), np.array([0.2 - depth, 0.01, 0.02])))
@@ -166,7 +166,7 @@ def two_boxes(depth: float) -> Distances:
 
 
 REQUEST = (CONTACT_TOLERANCE, TOLERANCE, 4, 1e-12, 1000, 1000)
-"""The numbers of the structure `Request` of the kernels."""
+"""Numbers of the structure `Request` of the kernels."""
 
 
 def test_an_error_of_the_function_that_measures_is_raised_and_leaves_the_kernel_usable() -> None:
@@ -181,7 +181,7 @@ def test_an_error_of_the_function_that_measures_is_raised_and_leaves_the_kernel_
 
 @pytest.mark.parametrize("number", [np.nan, np.inf, 1e308])
 def test_nothing_is_proved_of_a_motion_without_numbers(number: float) -> None:
-    """Supports of pieces that are nowhere came out as infinitely far away."""
+    """Supports of pieces at NaN came out as infinitely far away."""
     far = SceneObject("far", [Box([0.1, 0.1, 0.1])], Pose([0.0, 0.0, 100.0]))
     checker = CollisionChecker(ARM, Scene([far]), self_collision=True)
     assert clearances(checker, edge(np.zeros(ARM.dof), np.zeros(ARM.dof))).is_proved

@@ -16,7 +16,7 @@ PATIENCE, MOST = 3, 30
 def plain(
     arm: Arm, position: FloatArray, rotation: FloatArray | None, q: FloatArray, box: Box
 ) -> tuple[float, FloatArray]:
-    """Descend as Sugihara (2011) does, with numpy's own solver, and without the joints that press against limits."""
+    """Descend as Sugihara (2011) does, with numpy's solver, without the joints that press against limits."""
 
     def look(at: FloatArray) -> tuple[FloatArray, FloatArray, float]:
         points, turned, jacobians = tip_jacobians(arm, at[None])
@@ -48,7 +48,7 @@ def plain(
 
 
 def cases(name: str, count: int) -> tuple[Arm, FloatArray, FloatArray, FloatArray, Box]:
-    """Return an arm, poses that it reaches, starts around these and its limits, within which most starts lie."""
+    """Return an arm, poses that it reaches, starts around them, and its limits, which contain most starts."""
     robot = robots()[name]
     box = Box(np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0))
     rng, arm = np.random.default_rng(count), arm_of(robot)
@@ -87,7 +87,7 @@ def test_ends_reach_the_poses() -> None:
 @pytest.mark.parametrize("axis", np.eye(3))
 @pytest.mark.parametrize("short", [0.0, 1e-12, 1e-6, 0.05])
 def test_half_turns_are_descended(axis: FloatArray, short: float) -> None:
-    """The error of a turn by half a circle is pi, and descents lead from it to the pose."""
+    """The error of a half turn is pi, and descents lead from it to the pose."""
     arm = arm_of(robots()["kuka"])
     q = np.array([[0.3, -1.2, 1.4, 0.2, 0.9, 0.1]])
     position, rotation, _ = tip_jacobians(arm, q)

@@ -11,11 +11,11 @@ from planner.spatial import FloatArray
 from tests.planner.kernels.arms import arm_of, random_states, robots
 
 STEP = 1e-4
-"""s: the step of the finite differences."""
+"""Step of the finite differences, s."""
 
 
 def by_matrices(arm: Arm, position: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Multiply the 4 x 4 matrices of frames and joints: where the point is, and how the tip is turned."""
+    """Multiply the 4 x 4 matrices of frames and joints; return the point's position and the tip's rotation."""
     placement = np.eye(4)
     for frame, q in zip(arm.frames, [*position.tolist(), 0.0], strict=True):
         fixed, moved = np.eye(4), np.eye(4)

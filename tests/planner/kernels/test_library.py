@@ -1,4 +1,4 @@
-"""The compiled library: pinned, the same on every level of a processor, and with clear errors where it is not there."""
+"""The compiled library: a fixed build, equal on every level of a processor, with clear errors where it is missing."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_a_damaged_library_is_refused(elsewhere: Path) -> None:
 
 
 def test_changed_sources_never_run_with_an_old_library(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Without a compiler that is an error, also where an old library lies beside them."""
+    """Without a compiler that is an error, even beside an old library."""
     (tmp_path / "source").mkdir()
     (tmp_path / "source/kernels.cpp").write_text("changed")
     (tmp_path / "built/old").mkdir(parents=True)
@@ -90,7 +90,7 @@ def test_changed_sources_never_run_with_an_old_library(monkeypatch: pytest.Monke
 
 
 def test_sources_that_come_back_are_not_compiled_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Changing between two branches took 12 to 25 s at each start of a service."""
+    """Switching between two branches cost 12 to 25 s at each start of a service."""
     compiled: list[str] = []
 
     def compile_(_processor: str, level: str, made: Path) -> None:
@@ -114,7 +114,7 @@ def test_sources_that_come_back_are_not_compiled_again(monkeypatch: pytest.Monke
 
 
 def test_a_library_that_is_there_needs_no_place_to_write_and_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A checkout of somebody else, mounted to be read only."""
+    """The checkout belongs to another user and is read-only."""
 
     def refuse(*_: object, **__: object) -> None:
         raise PermissionError("read-only file system")

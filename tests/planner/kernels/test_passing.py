@@ -11,10 +11,10 @@ from planner.backends.ruckig.via_program import PIECES, _grid
 from planner.kernels.passing import PassingProblem, best_states
 
 NEAR = 0.25
-"""Share of the duration that the search may be above the optimum of the program: it ends at a gap of 0.05."""
+"""Share of the duration by which the search may exceed the optimum of the program: it ends at a gap of 0.05."""
 
 NEARER = 0.9
-"""Share of that optimum that a motion takes at least, whose jerks need not be constant on eight pieces."""
+"""Least share of that optimum for a motion whose jerks need not be constant on eight pieces."""
 
 
 def program(seed: int, segments: int, joints: int) -> tuple[PassingProblem, np.ndarray]:

@@ -140,7 +140,7 @@ def test_shifted_polynomials_have_the_values_of_the_others_further_on(order: int
 
 
 def test_a_motion_along_a_curve_is_the_polynomial_of_a_polynomial() -> None:
-    """Its position and three derivatives by time equal the multiplied-out polynomial q(s(t))."""
+    """Its position and three time derivatives equal the multiplied-out polynomial q(s(t))."""
     rng = np.random.default_rng(4)
     lengths, coefficients = rng.uniform(1.0, 2.0, 3), rng.normal(size=(3, 2, 6))
     breakpoints = np.concatenate([[0.0], np.cumsum(lengths)])

@@ -11,7 +11,7 @@ from planner.kernels.profile import POINTS, PROBES, PathLimits, fastest_crossing
 from tests.planner.kernels import path_limits as by_numpy
 
 Problem = tuple[PathLimits, np.ndarray, np.ndarray]
-"""Limits, where they have to be kept throughout, and the rests."""
+"""Limits, whether they hold throughout, and the rests."""
 
 
 def problem(seed: int, count: int, rows: int, bend: float = 1.0) -> Problem:
@@ -31,7 +31,7 @@ def problem(seed: int, count: int, rows: int, bend: float = 1.0) -> Problem:
 
 
 def constant(lengths: np.ndarray, per_u: np.ndarray, rest: float, bound: float) -> Problem:
-    """Return limits (limits,) that are the same everywhere, from rest to rest."""
+    """Return limits (limits,) that are equal everywhere, from rest to rest."""
     count, shape = len(lengths), (POINTS, len(lengths), len(per_u))
     limits = PathLimits(
         lengths,
@@ -73,7 +73,7 @@ def test_the_use_of_random_limits(seed: int, count: int, rows: int, bend: float)
 @pytest.mark.parametrize("size", [1e-12, 1e-4, 1.0, 1e6])
 @pytest.mark.parametrize("speed", [1e-6, 1.0, 1e5])
 def test_the_units_of_length_and_time_do_not_matter(size: float, speed: float) -> None:
-    """s is `size` times as long, x = s'^2 so many times `speed`^2: the kernel has no tolerance in a unit."""
+    """s is `size` times as long and x = s'^2 is `speed`^2 times as large: the kernel has no tolerance in a unit."""
     limits, throughout, rests = problem(5, 40, 3)
     scale = (size * speed) ** 2
     lengths, per_u, per_x, rest, bounds = limits
@@ -83,7 +83,7 @@ def test_the_units_of_length_and_time_do_not_matter(size: float, speed: float) -
 
 
 def test_limits_that_all_but_bind_at_rest() -> None:
-    """Gravity takes 0.9999 of a torque: hardly any acceleration is left, and none is lost."""
+    """Gravity takes 0.9999 of a torque limit: little acceleration is left, and none of it is lost."""
     count = 1000
     s = np.linspace(0.0, 1.0, count + 1)
     x = fastest_profile(*constant(np.full(count, 1.0 / count), np.ones(1), 0.9999, 10.0))
@@ -91,7 +91,7 @@ def test_limits_that_all_but_bind_at_rest() -> None:
 
 
 def test_limits_without_acceleration_bound_the_speed_alone() -> None:
-    """A path that turns on the spot: 4 x <= 1 with no u, a singular row, or one of rounding, beside |u| <= 1."""
+    """On a path that turns on the spot, 4 x <= 1 has no u: a singular row, or one of rounding, beside |u| <= 1."""
     limits, throughout, rests = constant(np.ones(3), np.array([1.0, 0.0]), 0.0, 9.0)
     limits.per_x[:, 1, 1] = 4.0
     for rounding in (0.0, 1e-14):
@@ -102,7 +102,7 @@ def test_limits_without_acceleration_bound_the_speed_alone() -> None:
 
 
 def test_limits_of_nothing() -> None:
-    """Nothing but the bounds of the speed counts, and no bend is needed."""
+    """Only the bounds of the speed count, and no bend is needed."""
     limits, throughout, rests = constant(np.ones(3), np.zeros(2), 0.0, 2.0)
     x = fastest_profile(limits, throughout, rests)
     assert x == pytest.approx([0.0, 2.0, 2.0, 0.0])
@@ -110,7 +110,7 @@ def test_limits_of_nothing() -> None:
 
 
 def test_intervals_next_to_nothing() -> None:
-    """Waypoints 1e-12 apart: such an interval changes x by next to nothing."""
+    """Waypoints are 1e-12 apart: such an interval hardly changes x."""
     lengths = np.where(np.arange(30) % 3 == 1, 1e-12, 0.1)
     s = np.append(0.0, np.cumsum(lengths))
     x = fastest_profile(*constant(lengths, np.ones(1), 0.0, 50.0))
@@ -118,7 +118,7 @@ def test_intervals_next_to_nothing() -> None:
 
 
 def test_a_bulge_of_gravity_within_an_interval_leaves_a_way() -> None:
-    """The quadratic through the points exceeds the limit between them, where no u is kept by its coefficients."""
+    """Between the points, the quadratic exceeds the limit, and no u keeps its coefficients within it."""
     limits, _, rests = constant(np.ones(2), np.ones(1), 0.0, 1.0)
     limits.rest[...] = np.array([0.9, 0.9999, 0.9])[:, None, None]
     x = fastest_profile(limits, np.ones(2, dtype=bool), rests)

@@ -16,7 +16,7 @@ def objective(program: QuadraticProgram, x: np.ndarray) -> float:
 
 
 def solved(program: QuadraticProgram, start: np.ndarray) -> np.ndarray:
-    """Return the solution, which is within all limits."""
+    """Solve a program and assert that the solution is within all limits."""
     x = solve_quadratic_program(program, start, Gap(GAP))
     slacks = np.concatenate([program.bounds - program.matrix @ x, x - program.lower, program.upper - x])
     assert slacks.min() > 0.0
@@ -24,7 +24,7 @@ def solved(program: QuadraticProgram, start: np.ndarray) -> np.ndarray:
 
 
 def random_program(seed: int, kind: str) -> QuadraticProgram:
-    """Return a program that 0 lies within."""
+    """Draw a program with 0 as a feasible point."""
     rng = np.random.default_rng(seed)
     variables, count = int(rng.integers(1, 9)), int(rng.integers(0, 15))
     matrix, bounds = rng.normal(size=(count, variables)), rng.uniform(0.1, 1.0, count)
@@ -108,7 +108,7 @@ def test_a_long_program_that_is_nearly_all_zeros_has_no_way_down_left(seed: int)
 
 
 def test_a_start_that_rounding_puts_onto_a_limit_is_as_near_as_it_goes() -> None:
-    """With numbers of 1e17 beside 1, a slack of 0.1 is none."""
+    """With numbers of 1e17 beside 1, a slack of 0.1 is zero."""
     ones = np.ones(2)
     program = QuadraticProgram(ones, 0.0 * ones, 1e17 * np.ones((1, 2)), np.array([1e17 + 0.1]), -2.0 * ones, ones)
     start = np.array([1.0, 0.0])
@@ -116,7 +116,7 @@ def test_a_start_that_rounding_puts_onto_a_limit_is_as_near_as_it_goes() -> None
 
 
 def test_a_gap_that_may_be_a_larger_share_of_the_gain_ends_the_search_sooner() -> None:
-    """The least of cost x is -1, at the bounds."""
+    """The minimum of cost x is -1, at the bounds."""
     cost = np.array([0.3, -0.7])
     program = QuadraticProgram(cost, np.zeros(2), np.empty((0, 2)), np.empty(0), -np.ones(2), np.ones(2))
     gaps = [Gap(1e-6, share) for share in (0.0, 0.01, 0.9)]

@@ -48,7 +48,7 @@ def test_derivatives_by_differences(power: float, smoothing: float) -> None:
 
 
 def problem(seed: int, jerk: float) -> tuple[FloatArray, LinearLimits]:
-    """Make widths of four intervals and three random limits, whose bounds go with 1 / sqrt(b) by a share."""
+    """Draw the widths of four intervals and three limits, whose bounds depend on 1 / sqrt(b) by a share."""
     rng = np.random.default_rng(seed)
     widths, shape = rng.uniform(0.3, 1.0, 4), (3, 12)
     by_b, by_a = rng.uniform(-1.0, 1.0, (2, *shape))
@@ -69,7 +69,7 @@ def slacks(limits: LinearLimits, states: FloatArray) -> FloatArray:
 @pytest.mark.parametrize("kind", ["duration", "effort", "work", "requested"])
 @pytest.mark.parametrize("seed", range(4))
 def test_the_best_law_is_that_of_scipy(seed: int, kind: str, jerk: float) -> None:
-    """Where bounds go with 1 / sqrt(b) the problem is not convex: there scipy may find no better one than this."""
+    """With bounds that depend on 1 / sqrt(b) the problem is not convex: scipy must find no better optimum."""
     widths, limits = problem(seed, jerk)
     spline, rng = QuadraticSpline(widths), np.random.default_rng(seed + 100)
     rows = rng.normal(size=(4, 2, 12)) * np.array([1.0, 1.0, 0.0, 0.3])[:, None, None]

@@ -1,4 +1,4 @@
-"""The compiled search for sampled peaks against plain numpy that looks at all samples of a round at once."""
+"""The compiled search for sampled peaks against plain numpy that evaluates all samples of a round at once."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_peaks_are_those_of_numpy(seed: int, decided_at: float) -> None:
 
 @pytest.mark.parametrize("power", [1.0, 0.5])
 def test_bends_between_samples_open_them_as_in_numpy(power: float) -> None:
-    """A tool that nearly stands still somewhere, so that its path bends within a moment."""
+    """A tool nearly stands still, so that its path bends within a moment."""
 
     def use(at: np.ndarray, units: np.ndarray) -> np.ndarray:
         speed = 0.01 + np.abs(units - 0.4137) * (1.0 + at)

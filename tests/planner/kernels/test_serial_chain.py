@@ -11,7 +11,7 @@ from planner.robots import Robot
 from tests.planner.kernels.arms import random_states, robots
 
 LARGEST_REDUCED = 1e5
-"""Joint positions, rad, up to which the kernel has its own sine and cosine."""
+"""Limit of joint positions, rad, below which the kernel uses its own sine and cosine."""
 
 
 def by_pinocchio(robot: Robot, states: np.ndarray) -> np.ndarray:
@@ -77,7 +77,7 @@ def test_no_states_and_wrong_shapes() -> None:
 
 
 def test_any_number_of_joints() -> None:
-    """A hanging chain of 200 equal links at rest: each joint carries the moments of all links behind it."""
+    """A chain of 200 equal links hangs at rest: each joint carries the moments of all links behind it."""
     link = np.zeros(26)
     link[[0, 4, 8]], link[9], link[12], link[13], link[25] = 1.0, 0.1, 2.0, 0.05, 1.0
     chain = SerialChain(np.tile(link, (200, 1)), np.array([0.0, -9.81, 0.0, *NO_FORCE]))

@@ -12,7 +12,7 @@ from scipy.interpolate import make_interp_spline
 from planner.kernels.splines import interpolate, peaks, sensitivities
 
 SEARCH = (0.65, 0.1, 1e-5, 1e-6, 30.0)
-"""Shares of the worst rate and of the span that peaks are looked for above, and how exactly."""
+"""Thresholds of peaks as shares of the worst rate and of the span, and their accuracy."""
 
 RATES = {3: 2, 5: 3}
 DEGREES = (3, 5)
@@ -71,7 +71,7 @@ def test_the_worst_peaks_are_those_that_numpy_finds(seed: int, segments: int, de
 
 @pytest.mark.parametrize("degree", DEGREES)
 def test_long_splines_are_those_of_scipy_and_forget_far_durations(degree: int) -> None:
-    """Of 300 segments, the effect of the first duration on the last segment is below rounding, that nearby is not."""
+    """In 300 segments, the first duration affects the last segment by less than rounding, but near segments by more."""
     durations, given, unit, positions = spline(3, 300, degree)
     times = np.concatenate([[0.0], np.cumsum(durations)])
     rest = [(order, np.zeros(3)) for order in range(1, (degree + 1) // 2)]

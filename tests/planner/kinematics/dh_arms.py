@@ -1,4 +1,4 @@
-"""Denavit-Hartenberg products written out, and random arms with closed forms."""
+"""Denavit-Hartenberg products in full, and random arms with closed forms."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def arm_of(rows: list[Row]) -> Robot:
 
 
 def twist(rng: np.random.Generator) -> float:
-    """Return an angle between axes that are neither parallel nor nearly so."""
+    """Draw an angle between axes that are neither parallel nor nearly so."""
     return float(rng.choice([-1.0, 1.0]) * rng.uniform(0.4, np.pi - 0.4))
 
 
@@ -84,5 +84,5 @@ def turn_and_slides(rng: np.random.Generator) -> list[Row]:
 
 
 def apart(q: FloatArray, other: FloatArray) -> float:
-    """Return the largest difference of an angle, whole turns apart."""
+    """Return the largest difference of an angle, modulo whole turns."""
     return float(np.abs((q - other + np.pi) % (2.0 * np.pi) - np.pi).max())

@@ -1,4 +1,4 @@
-"""Closed forms: on random arms of each kind a configuration is found again from its pose, and all answers fit."""
+"""Closed forms: random arms of each kind find a configuration again from its pose, and all solutions are correct."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_the_screws_are_pinocchios_kinematics(robot_id: str) -> None:
 
 
 def test_branches_next_to_a_straight_wrist_are_not_lost() -> None:
-    """Found beside EAIK: with joint 5 at -1e-5 rad three of four branches were taken for one continuum."""
+    """The same fault as in EAIK: at -1e-5 rad of joint 5, three of four branches counted as one continuum."""
     robot = load_robot("kuka_kr16_l6_2")
     q = np.array([-2.99906936, 0.45754104, -0.02196981, -1.47125484, -1.0281168e-05, 2.80230572])
     flipped = q + np.array([0.0, 0.0, 0.0, np.pi, -2.0 * q[4], -np.pi])
@@ -123,7 +123,7 @@ def test_branches_next_to_a_straight_wrist_are_not_lost() -> None:
     ],
 )
 def test_a_singular_pose_of_a_ur5_is_no_false_refusal(q: list[float]) -> None:
-    """At joint 5 = pi joint 6 is free, and out of reach wherever the closed form happens to put it."""
+    """At joint 5 = pi joint 6 is free; with the closed form's choice of it the pose seemed out of reach."""
     links = [(0.089159, 0.0, 90), (0.0, -0.425, 0), (0.0, -0.39225, 0), (0.10915, 0.0, 90), (0.09465, 0.0, -90)]
     rows: list[Row] = [("continuous", d, a, float(np.radians(alpha))) for d, a, alpha in [*links, (0.0823, 0.0, 0)]]
     T = plain_product(rows, np.array(q))

@@ -1,4 +1,4 @@
-"""The names of configurations, beside where elbow and wrist are by plain forward kinematics, and beside documents."""
+"""The names of configurations, against elbow and wrist by plain forward kinematics, and against documents."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _sense(robot: Robot) -> float:
 @pytest.mark.skipif("ur5" not in catalogue_ids(), reason="example-robot-data is not installed")
 @pytest.mark.parametrize("by_table", [True, False])
 def test_the_sides_of_a_ur5_are_those_that_one_sees(by_table: bool) -> None:
-    """Both models, that of the package and the published table, whose base is turned by half a turn."""
+    """Two models: the package's, and the published table, whose base is turned by half a turn."""
     table = arm_of([("continuous", *row) for row in UR5_ROWS])
     robot, rng, compared = table if by_table else load_robot("ur5"), np.random.default_rng(6), 0
     for q in rng.uniform(-np.pi, np.pi, (200, 6)):
@@ -120,7 +120,7 @@ def test_the_sides_of_a_ur5_are_those_that_one_sees(by_table: bool) -> None:
 
 
 def test_the_cases_of_table_2_1_of_document_002() -> None:
-    """Elbow up and down, base not inverted and inverted: all solutions that Table 2.2 prints."""
+    """Elbow up and down, base not inverted and inverted: all solutions of Table 2.2."""
     robot = load_robot("three_dof_arm")
     cases = {1: ("right", "up"), 2: ("right", "down"), 3: ("left", "up"), 4: ("left", "down")}
     rows = document("three_dof_arm")["inverse_kinematics"]["table_2_2"]["rows"]
@@ -132,7 +132,7 @@ def test_the_cases_of_table_2_1_of_document_002() -> None:
 
 
 def test_the_right_elbow_of_document_004() -> None:
-    """Section 5.2 of the document: of the solutions of its test points that with the right elbow is taken."""
+    """Section 5.2 of the document takes the solution with the right elbow for its test points."""
     robot = load_robot("date_sorting_arm")
     for point in document("date_sorting")["test_points"]["points"]:
         turns = np.radians([point[f"theta{i}_deg"] for i in (1, 2, 3, 4)])
@@ -178,7 +178,7 @@ def test_eight_solutions_have_all_eight_names(robot_id: str) -> None:
 
 @pytest.mark.parametrize("robot_id", ["kuka_kr16_l6_2", "ngv_refuelling_arm", "welding_arm", "ur5"])
 def test_the_names_change_where_the_jacobian_is_singular(robot_id: str) -> None:
-    """The determinant of the Jacobian is a product of the three quantities: it changes its sign with each of them."""
+    """The determinant of the Jacobian is a product of the three quantities: its sign changes with each of them."""
     robot, rng, signs = load_robot(robot_id), np.random.default_rng(8), set()
     for q in (np.array(random_position(robot, rng)) for _ in range(300)):
         (found,) = configurations(robot, [q])

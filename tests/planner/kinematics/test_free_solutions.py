@@ -18,14 +18,14 @@ from tests.planner.scene.brute_force import distances_over_time
 
 ARM = planner.load_robot("welding_arm")
 TABLE = SceneObject("table", [Box([1.0, 2.0, 0.05])], Pose([1.4, 0.0, 0.55]))
-"""Whoever reaches over it with the elbow down has the forearm in it."""
+"""A table that the forearm enters if the arm reaches over it with the elbow down."""
 
 ROUNDING = 1e-6
-"""Of distances by golden sections, m."""
+"""Error of distances by golden sections, m."""
 
 
 def room(robot: Robot, scene: Scene, position: FloatArray) -> float:
-    """Return the least distance less the margin, m, of an arm of capsules."""
+    """Return the least distance minus the margin, m, of an arm of capsules."""
     return float(np.nanmin(distances_over_time(robot, scene, np.zeros(1), at_rest(position)))) - scene.margin
 
 
@@ -47,7 +47,7 @@ def seven_joints() -> Robot:
 
 
 def deep_as_it_is(scene: Scene, position: FloatArray, left: float, collision: planner.PostureCollision) -> None:
-    """Fail where the pair, or its depth, is another than that of the closed forms, where these know depths."""
+    """Fail if the pair or its depth differs from the closed forms, where these give depths."""
     (apart,) = distances_over_time(ARM, scene, np.zeros(1), at_rest(position))
     assert collision.pair[1] == "table"
     bodies = [(shape.link, shape.shape) for shape in ARM.collision_shapes]
@@ -114,7 +114,7 @@ def test_the_nearest_is_the_nearest_free_one_as_long_as_there_is_one() -> None:
 
 
 def test_poses_in_turn_are_free_each_and_each_nearest_to_the_one_before() -> None:
-    """From an elbow that is down the first goes up, and the others stay there; one that cannot be reached is passed."""
+    """From an elbow-down position, the first goes up and the others stay there; an unreachable one is skipped."""
     scene = Scene([TABLE])
     is_free = partial(planner.is_free, CollisionChecker(ARM, scene))
     poses = [Pose.from_rpy([1.0, y, 0.8], [0.0, 2.5, 0.0]) for y in np.linspace(-0.2, 0.2, 6)]
@@ -176,7 +176,7 @@ def test_a_robot_with_nothing_around_it_is_free_everywhere() -> None:
 
 
 def test_of_several_things_in_the_way_the_deepest_is_named() -> None:
-    """Two half spaces: heights over them are exact, and the arm is deeper in the second the higher that is."""
+    """Heights over two half spaces are exact, and the arm is deeper in the second, the higher the second is."""
     position = np.zeros(6)
     for first, second in ((0.1, 0.2), (0.3, 0.15)):
         floors = [

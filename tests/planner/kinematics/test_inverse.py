@@ -1,4 +1,4 @@
-"""Inverse kinematics, every answer re-checked by a plain product of matrices or by a second search."""
+"""Inverse kinematics, every solution checked by a plain product of matrices or by a second search."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_from_a_nearby_reference_the_solution_stays_on_its_branch(robot_id: str)
 
 
 def test_a_small_move_of_a_redundant_arm_is_a_small_motion() -> None:
-    """Of a continuum of solutions the one that goes with the waypoint before: here six joints, position only."""
+    """Of a continuum of solutions the one near the waypoint before is taken: here six joints, position only."""
     robot, rng = load_robot("kuka_kr16_l6_2"), np.random.default_rng(9)
     for _ in range(10):
         q = 0.6 * np.array(random_position(robot, rng)) + 0.4 * robot.middle

@@ -14,7 +14,7 @@ TOOL = Pose(np.array([0.1, -0.2, 0.3]), rotation_from_rpy(0.4, -0.5, 0.6))
 
 
 def differences(robot: Robot, q: FloatArray, h: float = 1e-5) -> FloatArray:
-    """Return (6, joints) by central differences: of the position, and of the rotation as R' R^T = [w]x."""
+    """Compute (6, joints) by central differences: of the position, and of the rotation as R' R^T = [w]x."""
     columns = []
     for step in h * np.eye(robot.dof):
         below, here, above = forward_kinematics(robot, np.array([q - step, q, q + step]))
@@ -40,7 +40,10 @@ def test_jacobian_equals_finite_differences(robot_id: str, tool: Pose | None) ->
 
 @pytest.mark.parametrize("robot_id", [*ARMS, "kuka_kr16_2"])
 def test_singular_values_are_the_square_roots_of_the_eigenvalues(robot_id: str) -> None:
-    """Of J J^T; of an arm that only positions its tool, of the position's rows. The manipulability is their root."""
+    """They are eigenvalues of J J^T, with the position's rows for an arm that only positions its tool.
+
+    The squared manipulability is their product.
+    """
     robot, rng = load_robot(robot_id), np.random.default_rng(6)
     positions = np.array([random_position(robot, rng) for _ in range(20)])
     for q, values, product in zip(
@@ -53,14 +56,14 @@ def test_singular_values_are_the_square_roots_of_the_eigenvalues(robot_id: str) 
 
 
 def test_a_three_joint_arm_is_singular_where_it_is_stretched() -> None:
-    """Document 002: with theta3 = 0 forearm and upper arm are one line: the tool can go no further."""
+    """In document 002, theta3 = 0 puts forearm and upper arm on one line, so the tool cannot go further."""
     robot = load_robot("three_dof_arm")
     assert manipulability(robot, np.array([0.3, 0.4, 0.0])) < 1e-12
     assert manipulability(robot, np.array([0.3, 0.4, 1.0])) > 1e-4
 
 
 def test_a_singular_position_has_no_manipulability() -> None:
-    """The wrist of the KUKA stretched: axes 4 and 6 are one."""
+    """In the stretched wrist of the KUKA, axes 4 and 6 coincide."""
     robot = load_robot("kuka_kr16_l6_2")
     position = np.array([[0.3, -1.0, 1.0, 0.2, 0.0, 0.1]])
     assert manipulability(robot, position)[0] < 1e-15

@@ -1,4 +1,4 @@
-"""The solution nearest to a reference, beside all solutions and whole turns; many poses beside one at a time."""
+"""The solution nearest to a reference, against all solutions and whole turns; many poses against one at a time."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def cases(robot: Robot, kind: str, count: int) -> list[tuple[Pose, FloatArray]]:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("robot_id", CLOSED_FORMS)
 def test_no_solution_is_nearer(robot_id: str, kind: str) -> None:
-    """Whole turns included, among all solutions that a closed form and descents from a table find."""
+    """The comparison includes whole turns and all solutions of a closed form and of descents from a table."""
     robot = installed(robot_id)
     for pose, reference in cases(robot, kind, 25):
         result = inverse_kinematics(robot, pose, OPTIONS, reference)
@@ -99,7 +99,7 @@ def test_no_other_solution_is_within_the_time_in_which_the_configuration_is_kept
 
 
 def free_motion(robot: Robot, q: FloatArray) -> FloatArray:
-    """Return (joints,), of length 1 in time: the motion that leaves the tool of a seven-axis arm where it is."""
+    """Return the unit joint velocity (joints,) that leaves the tool of a seven-axis arm at rest."""
     velocity = robot.limit("velocity")
     motion: FloatArray = np.linalg.svd(jacobian(robot, q) * velocity)[2][-1]
     return motion
@@ -128,7 +128,7 @@ def test_along_a_continuum_no_small_motion_comes_nearer(robot_id: str, kind: str
 
 @pytest.mark.parametrize("robot_id", REDUNDANT)
 def test_of_a_continuum_the_answer_is_nearer_than_the_spread_that_many_descents_find(robot_id: str) -> None:
-    """Nearly always: parts of the continuum narrower than the steps of the joint that is held may be missed."""
+    """Rare failures are accepted: parts of the continuum narrower than the steps of the fixed joint may be missed."""
     robot = installed(robot_id)
     ratios = []
     for pose, reference in cases(robot, "random", 60):
@@ -144,7 +144,7 @@ def test_of_a_continuum_the_answer_is_nearer_than_the_spread_that_many_descents_
 @pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ["ur5", "kuka_kr16_l6_2", "date_sorting_arm", "three_dof_arm", "panda"])
 def test_many_poses_at_once_are_solved_as_one_after_the_other(robot_id: str) -> None:
-    """Among them some out of reach, some at singular joint positions, and some by their position alone."""
+    """Some are out of reach, some at singular joint positions, and some without orientation."""
     robot = installed(robot_id)
     rng = np.random.default_rng(3)
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
@@ -170,7 +170,7 @@ def test_many_poses_at_once_are_solved_as_one_after_the_other(robot_id: str) -> 
 
 @pytest.mark.parametrize("robot_id", ["ur5", "panda", "date_sorting_arm"])
 def test_narrower_limits_of_a_replaced_robot_are_kept(robot_id: str) -> None:
-    """A table of the wider robot once gave 3.23 rad where the limit said 0.1."""
+    """A table of the wider robot once gave 3.23 rad where the limit was 0.1."""
     robot, rng = installed(robot_id), np.random.default_rng(1)
     inverse_kinematics(robot, forward_kinematics(robot, robot.middle[None])[0], OPTIONS)
     joints = tuple(

@@ -70,7 +70,7 @@ def test_whole_turns_of_joints_are_solutions_of_their_own() -> None:
 @pytest.mark.parametrize("fixed", [True, False])
 @pytest.mark.parametrize("beyond", [1e-13, 3e-11, 1e-9, 1e-7])
 def test_a_solution_at_a_limit_is_found_though_rounding_puts_it_outside(beyond: float, fixed: bool) -> None:
-    """Job `fixed_axis-05-ngv_refuelling_arm`: a joint that is held 3e-11 rad from where the pose would have it."""
+    """Job `fixed_axis-05-ngv_refuelling_arm`: a joint is fixed 3e-11 rad from its position in the pose."""
     robot, q = load_robot("ngv_refuelling_arm"), np.array([-0.6, -0.4, 0.8, 0.0, -0.4, -0.6])
     (pose,) = forward_kinematics(robot, q[None])
     for sign in (-1.0, 1.0):
@@ -109,7 +109,7 @@ def test_a_tool_changes_the_pose_and_not_the_branches() -> None:
 
 
 def test_a_pose_out_of_reach_is_given_up_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The nearest pose, for which the search takes sixty times as long, is what nobody asks for here."""
+    """The search for the nearest pose takes sixty times as long, and its result is not needed here."""
 
     def searched(_: Search) -> NoReturn:
         raise AssertionError
@@ -125,7 +125,7 @@ def within(robot: Robot, q: FloatArray) -> bool:
 
 @pytest.mark.parametrize("stretch", [1.0, 1.02, 1.3])
 def test_never_a_wrong_success(stretch: float) -> None:
-    """Poses within reach, at the border and beyond; successes re-checked by a plain D-H product."""
+    """Poses are within reach, at the border and beyond; a plain D-H product checks the solutions."""
     robot, rng = load_robot("ngv_refuelling_arm"), np.random.default_rng(12)
     solved = 0
     requests = 2000 if stretch == 1.0 else 40

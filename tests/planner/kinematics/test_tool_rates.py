@@ -16,7 +16,7 @@ AXES = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 
 def random_states(robot: Robot, count: int, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(count, joints) each; some joints at rest."""
+    """Draw positions, velocities and accelerations, (count, joints) each; some joints rest."""
     rng = np.random.default_rng(seed)
     q = np.array([random_position(robot, rng) for _ in range(count)])
     v, a = rng.normal(size=(2, *q.shape)) * (rng.random((2, *q.shape)) < 0.8)
@@ -49,7 +49,7 @@ def test_rates_are_pinocchios(robot: Robot) -> None:
 
 @pytest.mark.parametrize("robot", arms(), ids=lambda robot: robot.id)
 def test_accelerations_are_differences_of_velocities(robot: Robot) -> None:
-    """Along q + v t + a t^2 / 2: central differences, and gravity is not in them."""
+    """The motion is q + v t + a t^2 / 2, by central differences, without gravity."""
     q, v, a = random_states(robot, 10, 2)
     h = 1e-5
     before, after = (tool_velocities(robot, q + s * v + 0.5 * s * s * a, v + s * a) for s in (-h, h))
@@ -61,7 +61,7 @@ def test_accelerations_are_differences_of_velocities(robot: Robot) -> None:
 
 @pytest.mark.parametrize("robot", arms(), ids=lambda robot: robot.id)
 def test_jerks_are_differences_of_accelerations(robot: Robot) -> None:
-    """Along q + v t + a t^2 / 2 + j t^3 / 6: central differences."""
+    """The motion is q + v t + a t^2 / 2 + j t^3 / 6, by central differences."""
     q, v, a = random_states(robot, 10, 3)
     j = np.random.default_rng(4).normal(size=q.shape)
     h = 1e-5

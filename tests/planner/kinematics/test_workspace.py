@@ -1,4 +1,4 @@
-"""The workspace's figures against geometry, and against clouds of points that none may leave."""
+"""The dimensions of workspaces against geometry, and against clouds of points inside them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def link(length: float, lower: float, upper: float) -> DHJoint:
 
 
 def test_two_links_within_limits() -> None:
-    """The law of cosines at the ends of the elbow's range."""
+    """The law of cosines holds at the ends of the elbow's range."""
     found = workspace(planar(link(0.4, -1.0, 1.0), link(0.3, 0.5, 2.5)), 10)
     shortest, longest = (np.sqrt(0.4**2 + 0.3**2 + 2.0 * 0.4 * 0.3 * np.cos(q)) for q in (2.5, 0.5))
     assert values(found, *REACHES) == pytest.approx([shortest, longest], abs=1e-12)
@@ -45,7 +45,7 @@ def test_one_link() -> None:
 
 
 def test_a_box() -> None:
-    """Three sliding axes of -2 to 2 m: no curvature anywhere, every extreme but the nearest is at corners."""
+    """Three sliding axes of -2 to 2 m have no curvature: every extreme except the nearest is at corners."""
     found = workspace(gantry(), 10)
     assert values(found, *RADII) == pytest.approx([0.0, np.sqrt(8.0), np.sqrt(8.0)], abs=1e-9)
     assert values(found, *HEIGHTS) == pytest.approx([-2.0, 2.0], abs=1e-12)
@@ -53,7 +53,7 @@ def test_a_box() -> None:
 
 
 def test_the_reach_of_the_kuka_in_its_data_sheet() -> None:
-    """1911 mm: from axis 1 to the wrist centre, the arm stretched: 260 + 680 + |(970, 35)| mm."""
+    """The data sheet has 1911 mm from axis 1 to the wrist centre, the arm stretched: 260 + 680 + |(970, 35)| mm."""
     robot = load_robot("kuka_kr16_l6_2").with_tool(Pose(np.array([0.0, 0.0, -0.115])))
     stretched = 0.68 + np.hypot(0.97, 0.035)
     found = workspace(robot, 10)

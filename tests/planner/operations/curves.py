@@ -1,4 +1,4 @@
-"""Trajectories that operations are tried on, and their evaluation by scipy."""
+"""Trajectories for the tests of operations, and their evaluation by scipy."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ def by_scipy(trajectory: Trajectory, times: FloatArray, order: int = 0) -> Float
 
 
 def inner_times(trajectory: Trajectory, count: int = 400) -> FloatArray:
-    """Return times that are no breakpoints: there derivatives may jump."""
+    """Return times away from breakpoints, where derivatives may jump."""
     return (np.arange(count) + 0.5123) * trajectory.duration / count
 
 
 def fastest_by_ruckig(robot: Robot, state: JointState) -> list[float]:
-    """Return the time that each joint takes by Ruckig's velocity interface, which knows no position limits."""
+    """Return each joint's stopping time by Ruckig's velocity interface, which has no position limits."""
     requested = ruckig.InputParameter(robot.dof)
     requested.control_interface = ruckig.ControlInterface.Velocity
     requested.synchronization = ruckig.Synchronization.No

@@ -94,7 +94,7 @@ def test_a_slice_keeps_the_waypoints_of_its_segments() -> None:
 
 
 def test_a_slice_of_two_nanoseconds_ends_with_itself() -> None:
-    """Its last arrival was after its end by the rounding of its start."""
+    """Its last arrival exceeded its end by the rounding of its start."""
     given = planned("cubic")
     for start in np.linspace(0.1, 0.9, 23) * given.duration:
         part = slice_trajectory(kuka(), given, float(start), float(start) + 2e-9 * given.duration).trajectory

@@ -19,7 +19,7 @@ POINTS = [[-0.6, -0.9, 1.2, 0.0, 0.8, 0.0], [0.0, -1.2, 1.4, 0.0, 0.8, 0.0], [0.
 
 
 def beside_the_way(gap: float) -> Scene:
-    """Return a ball above the tool at the middle point, whose margin leaves so much room to spare there."""
+    """Return a ball above the tool at the middle point, with this clearance beyond its margin."""
     tool = planner.tool_pose(ARM, POINTS[1]).position
     ball = SceneObject("ball", [Sphere(0.1)], Pose(np.add(tool, [0.6, 0.0, 0.0])))
     room = least_distance(ARM, Scene([ball]), retime_trajectory(ARM, np.array(POINTS), planner.Quintic()).trajectory)
@@ -28,7 +28,7 @@ def beside_the_way(gap: float) -> Scene:
 
 @pytest.mark.parametrize("gap", [2e-3, -2e-3])
 def test_clearances_of_operations_are_those_of_dense_samples(gap: float) -> None:
-    """Points that are smoothed as they are timed, and the same way back: both keep the margin by 2 mm, or do not."""
+    """A trajectory through smoothed points and its reverse: refused, or proved within 2 mm of dense samples."""
     scene = beside_the_way(gap)
     retimed = retime_trajectory(ARM, np.array(POINTS), planner.Quintic())
     for done in (retimed, reverse_trajectory(ARM, retimed.trajectory)):

@@ -78,7 +78,7 @@ def test_the_mass_is_that_of_bisection_and_uses_the_whole_limit(backend: str) ->
 
 
 def test_the_joint_that_holds_the_mass_still_is_named() -> None:
-    """Far aside of the flange the wrist holds it, though the shoulder has the largest share without a payload."""
+    """Far aside of the flange the wrist bears the mass, though without a payload the shoulder has the largest share."""
     count, position = np.zeros(1, dtype=int), np.array(WAYPOINTS[0])
     ends = np.array([0.0, 1.0])
     still = Trajectory(np.ones(1), position[None, :, None], count, ends, ends)
@@ -135,7 +135,7 @@ OTHER_LIMITS: dict[str, tuple[Robot, Limits]] = {
     "rms_torque": (UNRATED, Limits(rms_torque=tuple(0.45 * UNRATED.limit("torque")))),
     "acceleration": (UNRATED.derived(payload_table=GENTLER), Limits()),
 }
-"""Robots and limits by the quantity that bounds the mass of a slow motion."""
+"""Robots and limits by the quantity that limits the mass of a slow motion."""
 
 
 @pytest.mark.parametrize("quantity", OTHER_LIMITS)

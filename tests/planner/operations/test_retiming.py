@@ -1,4 +1,4 @@
-"""Points with time on them: the distance from the points, the limits, and the duration by the plain package toppra."""
+"""Points timed anew: their distances, the limits, and the duration by the plain package toppra."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LINE = np.linspace(0.0, 1.0, 1000)[:, None] * [1.0, 0.2, 0.1, 0.0, 0.3, 0.0]
 
 
 def smooth(count: int, seed: int = 1) -> FloatArray:
-    """Return sines of all joints, of five frequencies at random."""
+    """Return random sines of all joints, with five frequencies."""
     u, random = np.linspace(0.0, 1.0, count)[:, None], np.random.default_rng(seed)
     return HOME + sum(0.15 / k * random.normal(size=6) * np.sin(np.pi * k * u + k) for k in range(1, 6))
 
@@ -97,7 +97,7 @@ def test_every_back_end_times_them(backend: Any) -> None:
 
 
 class PlainPath(toppra.interpolator.AbstractGeometricPath):  # type: ignore[misc]
-    """A curve of ours as the package has it."""
+    """A curve of ours with the interface of the package."""
 
     def __init__(self, curve: PiecewisePolynomial) -> None:
         self.curve = PPoly(curve.coefficients.transpose(2, 0, 1)[::-1], curve.breakpoints)
@@ -145,7 +145,7 @@ def test_a_larger_deviation_is_faster() -> None:
 
 
 def test_noise_beyond_the_deviation_gets_no_more_intervals_than_pay(monkeypatch: pytest.MonkeyPatch) -> None:
-    """2,000 points with noise three times as large as allowed took toppra a minute: 135,000 intervals, then twice."""
+    """2,000 points with noise of three deviations took toppra a minute: 135,000 intervals, then twice as many."""
     points = HOME + LINE[::20] + np.random.default_rng(0).normal(scale=3e-3, size=LINE[::20].shape)
     fine = retime_trajectory(kuka(), points, Toppra())
     monkeypatch.setattr("planner.backends.toppra.profile.MANY", 200)
@@ -163,7 +163,7 @@ def test_points_that_do_not_move_are_a_rest() -> None:
 
 
 def test_pairs_of_points_that_are_all_but_one() -> None:
-    """The stiffest curves near them are beyond what numbers can tell."""
+    """The stiffest curves near them exceed the precision of numbers."""
     rng = np.random.default_rng(1)
     points = np.repeat(np.cumsum(0.1 * rng.normal(size=(400, 3)), axis=0), 2, axis=0)
     points[1::2] += 1e-4 * rng.normal(size=(400, 3))

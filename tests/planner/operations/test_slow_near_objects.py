@@ -107,7 +107,7 @@ def test_points_that_are_one_rest_in_a_zone() -> None:
 
 @pytest.mark.parametrize("gap", [-5e-3, IN_FULL(-1e-4), 0.0, IN_FULL(1e-4), IN_FULL(5e-3)])
 def test_a_zone_that_begins_where_the_motion_is_parallel_to_a_wall(gap: float) -> None:
-    """A turn about the base keeps the height over the floor: it is in a zone wholly, or not at all."""
+    """A turn about the base keeps the height over the floor: all of it is in a zone, or none."""
     turn = np.linspace(0.0, 1.0, 20)[:, None] * [1.5, 0.0, 0.0, 0.0, 0.0, 0.0]
     points = np.array([-0.7, -1.2, 1.7, 0.0, 1.0, 0.0]) + turn
     floor = Scene([SceneObject("floor", [HalfSpace([0.0, 0.0, 1.0], -0.5)])])
@@ -121,7 +121,7 @@ def test_a_zone_that_begins_where_the_motion_is_parallel_to_a_wall(gap: float) -
 
 
 def operations(given: Trajectory) -> dict[str, Callable[[], CertifiedTrajectory]]:
-    """Return all that keeps the timing of a trajectory, or stops it where it is near to the person."""
+    """Return all operations that keep the timing of a trajectory, or stop it near the person."""
     middle = given.duration / 2.0
     state = JointState(*given.evaluate(middle))
     return {

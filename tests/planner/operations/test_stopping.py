@@ -168,7 +168,7 @@ def test_states_that_are_refused() -> None:
 @pytest.mark.parametrize("on_path", [False, True])
 @pytest.mark.parametrize("mass", [16.0, 17.0, 50.0])
 def test_a_payload_above_the_rating_never_keeps_a_robot_from_stopping(on_path: bool, mass: float) -> None:
-    """The same robot without a rating shows how it stops; the rating of 16 kg adds a warning."""
+    """A robot without a rating shows the reference stop; the rating of 16 kg adds a warning."""
     given, warned = planned("quintic"), ["payload_above_rating"] if mass > 16.0 else []
     time, stops = 0.3 * given.duration, []
     for robot in (kuka(), replace(kuka(), rated_payload=None)):

@@ -78,7 +78,7 @@ def least_on_line(state: JointState, share: float) -> float:
     "backend", [Ruckig(), Quintic(), Toppra(jerk_limited=True)], ids=["ruckig", "quintic", "toppra"]
 )
 def test_on_a_straight_line_it_is_as_fast_as_ruckig(backend: BackEnd, share: float, at: float) -> None:
-    """Also with half of the limits of acceleration and jerk, as long as these are kept when the stop begins."""
+    """Half of the acceleration and jerk limits are tried too, where the state at the start of the stop keeps them."""
     given = plan(PlanningProblem(kuka(), tuple(map(JointWaypoint, LINE)), Limits(acceleration_scale=0.4)), backend)
     limits = Limits(acceleration=tuple(share * kuka().limit("acceleration")), jerk=tuple(share * kuka().limit("jerk")))
     time = at * given.trajectory.duration
@@ -96,7 +96,7 @@ def test_on_a_straight_line_it_is_as_fast_as_ruckig(backend: BackEnd, share: flo
 def test_the_search_for_any_curve_is_nearly_as_fast_on_a_straight_line(
     backend: BackEnd, at: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Within 3 %; a search by linear programs was slower by up to 16 %."""
+    """The difference is within 3 %; a search by linear programs was slower by up to 16 %."""
     monkeypatch.setattr(stopping_on_path, "stop_on_line", lambda *_arguments, **_options: None)
     given = plan(PlanningProblem(kuka(), tuple(map(JointWaypoint, LINE)), Limits(acceleration_scale=0.4)), backend)
     stop = stop_on_path(kuka(), given.trajectory, at * given.trajectory.duration)
@@ -117,7 +117,7 @@ def test_a_stop_is_found_where_the_trajectory_uses_all_of_its_limits(backend: Ba
 
 
 def test_where_no_faster_stop_is_found_the_end_is_the_stop() -> None:
-    """Along a curve where at every instant some joint uses all of its limit."""
+    """Along this curve some joint uses all of its limit at every instant."""
     given = plan(PlanningProblem(kuka(), CORNER), Toppra()).trajectory
     stop = stop_on_path(kuka(), given, 0.97 * given.duration)
     assert [warning.code for warning in stop.warnings][-1] == "stops_at_the_end"

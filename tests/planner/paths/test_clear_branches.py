@@ -1,4 +1,4 @@
-"""A fixed pose takes the branch from which the line that follows keeps clear, by trying every branch as a start."""
+"""A fixed pose takes the branch whose next line is collision-free, checked by trying every branch as a start."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def has_a_branch(problem: planner.PlanningProblem) -> bool:
 
 @pytest.mark.parametrize("seed", [85, 96, 138, 21, 2])
 def test_a_pose_before_a_line_is_planned_where_any_branch_is(seed: int) -> None:
-    """The first three were refused as `collision`: the shortest branch cannot run the line, another one can."""
+    """The first three were refused as `collision`: the shortest branch cannot follow the line, but another one can."""
     problem = pose_and_line(seed)
     if not has_a_branch(problem):
         with pytest.raises(planner.PlanningError):

@@ -1,4 +1,4 @@
-"""Lines and arcs that go on in the same direction are passed without a stop or a blend, though the curvature jumps."""
+"""Tangent lines and arcs are passed without a stop or a blend, though the curvature jumps."""
 
 from __future__ import annotations
 

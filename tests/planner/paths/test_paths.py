@@ -74,7 +74,7 @@ def planned(robot: Robot, waypoints: Sequence[AnyWaypoint], kind: str = "cubic",
 
 
 def dense(result: Plan, count: int = 1001) -> tuple[FloatArray, list[pin.SE3]]:
-    """Return times (N,) and poses of the tool."""
+    """Return dense times (N,) and poses of the tool."""
     times = np.linspace(0.0, result.trajectory.duration, count)
     robot = result.path.robot
     return times, [tool(robot, q) for q in result.trajectory.evaluate(times, [0])[0]]
@@ -200,7 +200,7 @@ def test_a_line_in_two_parts_is_passed_at_speed_and_as_fast_as_one(robot: Robot,
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("radius", [1e-6, 1e-4])
 def test_a_tiny_blend_costs_little_more_than_stopping(robot: Robot, kind: str, radius: float) -> None:
-    """Once it was a division by zero, and once half a minute."""
+    """One case was a division by zero, another took half a minute."""
     waypoints = [
         JointWaypoint(position=HOME),
         PoseWaypoint(pose=shifted(robot, (0, -0.4, 0)), motion=LinearMotion(), transition=BlendTransition(radius)),
@@ -230,7 +230,7 @@ def fraction_followed(error: PlanningError) -> float:
 
 
 def refused(robot: Robot, waypoints: Sequence[AnyWaypoint], error: type[PlanningError]) -> PlanningError:
-    """Return the refusal, after every one of its remedies has been applied and has worked."""
+    """Return the refusal, after applying every one of its remedies successfully."""
     with pytest.raises(error) as refusal:
         planned(robot, waypoints)
     assert refusal.value.segment == 0
@@ -255,7 +255,7 @@ def test_a_line_to_another_branch_is_a_configuration_change(robot: Robot) -> Non
 
 
 def test_a_line_just_past_the_wrist_singularity_is_singular(robot: Robot) -> None:
-    """With axis 5 at zero axes 4 and 6 are one: 0.01 mrad past it, axis 4 would have to turn at once."""
+    """With axis 5 at zero, axes 4 and 6 coincide: 0.01 mrad past it, axis 4 would have to turn at once."""
     near = np.array((0.0, -1.2, 1.4, 0.0, 0.3, 0.0))
     start, end = (tool(robot, (*near[:4], tilt, near[5])) for tilt in (0.3, -0.3))
     aside = rotation_from_rpy(0.0, 0.0, 1e-5)
@@ -270,7 +270,7 @@ def test_a_line_just_past_the_wrist_singularity_is_singular(robot: Robot) -> Non
 
 
 def test_a_line_beyond_a_joint_limit_names_joint_limit_and_place(robot: Robot) -> None:
-    """Axis 1 may turn by 185 degrees: half a circle around the back is too far."""
+    """Axis 1 may turn by 185 degrees, and half a circle around the back needs more."""
     start = np.array(HOME)
     start[0] = 3.0
     home = tool(robot, start)
@@ -294,7 +294,7 @@ def test_a_line_beyond_a_joint_limit_names_joint_limit_and_place(robot: Robot) -
 
 
 def test_a_line_through_the_hole_in_the_workspace_leaves_what_can_be_reached() -> None:
-    """002's arm cannot come nearer than 70 mm to its shoulder."""
+    """The arm of document 002 cannot come nearer than 70 mm to its shoulder."""
     robot = load_robot("three_dof_arm")
     ends = (Pose(np.array([0.15, 0.03, 0.02])), Pose(np.array([-0.15, 0.03, 0.02])))
     waypoints = [PoseWaypoint(pose=ends[0]), PoseWaypoint(pose=ends[1], motion=LinearMotion())]
@@ -348,7 +348,7 @@ def test_durations_along_a_line_are_kept_or_refused_with_one_that_works(
 @pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["cubic", "quintic"])
 def test_durations_of_segments_that_are_passed(robot: Robot, kind: str) -> None:
-    """All given, some given, and too short: the remedies, applied together, work."""
+    """All are given, some are given, or too short: the remedies, applied together, work."""
     waypoints = [
         JointWaypoint(position=HOME),
         PoseWaypoint(pose=shifted(robot, (0, -0.2, 0)), motion=LinearMotion(), transition=BlendTransition(0.05)),

@@ -1,4 +1,4 @@
-"""Waypoints that are one joint position, or nearly so: a segment of no length."""
+"""Waypoints at one joint position, or nearly so: a segment of no length."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ CORNER = HOME + np.array([0.5, 0.3, -0.3, 0.1, 0.2, 0.2])
 GOAL = HOME + np.array([1.0, 0.0, -0.2, 0.1, 0.0, 0.1])
 STOP, THROUGH = StopTransition(), ThroughTransition()
 APART = (0.0, 1e-15, 1e-10, 3e-9, 1e-6)
-"""rad or m: the first three are one position, the others are not."""
+"""Distances between waypoints, rad or m: the first three count as one position, the others do not."""
 ONE = 1e-9
-"""rad or m, up to which two positions are one."""
+"""Distance up to which two positions count as one, rad or m."""
 
 
 def at(q: FloatArray, transition: Transition = STOP, **options: float) -> JointWaypoint:
@@ -55,7 +55,7 @@ def pose(q: FloatArray, shift: float, transition: Transition = STOP) -> PoseWayp
 
 
 def lists(apart: float) -> dict[str, list[AnyWaypoint]]:
-    """Return lists with one waypoint given twice, `apart` from itself in each joint or in position."""
+    """Return lists with a repeated waypoint, `apart` from itself in each joint or in position."""
     beside = CORNER + apart * np.resize([1.0, -1.0], 6)
     blend = BlendTransition(0.02)
     return {
@@ -179,14 +179,14 @@ def test_a_turn_of_the_tool_in_place_is_a_motion() -> None:
 
 
 def test_a_line_of_no_length_out_of_a_stretched_wrist() -> None:
-    """The arm need not be able to move the tool along a line that does not move it."""
+    """The arm need not be able to move the tool along a line of zero length."""
     stretched = np.array([0.3, -1.2, 1.4, 0.0, 0.0, 0.0])
     found = plan(PlanningProblem(ROBOT, [at(stretched), moved(0.0, 0.0), at(GOAL)]))
     assert [warning.code for warning in found.warnings] == ["waypoint_repeated"]
 
 
 def test_waypoints_do_not_creep_away_together() -> None:
-    """Each is near the one before, and only the first few are one position."""
+    """Each is near the one before, but only the first few are one position."""
     waypoints = [at(HOME), *(at(CORNER + k * 0.9e-9, THROUGH) for k in range(20)), at(GOAL)]
     found = plan(PlanningProblem(ROBOT, waypoints)).trajectory
     met = found.evaluate(found.arrivals, [0])[0]

@@ -1,4 +1,4 @@
-"""A ball in the inside of a corner that is blended."""
+"""A ball in the inside of a blended corner."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ ASKED = 0.2
 """The requested radius of the blends, m."""
 
 BESIDE_A_LINE = (1.205, -0.405, 0.7)
-"""Where a ball is in the inside of the corner of two lines, m."""
+"""Position of a ball in the inside of the corner of two lines, m."""
 
 BESIDE_A_JOINT_MOTION = (1.23, -0.43, 0.65)
-"""Where a ball is in the inside of the corner of two joint motions, which go below the lines, m."""
+"""Position of a ball in the inside of the corner of two joint motions, which go below the lines, m."""
 
 MARGIN = 0.01
-"""Of the balls, m."""
+"""Margin of the balls, m."""
 
 
 def ball_at(*position: float) -> Scene:
@@ -35,7 +35,7 @@ def ball_at(*position: float) -> Scene:
 def along_a_rectangle(
     scene: Scene | None, motion: planner.JointMotion | planner.LinearMotion
 ) -> planner.PlanningProblem:
-    """Return out, across and back: waypoints 1 and 2 are blended."""
+    """Return a problem that goes out, across and back; waypoints 1 and 2 are blended."""
     places = ([0.9, -0.5, 0.7], [1.3, -0.5, 0.7], [1.3, 0.5, 0.7], [0.9, 0.5, 0.7])
     poses = [Pose.from_rpy(place, [0.0, np.pi, 0.0]) for place in places]
     blend = BlendTransition(ASKED)

@@ -1,4 +1,4 @@
-"""Better ways: near the best that a dense grid has, never worse, within their budget, the same each time."""
+"""Better paths: near the best on a dense grid, never worse, within their budget, and reproducible."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ NEAR_AND_FAR_GAP = [
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.large_only) for k in range(1, 5))])
 def test_through_the_near_gap_of_two(seed: int) -> None:
-    """A ball goes through a wall with gaps at -1.35 and 0.85: the way through the near one is the shorter one."""
+    """A ball goes through a wall with gaps at -1.35 and 0.85: the path through the near one is shorter."""
     start, goal = np.array([0.0, -0.5]), np.array([0.0, 0.5])
     best = shortest(start, goal, ball_at, NEAR_AND_FAR_GAP)
     through_far = shortest(start, goal, ball_at, [*NEAR_AND_FAR_GAP, block("plug", (0.6, -0.1), (1.1, 0.1))])
@@ -181,7 +181,7 @@ def around_the_wall(**options: object) -> planner.Plan:
 
 @pytest.fixture(scope="module")
 def plain() -> planner.Plan:
-    """The plan along the first way: the budget is spent before another is thought of."""
+    """A plan along the first path: the budget ends before another one is tried."""
     return around_the_wall(optimise="duration", optimise_checks=1)
 
 
@@ -239,7 +239,7 @@ def test_a_straight_way_stays_as_it_is(objective: Objective) -> None:
 
 
 def test_the_budget_is_kept(plain: planner.Plan, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By a clock that goes on by a millisecond whenever it is looked at, whatever else the machine does."""
+    """The clock advances by a millisecond at each reading, whatever the machine's load."""
     reads = [0]
 
     def clock() -> float:

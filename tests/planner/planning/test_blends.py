@@ -27,11 +27,11 @@ from tests.planner.problems_of_tests import certified_plan
 from tests.planner.scene.brute_force import distances_over_time
 
 SAMPLES = 150
-"""Number of times near a corner at which the hand is looked at."""
+"""Number of samples of the hand near a corner."""
 
 
 def blend_warnings(plan: planner.Plan) -> list[planner.PlanWarning]:
-    """Return the warnings of a plan but for that of its estimated shapes."""
+    """Return the warnings of a plan, without the one about its estimated shapes."""
     return [warning for warning in plan.warnings if warning.code != "estimated_shapes"]
 
 
@@ -95,7 +95,7 @@ def test_only_the_blend_that_collides_shrinks(
 
 @pytest.mark.large_only
 def test_both_blends_shrink_where_both_collide(problem: planner.PlanningProblem) -> None:
-    """A copy of the ball on the other side: by symmetry both blends end at nearly the same radius."""
+    """A copy of the ball is on the other side: by symmetry both blends end at nearly the same radius."""
     x, y, z = BESIDE_A_LINE
     ball = ball_at(x, y, z)
     other = SceneObject("other", [Sphere(0.03)], Pose([x, -y, z]))

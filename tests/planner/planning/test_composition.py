@@ -1,4 +1,4 @@
-"""Variants and remedies compose: with a free motion in a list all else is tried that is tried without it."""
+"""Variants and remedies compose: lists with a free motion get all attempts of lists without it."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_warnings_behind_a_detour_name_waypoints_as_requested() -> None:
 
 
 def test_remedies_are_applied_to_the_requested_waypoint() -> None:
-    """Behind a detour, too, a remedy is one of the request: applied to it, it leads to a plan."""
+    """A remedy behind a detour applies to the request and leads to a plan."""
     through = planner.JointWaypoint(LEFT)
     problem = planner.PlanningProblem(ARM, [*AROUND, through], scene=SCENE)
     refusal = refusal_of(problem)
@@ -103,7 +103,7 @@ def test_remedies_are_applied_to_the_requested_waypoint() -> None:
 
 
 def test_one_budget_bounds_all_attempts() -> None:
-    """With one attempt nothing else is tried, and the refusal is that of the request."""
+    """With a budget of one attempt nothing else is tried, and the refusal is that of the request."""
     problem = along_a_rectangle(ball_at(*BESIDE_A_LINE), planner.LinearMotion())
     refusal = refusal_of(problem, budget=planner.Budget(attempts=1))
     assert isinstance(refusal, Collision)

@@ -62,7 +62,7 @@ def test_every_back_end_keeps_clear(kind: str) -> None:
 
 
 def test_what_mends_one_fault_of_two_is_a_hint() -> None:
-    """The start is beyond a limit, and the goal out of reach: neither change by itself leads to a plan."""
+    """The start exceeds a limit, and the goal is out of reach: neither change by itself leads to a plan."""
     robot = planner.load_robot("kuka_kr16_2")
     beyond = planner.JointWaypoint([0.0, 3.0, 1.5, 0.0, 0.5, 0.0])
     far = planner.PoseWaypoint(planner.Pose([10.0, 0.0, 0.0], np.eye(3)), motion=FREE)
@@ -101,7 +101,7 @@ def elbow(position: FloatArray) -> FloatArray:
 
 
 def test_a_pose_in_any_configuration_that_has_room() -> None:
-    """A ball is where the elbow would be in the nearest configuration; others have room."""
+    """A ball is at the elbow of the nearest configuration; others are collision-free."""
     pose = planner.tool_pose(ARM, RIGHT)
     nearest = planner.inverse_kinematics(ARM, pose, reference=LEFT).position
     ball = planner.SceneObject("ball", [planner.Sphere(0.1)], planner.Pose(elbow(nearest)))
@@ -118,7 +118,7 @@ def test_a_pose_in_any_configuration_that_has_room() -> None:
 
 
 def test_a_way_begins_in_the_configuration_that_it_was_found_for() -> None:
-    """Between two poses a thin wall: the way to another configuration was free from one start only, and it was lost."""
+    """Behind a thin wall, the path to another configuration was free from one start only, and was lost."""
     ends = [planner.Pose.from_rpy([1.2, y, 0.7], [0.0, np.pi, 0.0]) for y in (-0.6, 0.6)]
     thin = planner.SceneObject("wall", [planner.Box([0.3, 0.05, 0.4])], planner.Pose([1.2, 0.0, 0.5]))
     scene = planner.Scene([thin])

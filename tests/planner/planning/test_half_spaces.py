@@ -45,7 +45,7 @@ def test_they_hold_what_is_free_and_cut_off_what_is_not() -> None:
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_a_search_keeps_to_them_at_their_share(sign: float) -> None:
-    """In the middle of the second segment a joint may go only half as far from the quintic as it would, or further."""
+    """In the middle of the second segment, a joint is bounded to at most, or at least, half its free deviation."""
     first, middle, last = problem_of("kuka_kr16_l6_2", 3, 3).waypoints
     passed = replace(middle, transition=planner.ThroughTransition())
     problem = planner.PlanningProblem(load_robot("kuka_kr16_l6_2"), [first, passed, last])
@@ -73,7 +73,7 @@ def test_a_search_keeps_to_them_at_their_share(sign: float) -> None:
 
 
 def around_its_way(rng: np.random.Generator, robot: Robot) -> tuple[planner.PlanningProblem, planner.Trajectory] | None:
-    """Draw a job whose motion of least effort meets something that its quintic does not, and that motion."""
+    """Draw a job whose motion of least effort collides where its quintic does not; return both."""
     lower, upper = np.maximum(robot.limit("lower"), -2.5), np.minimum(robot.limit("upper"), 2.5)
     ends = [planner.JointWaypoint(position) for position in rng.uniform(lower, upper, (2, robot.dof))]
     problem = planner.PlanningProblem(robot, ends, self_collision=False)

@@ -1,4 +1,4 @@
-"""The warning that a carried object is far away from the tool, judged by distances that stand in the requests."""
+"""The warning that an attached object is far away from the tool, by the distances in the requests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Binding checks name the fields that relax them: without these a limit is wider, without others the same."""
+"""Binding checks name the fields that relax them: without these fields a limit is wider, without others the same."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TABLE = PayloadTable((1.0, 4.0), (0.9, 0.4), (0.8, 0.3))
 """A table that narrows limits of acceleration and jerk."""
 
 NOT_COMPARED = ("further", "rms_torque", "cycle_time")
-"""Fields of limits that no limit of a segment depends on."""
+"""Fields of limits that do not affect any limit of a segment."""
 
 
 def random_limits(rng: np.random.Generator, robot: Robot) -> Limits:
@@ -66,7 +66,7 @@ def random_problem(seed: int) -> PlanningProblem:
 
 
 def without(limits: Limits | None, path: FieldPath, names: set[str], *, named: bool) -> Limits | None:
-    """Return limits without the fields that are named, or without all others."""
+    """Return limits without the named fields, or without all others."""
     if limits is None:
         return None
     dropped = {
@@ -78,7 +78,7 @@ def without(limits: Limits | None, path: FieldPath, names: set[str], *, named: b
 
 
 def changed(problem: PlanningProblem, names: set[str], *, named: bool) -> PlanningProblem:
-    """Return the problem without the fields that are named, or without all others."""
+    """Return the problem without the named fields, or without all others."""
     waypoints = [
         replace(w, limits=without(w.limits, ("waypoints", i, "limits"), names, named=named))
         for i, w in enumerate(problem.waypoints)

@@ -39,14 +39,14 @@ def line(x: float, y: float, z: float, turn: float = 0.0, **more: object) -> Rel
 
 
 def value(line: LinePolynomial, t: float, derivative: int = 0) -> FloatArray:
-    """Return (3,), m, by numpy's polynomials."""
+    """Evaluate the line (3,), m, by numpy's polynomials."""
     piece = min(int(np.searchsorted(line.breakpoints, t, side="right")) - 1, len(line.breakpoints) - 2)
     since = t - line.breakpoints[piece]
     return np.array([np.polynomial.Polynomial(row).deriv(derivative)(since) for row in line.position[piece]])
 
 
 def tool(problem: PlanningProblem, q: FloatArray) -> FloatArray:
-    """Return (3,), m, by Pinocchio."""
+    """Compute the position of the tool (3,), m, by Pinocchio."""
     model, data = problem.robot.model, problem.robot.model.createData()
     pin.framesForwardKinematics(model, data, q)
     return data.oMf[problem.robot.tool_frame_id].translation.copy()
@@ -84,7 +84,7 @@ def test_the_tool_of_the_joint_trajectory_is_where_the_polynomials_say(kind: str
 @every_back_end
 @pytest.mark.parametrize("seed", range(3))
 def test_pieces_join_and_the_way_is_straight(kind: str, seed: int) -> None:
-    """Random lines: from start to end, at rest at both, without jumps of place or speed, and never off the line."""
+    """Random lines go from start to end, at rest at both, without jumps of position or speed, and stay on the line."""
     rng = np.random.default_rng(seed)
     waypoints = (START, line(*rng.uniform(-0.2, 0.2, 3), turn=0.3))
     planned = plan(PlanningProblem(ROBOT, waypoints), backend_of(kind))
@@ -140,7 +140,7 @@ def test_short_lines(length: float) -> None:
 
 
 def test_lines_that_are_passed_without_a_stop_hand_over_their_speed() -> None:
-    """Two halves of one line are one line: its cubic, cut in two."""
+    """Two halves of one line equal the one line: its cubic, cut in two."""
     half = line(0.0, -0.2, 0.0)
     problem = PlanningProblem(ROBOT, (START, replace(half, transition=ThroughTransition()), half))
     first, second = line_polynomials(plan(problem))

@@ -1,4 +1,4 @@
-"""Where the tool holds its speed, beside dense differences of Pinocchio's poses; why it does not, beside the limits."""
+"""Times of constant tool speed, against dense differences of Pinocchio's poses; the limits that interrupt it."""
 
 from __future__ import annotations
 

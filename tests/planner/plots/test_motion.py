@@ -32,7 +32,7 @@ def moved() -> Plan:
 
 @pytest.mark.parametrize(("view", "columns"), [("xy", [0, 1]), ("xz", [0, 2]), ("yz", [1, 2])])
 def test_the_tool_of_an_animation_is_where_the_table_says(moved: Plan, view: str, columns: list[int]) -> None:
-    """All frames, up to one scale and one shift, against the product of the document's table."""
+    """All frames agree with the product of the document's table, up to one scale and one shift."""
     svg = moved.animate(view=view, speed=0.25).svg
     x, y = (
         np.array(re.findall(rf'attributeName="{name}" .*?values="(.*?)"', svg)[0].split(";"), dtype=float)

@@ -24,7 +24,7 @@ from tests.documents.read_pictures import graphs_of
 
 @pytest.fixture(scope="module")
 def slowed() -> Plan:
-    """Joint 1 goes there at 0.5 rad/s and back at 1 rad/s at most, with time to reach both."""
+    """Joint 1 moves there at 0.5 rad/s and back at 1 rad/s at most, with enough time to reach both."""
     first, second = (Limits(velocity=(v, 3.0, 3.0)) for v in (0.5, 1.0))
     waypoints = (
         JointWaypoint((0.0, 0.5, 0.5)),
@@ -97,7 +97,7 @@ def test_a_joint_that_its_limits_hold_is_said_to_be_held() -> None:
 
 @pytest.mark.parametrize("robot_id", catalogue_ids())
 def test_stick_models_go_from_the_base_to_the_tool(robot_id: str) -> None:
-    """Turning joint 1 turns all that comes after it; the lengths of the sticks between turning joints stay."""
+    """Turning joint 1 turns all links after it; the sticks between turning joints keep their lengths."""
     robot = load_robot(robot_id)
     random = np.random.default_rng(0)
     lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)
@@ -110,7 +110,7 @@ def test_stick_models_go_from_the_base_to_the_tool(robot_id: str) -> None:
 
 
 ODD = "a\x00\x01\x1b\x7f\x85\ufffe\uffff\U0001ffffb <--> & z"
-"""Characters that XML has, that it discourages, and that it has not."""
+"""Characters that XML allows, discourages and forbids."""
 
 
 @pytest.mark.parametrize("view", ["isometric", "xy"])

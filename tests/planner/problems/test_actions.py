@@ -1,4 +1,4 @@
-"""What happens along a trajectory besides motion: when it does, and how programs and recordings carry it."""
+"""Actions along a trajectory besides motion: their times, and their form in programs and recordings."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def planned(*actions: Action, dwell: float = 0.5) -> Plan:
 @settings(max_examples=max(SIZE.examples // 5, 5))
 @given(st.integers(0, 2**32), st.lists(st.floats(0.0, 1.0), min_size=1, max_size=4))
 def test_a_distance_is_gone_at_its_time(seed: int, shares: list[float]) -> None:
-    """By the chords between very many poses, which are shorter than the way by little."""
+    """The truth is chords between very many poses, which are slightly shorter than the path."""
     problem = problem_of("kuka_kr16_l6_2", seed, 3)
     solved = plan(problem, Cubic())
     times = np.linspace(0.0, solved.trajectory.duration, 2001)

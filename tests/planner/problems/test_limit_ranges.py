@@ -74,7 +74,7 @@ def test_one_joint_takes_the_time_of_the_closed_form(backend: BackEnd, travel: f
 
 @pytest.mark.parametrize("backend", [Quintic(), Ruckig()], ids=repr)
 def test_others_heed_the_direction_of_velocities(backend: BackEnd) -> None:
-    """Over a long way, where the velocity sets the time."""
+    """Over a long distance, the velocity sets the duration."""
     there, back = ([JointWaypoint((a, *START[1:])) for a in ends] for ends in ((-2.5, 2.5), (2.5, -2.5)))
     times = [plan(PlanningProblem(ROBOT, way, RANGES), backend).trajectory.duration for way in (there, back)]
     assert 1.4 < times[0] / times[1] < 0.7 / 0.4 + 1e-6

@@ -33,7 +33,7 @@ def test_the_tool_goes_no_faster_than_either_allows(whole: float | None, own: fl
 
 @given(data=st.data())
 def test_any_limit_in_force_is_the_least_of_all_that_are_given(data: st.DataObject) -> None:
-    """The robot's, the list's and the waypoint's, times the scales of both."""
+    """Limits of the robot, the list and the waypoint apply, times the scales of list and waypoint."""
     quantity = data.draw(st.sampled_from(QUANTITIES))
     share, scale = st.floats(0.01, 1.0), st.floats(0.1, 1.0)
     on_tool, has_scale = quantity in TCP_ORDERS, quantity in ("velocity", "acceleration")

@@ -1,4 +1,4 @@
-"""Payloads that are picked up and put down on the way, against Pinocchio with the body added to its model."""
+"""Payloads that are picked up and put down on the path, against Pinocchio with the body added to its model."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ CARRIED = (None, None, HEAVY, HEAVY, HEAVY, LIGHT, None)
 
 
 def loaded_model(robot: Robot, payload: Payload | None) -> pin.Model:
-    """Return the model with a box, so to speak, fixed to its flange, as Pinocchio's examples build one."""
+    """Return the model with a payload fixed to its flange, as Pinocchio's examples do."""
     model = robot.model.copy()
     if payload is not None:
         flange = model.frames[model.getFrameId(robot.tip_frame)]
@@ -86,7 +86,7 @@ def torques(plan: Plan, carried: tuple[Payload | None, ...], count: int) -> tupl
 @pytest.mark.long_table
 @pytest.mark.parametrize("kind", BACK_ENDS)
 def test_torque_limits_are_kept_with_what_is_carried(kind: str) -> None:
-    """Limits that bind with the heavy part in hand, and would be broken if it were forgotten."""
+    """The limits bind with the heavy part, and would be broken if the part were forgotten."""
     limit = np.array(ROBOT.limit("torque"))
     limit[1:3] *= 0.22
     problem = PlanningProblem(ROBOT, pick_and_place(), Limits(torque=tuple(limit.tolist())))
@@ -160,7 +160,7 @@ def test_one_payload_from_the_first_waypoint_on_is_that_of_the_problem(kind: str
 
 
 def test_what_is_carried_is_held_in_the_dwell_by_both() -> None:
-    """The arm reaches out without a part; the part that it is to pick there is too heavy to hold, at any speed."""
+    """The arm reaches out without a part, and cannot hold the part that it picks there at any speed."""
     out = (0.0, -0.2, 0.3, 0.0, 0.2, 0.0)
     gravity = [
         abs(pin.computeGeneralizedGravity(model, model.createData(), np.array(out))[SHOULDER])
@@ -226,7 +226,7 @@ def test_payloads_that_weigh_nothing_are_refused() -> None:
 
 @pytest.mark.parametrize("kind", [kind for kind in BACK_ENDS if kind not in ARMS_OF])
 def test_an_arm_without_inertias_has_the_torques_of_what_it_carries(kind: str) -> None:
-    """None where it carries nothing; the document's M g = 9.81 N on the prismatic joint where it carries 1 kg."""
+    """It carries nothing: no torque. It carries 1 kg: the document's M g = 9.81 N on the prismatic joint."""
     robot = load_robot("date_sorting_arm")
     start, end = (0.0, 0.1, 0.1, 0.3, 1.2, 0.0), (0.5, 0.3, 0.2, 0.6, 1.0, 0.2)
     waypoints = (JointWaypoint(start), JointWaypoint(end, payload=Payload(1.0)), JointWaypoint(start))
@@ -253,7 +253,8 @@ def test_least_effort_of_nothing_is_unknown() -> None:
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("kind", [kind for kind in BACK_ENDS if kind != "min_effort"])
 def test_random_lists_keep_their_limits_with_random_payloads(kind: str, seed: int) -> None:
-    """Stops, repeated waypoints, dwells; parts that are picked, exchanged, put down; narrowed torque limits."""
+    """Lists have stops, repeated waypoints and dwells; parts are picked, exchanged and put down; torque limits are
+    narrow."""
     rng = np.random.default_rng(seed)
     limit = np.array(ROBOT.limit("torque")) * rng.uniform(0.25, 1.0)
     waypoints: list[JointWaypoint] = []

@@ -43,7 +43,7 @@ def test_a_named_position_is_a_joint_waypoint() -> None:
 
 
 def test_a_named_position_is_not_moved_by_a_remedy() -> None:
-    """A line to another configuration, whose end is named or given by numbers."""
+    """A line leads to another configuration, whose end has a name or numbers."""
     robot = load_robot("kuka_kr16_2")
     start = tool_pose(robot, HOME)
     above = Pose(start.position + np.array([0.0, 0.0, 0.1]), start.rotation)
@@ -83,7 +83,7 @@ def test_poses_of_lists_and_arrays_are_the_same() -> None:
 
 
 def test_angles_about_the_fixed_axes() -> None:
-    """URDF's: roll about x first, yaw about z last."""
+    """The convention is URDF's: roll about x first, yaw about z last."""
     R = Pose.from_rpy([0.0, 0.0, 0.0], [np.pi / 2.0, 0.0, np.pi / 2.0]).rotation
     assert R is not None
     assert np.allclose(R @ [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])

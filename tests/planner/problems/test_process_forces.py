@@ -73,7 +73,7 @@ def test_torques_and_path_dynamics_have_the_force(name: str, force: ProcessForce
 
 
 def test_the_torques_of_a_force_are_the_work_it_does() -> None:
-    """J^T F by central differences of the tool's position, without any Jacobian."""
+    """J^T F follows from central differences of the tool's position, without any Jacobian."""
     q, step, force = np.array(ABOVE), 1e-6, np.array(FORCES[1].force)
     pushing = replace(ARM, process_force=ProcessForce(FORCES[1].force, frame="base"))
     still = np.zeros(ARM.dof)
@@ -119,7 +119,7 @@ def drilling(limits: Limits, force: ProcessForce | None = DRILL) -> PlanningProb
 @pytest.mark.long_table
 @pytest.mark.parametrize("kind", BACKENDS)
 def test_every_back_end_keeps_torque_limits_with_the_force(kind: str) -> None:
-    """Limits that the motion needs wholly with the force, and that a plan without it breaks."""
+    """The motion with the force needs the whole limits, and a plan without it breaks them."""
     free = Limits(acceleration_scale=0.3)
     slow = plan(drilling(free), backend_of(kind))
     on = slow.trajectory
@@ -181,7 +181,7 @@ def test_faults_of_process_forces() -> None:
 
 
 def test_a_force_may_go_on_through_waypoints() -> None:
-    """Grinding along two passed segments: the force is the same on both, so that the robot need not stop."""
+    """The tool grinds along two passed segments: the force is equal on both, so the robot need not stop."""
     there = (0.3, -1.2, 1.4, 0.1, 0.5, 0.1)
     on = [JointWaypoint(q, process_force=DRILL) for q in (there, ABOVE)]
     made = plan(PlanningProblem(ARM, [HOME, replace(on[0], transition=ThroughTransition()), on[1]]))

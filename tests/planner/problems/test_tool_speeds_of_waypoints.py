@@ -1,4 +1,4 @@
-"""Of the tool speeds that the whole trajectory and a waypoint are limited to, the smaller one holds."""
+"""Tool speed limits of the whole trajectory and of a waypoint: the smaller one applies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nothing in the library plans or certifies beyond the limits of the robot, whoever asks."""
+"""No part of the library plans or certifies beyond the limits of the robot."""
 
 from __future__ import annotations
 

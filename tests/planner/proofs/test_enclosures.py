@@ -54,7 +54,7 @@ def made() -> list[tuple[planner.Plan, Proof]]:
 
 
 def windows(proof: Proof, generator: np.random.Generator, count: int = 4) -> Any:
-    """Yield random intervals of pieces, with times in them and their places x in [-1, 1]."""
+    """Yield random intervals of pieces, with times in them and their coordinates x in [-1, 1]."""
     for _ in range(count):
         piece = int(generator.integers(proof.pieces))
         start, end = sorted(generator.random(2))

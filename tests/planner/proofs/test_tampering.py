@@ -17,7 +17,7 @@ from planner.proofs.checker import digest
 from tests.sizes import SIZE
 
 FILES = 6 if SIZE.examples < 100 else 20
-"""Number of plans: 20 are all back ends with all robots."""
+"""Number of plans: 20 cover all back ends and all robots."""
 
 SEEDS = range(max(1, SIZE.examples // 15))
 

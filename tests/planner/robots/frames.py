@@ -11,7 +11,7 @@ from planner.robots import Robot
 
 
 def rot(axis: str, angle: float) -> np.ndarray:
-    """Return 4 x 4 rotation about x, y or z."""
+    """Return a 4 x 4 rotation about x, y or z."""
     T = np.eye(4)
     i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
     T[i, i] = T[j, j] = np.cos(angle)
@@ -32,14 +32,14 @@ def product(*factors: np.ndarray) -> np.ndarray:
 
 
 def frame_pose(robot: Robot, q: np.ndarray, frame: str | None = None) -> np.ndarray:
-    """Return 4 x 4 pose of a frame of the robot, of its tip by default, as Pinocchio has it."""
+    """Return the 4 x 4 pose of a frame of the robot, by default of its tip, by Pinocchio."""
     pin.framesForwardKinematics(robot.model, robot.data, np.asarray(q, dtype=float))
     frame_id = robot.tip_frame_id if frame is None else robot.model.getFrameId(frame, pin.FrameType.BODY)
     return np.array(robot.data.oMf[frame_id].homogeneous)
 
 
 def numeric_jacobian(robot: Robot, q: np.ndarray, step: float = 1e-6) -> np.ndarray:
-    """Return 6 x n by central differences: linear velocity, then angular velocity, in the base frame."""
+    """Compute the Jacobian (6, n) by central differences: linear, then angular velocity, in the base frame."""
     columns = []
     R = frame_pose(robot, q)[:3, :3]
     for j in range(robot.dof):

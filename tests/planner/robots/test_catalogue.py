@@ -1,4 +1,4 @@
-"""The robots that ship, against the documents' equations and the manufacturers' figures."""
+"""The robots of the catalogue, against the documents' equations and the manufacturers' figures."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_the_catalogue_names_its_robots() -> None:
 
 
 def test_only_a_robot_of_the_extra_is_skipped_and_only_without_the_extra() -> None:
-    """Any unknown robot was skipped: a mistyped id passed, and a catalogue that lost a robot."""
+    """Every unknown robot was skipped, so a mistyped id or a robot lost from the catalogue went unnoticed."""
 
     def unknown(name: str) -> UnknownRobot:
         with pytest.raises(UnknownRobot) as raised, pytest.MonkeyPatch.context() as patch:
@@ -81,7 +81,7 @@ def test_speeds_are_kukas(robot_id: str) -> None:
 
 
 def test_published_refuelling_arm_is_table_3_1_of_document_000() -> None:
-    """Equation 3.3, with ox, oy, oz and ax corrected (E13)."""
+    """Equation 3.3, with ox, oy, oz and ax corrected (E13), gives the truth."""
     robot = load_robot("ngv_refuelling_arm_published")
     a1, a2, d3 = 0.45, 0.68, 0.7
     for q in random_positions(6):
@@ -127,7 +127,7 @@ def test_repaired_arms_are_the_table_with_the_forearm_in_d4(robot_id: str, base_
 
 
 def test_three_dof_arm_is_equation_1_6_of_document_002() -> None:
-    """With cos(t2 - t3) in y (E19); and Table 1.2 as recomputed (E21)."""
+    """Equation 1.6 has cos(t2 - t3) in y (E19); Table 1.2 is recomputed (E21)."""
     robot = load_robot("three_dof_arm")
     for q in random_positions(3):
         (c1, c2, _), (s1, s2, _), u = np.cos(q), np.sin(q), q[1] - q[2]
@@ -207,7 +207,7 @@ def test_kuka_stands_as_its_axes_are_drawn(robot_id: str) -> None:
 
 @pytest.mark.parametrize("robot_id", sorted(KUKAS))
 def test_kuka_reaches_as_far_as_its_data_sheet_says(robot_id: str) -> None:
-    """KUKA measures to the wrist: straight out, 260 + 680 + sqrt(forearm^2 + 35^2) mm from axis 1."""
+    """KUKA measures to the wrist, straight out: 260 + 680 + sqrt(forearm^2 + 35^2) mm from axis 1."""
     robot, (_, flange, reach) = load_robot(robot_id), KUKAS[robot_id]
     straight = np.zeros(6)
     straight[2] = -math.atan2(0.035, KUKAS[robot_id][0])

@@ -1,4 +1,4 @@
-"""Meshes of a robot: found beside its description and nowhere else, and remarked on."""
+"""Meshes of a robot: they are found only beside its description, and remarks report them."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_an_absolute_address_is_found_by_its_longest_tail(tmp_path: Path, scheme
 
 
 def test_an_absolute_path_is_read_in_the_folder_only(tmp_path: Path) -> None:
-    """A file that is there on this machine is not read where it is outside of the folder."""
+    """A file of this machine outside the folder is not read."""
     outside, folder = tmp_path / "outside.stl", tmp_path / "folder"
     outside.write_bytes(CUBE)
     folder.mkdir()
@@ -176,7 +176,7 @@ def test_robots_of_the_package_have_the_shapes_of_their_makers(id: str) -> None:
 
 @pytest.mark.parametrize("id", ["ur5", pytest.param("xarm7", marks=pytest.mark.large_only)])
 def test_pieces_stand_around_the_meshes_that_pinocchio_places(id: str) -> None:
-    """Corners as Pinocchio reads (by assimp) and places them are in one of our pieces, at a random position."""
+    """At a random position, the corners read (by assimp) and placed by Pinocchio are inside one of our pieces."""
     folder = _package_robots()
     if folder is None:
         pytest.skip("the package example-robot-data is not installed")

@@ -1,4 +1,4 @@
-"""Which links are checked against each other, by sampling; the truth is a circle's."""
+"""The links that are checked against each other, by sampling, with a circle's closed form as the truth."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ ARM_AND_TORCH = """<robot name="r">
   <joint name="b" type="revolute"><parent link="wrist"/><child link="hand"/><origin xyz="0 0 0.05"/>
     <axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="1" effort="1"/></joint>
 </robot>"""
-"""An arm whose hand touches its wrist in every position, as machines do, with a torch that reaches back beside it."""
+"""An arm whose hand touches its wrist in every position, like real arms, with a torch that reaches back beside it."""
 
 REACHING_BACK = TORCH.format(size="0.01 0.05 0.01", height=0.02) + (
     '<collision><origin xyz="0 0.07 -0.03"/><geometry><box size="0.01 0.01 0.1"/></geometry></collision>'
@@ -98,7 +98,7 @@ def test_a_tool_is_checked_against_the_link_before_its_joint(where: str) -> None
 
 @pytest.mark.skipif("ur5" not in catalogue_ids(), reason="example-robot-data is not installed")
 def test_a_torch_of_the_description_is_refused_like_one_that_is_attached() -> None:
-    """A UR5 turns its last joint, and with it a torch 45 mm off the axis that reaches back over wrist 2."""
+    """The last joint of a UR5 turns a torch 45 mm off its axis, which reaches back over wrist 2."""
     folder = catalogue._package_robots()
     assert folder is not None
     urdf = (folder / "ur_description/urdf/ur5_robot.urdf").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What of a robot can collide, by its description and by its kinematics."""
+"""Collision shapes of a robot, by its description and its kinematics."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_the_shapes_of_a_description_stand_where_it_has_them() -> None:
 
 
 def test_shapes_that_a_joint_connects_are_not_checked_against_each_other() -> None:
-    """The first and the last shape of the arm touch what its joints connect it with in every position, the others not.
+    """Only shapes at the joint between two links always touch; these pairs are not checked.
 
     The tube reaches from the base's joint to the hand's.
     """
@@ -104,7 +104,7 @@ ESTIMATED = [robot for robot in catalogue_ids() if not described_by_its_maker(ro
 
 @pytest.mark.parametrize("id", ESTIMATED)
 def test_every_body_that_moves_has_shapes_around_its_joints(id: str) -> None:
-    """Of estimates: some shape of each body, or of the one before it, reaches each joint's origin."""
+    """Some estimated shape of each body, or of the body before it, reaches each joint's origin."""
     model = load_robot(id)
     shapes = model.collision_shapes
     assert {shape.joint for shape in shapes} >= set(range(1, model.dof + 1))
@@ -122,7 +122,7 @@ def test_every_body_that_moves_has_shapes_around_its_joints(id: str) -> None:
 
 
 def test_an_estimate_follows_the_table() -> None:
-    """The base stands on the floor, the arms are as long as the table's, the radius is the one that is stated."""
+    """The base stands on the floor, the links have the table's lengths, and the radius is the stated one."""
     arm = load_robot("welding_arm")
     assert {shape.source for shape in arm.collision_shapes} == {"estimate"}
     sizes = [(shape.link, round(getattr(shape.shape, "length", 0.0), 6)) for shape in arm.collision_shapes]

@@ -1,4 +1,4 @@
-"""Robots that an owner derives from others: own limits, locked joints, mountings, named positions."""
+"""Robots derived from others by their owner: own limits, locked joints, mountings, named positions."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def test_limits_that_are_none_are_refused(limits: dict[str, OwnLimits], code: st
 
 @pytest.mark.parametrize("held", [("turn",), ("slide",), ("bend",), ("turn", "slide"), ("slide", "bend")])
 def test_locked_joints_stand_still(held: tuple[str, ...]) -> None:
-    """All frames, the tool and torques with a payload, against the whole arm with those joints at their positions."""
+    """All frames, the tool and torques with a payload agree with the whole arm with those joints at their positions."""
     rng = np.random.default_rng(7)
     whole = ARM.with_tool(Pose(np.array([0.1, 0.2, 0.3]))).with_payload(Payload(3.0, (0.1, 0.0, 0.2), (0.1, 0.2, 0.2)))
     for q in rng.uniform(-1.2, 1.2, (20, 3)):
@@ -171,7 +171,7 @@ def test_joints_are_locked_within_their_limits_and_not_all() -> None:
 
 @given(angles=st.tuples(*[st.floats(-3.0, 3.0)] * 3), position=st.tuples(*[st.floats(-1.5, 1.5)] * 6))
 def test_gravity_follows_the_mounting(angles: tuple[float, ...], position: tuple[float, ...]) -> None:
-    """Static torques against the slope of the potential energy in the world; poses stay in the base frame."""
+    """Static torques are the slope of the potential energy in the world; poses stay in the base frame."""
     rotation = rotation_from_rpy(*angles)
     mounted = KUKA.derived(mounting=Pose(np.array([0.0, 0.0, 2.0]), rotation))
     q = np.array(position)

@@ -86,7 +86,7 @@ def test_link_masses_are_in_the_frame_of_their_row(convention: str) -> None:
 
 
 def test_link_inertia_is_about_the_center_of_mass_in_the_axes_of_the_row() -> None:
-    """A bar off the joint axis: Steiner's theorem gives the inertia that the joint feels."""
+    """For a bar off the joint axis, Steiner's theorem gives the inertia about the joint."""
     row = DHJoint("revolute", a=0.5, mass=2.0, center_of_mass=(-0.2, 0.0, 0.0), inertia=(0.01, 0, 0, 0.04, 0, 0.05))
     robot = Robot.from_dh([row])
     torque = pin.rnea(robot.model, robot.data, np.array([0.7]), np.zeros(1), np.ones(1))
@@ -116,7 +116,7 @@ def test_limits_of_the_table_and_of_the_default_rule() -> None:
 
 
 KR16_AXIS_6 = DHJoint("revolute", alpha=-np.pi / 2, lower=-np.radians(350), upper=np.radians(350), velocity=11.29)
-"""Turns further and faster than the other axes of the arm."""
+"""A joint that turns further and faster than the other axes of the arm."""
 BALL = (0.02, 0.0, 0.0, 0.02, 0.0, 0.02)
 REMARKS = [
     ("no_reach", (DHJoint("revolute", alpha=1.0), DHJoint("revolute"))),

@@ -27,7 +27,7 @@ ARM = (
     joint("slide", "a", "b", kind="prismatic", axis='<axis xyz="1 0 0"/>', origin=ORIGIN),
     joint("bend", "b", "c", axis='<axis xyz="0 1 0"/>', origin=ORIGIN),
 )
-"""An arm whose foot has a mass, too: it counts as soon as something moves it."""
+"""An arm whose foot has a mass, which counts if an external axis moves it."""
 
 numbers = st.floats(-1.0, 1.0, allow_subnormal=False)
 poses = st.tuples(*[numbers] * 3, *[st.floats(-3.0, 3.0)] * 3)
@@ -60,7 +60,7 @@ def to_pose(pose: tuple[float, ...]) -> Pose:
 def test_the_arm_on_its_axes_is_the_urdf_that_has_them(
     drawn: list[tuple[str, tuple[float, ...], tuple[float, ...], bool]], arm_origin: tuple[float, ...], seed: int
 ) -> None:
-    """Poses, Jacobians and torques (gravity, Coriolis and inertias of foot, carriages and arm)."""
+    """Poses, Jacobians and torques agree (gravity, Coriolis and inertias of foot, carriages and arm)."""
     axes, elements, before = [], [link("ground")], "ground"
     for k, (kind, axis, pose, is_heavy) in enumerate(drawn):
         body = {"mass": 40.0, "center_of_mass": (0.1, -0.2, 0.3), "inertia": (2.0, 0.1, -0.2, 3.0, 0.15, 2.5)}

@@ -1,4 +1,4 @@
-"""Which joints of a robot move and where its arm ends: groups, chains, joints, locked ones; and states of groups."""
+"""The moving joints and the tip of a robot's arm: groups, chains, joints, locked ones; and states of groups."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def message(arm: Robot, code: str) -> str:
     ],
 )
 def test_the_joints_that_are_asked_for_move(options: dict[str, Any], joints: tuple[str, ...], tip: str) -> None:
-    """And the others stand where they are locked: every link against Pinocchio's own reader."""
+    """The other joints stand where they are locked: every link agrees with Pinocchio's own reader."""
     arm = Robot.from_urdf(TORSO, **options)
     assert (arm.joint_names, arm.tip_frame) == (joints, tip)
     model = pin.buildModelFromXML(TORSO, mimic=False)

@@ -1,4 +1,4 @@
-"""Descriptions that must be refused, each with the finding that says why: never a crash, never a model."""
+"""Descriptions that must be refused with a finding: never a crash, never a model."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def test_all_errors_are_reported_at_once() -> None:
 
 
 def test_errors_come_before_remarks() -> None:
-    """An answer lists only so many findings: the error of this arm stood behind its 200 remarks."""
+    """A reply lists a limited number of findings: the error of this arm stood behind its 200 remarks."""
     with pytest.raises(InvalidRobotModel) as caught:
         Robot.from_urdf(chain(200))
     assert [finding.code for finding in caught.value.findings[:2]] == ["too_many_joints", "default_limits"]
@@ -264,7 +264,7 @@ def test_any_numbers_give_a_finite_model_or_a_refusal(
 def test_any_inertia_that_is_not_clearly_negative_is_accepted(
     moments: tuple[float, ...], angles: tuple[float, ...], mass: float
 ) -> None:
-    """Pinocchio refuses some of them with an exception of its own: none may get that far."""
+    """Pinocchio refuses some of them with an exception of its own, which must never occur."""
     R = product(rot("x", angles[0]), rot("y", angles[1]), rot("z", angles[2]))[:3, :3]
     tensor = R @ np.diag(moments) @ R.T
     row = replace(GOOD, mass=mass, inertia=tuple(tensor[np.triu_indices(3)]))

@@ -1,4 +1,4 @@
-"""The catalogue's real arms against what their makers publish, typed in again from there."""
+"""The catalogue's real arms against the figures of their makers, entered here again."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_universal_robots(robot_id: str) -> None:
 
 @pytest.mark.parametrize("robot_id", UR_CHAINS)
 def test_e_series_stands_as_its_ros_description_has_it(robot_id: str) -> None:
-    """Which turns the base link by half a turn against the controller's base, and is no table."""
+    """The ROS description turns the base link by half a turn against the controller's base, and has no table."""
     robot, (h, a2, a3, d4, d5, d6) = load_robot(robot_id), UR_CHAINS[robot_id]
     quarter, half = np.pi / 2, np.pi
     last = product(rot("z", half), rot("y", half), rot("x", quarter))
@@ -121,7 +121,7 @@ def test_franka(robot_id: str) -> None:
 
 
 def test_fr3_stands_as_its_description_has_it() -> None:
-    """robots/fr3/kinematics.yaml, an origin and roll a joint."""
+    """The truth is robots/fr3/kinematics.yaml: an origin and roll for each joint."""
     origins = ((0, 0, 0.333), (0, 0, 0), (0, -0.316, 0), (0.0825, 0, 0), (-0.0825, 0.384, 0), (0, 0, 0), (0.088, 0, 0))
     rolls = np.array([0, -1, 1, 1, -1, 1, 1]) * np.pi / 2
     robot = load_robot("fr3")
@@ -135,7 +135,7 @@ def test_fr3_stands_as_its_description_has_it() -> None:
 
 @pytest.mark.skipif("xarm7" not in catalogue_ids(), reason="example-robot-data is not installed")
 def test_xarm() -> None:
-    """UFACTORY, Robot specifications: 180 degrees/s, 1145 degrees/s^2, 28647 degrees/s^3, and the ranges."""
+    """UFACTORY's robot specifications have 180 degrees/s, 1145 degrees/s^2, 28647 degrees/s^3, and the ranges."""
     robot = load_robot("xarm7")
     np.testing.assert_allclose(np.degrees(robot.limit("lower")), [-360, -118, -360, -11, -360, -97, -360])
     np.testing.assert_allclose(np.degrees(robot.limit("upper")), [360, 120, 360, 225, 360, 180, 360])

@@ -36,7 +36,7 @@ GRIPPER = robot(
     joint("other", "hand", "finger", more='<mimic joint="pinch" multiplier="-2.5" offset="0.2"/>'),
     joint("lid", "nail", "flap", axis='<axis xyz="1 0 0"/>', more='<mimic joint="bent" multiplier="-0.5" offset="1"/>'),
 )
-"""An arm of two joints with a gripper, in which one joint slides and three turn with it."""
+"""An arm of two joints with a gripper: one joint slides, and three turn with it."""
 
 LINKAGE = robot(
     *(link(name, SOLID) for name in ("base", "lower", "upper", "hand", "tcp")),
@@ -45,7 +45,7 @@ LINKAGE = robot(
     joint("turn", "upper", "hand"),
     joint("plate", "hand", "tcp", kind="fixed", axis="", limit=""),
 )
-"""An arm whose second joint turns back what its first one turns."""
+"""An arm whose second joint reverses the turn of the first."""
 
 
 def gripper_at(pinch: float) -> dict[str, float]:
@@ -102,7 +102,7 @@ def mimic_findings(arm: Robot) -> set[tuple[str, str | None]]:
     ],
 )
 def test_mimic_joints_follow_a_joint_that_the_document_s_reader_holds(options: dict[str, Any], pinch: float) -> None:
-    """Locked, or at the default position, the limit nearest to 0."""
+    """The leader is locked, or at its default position, the limit nearest to 0."""
     arm = Robot.from_urdf(GRIPPER, tip_frame="hand", **options)
     assert arm.joint_names == ("shoulder", "wrist")
     assert_equals_full_model(arm, GRIPPER, gripper_at(pinch))
@@ -130,7 +130,7 @@ def test_mimic_joints_follow_on_external_axes() -> None:
 
 @pytest.mark.parametrize("first", [0.0, 0.7])
 def test_what_a_mimic_joint_of_the_arm_carries_follows_too(first: float) -> None:
-    """The joints, the tool and the payload behind it."""
+    """Joints, tool and payload behind the mimic joint follow."""
     body = pin.Inertia(2.0, np.array([0.1, 0.0, 0.2]), np.diag([0.1, 0.2, 0.15]))
     payload = Payload(2.0, (0.1, 0.0, 0.2), (0.1, 0.2, 0.15))
     tool = Pose(np.array([0.0, 0.1, 0.2]))
@@ -145,7 +145,7 @@ def test_what_a_mimic_joint_of_the_arm_carries_follows_too(first: float) -> None
 
 @pytest.mark.parametrize("mimic", ['joint="nobody"', 'joint="other"', "", 'joint="lid"', 'joint="plate"'])
 def test_a_mimic_joint_without_a_leader_that_could_move_is_held_at_its_offset(mimic: str) -> None:
-    """No such joint, itself, none, a circle, a fixed joint."""
+    """The leader does not exist, is the joint itself, is missing, forms a circle, or is fixed."""
     broken = GRIPPER.replace('<mimic joint="pinch" multiplier="-2.5"', f"<mimic {mimic}")
     broken = broken.replace(
         "</robot>", link("end") + joint("plate", "hand", "end", kind="fixed", axis="", limit="") + "</robot>"

@@ -16,7 +16,7 @@ DOCUMENTS = ("ngv_refuelling_arm", "ngv_refuelling_arm_published", "three_dof_ar
 
 @pytest.mark.parametrize("robot_id", DOCUMENTS)
 def test_plans_of_the_documents_arms_say_that_no_position_is_refused(robot_id: str) -> None:
-    """-189, -226 and 236 degrees were accepted without a word."""
+    """Positions of -189, -226 and 236 degrees were accepted without a remark."""
     robot = load_robot(robot_id)
     ends = [JointWaypoint([0.0] * robot.dof), JointWaypoint([-3.3, -3.94, 4.12][: robot.dof] + [0.0] * (robot.dof - 3))]
     (said,) = [w.message for w in plan(PlanningProblem(robot, ends)).warnings if w.code == "position_unchecked"]

@@ -58,7 +58,7 @@ def test_shapes_of_the_fr3_contain_the_panda() -> None:
 
 
 def test_an_outline_contains_what_was_measured_and_little_more() -> None:
-    """A tilted cylinder's surface is inside, and the outline of one along an axis is 2 % wider at most."""
+    """A tilted cylinder's surface is inside; the outline of a cylinder along an axis is at most 2 % wider."""
     angles = np.linspace(0.0, 2.0 * np.pi, 200)
     circle = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(200)])
     upright = np.concatenate([0.1 * circle + [0.0, 0.0, z] for z in (-0.2, 0.2)])
@@ -99,7 +99,7 @@ def test_a_plan_says_that_its_clearance_is_that_of_estimates() -> None:
 
 
 def test_an_estimated_arm_does_not_go_through_itself() -> None:
-    """The flange of the goal is inside of the base: 40 mm from its axis and 31 mm above the floor."""
+    """At the goal, the flange is inside the base: 40 mm from its axis and 31 mm above the floor."""
     robot = load_robot("ur5e")
     goal = np.array([-1.59, 0.9, 2.61, 0.73, 2.97, -1.59])
     position = planner.tool_pose(robot, goal).position

@@ -1,4 +1,4 @@
-"""The robots of the package example-robot-data, there and not there."""
+"""The robots of the package example-robot-data, with and without the package."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_the_packages_robots_move_as_pinocchio_says(robot_id: str) -> None:
 
 
 def test_robots_of_the_package_appear_when_it_is_installed(tmp_path: Path) -> None:
-    """With a package of one robot: a folder laid out like the real one, which weighs 440 MB."""
+    """The test package has one robot in a folder laid out like the real one, which weighs 440 MB."""
     (tmp_path / "example_robot_data-6.0.0.dist-info").mkdir()
     (tmp_path / "example_robot_data-6.0.0.dist-info" / "METADATA").write_text(
         "Name: example-robot-data\nVersion: 6.0.0\n"

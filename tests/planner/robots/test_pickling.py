@@ -1,4 +1,4 @@
-"""Robots, problems and plans are pickled, and plan the same afterwards."""
+"""Robots, problems and plans are pickled, and the copies plan the same."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 def again(value: T) -> T:
-    """Return a value after a way through bytes."""
+    """Return a value after pickling and unpickling."""
     result: Any = pickle.loads(pickle.dumps(value))  # noqa: S301 - what this test wrote
     return result  # type: ignore[no-any-return]
 

@@ -1,4 +1,4 @@
-"""Groups and disabled pairs of SRDF, as its documentation says what belongs to a group."""
+"""Groups and disabled pairs of SRDF, by the rules of its documentation."""
 
 from __future__ import annotations
 

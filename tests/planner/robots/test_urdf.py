@@ -106,7 +106,7 @@ def test_joints_off_the_chain_are_held_at_the_nearest_limit_to_zero() -> None:
 
 
 def test_the_tip_is_the_end_of_the_chain_with_the_most_joints() -> None:
-    """Not of the one with the most links: a long fixed antenna is no arm."""
+    """The chain with the most links may be a long fixed antenna, which is no arm."""
     antenna = [link(f"n{i}") for i in range(6)]
     stack = [joint(f"x{i}", f"n{i - 1}" if i else "base", f"n{i}", kind="fixed", axis="", limit="") for i in range(6)]
     links = (link("base"), link("elbow"), link("hand"), link("flange"), *antenna)
@@ -249,7 +249,7 @@ def test_enormous_limits_are_no_limits() -> None:
 
 
 def sound_arm(lengths: str = "0.3", missing: int | None = None) -> str:
-    """Return three joints, one length apart; the link at `missing` has no mass."""
+    """Return three joints, `lengths` apart; the link at `missing` has no mass."""
     names = [f"l{i}" for i in range(5)]
     links = [link(name, "" if i in (0, 4, missing) else INERTIAL) for i, name in enumerate(names)]
     origin = f'<origin xyz="{lengths} 0 0"/>'
@@ -266,7 +266,7 @@ def test_a_sound_arm_gets_no_warning() -> None:
 
 
 def test_an_arm_is_measured_as_a_whole() -> None:
-    """Each length might be that of a crane; three of them beyond the first joint are 54 m."""
+    """Each length could belong to a crane, but the three beyond the first joint sum up to 54 m."""
     assert warnings_of(sound_arm("16.6")) == []
     assert warnings_of(sound_arm("18")) == [("suspicious_length", None)]
 
@@ -280,7 +280,7 @@ def test_a_joint_without_a_mass_is_named() -> None:
 
 
 def test_an_inertia_may_be_as_large_as_the_arm_is_long() -> None:
-    """3.5 kg at a radius of gyration of 2 m: impossible on a short arm, possible on a long one."""
+    """3.5 kg at a radius of gyration of 2 m are impossible on a short arm but possible on a long one."""
     wide = 'ixx="14" ixy="0" ixz="0" iyy="14" iyz="0" izz="14"'
     narrow = 'ixx="0.02" ixy="0.001" ixz="-0.002" iyy="0.03" iyz="0.0015" izz="0.025"'
     assert warnings_of(sound_arm().replace(narrow, wide)) == [("suspicious_inertia", f"l{i}") for i in (1, 2, 3)]

@@ -1,4 +1,4 @@
-"""Small URDF documents, whole or broken on purpose."""
+"""Small URDF documents, valid or broken on purpose."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def robot(*elements: str) -> str:
 
 
 def two_links(inertial: str = "", **changes: str) -> str:
-    """Return one joint between two links, with something changed."""
+    """Return one joint between two links, with changes."""
     return robot(link("base"), link("tip", inertial), joint("turn", "base", "tip", **changes))
 
 
@@ -43,6 +43,6 @@ def inertial(mass: str = "1", moments: str = 'ixx="1" iyy="1" izz="1"', origin: 
 
 
 def chain(count: int, kind: str = "revolute") -> str:
-    """`count` joints in a row."""
+    """Return `count` joints in series."""
     links = [link(f"l{i}") for i in range(count + 1)]
     return robot(*links, *(joint(f"j{i}", f"l{i}", f"l{i + 1}", kind=kind) for i in range(count)))

@@ -59,7 +59,7 @@ def test_case_slow_seam(backend: BackEnd, speed: float) -> None:
 
 @pytest.mark.parametrize("share", [0.99, 1.0, 1.01])
 def test_case_slow_seam_within_the_makers_limits(share: float) -> None:
-    """It took 93.1, 91.6 and 114.4 s: what limits are a hundredth wider or narrower may not matter."""
+    """It took 93.1, 91.6 and 114.4 s: limits that are 1 % wider or narrower must not matter."""
     seam, ur5 = slow_seam(0.005), load_robot("ur5")
     joints = tuple(
         replace(
@@ -93,7 +93,7 @@ def random_seam(rng: np.random.Generator) -> PlanningProblem:
 @pytest.mark.sized
 @pytest.mark.parametrize("part", range(4))
 def test_a_slow_seam_takes_little_more_than_without_jerk_limits(part: int) -> None:
-    """By two independent timings along the same path."""
+    """Two independent timings along the same path give the bound."""
     rng, tried = np.random.default_rng(part), 0
     while tried < SIZE.examples // 50:
         problem = random_seam(rng)

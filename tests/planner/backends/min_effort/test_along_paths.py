@@ -91,7 +91,7 @@ def cost(result: Plan, objective: Objective = "effort", duration: float | None =
 
 
 def dense_use(result: Plan) -> FloatArray:
-    """Return (6,), the largest shares of the limits that are used."""
+    """Return the largest used shares (6,) of the limits, by dense samples."""
     times = np.linspace(0.0, result.trajectory.duration, 20001)
     q, v, a, j = result.trajectory.evaluate(times, [0, 1, 2, 3])
     limits = result.path.limits.of(result.trajectory.segments[result.trajectory.locate(times)[0]])
@@ -141,7 +141,10 @@ def test_something_is_saved(name: str) -> None:
 @pytest.mark.parametrize("slower", [1.3, 2.0])
 @pytest.mark.parametrize("move", [(0.0, 0.5, -0.2), (0.1, -0.4, 0.1), (-0.2, 0.0, 0.4)])
 def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float], slower: float) -> None:
-    """Squared speeds at nodes of the line as the unknowns (Verscheure et al. 2009), by SLSQP; jerk limits too wide."""
+    """The unknowns are squared speeds at nodes of the line (Verscheure et al. 2009), by SLSQP.
+
+    Jerk limits are too wide to bind.
+    """
     joints = tuple(replace(joint, jerk=1e4) for joint in ARM.joints)
     problem = PlanningProblem(replace(ARM, joints=joints), (START, towards(*move)))
     fastest = plan(problem, Ruckig())
@@ -217,7 +220,7 @@ def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float]
 @pytest.mark.long_table
 @pytest.mark.parametrize("name", ["line", "circle", "blends"])
 def test_limits_by_dense_samples(name: str) -> None:
-    """Torque and tool speed narrow enough to bind; the tool keeps to its path."""
+    """Torque and tool speed are narrow enough to bind; the tool keeps to its path."""
     limits = Limits(
         torque=tuple((0.5 * ARM.limit("torque")).tolist()), tcp_linear_velocity=0.4, tcp_angular_velocity=0.5
     )
@@ -294,7 +297,7 @@ def test_time_against_effort() -> None:
 
 RAIL = ExternalAxis("rail", "prismatic", (0, 1, 0), lower=0.0, upper=4.0, velocity=1.0, mass=10.0)
 UNWEIGHED = load_robot("ngv_refuelling_arm").derived(external_axes=[RAIL])
-"""Only the carriage of the rail has a mass that is known."""
+"""Only the mass of the rail's carriage is known."""
 STILL_RAIL = JointWaypoint((2.0, 0.6, -0.4, 0.8, 0.0, -0.4, 0.0))
 
 

@@ -35,7 +35,7 @@ from tests.planner.problems_of_tests import problem_of
 
 ARM = "kuka_kr16_l6_2"
 QUICK = MinEffort(knots=24, max_deviation=None)
-"""The way is free: bounds on it have tests of their own."""
+"""The path is free: bounds on it have tests of their own."""
 
 
 def arm_problem(seed: int, count: int, scale: float = 1.0, through: bool = False) -> PlanningProblem:
@@ -64,7 +64,7 @@ def effort(result: Plan) -> float:
 
 
 def by_differences(function: Any, x: FloatArray, step: float = 1e-6) -> FloatArray:
-    """Return (outputs, len(x))."""
+    """Compute the derivatives (outputs, len(x)) by central differences."""
     steps = step * np.eye(len(x))
     columns = [(np.array(function(x + d)) - np.array(function(x - d))).ravel() / (2.0 * step) for d in steps]
     return np.array(columns).T
@@ -116,9 +116,9 @@ def test_effort_is_never_above_the_quintics(seed: int, through: bool) -> None:
 @pytest.mark.long_table
 @pytest.mark.parametrize("seed", [2, 3, 4, 6, 7, 9, 12, 13, 14, 15, 16, 17])
 def test_a_second_formulation_finds_the_same_optimum(seed: int) -> None:
-    """Accelerations as the unknowns, integrated twice, by BFGS with Pinocchio's derivatives; limits too wide to bind.
+    """The unknowns are accelerations, integrated twice, by BFGS with Pinocchio's derivatives.
 
-    Effort has many local minima: the search begins beside the one that is to be confirmed.
+    Limits are too wide to bind. Effort has many local minima: the search begins beside the minimum that it confirms.
     """
     duration, pieces = 0.5, 16
     problem = with_durations(arm_problem(seed, 2, 0.4), [duration])
@@ -166,7 +166,7 @@ def test_a_second_formulation_finds_the_same_optimum(seed: int) -> None:
 
 
 def test_limits_by_dense_samples() -> None:
-    """Torque and tool speed too, both narrow enough to bind."""
+    """Torque and tool speed are limited too, both narrow enough to bind."""
     limits = Limits(
         torque=tuple((0.3 * load_robot(ARM).limit("torque")).tolist()),
         tcp_linear_velocity=1.0,
@@ -207,7 +207,7 @@ def test_without_inertias_effort_is_unknown() -> None:
 
 
 def test_where_nothing_takes_a_torque_nothing_is_saved() -> None:
-    """An arm without masses on an axis through the center of all that has one."""
+    """An arm without masses stands on a table that turns about its own centre of mass."""
     table = ExternalAxis("table", "revolute", (0.0, 0.0, 1.0), lower=-1.0, upper=2.0, velocity=1.0, mass=60.0)
     robot = load_robot("date_sorting_arm").derived(id="on_a_table", external_axes=[table])
     waypoints = tuple(JointWaypoint(position=tuple(robot.middle + way)) for way in (0.0, 0.02))
@@ -337,7 +337,7 @@ def passed(count: int) -> PlanningProblem:
 
 
 def test_case_min_effort_500() -> None:
-    """Too many waypoints passed at once took all memory of a worker: refused before anything is built."""
+    """Too many waypoints passed at once took all memory of a worker; they are refused before anything is built."""
     with pytest.raises(InvalidProblem, match="at most 99 waypoints between two stops, and here are 298") as refusal:
         plan(passed(300), MinEffort())
     assert [fault.field for fault in refusal.value.faults] == [("waypoints", 100, "transition")]

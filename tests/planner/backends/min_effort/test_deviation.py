@@ -27,13 +27,13 @@ REACHING = PlanningProblem(
     ROBOT,
     [JointWaypoint([-0.8, -0.35, 0.6, 0.0, 0.5, 0.0]), JointWaypoint([0.8, -0.35, 0.6, 0.0, 0.5, 0.0], duration=6.0)],
 )
-"""Slowly from side to side with the arm stretched out, which is hard to hold: the best way is near the body."""
+"""A slow motion from side to side with the arm stretched out, which is hard to hold: the best path is near the body."""
 
 KNOTS = 16
 """Enough for the problems of these tests, and quick."""
 
 DENSE = np.linspace(0.0, 1.0, 3001)
-"""Shares of a motion at which the brute force looks: a millimetre apart."""
+"""Samples of a motion for the brute force: a millimetre apart."""
 
 
 @cache
@@ -47,7 +47,7 @@ def deviation(planned: Plan, quantity: str = "tool_deviation") -> Check:
 
 
 def true_deviation(planned: Plan) -> float:
-    """Return m, of the only segment."""
+    """Return the deviation of the tool on the only segment, m."""
     return StraightWay(planned.path.robot, planned.path.positions, DENSE).farthest(planned.trajectory)
 
 
@@ -57,7 +57,7 @@ def true_joint_deviation(planned: Plan) -> float:
 
 
 def farthest_joints(planned: Plan) -> set[str]:
-    """Return the joints that are farthest from the straight motion, by brute force; often several are as far."""
+    """Return the joints farthest from the straight motion, by brute force; often several are equally far."""
     (joints,) = planned.trajectory.evaluate(DENSE * planned.trajectory.duration, [0])
     worst = joints[StraightPostures(planned.path.positions, DENSE).distances(joints).argmax()]
     start, goal = planned.path.positions
@@ -142,7 +142,7 @@ def test_more_room_is_never_dearer(problem: PlanningProblem) -> None:
 
 
 def test_a_search_with_room_to_spare_finds_what_the_search_without_bounds_does() -> None:
-    """The joint positions of equal effort differ by more: the optimum is flat."""
+    """The joint positions of equal effort differ by more, as the optimum is flat."""
     problem = problem_of("kuka_kr16_l6_2", 3, 2, 0.1)
     bounded, free = (
         plan(problem, MinEffort(knots=KNOTS, max_deviation=most, max_joint_deviation=most)) for most in (2.0, None)
@@ -168,7 +168,7 @@ def test_where_waypoints_are_passed_the_deviation_is_reported(transition: Throug
 
 @pytest.mark.large_only
 def test_through_waypoints_the_way_is_that_of_the_quintic() -> None:
-    """Within so much of it; with a lot of room it costs less."""
+    """The path stays within the allowed deviation from the quintic's; a larger deviation costs less."""
     problem = problem_of("kuka_kr16_l6_2", 1, 4, 0.4)
     first, *inner, last = problem.waypoints
     passed = [first, *(replace(waypoint, transition=ThroughTransition()) for waypoint in inner), last]
@@ -186,7 +186,7 @@ def test_through_waypoints_the_way_is_that_of_the_quintic() -> None:
 
 @pytest.mark.large_only
 def test_each_segment_has_its_own_straight_motion() -> None:
-    """There and back again: the deviation of a list is that of its worst segment."""
+    """On the way there and back, the deviation of the list is that of its worst segment."""
     there, back = REACHING.waypoints
     problem = replace(REACHING, waypoints=[there, back, replace(there, duration=6.0, dwell=0.5)])
     planned = plan(problem, MinEffort(knots=KNOTS))

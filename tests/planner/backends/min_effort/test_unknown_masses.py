@@ -46,7 +46,7 @@ def energy_and_jerk(made: Plan) -> tuple[float, float, float]:
 def test_without_masses_the_motion_costs_no_more_energy_and_is_as_smooth_as_the_quintic(
     arm: str, objective: Objective
 ) -> None:
-    """1 kg in 5 s: for 0.9 % of a sum of N^2 and (N m)^2 it took twice the energy, with 75 times the jerk."""
+    """For 1 kg in 5 s, a sum of N^2 and (N m)^2 fell by 0.9 % at twice the energy and 75 times the jerk."""
     robot = ARMS[arm]
     waypoints = [JointWaypoint(position) for position in positions(robot, 1, 2)]
     problem = PlanningProblem(robot, waypoints, payload=Payload(1.0), duration=5.0)
@@ -77,7 +77,7 @@ def test_without_masses_a_law_along_a_line_is_as_smooth_as_the_quintic(objective
 
 
 def test_torques_and_forces_without_limits_are_each_measured_by_the_first_motion() -> None:
-    """The joints slide second and third; no N is compared with a N m."""
+    """The second and third joints slide; no N is compared with an N m."""
     robot = ARMS["date_sorting_arm"].with_payload(Payload(1.0, (0.1, 0.0, 0.0)))
     waypoints = [JointWaypoint(position) for position in positions(robot, 2, 2)]
     first = plan(PlanningProblem(robot, waypoints, duration=5.0), Quintic()).trajectory

@@ -1,4 +1,4 @@
-"""Runs a statement in a process that is killed as soon as it opens a socket, whoever does it, Python or not."""
+"""Runs a statement in a process that is killed as soon as Python or other code opens a socket."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 from tests.locations import ROOT
 
 SOCKET = {"x86_64": 41, "aarch64": 198}.get(platform.machine())
-"""Number of the system call `socket`; None: not known here."""
+"""Number of the system call `socket`; None where it is unknown."""
 
 FORBID_SOCKETS = f"""
 import ctypes, struct
@@ -31,7 +31,7 @@ assert libc.prctl(SECCOMP, FILTER, header, 0, 0) == 0, "no filter"
 
 
 def run_without_sockets(code: str) -> subprocess.CompletedProcess[str]:
-    """Run `code` in a fresh interpreter; killed by SIGSYS where it opens a socket."""
+    """Run `code` in a fresh interpreter that SIGSYS kills when it opens a socket."""
     return subprocess.run(
         [sys.executable, "-c", FORBID_SOCKETS + code], capture_output=True, text=True, cwd=ROOT, timeout=60, check=False
     )

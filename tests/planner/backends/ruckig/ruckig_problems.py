@@ -41,7 +41,7 @@ def one_joint(**limits: float) -> Robot:
 
 
 def line(robot: Robot, *angles: float) -> PlanningProblem:
-    """Return the first joint to these angles; the others stand still."""
+    """Return a problem that moves the first joint to these angles; the others stand still."""
     waypoints = tuple(JointWaypoint(position=(angle, 0.0, 0.0)) for angle in angles)
     return PlanningProblem(robot, waypoints)
 

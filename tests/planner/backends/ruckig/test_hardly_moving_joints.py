@@ -1,4 +1,4 @@
-"""Joints that move by rounding, or hardly, while others travel: they are no reason to refuse or to be slower."""
+"""Joints that hardly move, or only by rounding, while others travel cause no refusal and no slower motion."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def through_joints(robot: Robot, positions: Sequence[np.ndarray]) -> PlanningPro
 
 
 def through_poses(robot: Robot, places: Sequence[Sequence[float]]) -> PlanningProblem:
-    """Return places of the tool, m, pointing down."""
+    """Return a problem through positions of the tool, m, pointing down."""
     waypoints = tuple(PoseWaypoint(pose=Pose(np.array(place), TOOL_DOWN)) for place in places)
     return passing(PlanningProblem(robot, waypoints))
 
 
 def assert_planned(problem: PlanningProblem) -> float:
-    """Return within all limits, never slower than stopping at each waypoint; the duration, s."""
+    """Assert all limits and a duration no longer than with stops; return the duration, s."""
     result = plan(problem, Ruckig())
     assert_within_limits(result)
     stops = replace(problem, waypoints=tuple(JointWaypoint(position=tuple(q)) for q in result.path.positions.tolist()))
@@ -47,7 +47,7 @@ def test_case_ruckig_tool_down() -> None:
 
 
 def test_case_ruckig_1e_15() -> None:
-    """One joint differs by 1e-15: as fast as if it did not."""
+    """One joint differs by 1e-15: the motion is as fast as without that difference."""
     robot = load_robot("ur5")
     positions = [
         [0.0, -1.5, 1.5, -1.5, -1.5, 0.0],
@@ -86,7 +86,7 @@ TRAVELS = (1e-16, 1e-15, 1e-12, 1e-9, 1e-7, 1e-5)
 @pytest.mark.parametrize("travel", TRAVELS)
 @pytest.mark.parametrize("still", ["one", "half", "all but one"])
 def test_how_little_a_joint_moves_does_not_matter(still: str, travel: float) -> None:
-    """Some joints move by about `travel`, the others as far as they like."""
+    """Some joints move by about `travel`, the others by any distance."""
     for seed, robot_id in enumerate(("ur5", "kuka_kr16_2", "three_dof_arm")):
         robot, rng = load_robot(robot_id), np.random.default_rng(seed)
         lower, upper = np.maximum(robot.limit("lower"), -2.0), np.minimum(robot.limit("upper"), 2.0)

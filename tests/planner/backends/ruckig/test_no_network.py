@@ -1,4 +1,4 @@
-"""No process of ours opens a connection: Ruckig sends waypoints to a server when it is given any (pitfall 9)."""
+"""No process of ours opens a connection, though Ruckig sends waypoints to a server if it gets any (pitfall 9)."""
 
 from __future__ import annotations
 

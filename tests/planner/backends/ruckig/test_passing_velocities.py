@@ -55,7 +55,7 @@ def test_it_is_passed_at_the_velocity_asked_in_the_least_time_between_the_states
 @settings(max_examples=settings.default.max_examples // 4)
 @given(seed=st.integers(0, 2**32), data=st.data())
 def test_any_velocity_is_kept_or_refused_for_what_is_in_its_way(seed: int, data: st.DataObject) -> None:
-    """With limits of segments and of the tool, two waypoints at one position, and durations."""
+    """Segments and the tool have limits, two waypoints share a position, and durations are given."""
     count = data.draw(st.integers(3, 5))
     problem = problem_of(data.draw(st.sampled_from(ARMS)), seed, count, 10.0 ** data.draw(st.floats(-4.0, 0.0)))
     robot, waypoints, requested = problem.robot, list(problem.waypoints), {}
@@ -90,7 +90,7 @@ def test_other_back_ends_refuse_it_and_name_those_that_keep_it(kind: str) -> Non
 
 
 def test_a_duration_of_the_whole_keeps_the_velocity() -> None:
-    """The rest of the time is found before and after the waypoint, not by a stretch of all."""
+    """The remaining time is spent before and after the waypoint, not by stretching the whole."""
     problem = passing_at(VELOCITY)
     fastest = plan(problem, Ruckig()).trajectory.duration
     trajectory = plan(replace(problem, duration=1.2 * fastest), Ruckig()).trajectory

@@ -67,7 +67,7 @@ def ruckig_between(
 @pytest.mark.parametrize("scale", [1e-4, 1e-2, 0.3, 1.0])
 @pytest.mark.parametrize("robot_id", ["ngv_refuelling_arm", "three_dof_arm"])
 def test_stopping_is_what_the_library_computes(robot_id: str, scale: float, synchronization: str) -> None:
-    """At once for all joints, by its own synchronisation; and the same positions all the way where it is by phase."""
+    """One call moves all joints by the library's own synchronisation; by phase, the positions agree all the way."""
     problem = problem_of(robot_id, 5, 4, scale)
     result = plan(problem, Ruckig(synchronization=synchronization))
     assert_within_limits(result)
@@ -109,7 +109,7 @@ def test_time_synchronisation_bends_straight_lines_and_phase_does_not() -> None:
 @pytest.mark.parametrize("synchronization", ["phase", "time"])
 @pytest.mark.parametrize("factor", [1.0 + 1e-9, 1.3, 5.0, 1e4])
 def test_asked_durations_of_stops_are_exact(synchronization: str, factor: float) -> None:
-    """1e4 times: the library's own minimum duration fails there (library-pitfalls.md, 11)."""
+    """At 1e4 times the duration, the library's own minimum duration fails (library-pitfalls.md, 11)."""
     problem = problem_of("ngv_refuelling_arm", 9, 4)
     requested = durations_of(plan(problem, Ruckig(synchronization=synchronization))) * factor
     result = plan(
@@ -137,7 +137,7 @@ def test_a_failing_call_of_the_library_has_no_name() -> None:
 
 
 def test_the_library_leaves_the_box_and_its_extrema_miss_it() -> None:
-    """library-pitfalls.md, 10; where accelerations are not 0, its `position_extrema` do not even show it."""
+    """See library-pitfalls.md, 10: where accelerations are not 0, its `position_extrema` do not even show it."""
     target, output = ruckig.InputParameter(1), ruckig.Trajectory(1)
     target.max_velocity, target.max_acceleration, target.max_jerk = [1.0], [3.0], [20.0]
     target.current_velocity, target.current_acceleration = [-0.795618399727763], [-0.9328288493890713]
@@ -194,7 +194,7 @@ def test_a_line_with_the_motion_along_it_stays_straight() -> None:
     ],
 )
 def test_motions_of_the_tool_begin_and_end_at_rest_and_say_what_helps(motion: Motion, named: str) -> None:
-    """Passed at a speed they are refused by name; beside a joint motion, with a stop between, they are planned."""
+    """Passed at a speed, they are refused by name; beside a joint motion, with a stop between, they are planned."""
     there = JointWaypoint(START)
     back = PoseWaypoint(Pose(BESIDE, TOOL.rotation), motion=motion)
     away = JointWaypoint(START - 0.2)
@@ -303,7 +303,10 @@ def test_tool_speed_and_torque_limits_are_kept(transition: str, synchronization:
 
 @pytest.mark.parametrize("synchronization", ["phase", "time"])
 def test_missing_limits_are_not_made_up_where_others_set_the_time(synchronization: str) -> None:
-    """No velocity or acceleration limit: the time of the others. No jerk limit: the acceleration jumps, as is said."""
+    """Without velocity or acceleration limits, other joints set the time.
+
+    Without a jerk limit, accelerations jump, as the plan says.
+    """
     expected = {
         (np.inf, 2.0, 20.0): shortest_time(1.0, 1e6, 2.0, 20.0),
         (0.7, np.inf, 20.0): shortest_time(1.0, 0.7, 1e6, 20.0),

@@ -71,7 +71,7 @@ def test_the_least_time_of_stopping_is_that_of_the_slowest_joint_by_single_calls
 
 @pytest.mark.parametrize(("end", "gain"), [(2.0, 0.2), (1.4, 0.2), (0.9, 0.0)])
 def test_passing_one_waypoint_is_as_fast_as_brute_force_finds(end: float, gain: float) -> None:
-    """One joint, by way of 1 rad; every velocity and acceleration there, on a grid, by single calls of the library."""
+    """One joint passes 1 rad; single calls of the library try every velocity and acceleration there on a grid."""
     v, a, j = 1.5, 3.0, 20.0
     problem = line(one_joint(velocity=v, acceleration=a, jerk=j), 0.0, 1.0, end)
     target, output, library = ruckig.InputParameter(1), ruckig.Trajectory(1), ruckig.Ruckig(1)
@@ -143,7 +143,7 @@ def least_duration(problem: PlanningProblem, pieces: int) -> float:
     ],
 )
 def test_passing_waypoints_is_as_fast_as_an_independent_optimiser(robot_id: str, seed: int, scale: float) -> None:
-    """Some of these were 0.8 to 1.4 % slower, where joints could not wait for others but for ranges of durations."""
+    """Some of these were 0.8 to 1.4 % slower, as joints could wait for others only in ranges of durations."""
     problem = problem_of(robot_id, seed, 6, scale)
     robot = replace(problem.robot, joints=tuple(replace(joint, torque=np.inf) for joint in problem.robot.joints))
     problem = replace(problem, robot=robot)
@@ -190,7 +190,7 @@ def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataO
 
 
 def test_waypoints_on_the_way_cost_hardly_anything() -> None:
-    """Alone in its direction, a joint passes them nearly as if they were not there."""
+    """A joint that moves on in one direction passes waypoints in it at almost no cost."""
     problem = passing(line(one_joint(velocity=2.0, acceleration=4.0, jerk=40.0), *np.linspace(0.0, 2.0, 6).tolist()))
     trajectory = plan(problem, Ruckig()).trajectory
     assert trajectory.duration == pytest.approx(shortest_time(2.0, 2.0, 4.0, 40.0), rel=1.5e-2)

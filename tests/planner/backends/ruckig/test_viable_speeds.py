@@ -1,4 +1,4 @@
-"""Speeds with which joints can pass places near their position limits, against the library's fastest stops."""
+"""Speeds at which joints can pass positions near their limits, against the library's fastest stops."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ VELOCITY, ACCELERATION, JERK = 2.0, 3.0, 20.0
 
 
 def extremes_of_stop(velocity: float, acceleration: float) -> list[float]:
-    """Return the least and the greatest position on the fastest way from 0 to rest."""
+    """Return the least and the greatest position on the fastest motion from 0 to rest."""
     target, output = ruckig.InputParameter(1), ruckig.Trajectory(1)
     target.control_interface = ruckig.ControlInterface.Velocity
     target.current_velocity, target.current_acceleration = [velocity], [acceleration]

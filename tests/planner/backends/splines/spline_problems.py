@@ -1,4 +1,4 @@
-"""Problems of splines, and what their samples say."""
+"""Problems of splines, and checks of their samples."""
 
 from __future__ import annotations
 

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 DEGREES: tuple[Degree, ...] = (3, 5)
 NONE = np.nan
 fewer = settings(max_examples=max(20, settings.default.max_examples // 5))
-"""Each example is a search for durations."""
+"""Each example searches durations."""
 
 
 def some_velocities(seed: int, segments: int, joints: int, size: float, share: float = 0.5) -> FloatArray:
-    """Return velocities (segments - 1, joints) at some of the inner waypoints, at one of them at least."""
+    """Draw velocities (segments - 1, joints) at some of the inner waypoints, at least at one."""
     rng = np.random.default_rng(seed)
     velocities: FloatArray = rng.uniform(-size, size, (segments - 1, joints))
     velocities[rng.uniform(size=segments - 1) > share] = NONE
@@ -103,7 +103,7 @@ def test_velocities_are_met_exactly_and_the_acceleration_is_as_smooth_as_promise
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_cubic_has_the_least_mean_square_acceleration_of_all_that_have_these_velocities(seed: int) -> None:
-    """By the other velocities: of Hermite cubics the integral of the squared acceleration is quadratic in them."""
+    """Of Hermite cubics the integral of the squared acceleration is quadratic in the other velocities."""
     rng = np.random.default_rng(seed)
     positions, h = rng.uniform(-2.0, 2.0, (7, 1)), rng.uniform(0.2, 2.0, 6)
     velocities = some_velocities(seed, 6, 1, 2.0)
@@ -152,7 +152,7 @@ def test_sensitivities_to_durations_are_those_of_differences(degree: Degree, see
 def timed(
     positions: FloatArray, velocities: FloatArray, limits: SegmentLimits, requested: FloatArray, degree: Degree
 ) -> PiecewisePolynomial:
-    """Return the spline at the durations that are found."""
+    """Return the spline at the shortest durations found."""
     spline = PassingSpline(positions, velocities, limits, degree)
     return interpolate(positions, spline.durations(requested), degree, velocities).curve
 
@@ -197,7 +197,7 @@ def shortest_of_one_segment(
 @pytest.mark.parametrize("degree", DEGREES)
 @pytest.mark.parametrize("seed", range(8))
 def test_where_every_velocity_is_given_no_shorter_duration_keeps_the_limits(seed: int, degree: Degree) -> None:
-    """And where one is refused, none does."""
+    """Where one is refused, no duration keeps the limits."""
     positions, limits = random_problem(seed, 2, 2, 0.3)
     velocities = some_velocities(seed, 2, 2, (0.3, 1.0)[seed % 2])
     at_all = np.pad(velocities, ((1, 1), (0, 0)))
@@ -329,7 +329,7 @@ def test_there_and_back_take_as_long(degree: Degree) -> None:
 @pytest.mark.parametrize("degree", DEGREES)
 @pytest.mark.parametrize("segments", [2, 300])
 def test_with_the_velocity_of_a_constant_motion_its_middle_is_that_motion(segments: int, degree: Degree) -> None:
-    """From a velocity to the same one over the way that it covers: nothing but the velocity limit is in the way."""
+    """Between two equal velocities, over the distance of a constant motion, only the velocity limit binds."""
     steps = np.arange(segments + 1)[:, None] * np.array([0.1, -0.05])
     velocities = np.tile([1.0, -0.5], (segments - 1, 1))
     spline = timed(steps, velocities, wide_limits(segments), free(segments), degree)
@@ -338,7 +338,7 @@ def test_with_the_velocity_of_a_constant_motion_its_middle_is_that_motion(segmen
 
 
 def test_a_narrow_range_of_durations_is_found() -> None:
-    """From rest to v over d: with the acceleration v^2 / 2d at most only 2 d / v will do, or far more."""
+    """From rest to v over d with an acceleration of at most v^2 / 2d, only 2 d / v works, or far more."""
     positions, velocities = np.array([[0.0], [1.0], [2.0]]), np.array([[1.0]])
     limits = spline_limits(
         np.array([-0.05]), np.array([2.05]), *(np.full((2, 1), limit) for limit in (1.5, 0.502, INF))
@@ -348,7 +348,7 @@ def test_a_narrow_range_of_durations_is_found() -> None:
 
 @pytest.mark.parametrize("degree", DEGREES)
 def test_a_short_part_does_not_hide_the_peaks_of_a_long_one(degree: Degree) -> None:
-    """Both were slowed together, and only what came near to the worst of both was looked at: this was refused."""
+    """Both parts were slowed together, and only near the worst of both was checked: this was refused."""
     positions, velocities = np.array([[0.0], [0.01], [-1.16]]), np.array([[3e-8]])
     rates = (np.full((2, 1), limit) for limit in (1.05, 3.2, 30.0))
     limits = spline_limits(np.array([-INF]), np.array([INF]), *rates)
@@ -368,7 +368,7 @@ def test_accelerations_alone_limit_a_spline(degree: Degree) -> None:
 def test_next_to_no_velocity_takes_few_trials_where_accelerations_alone_limit_a_spline(
     others: float, degree: Degree, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The first trials were as short as 1e-300 takes to be reached: 6,000 of them, and half a minute."""
+    """The first trials were as short as 1e-300 rad needs: 6,000 of them, and half a minute."""
     trials: list[FloatArray] = []
     excesses = PassingSpline.excesses
 
@@ -392,7 +392,7 @@ def test_next_to_no_velocity_takes_few_trials_where_accelerations_alone_limit_a_
 
 @pytest.mark.parametrize("degree", DEGREES)
 def test_a_velocity_without_room_before_it_is_refused(degree: Degree) -> None:
-    """Brakes need v^2 / 2a = 0.125: a wall is 0.05 behind the waypoint."""
+    """Braking needs v^2 / 2a = 0.125, but the position limit is 0.05 behind the waypoint."""
     positions = np.array([[0.0, 0.0], [0.5, 0.0], [0.2, 0.0]])
     limits = wide_limits()
     walled = spline_limits(

@@ -104,7 +104,7 @@ def test_any_velocity_is_kept_or_refused_for_what_is_in_its_way(
 
 
 def test_slow_velocities_that_ruckig_passes_are_passed() -> None:
-    """Up to a tenth of the limits between random positions: no spline is in want of room."""
+    """Velocities are up to a tenth of the limits between random positions, where no spline reaches a position limit."""
     rng = np.random.default_rng(4)
     for arm in sorted(ARMS):
         problem = problem_of(arm, int(rng.integers(2**32)), 4, 0.3)
@@ -132,7 +132,7 @@ def test_waypoints_at_one_position_are_passed_as_one(backend: Cubic | Quintic) -
 
 @each_spline
 def test_after_a_stop_velocities_are_asked_again(backend: Cubic | Quintic) -> None:
-    """Two runs with velocities and a straight motion between them."""
+    """Two segment groups with velocities and a straight motion between them."""
     start, middle, end = passing_at(VELOCITY).waypoints
     back = replace(middle, transition=ThroughTransition(tuple(-x for x in VELOCITY)))
     far = JointWaypoint(tuple(np.array(POSITIONS[2]) + 0.1))
@@ -238,7 +238,7 @@ def test_auto_takes_the_quintic_where_ruckig_refuses(monkeypatch: pytest.MonkeyP
 
 
 def test_a_duration_too_short_beside_longer_segments_is_refused_for_itself() -> None:
-    """Longer neighbours made the spline swing ever further, until it was refused as too far to be checked."""
+    """Longer neighbours made the spline swing ever further, until it was refused as too far to check."""
     positions = (
         (0.8606, -1.4465, -2.8841, -3.0377, 1.9683, 2.5934),
         (0.8415, -1.1576, -2.5683, -2.4606, 1.97, 2.0216),

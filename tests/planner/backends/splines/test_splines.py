@@ -19,7 +19,7 @@ from tests.planner.backends.splines.spline_problems import INF, excess, free, ra
 
 DEGREES = (3, 5)
 fewer = settings(max_examples=max(20, settings.default.max_examples // 5))
-"""Each example is a search for durations."""
+"""Each example searches durations."""
 
 
 def reference(positions, durations, degree) -> PPoly:
@@ -181,7 +181,7 @@ def test_the_shortest_is_as_short_as_an_independent_optimiser_makes_it(seed, deg
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_cubic_through_dense_waypoints_on_one_line_is_as_fast_as_one_without_them(seed) -> None:
-    """One cubic over the whole line is a spline through its waypoints, too: an upper bound of the shortest."""
+    """One cubic over the whole line is also a spline through its waypoints: an upper bound of the shortest duration."""
     shares = np.linspace(-1.0, 1.0, 42)
     line = np.random.default_rng(seed).uniform(0.1, 0.5, 3)
     positions = (np.sign(shares) * shares**2)[:, None] * line

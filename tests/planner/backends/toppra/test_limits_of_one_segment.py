@@ -1,4 +1,4 @@
-"""Limits of the tool on one segment only, while the profile is refined on the intervals of others."""
+"""Limits of the tool on one segment, while the profile is refined on the intervals of others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""On the same path no other back end is faster, nor the plain package on a densely sampled one."""
+"""On the same path, no other back end is faster, nor the plain package on a densely sampled path."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ ON_EVERY_PATH: tuple[BackEnd, ...] = (Trapezoidal(), Toppra(jerk_limited=True))
 """Back ends that go through waypoints on one of the curves that `toppra` chooses from."""
 
 OWN_WAY: tuple[BackEnd, ...] = (Cubic(), Quintic(), Ruckig())
-"""Back ends that choose their own way between waypoints passed, and the same as all others everywhere else."""
+"""Back ends with their own path through passed waypoints, and the same path as all others elsewhere."""
 
 TOLERANCE = 1.001
 """Ratio of durations that counts as equal."""
@@ -120,7 +120,7 @@ def test_no_slower_where_coarse_intervals_take_little_time() -> None:
 
 
 def test_no_slower_where_the_bound_on_the_speed_dips() -> None:
-    """Between gridpoints the path velocity stayed below all of it: 0.2 % slower than with limited jerk."""
+    """Between gridpoints the path velocity stayed below the bound: 0.2 % slower than with limited jerk."""
     start = JointWaypoint((-0.9014794783266478, 1.5086313925861181, -2.0302319721008897))
     via = Pose(np.array([-0.10346864, 0.1543315, -0.00126512]))
     circle = PoseWaypoint(
@@ -164,7 +164,7 @@ HOMES = {
 @pytest.mark.parametrize("step", [(0.0, 0.05, 0.0), (0.0, 0.2, 0.1), (0.05, -0.15, -0.1)])
 @pytest.mark.parametrize("robot_id", HOMES)
 def test_no_slower_than_the_plain_package_on_a_densely_sampled_line(robot_id: str, step: tuple[float, ...]) -> None:
-    """It was faster by 0.5 to 1.1 %."""
+    """The plain package was faster by 0.5 to 1.1 %."""
     problem = line(robot_id, HOMES[robot_id], step, Limits())
     assert plan(problem, Toppra()).trajectory.duration <= densely(solve_path(problem)) * TOLERANCE
 

@@ -23,7 +23,7 @@ from planner.backends.toppra.profile import Profile
 def test_times_are_the_integral_of_one_by_the_path_velocity(
     ends: tuple[float, float], x: tuple[float, float], length: float, share: float
 ) -> None:
-    """With x quadratic in s; from rest, to rest, and nearly so."""
+    """With x quadratic in s: from rest, to rest, and nearly so."""
     bend = share * (np.sqrt(x[0]) + np.sqrt(x[1])) ** 2 / 2.0 / length
     one = np.zeros(1, dtype=int)
     profile = Profile(Intervals(np.array([length]), np.zeros((1, 1, 1)), one, one), np.array(x), np.array([bend]))

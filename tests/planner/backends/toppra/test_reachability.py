@@ -75,7 +75,7 @@ def largest(problem: Problem) -> np.ndarray:
 @settings(max_examples=settings.default.max_examples // 2)
 @given(problem=problems(1.0))
 def test_the_largest_speeds_everywhere_are_those_of_one_linear_program(solver: Solver, problem: Problem) -> None:
-    """Where each can be as large as possible at once, their sum is the largest."""
+    """Where each speed can be as large as possible at once, their sum is the largest."""
     x = solve(solver, *as_limits(problem))
     assert x == pytest.approx(largest(problem), rel=1e-6, abs=1e-6)
 
@@ -111,7 +111,7 @@ def test_all_limits_are_kept_however_sharply_the_curve_bends(solver: Solver, pro
 
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_rows_without_any_limit(solver: Solver) -> None:
-    """Nothing but the bounds on the speed counts."""
+    """Only the bounds on the speed count."""
     none = np.zeros((3, 2))
     problem = np.ones(3), (none, none, none), np.full(4, 2.0), np.array([True, False, False, True])
     assert solve(solver, *as_limits(problem)) == pytest.approx([0.0, 2.0, 2.0, 0.0], rel=1e-7)

@@ -1,4 +1,4 @@
-"""The package's solver fails: on no path that is known, so here a stand-in for it does."""
+"""A failing solver of the package: no known path makes it fail, so a stand-in does."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ PROBLEMS = {
 
 
 class FindsNothing(reachability.seidelWrapper):  # type: ignore[misc] # the package has no types
-    """It finds the linear program of one gridpoint infeasible."""
+    """A solver that finds the linear program of one gridpoint infeasible."""
 
     failing = 5
 
     def solve_stagewise_optim(self, i: int, *limits: object) -> list[float]:
-        """Solve as the package does, but at one gridpoint."""
+        """Solve as the package does, except at one gridpoint."""
         found: list[float] = [np.nan, np.nan] if i == self.failing else super().solve_stagewise_optim(i, *limits)
         return found
 
 
 class DividesByZero(FindsNothing):
-    """It meets a row without coefficients."""
+    """A solver that meets a row without coefficients."""
 
     def solve_stagewise_optim(self, i: int, *limits: object) -> list[float]:
         """Divide by zero, as compiled code with checks does."""
@@ -54,7 +54,7 @@ class DividesByZero(FindsNothing):
 
 
 class Refuses(FindsNothing):
-    """It does not take the problem."""
+    """A solver that refuses the problem."""
 
     def solve_stagewise_optim(self, i: int, *limits: object) -> list[float]:
         """Raise the error of the package."""
@@ -67,7 +67,7 @@ class Refuses(FindsNothing):
 def test_the_motion_with_limited_jerk_is_taken_where_the_solver_fails(
     kind: str, solver: type[FindsNothing], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It was a FloatingPointError, and so the status 500."""
+    """The result was a FloatingPointError, and so the status 500."""
     problem = PROBLEMS[kind]
     fastest = plan(problem, Toppra())
     monkeypatch.setattr(reachability, "seidelWrapper", solver)

@@ -30,8 +30,8 @@ from tests.sizes import SIZE
 KERNEL, PACKAGE = Toppra(), Toppra(solver="package")
 
 EQUAL = 1e-5
-"""The relative difference of durations up to which they are equal. Intervals are split once more where that may gain
-`NEGLECTED`: so much one gains whose intervals are split when the other's just are not."""
+"""Relative difference of durations that count as equal. Intervals are split again where that may gain `NEGLECTED`. A
+plan whose intervals are split gains that much over one whose intervals just are not."""
 
 
 def outcome(problem: PlanningProblem, backend: Toppra) -> Plan | PlanningError:
@@ -42,7 +42,7 @@ def outcome(problem: PlanningProblem, backend: Toppra) -> Plan | PlanningError:
 
 
 def planned_alike(problem: PlanningProblem, equal: float = EQUAL) -> tuple[Plan, Plan] | None:
-    """Plan by both: plans that are equal and satisfied, or None: both refuse, for the same reason."""
+    """Plan with both solvers: return equal and satisfied plans, or None where both refuse for the same reason."""
     kernel, package = outcome(problem, KERNEL), outcome(problem, PACKAGE)
     if isinstance(kernel, PlanningError) or isinstance(package, PlanningError):
         assert isinstance(kernel, PlanningError)
@@ -75,7 +75,7 @@ def test_every_family_of_paths_takes_the_same_time(name: str) -> None:
 
 
 def line(*positions: float, scale: float = 1.0) -> PlanningProblem:
-    """Return one joint to and fro, the others with it."""
+    """Return a problem that moves one joint to and fro, and the others with it."""
     return joint_problem(KUKA, [[scale * q * (k + 1) / 6.0 for k in range(6)] for q in positions])
 
 
@@ -107,9 +107,9 @@ def test_structured_paths_take_the_same_time(kind: str) -> None:
 
 
 def test_dense_points_take_the_same_time() -> None:
-    """200 waypoints in every run of the tests, 1,000 in CI.
+    """Every run of the tests has 200 waypoints, CI has 1,000.
 
-    Of 20,000 intervals one or the other exceeds a limit between its gridpoints, by up to 5e-5, and slows the whole.
+    With 20,000 intervals one or the other exceeds a limit between its gridpoints, by up to 5e-5, and slows the whole.
     """
     count = 1000 if SIZE.one_in == 1 else 200
     s = np.linspace(0.0, 1.0, count)
@@ -142,7 +142,7 @@ def test_durations_too_short_are_refused_with_the_same_remedy() -> None:
 
 
 def test_torques_that_gravity_nearly_takes_bind_at_rest() -> None:
-    """Limits are halved in on at which a joint just holds its load: a little above, both still move, and alike."""
+    """Bisection finds limits at which a joint just holds its load; a little above, both solvers still move alike."""
     low, high = 0.05, 0.3
     for _ in range(6):
         middle = (low + high) / 2.0

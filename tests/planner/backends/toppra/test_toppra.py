@@ -97,7 +97,7 @@ def independent_optimum(
     ],
 )
 def test_through_waypoints_as_fast_as_a_fine_linear_program(robot_id: str, seed: int, count: int, scale: float) -> None:
-    """On the natural spline over the chords, by another library; never more than 1 % slower."""
+    """The path is the natural spline over the chords, by another library; the plan is at most 1 % slower."""
     problem = through(robot_id, seed, count, scale)
     positions = np.array([waypoint.position for waypoint in problem.waypoints])
     chords = (np.abs(np.diff(positions, axis=0)) / problem.robot.limit("velocity")).max(axis=1)
@@ -113,7 +113,7 @@ def test_through_waypoints_as_fast_as_a_fine_linear_program(robot_id: str, seed:
 @pytest.mark.parametrize("transition", [StopTransition(), BlendTransition(0.05)])
 @pytest.mark.parametrize("torque_scale", [1.0, 0.45])
 def test_motions_of_the_tool_as_fast_as_a_fine_linear_program(transition: object, torque_scale: float) -> None:
-    """Lines, a circle and a blend, on their given curves: within 1 %, with torque limits that bind within 2 %."""
+    """Lines, a circle and a blend, on their given curves: within 1 %, or 2 % with binding torque limits."""
     robot = load_robot(KUKA)
     limits = robot_limits(robot, torque_scale)
     problem = tool_problem(transition, limits=limits)

@@ -33,7 +33,7 @@ from tests.planner.backends.toppra.toppra_problems import (
 
 
 def test_trap_accelerations_are_kept_where_the_plain_library_breaks_them() -> None:
-    """Trap 1: on 100 grid points its spline runs over the acceleration limit. It has a process of its own."""
+    """Trap 1: on 100 gridpoints its spline exceeds the acceleration limit. The test has a process of its own."""
     code = """
 import json, sys
 import numpy as np
@@ -61,7 +61,7 @@ print((np.abs(law(times, 2)) / acceleration).max())
 
 
 def test_trap_no_pause_where_the_path_hardly_moves() -> None:
-    """Trap 2: five seconds were put in wherever the speed is about 0. Here the arm turns back at a waypoint."""
+    """Trap 2: it inserted five seconds wherever the speed is about 0. Here the arm turns back at a waypoint."""
     there, back = [0.0, 0.3, 0.1, 0.0, 0.0, 0.0], [0.5, 0.1, 0.1, 0.2, 0.0, 0.0]
     passing = plan(joint_problem("ngv_refuelling_arm", [there, back, there]), Toppra())
     stopping = plan(joint_problem("ngv_refuelling_arm", [there, back, there], passing=False), Toppra())
@@ -70,7 +70,7 @@ def test_trap_no_pause_where_the_path_hardly_moves() -> None:
 
 @pytest.mark.parametrize("apart", [1e-3, 1e-6, 1e-8])
 def test_trap_waypoints_that_are_nearly_the_same(apart: float) -> None:
-    """Trap 3: it gave up, without a reason."""
+    """Trap 3: it gave up without a reason."""
     first, middle, last = (np.array(w.position) for w in through("ngv_refuelling_arm", 3, 3, 0.3).waypoints)
     twin = middle + apart * np.array([1.0, -1.0, 0.5, 0.0, 0.3, -0.2])
     result = plan(
@@ -83,7 +83,7 @@ def test_trap_waypoints_that_are_nearly_the_same(apart: float) -> None:
 
 
 def test_trap_waypoints_that_are_the_same_are_a_rest() -> None:
-    """Trap 3: it answered Ok, with a duration of 0.2 ms."""
+    """Trap 3: it returned Ok with a duration of 0.2 ms."""
     result = plan(joint_problem("ngv_refuelling_arm", [[0.1] * 6, [0.1] * 6, [0.1] * 6]), Toppra())
     assert result.trajectory.duration == 0.01
     assert (result.trajectory.evaluate(result.trajectory.sample_times(0.001), [0])[0] == 0.1).all()
@@ -92,7 +92,7 @@ def test_trap_waypoints_that_are_the_same_are_a_rest() -> None:
 @pytest.mark.parametrize("factor", [1.0, 1.7, 50.0])
 @pytest.mark.parametrize("torque_scale", [None, 0.35])
 def test_trap_asked_durations_are_met(factor: float, torque_scale: float | None) -> None:
-    """Trap 4: it answered Ok with another duration, twice as long."""
+    """Trap 4: it returned Ok with another duration, twice as long."""
     limits = Limits() if torque_scale is None else robot_limits(load_robot(KUKA), torque_scale)
     problem = joint_problem(KUKA, [list(KUKA_START), [-1.0, -0.6, 0.9, 1.0, -0.5, 1.0]], limits=limits)
     requested = plan(problem, Toppra()).trajectory.duration * factor
@@ -104,7 +104,7 @@ def test_trap_asked_durations_are_met(factor: float, torque_scale: float | None)
 
 @pytest.mark.parametrize("kind", ["straight", "line"])
 def test_trap_a_duration_too_short_is_refused_and_the_remedy_works(kind: str) -> None:
-    """Trap 4, the other side."""
+    """Trap 4 with too short a duration."""
     problem = tool_problem(StopTransition(), limits=robot_limits(load_robot(KUKA), 0.45))
     if kind == "straight":
         problem = joint_problem(KUKA, [list(KUKA_START), [-1.0, -0.6, 0.9, 1.0, -0.5, 1.0]], limits=problem.limits)
@@ -128,7 +128,7 @@ def test_a_duration_between_waypoints_passed_is_refused() -> None:
 
 
 def test_trap_jumps_of_the_acceleration_are_told() -> None:
-    """Trap 5: its acceleration jumps without a word; the certificate says that the jerk has no bound."""
+    """Trap 5: its acceleration jumps without a warning; our certificate says that the jerk is unbounded."""
     certificate = plan(through("ngv_refuelling_arm", 4, 4, 0.3), Toppra()).certificate
     jerk = next(check for check in certificate.checks if check.quantity == "jerk")
     assert certificate.continuity == "C1"
@@ -165,7 +165,7 @@ def test_trap_no_overshoot_of_a_position_limit() -> None:
 
 
 def test_trap_the_package_is_imported_by_the_first_plan_that_needs_it() -> None:
-    """Trap 8: it takes a second and 80 MB, 30 of them for matplotlib and its plots; a worker's warm-up pays."""
+    """Trap 8: importing it takes a second and 80 MB, 30 of them for matplotlib; a worker's warm-up pays for it."""
     code = """
 import sys
 from planner.backends import Toppra

@@ -71,7 +71,7 @@ def robot_limits(robot: Robot, torque_scale: float = 1.0) -> Limits:
 
 
 def worst_ratio(result: Plan, count: int = 10_000) -> float:
-    """Return the worst ratio of every limited quantity, on samples evenly spaced in time."""
+    """Return the worst ratio of all limited quantities, on samples evenly spaced in time."""
     trajectory, limits, robot = result.trajectory, result.path.limits, result.path.robot
     times = np.linspace(0.0, trajectory.duration, count)
     pieces, _ = trajectory.locate(times)

@@ -1,4 +1,4 @@
-"""Remedies of starts and goals in collision, and where no detour is found: each is planned as it is offered."""
+"""Remedies of starts and goals in collision, and of missing detours: each is planned as offered."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from tests.planner.scene.brute_force import least_distance
 THERE = planner.tool_pose(ARM, RIGHT)
 
 BLOCK = planner.SceneObject("block", [Box([0.4] * 3)], planner.Pose(THERE.position + np.array([0.1, 0.0, -0.15])))
-"""It is in the way of the wrist at one of the ends."""
+"""A box in the way of the wrist at one of the ends."""
 
 DIE = planner.SceneObject("die", [Box([0.02] * 3)], planner.Pose(THERE.position + np.array([0.0, 0.0, -0.1])))
-"""It is 35 mm away from the hand there."""
+"""A box 35 mm away from the hand there."""
 
 MOTIONS = [planner.JointMotion(), planner.FreeMotion()]
 

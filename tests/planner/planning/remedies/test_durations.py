@@ -39,7 +39,7 @@ def hurried(robot: Robot, duration: float, **changes: Any) -> PlanningProblem:
 
 
 def refused(problem: PlanningProblem, kind: str) -> dict[str, list[Remedy]]:
-    """Return the remedies by the way they go: duration, limits or payload."""
+    """Return the remedies by their kind: duration, limits or payload."""
     with pytest.raises(InfeasibleDuration) as refusal:
         plan(problem, backend_of(kind))
     ways = defaultdict(list)
@@ -130,7 +130,7 @@ def test_a_tool_speed_on_a_line(robot: Robot) -> None:
 @pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(set(BACKENDS) - {"auto"}))
 def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By one search at most, remedies included: least effort took up to 32 s, for it searched in each of its proofs."""
+    """One search at most, remedies included: least effort took up to 32 s, as it searched in each proof."""
     searches: list[Program] = []
     solve = Program.solve
     monkeypatch.setattr(Program, "solve", lambda self, *rest: searches.append(self) or solve(self, *rest))
@@ -174,7 +174,7 @@ TIMES_SEGMENTS_PASSED = {"cubic", "quintic", "ruckig"}
 @settings(max_examples=max(15, settings.default.max_examples // 40))
 @given(data=st.data())
 def test_every_remedy_works(kind: str, data: st.DataObject) -> None:
-    """Random joint lists with scaled limits and durations, some too short, also when passed without stopping."""
+    """Random joint lists have scaled limits and durations, some too short, also when passed without stopping."""
     robot_id = data.draw(st.sampled_from(["kuka_kr16_l6_2", "date_sorting_arm", "three_dof_arm"]))
     problem = problem_of(robot_id, data.draw(st.integers(0, 2**32)), data.draw(st.integers(2, 5)))
     scales = Limits(velocity_scale=data.draw(st.floats(0.05, 1.0)), acceleration_scale=data.draw(st.floats(0.05, 1.0)))
@@ -221,7 +221,7 @@ def test_durations_that_leave_no_time_for_a_segment_are_refused_without_limits_t
 
 
 def test_splines_whose_free_durations_would_grow_without_end_are_refused() -> None:
-    """Beside a duration of 0.16 s that its limits do not allow, the other one grew to more than a number can be."""
+    """Beside a duration of 0.16 s that its limits do not allow, the other duration overflowed."""
     robot = load_robot("three_dof_arm")
     start = JointWaypoint((0.31953069095795916, 0.03688619503611301, 1.1314518954641293))
     step = CartesianMove((-0.011159561774841509, 0.005470352103030239, -0.04318230500155012))

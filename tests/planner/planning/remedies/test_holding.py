@@ -130,7 +130,7 @@ def test_both_are_offered_where_both_help_also_on_a_line(robot: Robot, kind: str
 
 
 def test_where_nothing_helps_nothing_is_offered(robot: Robot) -> None:
-    """Joint 2 cannot hold the arm itself with its own limit."""
+    """Joint 2 cannot hold the arm itself within its own limit."""
     joints = list(robot.joints)
     joints[SHOULDER] = replace(joints[SHOULDER], torque=0.7 * largest_gravity(robot, SHOULDER))
     weak = replace(robot, joints=tuple(joints))

@@ -26,11 +26,11 @@ from tests.planner.problems_of_tests import ARMS
 from tests.sizes import SIZE
 
 LISTS = min(100, SIZE.examples // 8)
-"""Lists of waypoints of which one at least is out of reach, nearly always."""
+"""Number of lists of waypoints, nearly all with an unreachable one."""
 
 
 def unreachable_list(seed: int) -> PlanningProblem:
-    """Return poses in and out of reach, lines that leave it, aligned with the axes in every second list."""
+    """Draw poses in and out of reach with lines that leave it, aligned with the axes in every second list."""
     rng = np.random.default_rng(seed)
     robot = load_robot(ARMS[seed % len(ARMS)])
     lower, upper = np.maximum(robot.limit("lower"), -2.0), np.minimum(robot.limit("upper"), 2.0)
@@ -71,7 +71,7 @@ def test_every_remedy_of_an_unreachable_list_leads_to_a_plan() -> None:
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_position_in_millimetres_is_said_to_look_like_it(count: int) -> None:
-    """One of them is mended by the remedy; of two, each mends one."""
+    """The remedy mends one such position; of two positions, each remedy mends one."""
     robot = load_robot("kuka_kr16_2")
     here = np.array([0.1, -1.2, 1.4, 0.2, 0.6, -0.3])
     (pose,) = forward_kinematics(robot, [here])
@@ -86,7 +86,7 @@ def test_a_position_in_millimetres_is_said_to_look_like_it(count: int) -> None:
 
 @pytest.mark.parametrize(("duration", "helps"), [(None, True), (0.05, False)])
 def test_rest_at_the_start_is_a_remedy_only_where_nothing_else_is_refused(duration: float | None, helps: bool) -> None:
-    """A slide at its limit begins towards it; at rest it could go, but not within 0.05 s."""
+    """A slide at its limit starts with a velocity towards it; at rest it could start, but not within 0.05 s."""
     start, end = np.array([[0.0, 0.0, 0.2, 0.0, 0.3, 0.0], [0.1, 0.1, 0.2, 0.0, 0.3, 0.0]])
     waypoints = [JointWaypoint(start), JointWaypoint(end, duration=duration)]
     problem = PlanningProblem(load_robot("date_sorting_arm"), waypoints)

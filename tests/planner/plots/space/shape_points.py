@@ -1,6 +1,6 @@
-"""Points of the surfaces of shapes by their formulas, and where a picture has them: none of this is the planner's.
+"""Points of the surfaces of shapes by their formulas, and their projections: independent of the planner.
 
-Cameras are found from points whose place in space is known, by least squares.
+Cameras are fitted by least squares to points with known positions in space.
 """
 
 from __future__ import annotations

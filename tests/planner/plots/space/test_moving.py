@@ -1,4 +1,4 @@
-"""Scenes in animations: things are where another projection of them has them, at the times at which they are there."""
+"""Scenes in animations: objects are drawn where another projection has them, at the right times."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def moved() -> Plan:
 
 
 class Drawn:
-    """An animation, read back."""
+    """An animation that is read back."""
 
     def __init__(self, solved: Plan, view: str) -> None:
         self.root = fromstring(solved.animate(view=view).svg)
@@ -93,7 +93,7 @@ class Drawn:
         return [self.points(text) for text in str(animate.get("values")).split(";")]
 
     def shown(self, group: ET.Element) -> list[bool]:
-        """Tell whether a group is seen at each of the times."""
+        """Tell whether a group is visible at each of the times."""
         (animate,) = group.findall("{*}animate")
         assert animate.get("attributeName") == "visibility"
         assert animate.get("calcMode") == "discrete"
@@ -117,7 +117,7 @@ def test_what_stands_is_where_its_shape_is_seen(moved: Plan, view: str) -> None:
 
 @pytest.mark.parametrize("view", ["isometric", "xz"])
 def test_what_is_carried_moves_with_the_tool(moved: Plan, view: str) -> None:
-    """The ball stands at one place, is carried, and stands at another: at each time one of the three is seen."""
+    """The ball rests, is carried, and rests elsewhere: at each time one of the three drawings is visible."""
     drawn = Drawn(moved, view)
     parts = drawn.groups("ball")
     assert len(parts) == 3
@@ -154,7 +154,7 @@ def test_what_is_carried_moves_with_the_tool(moved: Plan, view: str) -> None:
 
 
 def test_things_are_drawn_in_front_of_what_they_hide(moved: Plan) -> None:
-    """The view onto xz looks along y: the box is behind the robot, the post before it and thin."""
+    """The view onto xz looks along y: the box is behind the robot, and the post, drawn thinly, before it."""
     drawn = Drawn(moved, "xz")
     order = [element.get("data-name") for element in drawn.root]
     arm = next(k for k, e in enumerate(drawn.root) if "polyline" in e.tag and e.find("{*}animate") is not None)

@@ -118,7 +118,7 @@ def test_outlines_are_where_the_shapes_are_seen(plans: dict[str, Plan], name: st
 
 
 def test_what_is_before_the_robot_is_drawn_over_it_thinly(plans: dict[str, Plan]) -> None:
-    """The view onto xz looks along y, that onto yz against x."""
+    """The view onto xz looks along y, and the view onto yz against x."""
     picture = draw_plan(plans["behind and before the robot"], ["robot"], view="xz")
     (behind,), (before,) = (
         [patch for patch in picture.figure.axes[0].patches if str(patch.get_gid()).startswith(f"scene.{name}.")]
@@ -152,7 +152,7 @@ def test_a_huge_floor_leaves_the_robot_large() -> None:
 
 @pytest.mark.parametrize("normal", [(0.0, 0.0, 1.0), (0.3, -0.2, 1.0)])
 def test_half_spaces_are_patches_of_their_planes(normal: tuple[float, float, float]) -> None:
-    """Every corner is on the plane and on an end of the picture, and every edge of the picture that the plane cuts."""
+    """The corners of the patch are the points where the plane cuts the edges of the picture's box."""
     plane = HalfSpace(normal, -0.1)
     solved = planned([SceneObject("floor", [plane])])
     for view in ("isometric", "xz"):
@@ -261,7 +261,7 @@ def test_margins_are_told() -> None:
 
 
 def test_names_are_drawn_as_they_are() -> None:
-    """What would be a formula, or a tag, is neither."""
+    """A name is never read as a formula or a tag."""
     name = r'$\frac{<g id="1">$'
     solved = planned([SceneObject(name, [Box([0.2, 0.2, 0.2])], Pose([1.3, 0.0, 0.3]))])
     svg = draw_plan(solved, ["robot"], title=name).svg()

@@ -43,7 +43,7 @@ def test_a_piece_hides_what_is_behind_it(name: str) -> None:
 
 
 def test_pieces_of_one_thing_hide_each_other_s_edges() -> None:
-    """A small box inside a large one has no edges; of one that sticks out, the visible part has."""
+    """A small box inside a large one has no edges; a box that sticks out has the visible ones."""
     large, inside = box(np.ones(3), np.eye(3), np.zeros(3)), box(np.full(3, 0.2), np.eye(3), np.zeros(3))
     half_out = box(np.full(3, 0.2), np.eye(3), np.array([0.0, 0.0, 0.5]))
     ends = np.full(3, -2.0), np.full(3, 2.0)
