@@ -1,4 +1,4 @@
-"""Figures by which plans are compared, where the service's own tests do not reach."""
+"""Figures that compare plans, beyond the service's own tests."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from planner.robots import load_robot
 
 
 def test_peak_jerk_is_that_of_any_joint_not_of_the_one_nearest_to_its_limit() -> None:
-    """Joint 6 has the largest jerk, joint 1 the largest share of its limit. A quintic's peak is 60 travel / T^3."""
+    """Joint 6 has the largest jerk, and joint 1 the largest share of its limit. A quintic's peak is 60 travel / T^3."""
     robot = load_robot("ngv_refuelling_arm")
     start, end = JointWaypoint(position=(0.0,) * 6), JointWaypoint(position=(0.5, 0, 0, 0, 0, 1.0), duration=2.0)
     result = plan(PlanningProblem(robot, (start, end)), Quintic())
@@ -41,7 +41,7 @@ def test_back_ends_side_by_side_with_refusals_among_them() -> None:
 
 
 def test_efforts_of_different_durations_are_compared_by_their_mean() -> None:
-    """Holding still costs the same in each second: twice the time has twice the effort, and the same mean."""
+    """Holding still costs the same in each second: twice the duration has twice the effort, and the same mean."""
     robot = load_robot("kuka_kr16_2")
     held = JointWaypoint([0.0, -1.5, 1.5, 0.0, 0.5, 0.0])
     short, long = (figures(plan(PlanningProblem(robot, [held], duration=seconds), Quintic())) for seconds in (1.0, 2.0))

@@ -72,7 +72,7 @@ def test_names_of_joint_positions_are_waypoints(robot: planner.Robot) -> None:
 
 
 def test_poses_of_any_type_are_waypoints_and_are_reached(robot: planner.Robot) -> None:
-    """The tool ends at the pose that Pinocchio's own forward kinematics gives for the joint position."""
+    """The tool ends at the pose of the joint position by Pinocchio's own forward kinematics."""
     pin.framesForwardKinematics(robot.model, robot.model.createData(), np.array(PICK))
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, np.array(PICK))
@@ -144,7 +144,7 @@ def test_values_are_short_to_read(robot: planner.Robot) -> None:
 
 @pytest.mark.parametrize("kind", planner.BACKENDS)
 def test_capabilities_say_which_options_a_back_end_has(kind: str) -> None:
-    """The options and methods that a capability promises are there, and no back end has them without it."""
+    """The promised options and methods exist, and no back end has them without the capability."""
     backend = planner.BACKENDS[kind]()
     can = backend.capabilities
     assert can.moves_at_its_ends == all(hasattr(backend, name) for name in END_OPTIONS)

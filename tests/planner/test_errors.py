@@ -1,4 +1,4 @@
-"""Paths to fields, and remedies that are applied to the library's own values."""
+"""Paths to fields, and remedies applied to the library's own values."""
 
 from __future__ import annotations
 

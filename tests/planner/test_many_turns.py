@@ -30,7 +30,7 @@ LIFTING = [1, 2, 4]
 """Joints of the arm with parallel axes: the torque of the last of them depends on the sum of their angles."""
 
 SECONDS = 1e6
-"""So slow that gravity is all that counts."""
+"""Duration at which only gravity counts."""
 
 
 @pytest.mark.parametrize("is_quintic", [False, True])
@@ -42,7 +42,7 @@ def test_a_torque_that_is_none_at_every_sample_of_a_coarse_grid_is_seen(
 ) -> None:
     """The last joint bears nothing at the start and at each half turn, and half of the most while the arm rests before.
 
-    Of 257 samples of a piece each was at such a place, whether the joint turned 128 times or three joints 43 times.
+    All of 257 samples of a piece were at such positions, whether the joint turned 128 times or three joints 43 times.
     """
     robot = load_robot(KUKA)
 
@@ -87,7 +87,7 @@ def test_a_torque_that_is_none_at_every_sample_of_a_coarse_grid_is_seen(
 
 
 def spindle(turns: float, limits: Limits, transition: Transition) -> PlanningProblem:
-    """Return a problem whose last joint, without position limits, turns on the way past a waypoint."""
+    """Return a problem whose last joint, without position limits, passes a waypoint while it turns."""
     robot = load_robot("ngv_refuelling_arm")
     way = np.array([0.3, 0.2, -0.3, 0.1, 0.2, 2.0 * np.pi * turns])
     first, half, last = (tuple(robot.middle + share * way) for share in (0.0, 0.5, 1.0))
@@ -109,12 +109,12 @@ SPINDLE_LIMITS = {
 @pytest.mark.parametrize("limits", SPINDLE_LIMITS)
 @pytest.mark.parametrize("backend", BACKENDS.values())
 def test_a_spindle_turns_hundreds_of_times(backend: type[BackEnd], limits: str, turns: float) -> None:
-    """Fifty turns were refused."""
+    """A plan with fifty turns was refused."""
     keeps_sampled_limits(plan(spindle(turns, SPINDLE_LIMITS[limits], ThroughTransition()), backend()), 2000)
 
 
 def turned_far(turned: float, limits: Limits, transition: Transition) -> PlanningProblem:
-    """Return a problem in which all joints without position limits turn far, past a waypoint half the way."""
+    """Return a problem in which all joints without position limits turn far, past a waypoint halfway."""
     robot = load_robot("ngv_refuelling_arm")
     way = turned * np.array([1.0, -0.9, 0.8, 0.7, -0.6, 0.5])
     half = JointWaypoint(position=tuple(robot.middle + 0.5 * way), transition=transition)
@@ -125,7 +125,7 @@ def turned_far(turned: float, limits: Limits, transition: Transition) -> Plannin
 @pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS.keys() - {"min_effort"}))  # whose tool is compared with too few chords
 def test_all_joints_turn_fifty_times(kind: str) -> None:
-    """The tool's speed rises and falls with sums of their angles, a hundred times and more."""
+    """The tool's speed rises and falls with sums of the angles, more than a hundred times."""
     made = turned_far(2.0 * np.pi * 50.0, Limits(tcp_linear_velocity=0.25), StopTransition())
     keeps_sampled_limits(plan(made, BACKENDS[kind]()), 2000)
 
@@ -133,7 +133,7 @@ def test_all_joints_turn_fifty_times(kind: str) -> None:
 @pytest.mark.parametrize("limits", SPINDLE_LIMITS)
 @pytest.mark.parametrize("backend", BACKENDS.values())
 def test_a_joint_sent_a_million_turns_far_is_refused_at_once(backend: type[BackEnd], limits: str) -> None:
-    """Such a request took 42 s and 5 GiB with `ruckig`, and then ended for want of memory."""
+    """Such a request took 42 s and 5 GiB with `ruckig`, and then ran out of memory."""
     far = 2.0 * np.pi * 1e6
     for turned, transition in ((-far, ThroughTransition()), (far, StopTransition())):
         made = turned_far(turned, SPINDLE_LIMITS[limits], transition)

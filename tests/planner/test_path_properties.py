@@ -1,4 +1,4 @@
-"""What must hold for every plan along lines, circles, blends and waypoints passed, on random requests."""
+"""Properties of every plan along lines, circles, blends and passed waypoints, on random requests."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def _is_in(region: Region, requested: Pose, reached: Pose) -> None:
 
 
 def _from_curve(point: FloatArray, poses: list[Pose], motion: PolylineMotion | SplineMotion) -> float:
-    """Return the distance from scipy's natural spline, or from the nearest line of a polyline except at its corners."""
+    """Return the distance from scipy's natural spline, or from the nearest line of a polyline away from its corners."""
     points = np.array([pose.position for pose in poses])
     chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
     if isinstance(motion, SplineMotion):

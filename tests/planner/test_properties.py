@@ -1,4 +1,4 @@
-"""What must hold for every plan of every back end, on random requests."""
+"""Properties of every plan of every back end, on random requests."""
 
 from __future__ import annotations
 

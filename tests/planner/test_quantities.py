@@ -42,7 +42,7 @@ def test_units_are_those_of_joints_that_turn_or_slide() -> None:
 
 
 def test_the_page_is_given_the_same_titles_and_units() -> None:
-    """The table that its build writes has them all, as JSON has them."""
+    """The table of the page's build has all of them in JSON."""
     command = [sys.executable, "web/quantities.py"]
     ran = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
     assert json.loads(ran.stdout) == {name: measure._asdict() for name, measure in MEASURES.items()}

@@ -49,7 +49,7 @@ PASSED = JointWaypoint(START).transition
 
 
 def least_time(start: float, end: float, limits: Limits, rates: tuple[FloatArray, FloatArray]) -> float:
-    """Return the least time of the first joint between two states, by one call of the package ruckig."""
+    """Return the least duration of the first joint between two states, by one call of the package ruckig."""
     target, output = ruckig.InputParameter(1), ruckig.Trajectory(1)
     assert limits.velocity_range
     assert limits.acceleration_range
@@ -77,7 +77,7 @@ def test_a_straight_motion_takes_the_time_that_ruckig_takes(backend: BackEnd, tr
     limits=st.tuples(*[st.floats(-3.0, 3.0)] * 4), unlimited=st.sampled_from(["", "velocity", "acceleration", "jerk"])
 )
 def test_laws_that_brake_otherwise_are_those_of_ruckig(limits: tuple[float, ...], unlimited: str) -> None:
-    """And so are they where a limit is missing, or both accelerations are the same."""
+    """They also agree where a limit is missing, or both accelerations are equal."""
     v, a, j, d = (10.0**exponent for exponent in limits)
     v, a, d, j = (
         np.inf if unlimited == name else limit
@@ -99,7 +99,7 @@ def test_laws_that_brake_otherwise_are_those_of_ruckig(limits: tuple[float, ...]
 
 
 def test_waypoints_are_passed_in_the_time_of_the_best_states() -> None:
-    """One waypoint, by all velocities and accelerations there on a fine grid."""
+    """The truth tries all velocities and accelerations at the one waypoint on a fine grid."""
     limits, travels, still = first_joint((0.9, 0.2), (0.3, 0.8)), (0.5, -0.7), np.zeros(2)
     problem = PlanningProblem(ROBOT, along(*travels), limits)
     velocities = np.linspace(-0.9, 0.2, 45) * VELOCITY
@@ -119,7 +119,7 @@ def test_waypoints_are_passed_in_the_time_of_the_best_states() -> None:
 @settings(max_examples=settings.default.max_examples // 4)
 @given(seed=st.integers(0, 2**32), data=st.data())
 def test_any_ranges_are_kept_and_never_slower_than_the_narrower_ones(seed: int, data: st.DataObject) -> None:
-    """Through waypoints, also between motions at the ends."""
+    """Waypoints are passed, also with moving ends."""
     problem = problem_of(data.draw(st.sampled_from(ARMS)), seed, data.draw(st.integers(2, 4)), 0.3)
     robot = problem.robot
     waypoints = [
@@ -153,7 +153,7 @@ def test_any_ranges_are_kept_and_never_slower_than_the_narrower_ones(seed: int, 
 @pytest.mark.parametrize(("backend", "degree"), [(Cubic(), 3), (Quintic(), 5)], ids=["cubic", "quintic"])
 @pytest.mark.parametrize("shares", [((1.0, 1.0), (0.2, 1.0)), ((0.9, 0.15), (1.0, 1.0))], ids=["brakes", "slow"])
 def test_splines_share_their_time_as_brute_force_does(backend: BackEnd, degree: int, shares: object) -> None:
-    """All ratios of two durations, each scaled by its dense samples; positions are kept, too."""
+    """All ratios of two durations are tried, each scaled by its dense samples; positions keep their limits too."""
     limits = first_joint(*shares)  # type: ignore[misc]
     travels = (0.8, -0.5)
     found = plan(PlanningProblem(ROBOT, along(*travels), limits), backend).trajectory
@@ -177,7 +177,7 @@ def test_splines_share_their_time_as_brute_force_does(backend: BackEnd, degree: 
 
 
 def test_least_effort_uses_the_wider_side_where_the_narrower_one_would_be_too_slow() -> None:
-    """In 1 s all joints speed up at no more than 0.3 of their limits in one direction, 0.8 in the other."""
+    """In 1 s all joints accelerate at 0.3 of their limits at most in one direction, and at 0.8 in the other."""
     ranges = Limits(
         velocity_range=tuple((-0.7 * v, 0.4 * v) for v in ROBOT.limit("velocity").tolist()),
         acceleration_range=tuple((-0.3 * a, 0.8 * a) for a in ROBOT.limit("acceleration").tolist()),

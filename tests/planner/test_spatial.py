@@ -1,4 +1,4 @@
-"""Which matrices are rotations; roll, pitch and yaw of rotations in a row, against scipy's, and without an answer."""
+"""Rotation matrices and their checks; roll, pitch and yaw of successive rotations, against scipy and at its gaps."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_angles_go_on_beyond_half_a_turn() -> None:
 
 
 def test_a_tool_that_points_down_does_not_flicker() -> None:
-    """Its roll is half a turn, give or take rounding."""
+    """Its roll is a half turn, up to rounding."""
     rng = np.random.default_rng(3)
     rotations = np.array([rotation_from_rpy(np.pi + 1e-12 * e, 1e-12 * e, 0.4) for e in rng.normal(size=100)])
     assert np.ptp(rpy_from_rotations(rotations), axis=0).max() < 1e-10
@@ -61,7 +61,7 @@ def test_a_tool_that_points_down_does_not_flicker() -> None:
 
 @pytest.mark.parametrize("pitch", [QUARTER, -QUARTER])
 def test_at_a_quarter_turn_of_pitch_the_roll_stays(pitch: float) -> None:
-    """From 0.7 before it, or 0 where there is nothing before; the yaw makes up for it, and no angle is chance."""
+    """The roll stays at 0.7, or 0 without a rotation before; the yaw follows from it, and rounding decides no angle."""
     locked = np.array([rotation_from_rpy(0.2, pitch, yaw) for yaw in np.linspace(0.0, 1.0, 50)])
     alone = rpy_from_rotations(locked)
     assert not alone[:, 0].any()

@@ -38,7 +38,7 @@ WORK: dict[str, Callable[[FloatArray], Any]] = {
 
 @pytest.fixture
 def often_switched() -> Iterator[None]:
-    """Let Python switch between threads as often as it can."""
+    """Let Python switch between threads as often as possible."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     yield

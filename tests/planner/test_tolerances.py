@@ -32,7 +32,7 @@ BACK_ENDS: dict[str, tuple[str, dict[str, object]]] = {
 @pytest.mark.parametrize("motion", [JointMotion(), LinearMotion()], ids=["joint", "linear"])
 @pytest.mark.parametrize("name", BACK_ENDS)
 def test_a_duration_a_little_too_short_is_planned_or_refused_as_a_duration(name: str, motion: Motion) -> None:
-    """Short by 9e-10 it passed the back end, and the certificate refused 6.80678 rad/s^2 for a limit of 6.80678."""
+    """Short by 9e-10, it passed the back end, and the certificate refused 6.80678 rad/s^2 for a limit of 6.80678."""
     kind, options = BACK_ENDS[name]
     robot, start = load_robot("kuka_kr16_2"), np.array([0.1, -1.2, 1.4, 0.2, 0.5, 0.1])
     home = forward_kinematics(robot, start[None])[0]

@@ -76,13 +76,13 @@ def test_finite_differences_are_within_the_limits(backend: BackEnd, waypoints: l
 
 @pytest.mark.parametrize(("backend", "loses"), [(Toppra(), 0.005), (Trapezoidal(), 0.1)], ids=repr)
 def test_a_straight_line_is_driven_by_the_acceleration_of_the_tool(backend: BackEnd, loses: float) -> None:
-    """Over 0.3 m at 1.5 m/s^2, without a speed limit that counts: T = 2 sqrt(d / a), or more with ramps of joints."""
+    """Over 0.3 m at 1.5 m/s^2, without a binding speed limit: T = 2 sqrt(d / a), or more with ramps of joints."""
     result = plan(PlanningProblem(ROBOT, LINE, Limits(tcp_linear_acceleration=1.5)), backend)
     assert 1.0 - 1e-6 < result.trajectory.duration / (2.0 * np.sqrt(0.3 / 1.5)) < 1.0 + loses
 
 
 def test_a_circle_is_driven_at_the_speed_that_its_radius_allows() -> None:
-    """v^2 / r within 0.8 m/s^2 on a radius of 0.1 m: the tool cruises at 0.283 m/s."""
+    """v^2 / r is 0.8 m/s^2 at most on a radius of 0.1 m: the tool cruises at 0.283 m/s."""
     start = forward_kinematics(ROBOT, np.array([START]))[0]
     via, end = (Pose(start.position + np.array(step)) for step in ([0.1, -0.1, 0.0], [0.0, -0.2, 0.0]))
     arc = [JointWaypoint(START), PoseWaypoint(Pose(end.position, start.rotation), motion=CircularMotion(via))]
@@ -145,7 +145,7 @@ def test_samples_whose_velocity_jumps_have_no_bounded_acceleration_of_the_tool()
 @pytest.mark.parametrize("turn", [0.15, 0.1137, 0.0289])
 @pytest.mark.parametrize("sideways", [0.0, 1e-6, 1e-4, 3e-3, 0.011, 0.03, 0.2])
 def test_a_tool_that_turns_almost_at_rest_is_no_matter_of_luck(sideways: float, turn: float) -> None:
-    """It goes back and forth at 1 m/s^2 on one slide, turning at a time, and at an even speed on the other one."""
+    """One slide reverses at time `turn` at 1 m/s^2, while the other one moves at the speed `sideways`."""
     robot = load_robot("date_sorting_arm")
     coefficients = np.zeros((1, robot.dof, 3))
     coefficients[0, :, 0] = robot.limit("lower") + 0.4 * (robot.limit("upper") - robot.limit("lower"))
@@ -164,7 +164,7 @@ def test_a_tool_that_turns_almost_at_rest_is_no_matter_of_luck(sideways: float, 
 @pytest.mark.parametrize("turn", [0.15, 0.1137, 0.0289, 0.28])
 @pytest.mark.parametrize("sideways", [0.0101, 0.03, 0.2])
 def test_a_turn_between_samples_is_seen_where_another_one_is_larger_than_it_seems(sideways: float, turn: float) -> None:
-    """Before it goes back and forth at 1 m/s^2, the tool passes fast under 0.6 m/s^2 across its path."""
+    """The tool first moves fast with 0.6 m/s^2 across its path, then reverses at 1 m/s^2."""
     robot = load_robot("date_sorting_arm")
     coefficients = np.zeros((2, robot.dof, 3))
     coefficients[:, :, 0] = robot.limit("lower") + 0.4 * (robot.limit("upper") - robot.limit("lower"))

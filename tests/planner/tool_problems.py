@@ -1,4 +1,4 @@
-"""Waypoints of an arm, whose tool's accelerations and jerks are limited: joint motions, and lines with a blend."""
+"""Waypoints of an arm under limits of the tool's accelerations and jerks: joint motions, and lines with a blend."""
 
 from __future__ import annotations
 

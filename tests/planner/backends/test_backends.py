@@ -189,7 +189,7 @@ def test_tool_speed_limits_are_kept_and_used(kind: str, quantity: str) -> None:
 def test_torque_limits_are_kept_and_used(kind: str) -> None:
     problem = replace(problem_of("kuka_kr16_l6_2", 19, 3), payload=Payload(6.0, (0.0, 0.0, 0.1)))
     free = plan(problem, BACKENDS[kind]())
-    # What gravity alone asks, and a little more: the motion must become slow.
+    # The limit is slightly above the torque of gravity alone: the motion must become slow.
     still = np.zeros((2001, 6))
     times = np.linspace(0.0, free.trajectory.duration, 2001)
     gravity = np.abs(inverse_dynamics(free.path.robot, free.trajectory.evaluate(times, [0])[0], still, still)).max(0)

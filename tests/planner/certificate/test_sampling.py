@@ -62,10 +62,10 @@ def agrees_with_its_samples(result: Plan, period: float) -> None:
 @given(data=st.data())
 def test_samples_of_every_plan_are_validated_as_the_plan_says(kind: str, data: st.DataObject) -> None:
     problem = data.draw(st.one_of(problems(kind), path_problems(kind)))
-    # What is validated has the limits of the whole trajectory only, and carries the same all the way, its tool as well.
+    # Validated samples have the limits of the whole trajectory only, and one payload and tool throughout.
     alike = {"limits": None, "payload": None, "put_down": False, "tool": None}
     waypoints = tuple(replace(waypoint, **alike) for waypoint in problem.waypoints)
-    # The centripetal acceleration of a tool that all but stands still peaks in an instant, which samples may not meet.
+    # The centripetal acceleration of a tool almost at rest peaks in an instant, which samples may miss.
     limits = replace(problem.limits, tcp_centripetal_acceleration=None)
     try:
         result = plan(replace(problem, waypoints=waypoints, limits=limits), backend_of(kind))

@@ -98,7 +98,7 @@ def test_fr3_moves_within_libfrankas_formulas(kind: str) -> None:
         made = plan(PlanningProblem(robot, waypoints), BACKENDS[kind]())
         q, v = at_1_khz(made)
         lower, upper = libfranka(q)
-        # The margin is a limit of motion: it lets nobody rest where the formulas allow less.
+        # The margin is a limit of motion: it permits no rest where the formulas allow less.
         assert (v <= np.maximum(upper, 0.0) + 1e-7).all() and (v >= np.minimum(lower, 0.0) - 1e-7).all()
         (check,) = (check for check in made.certificate.checks if check.quantity == "velocity_at_position")
         assert check.satisfied and check.method == "exact"

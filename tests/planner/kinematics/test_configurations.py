@@ -182,7 +182,7 @@ def test_the_names_change_where_the_jacobian_is_singular(robot_id: str) -> None:
     robot, rng, signs = load_robot(robot_id), np.random.default_rng(8), set()
     for q in (np.array(random_position(robot, rng)) for _ in range(300)):
         (found,) = configurations(robot, [q])
-        # The quantity of the elbow is that of the names times the sign of the shoulder's.
+        # The elbow's quantity is the quantity of its name times the sign of the shoulder's.
         factors = (found.elbow == "up", found.wrist == "flip")
         signs.add(np.linalg.slogdet(jacobian(robot, q))[0] * (-1.0) ** sum(factors))
     assert len(signs) == 1

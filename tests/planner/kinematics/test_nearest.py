@@ -89,7 +89,7 @@ def test_no_other_solution_is_within_the_time_in_which_the_configuration_is_kept
         others = [time for solution in solutions if (time := time_of(robot, solution, q)) > 1e-4]
         assert not any(keeps_configuration(robot, q, velocity, 1.0001 * time) for time in others)
         proved += keeps_configuration(robot, q, velocity, 0.02)
-        # From elsewhere, too: the nearest of all is what is found, proved or not.
+        # From elsewhere, too, the result is the nearest solution of all, proved or not.
         reference = q + rng.uniform(-1.0, 1.0, robot.dof) * 10.0 ** rng.uniform(-3.0, -0.2)
         found = inverse_kinematics(robot, pose, OPTIONS, reference)
         solutions = with_whole_turns(robot, all_solutions(robot, pose, OPTIONS, reference), reference, 64)

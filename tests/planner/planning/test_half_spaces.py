@@ -73,7 +73,7 @@ def test_a_search_keeps_to_them_at_their_share(sign: float) -> None:
 
 
 def around_its_way(rng: np.random.Generator, robot: Robot) -> tuple[planner.PlanningProblem, planner.Trajectory] | None:
-    """Draw a job whose motion of least effort collides where its quintic does not; return both."""
+    """Draw a job and its motion of least effort, which collides where the quintic does not."""
     lower, upper = np.maximum(robot.limit("lower"), -2.5), np.minimum(robot.limit("upper"), 2.5)
     ends = [planner.JointWaypoint(position) for position in rng.uniform(lower, upper, (2, robot.dof))]
     problem = planner.PlanningProblem(robot, ends, self_collision=False)

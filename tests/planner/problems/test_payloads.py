@@ -253,8 +253,7 @@ def test_least_effort_of_nothing_is_unknown() -> None:
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("kind", [kind for kind in BACK_ENDS if kind != "min_effort"])
 def test_random_lists_keep_their_limits_with_random_payloads(kind: str, seed: int) -> None:
-    """Lists have stops, repeated waypoints and dwells; parts are picked, exchanged and put down; torque limits are
-    narrow."""
+    """Lists have stops, repeated waypoints and dwells; parts are picked, exchanged and put down under narrow limits."""
     rng = np.random.default_rng(seed)
     limit = np.array(ROBOT.limit("torque")) * rng.uniform(0.25, 1.0)
     waypoints: list[JointWaypoint] = []

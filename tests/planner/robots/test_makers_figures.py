@@ -48,7 +48,7 @@ FRANKA = {
     ),
 }
 RATED_PAYLOADS = {
-    # kg; of the UR10e that of the arms whose label says 12.5 kg; older ones carry 10 kg
+    # kg; for the UR10e, the arms with 12.5 kg on their label; older ones carry 10 kg
     "kuka_kr16_l6_2": 6.0,
     "kuka_kr16_2": 16.0,
     "ur3": 3.0,

@@ -31,7 +31,7 @@ GRIPPER = robot(
     joint("shoulder", "base", "upper", axis='<axis xyz="0 1 0"/>', origin='<origin xyz="0 0.1 0.3" rpy="0.3 0 0.2"/>'),
     joint("wrist", "upper", "hand", axis='<axis xyz="0.6 0 0.8"/>'),
     joint("pinch", "hand", "thumb", axis='<axis xyz="0 1 0"/>', **SLIDE),
-    # The nail comes before the finger that it hangs on, and mimics what mimics the thumb.
+    # The nail stands before its parent, the finger, and mimics a joint that mimics the thumb.
     joint("bent", "finger", "nail", axis='<axis xyz="0 0.6 0.8"/>', more='<mimic joint="other" multiplier="3"/>'),
     joint("other", "hand", "finger", more='<mimic joint="pinch" multiplier="-2.5" offset="0.2"/>'),
     joint("lid", "nail", "flap", axis='<axis xyz="1 0 0"/>', more='<mimic joint="bent" multiplier="-0.5" offset="1"/>'),

@@ -1,4 +1,4 @@
-"""A motion of least effort around a ball that the straight one meets, and the effort of a motion."""
+"""A motion of least effort that meets a ball, unlike the straight motion, and the effort of a motion."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KUKA = CAPSULE_ARM
 REST = planner.JointWaypoint((0.0, -1.57, 1.57, 0.0, 0.5, 0.0))
 GOAL = planner.JointWaypoint((1.2, -1.2, 1.9, 0.2, 0.9, 0.3))
 BALL = SceneObject("ball", [Sphere(0.02)], Pose([0.6286, -0.4701, 0.8621]))
-"""Between the straight joint motion from REST to GOAL and that of least effort, whose third link meets it."""
+"""A ball in the way of the third link on the motion of least effort, but not on the straight one from REST to GOAL."""
 
 
 def effort(robot: Robot, trajectory: planner.Trajectory) -> float:

@@ -1,4 +1,4 @@
-"""Distances without the code that is tested: Pinocchio's kinematics, dense samples and closed forms."""
+"""Distances independent of the tested code: Pinocchio's kinematics, dense samples and closed forms."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from planner.spatial import FloatArray, Pose
 from planner.trajectories.trajectory import Trajectory
 
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
-"""Share of an interval that each step of the search leaves."""
+"""Remaining share of an interval after each step of the search."""
 
 STEPS = 30
-"""Steps of the search: they leave a millionth of a link."""
+"""Steps of the search: the remaining interval is a millionth of a link."""
 
 
 def distances_over_time(robot: Robot, scene: Scene, times: FloatArray, trajectory: Trajectory) -> FloatArray:
@@ -47,7 +47,7 @@ def distances_over_time(robot: Robot, scene: Scene, times: FloatArray, trajector
 
 
 def _nearest_on_segments(ends: FloatArray, distance: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Return least value (N,) of a convex function on segments (N, 2, 3), by golden sections."""
+    """Return the least value (N,) of a convex function on segments (N, 2, 3), by golden sections."""
     start, way = ends[:, 0], ends[:, 1] - ends[:, 0]
 
     def at(share: FloatArray) -> FloatArray:
@@ -85,7 +85,7 @@ def _nearest_of_points(ends: FloatArray, thing: SceneObject, base: Pose | None) 
 
 
 def point_distance(thing: SceneObject, base: Pose | None = None) -> Callable[[FloatArray], FloatArray]:
-    """Return signed distance of points (N, 3) in a base's frame from an object of one simple shape."""
+    """Return the signed distance of points (N, 3) in a base's frame from an object of one simple shape."""
     (shape,) = thing.shapes
     assert isinstance(shape, Shape)
     in_world = np.eye(4)

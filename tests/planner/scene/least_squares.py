@@ -1,4 +1,4 @@
-"""Random pairs of shapes, and their distances by another code: least squares over the corners of both."""
+"""Random pairs of shapes, and their distances by independent code: least squares over the corners of both."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def core(shape: Shape) -> tuple[FloatArray, float]:
 
 
 def distance(first: Placed, second: Placed) -> float:
-    """Compute the distance of the cores, less the radii, m: least squares over convex combinations of their corners."""
+    """Compute the distance of the cores minus the radii, m, by least squares over convex combinations of corners."""
     (a, r), (b, s) = core(first.shape), core(second.shape)
     a, b = a @ first.rotation.T + first.translation, b @ second.rotation.T + second.translation
     middle = a.mean(axis=0)
@@ -55,6 +55,6 @@ def random_shape(rng: np.random.Generator) -> Shape:
 
 
 def random_placed(rng: np.random.Generator, spread: float) -> Placed:
-    """Draw a shape anywhere; every third one in line with the axes, as machines and tables stand."""
+    """Draw a shape at a random pose, every third one aligned with the axes, like machines and tables."""
     rotation = rotation_from_rpy(*rng.uniform(-3.0, 3.0, 3)) if rng.integers(3) else np.eye(3)
     return Placed(random_shape(rng), rotation, rng.normal(size=3) * spread)

@@ -14,7 +14,7 @@ from planner.spatial import FloatArray, Pose, rotation_with_z_along
 from planner.trajectories.trajectory import Trajectory
 
 POINTS = 150
-"""Number of points of a random cloud: three leaves of its tree."""
+"""Number of points of a random cloud: its tree has three leaves."""
 
 
 def random_shape(rng: np.random.Generator) -> Shape | PointCloud:
@@ -46,7 +46,7 @@ def random_scene(rng: np.random.Generator, reach: float) -> Scene:
 
 
 def in_capsules(robot: Robot) -> None:
-    """Give a robot the bounding capsules of its shapes for shapes, which have closed forms."""
+    """Replace the shapes of a robot by their bounding capsules, which have closed forms."""
     shapes = []
     for piece in robot.collision_shapes:
         capsule = piece.shape.bounding_capsule

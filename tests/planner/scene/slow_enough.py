@@ -1,4 +1,4 @@
-"""Speeds near objects without the code that is tested: Pinocchio's velocities and closed forms, densely sampled."""
+"""Speeds near objects, independent of the tested code: Pinocchio's velocities and closed forms, densely sampled."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.planner.scene.brute_force import distances_over_time
 from tests.sizes import NAME
 
 DIRECTIONS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
-"""Directions in which points of a ball are looked at."""
+"""Directions of the checked points of a ball."""
 
 TURNS = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)
 RING = np.concatenate(
@@ -27,7 +27,7 @@ RING = np.concatenate(
         for t in np.linspace(-np.pi / 2.0, np.pi / 2.0, 101)
     ]
 )
-"""Many more of them, of which one is within 2 degrees of any."""
+"""More directions, one of them within 2 degrees of any direction."""
 
 PERIOD = 5e-3 if NAME == "quick" else 1e-3
 """Time between two samples, s."""
@@ -68,7 +68,7 @@ def speeds_in_zone(
 
 
 def assert_slow_enough(robot: Robot, scene: Scene, trajectory: Trajectory, zones: Sequence[SpeedZone]) -> FloatArray:
-    """Fail where a sample is too fast in a zone; return the highest speed (zones,) seen in each, m/s."""
+    """Fail if a sample is too fast in a zone; return the highest speed (zones,) in each, m/s."""
     seen = np.zeros(len(zones))
     for k, zone in enumerate(zones):
         speeds = speeds_in_zone(robot, scene, trajectory, zone.clearance, zone.objects)

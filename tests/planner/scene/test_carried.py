@@ -24,10 +24,10 @@ from tests.sizes import SIZE
 
 DATE_ARM = load_robot("date_sorting_arm")
 RADIUS = 0.02
-"""Of the ball that is carried, m."""
+"""Radius of the carried ball, m."""
 
 SAMPLES = 120
-"""Times at which the truth is looked at."""
+"""Number of samples of the truth."""
 
 BETWEEN_SAMPLES = 0.02
 """Allowed approach between two samples beyond the distances at the samples, m."""
@@ -43,7 +43,7 @@ def tool_in_base(robot: Robot, positions: FloatArray) -> list[pin.SE3]:
 
 
 class Apart(NamedTuple):
-    """How near a pair comes on a part of a trajectory, how near it may, m, and whether it touches at an end of it."""
+    """A pair's distance and required distance on a part of a trajectory, m, and whether it touches at an end."""
 
     distance: float
     requested: float
@@ -100,7 +100,7 @@ def room(problem: planner.PlanningProblem, positions: FloatArray, trajectory: pl
 
 
 def is_sound(report: planner.ClearanceReport | None, pairs: list[Apart]) -> bool:
-    """Tell whether no clearance that is certified is more than samples see, of what touches and of the rest."""
+    """Tell whether no certified clearance exceeds the samples, for touching pairs and for the rest."""
     assert report is not None
     parts = {True: report.contacts, False: report.scene}
     for pair in pairs:
@@ -190,7 +190,7 @@ def carried_over(height: float, **changes: Any) -> planner.PlanningProblem:
 
 
 def test_a_part_may_stand_on_what_it_is_taken_from_and_put_on() -> None:
-    """Its tray, and what holds it, touch it there; everything else keeps 10 mm, the wall from the part, too.
+    """The ball touches its tray and its holder there; everything else keeps 10 mm, also the wall from the ball.
 
     The certificate has both, and neither hides the other.
     """
@@ -245,7 +245,7 @@ def test_what_is_put_down_about_links_is_not_entered_deeper_unseen() -> None:
 
 
 def test_without_a_touch_there_are_no_contacts() -> None:
-    """The arm alone, past trays and wall, touches nothing."""
+    """The arm alone passes trays and wall without touching them."""
     problem = carried_over(0.3)
     idle = [replace(waypoint, attach=(), detach=(), payload=None, put_down=False) for waypoint in problem.waypoints]
     assert problem.scene is not None
@@ -255,7 +255,7 @@ def test_without_a_touch_there_are_no_contacts() -> None:
 
 
 def test_a_margin_that_is_kept_beside_what_touches_is_offered() -> None:
-    """The wall is 40 mm away, not 60: that the ball stands on its trays does not hide it from the remedy."""
+    """The wall is 40 mm away, not 60: the remedy offers that margin, though the ball touches its trays."""
     problem = carried_over(0.3)
     assert problem.scene is not None
     with pytest.raises(Collision) as refusal:
@@ -297,7 +297,7 @@ def test_what_is_taken_out_of_something_else_is_refused_where_that_is() -> None:
 
 
 def test_what_was_put_down_stays_there() -> None:
-    """A sweep at the height where the ball was let go ends in it; where it never was put there, nothing is hit."""
+    """A sweep at the height of the released ball ends in it; without the release, nothing is hit."""
     problem = carried_over(0.3)
     down = [-np.pi / 2.0, np.pi / 2.0, 0.0]
     sweep = [planner.JointWaypoint([turn, lift, 0.25, *down]) for turn, lift in ((1.3, 0.35), (1.3, 0.05), (0.7, 0.05))]
@@ -361,7 +361,7 @@ def test_a_gripper_is_put_down_and_taken_again() -> None:
 
 @pytest.mark.parametrize("kind", ["attached", "taken"])
 def test_an_object_that_another_may_touch_is_put_down(kind: str) -> None:
-    """The holder stays at the tool and names the part that is put down, on whatever list the part stood at first."""
+    """The holder stays at the tool and names the part that is put down, whichever list the part came from."""
     down = [-np.pi / 2.0, np.pi / 2.0, 0.0]
     holder = AttachedObject("holder", [Box([0.03, 0.03, 0.03])], Pose([0.0, 0.03, 0.0]), touch_links=["part"])
     part = AttachedObject("part", [Sphere(RADIUS)], Pose([0.0, 0.0, 0.03 + RADIUS]))
@@ -384,7 +384,7 @@ def test_an_object_that_another_may_touch_is_put_down(kind: str) -> None:
 
 
 def test_a_free_motion_goes_around_with_what_is_carried() -> None:
-    """Straight, the ball would hit the wall; the way is found for the arm with the ball."""
+    """On the straight motion, the ball would hit the wall; the detour is for the arm with the ball."""
     problem = carried_over(0.115)
     waypoints = list(problem.waypoints)
     waypoints[3] = replace(waypoints[3], motion=planner.FreeMotion())

@@ -24,7 +24,7 @@ from tests.planner.capsule_arm import CAPSULE_ARM
 KUKA = CAPSULE_ARM
 HOME = np.array([0.0, -1.5, 1.5, 0.0, 0.5, 0.0])
 FOLDED = np.array([0.0, 0.6, 2.6, 0.0, 0.5, 0.0])
-"""The hand of the arm is in its own base."""
+"""A joint position with the arm's hand inside its own base."""
 
 
 def ahead(distance: float) -> Pose:
@@ -64,7 +64,7 @@ def test_margins_of_objects_go_before_that_of_the_scene() -> None:
 
 
 def test_a_point_cloud_is_as_near_as_its_points() -> None:
-    """The measured clearance is that of the point alone that is nearest, in a cloud of thousands."""
+    """The clearance of a cloud of thousands of points equals the clearance of its nearest point."""
     rng = np.random.default_rng(1)
     far = rng.uniform(-1.0, 1.0, (5_000, 3)) * [2.0, 2.0, 0.02] - [0.0, 0.0, 0.9]
     near = ahead(0.2).position
@@ -116,7 +116,7 @@ def test_bounds_never_exceed_distances() -> None:
 
 
 def test_bounds_never_exceed_how_deep_things_overlap() -> None:
-    """Of boxes that are met, the bound was minus the radius of the link, however much deeper it was."""
+    """For overlapping boxes, the bound was minus the radius of the link, however deep the overlap."""
     rng = np.random.default_rng(5)
     deep = [Box([0.5, 0.6, 0.7]), Cylinder(0.4, 0.6), Capsule(0.3, 0.5), Sphere(0.4), HalfSpace([0.0, 0.0, 1.0])]
     poses = [Pose.from_rpy(ahead(-0.3).position, rng.uniform(-np.pi, np.pi, 3)) for _ in deep]
@@ -163,7 +163,7 @@ def test_names_that_mean_nothing_are_refused(scene: Scene, field: tuple[str | in
 
 
 def test_postures_that_are_none_are_refused_and_none_at_all_are_free() -> None:
-    """Nothing is known of where an arm is at NaN: it is not proved to be free there."""
+    """The position of an arm at NaN is unknown: it is not proved collision-free."""
     checker = CollisionChecker(KUKA, Scene([SceneObject("ball", [Sphere(0.02)], ahead(0.1))]))
     assert is_free(checker, [HOME.tolist()]).shape == (1,)
     assert is_free(checker, np.empty((0, 6))).shape == (0,)

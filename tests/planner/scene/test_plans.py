@@ -1,4 +1,4 @@
-"""Plans in a scene: every back end keeps clear, or refuses with remedies that work."""
+"""Plans in a scene: every back end keeps the margins, or refuses with remedies that work."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ SEARCHING = planner.MinEffort(knots=8)
 def test_a_search_that_leads_to_a_collision_keeps_clear(
     ahead: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The straight motion is free, and so was what any other back end planned: min_effort refused it."""
+    """The straight motion is free, and so were the plans of all other back ends: min_effort refused it."""
     monkeypatch.setattr(clear_searches, "AHEAD", ahead)
     problem = planner.PlanningProblem(KUKA, [REST, GOAL], scene=Scene([BALL]))
     assert problem.scene is not None
@@ -128,7 +128,7 @@ def test_a_higher_approach_and_a_way_around_are_offered_that_work(motion: type) 
 
 @pytest.mark.parametrize("transition", [planner.ThroughTransition(), BlendTransition(0.25)])
 def test_stopping_and_cutting_less_are_offered(transition: planner.ThroughTransition | BlendTransition) -> None:
-    """A ball in the inside of a corner is met by who cuts it, or passes it on a curve."""
+    """A ball in the inside of a corner collides with paths that cut it, or that pass it on a curve."""
     corner = planner.PoseWaypoint(OVER.pose, transition=transition)
     problem = replace(in_scene(), waypoints=(LEFT, corner, RIGHT))
     blind = planner.plan(replace(problem, scene=None))
@@ -193,7 +193,7 @@ def test_a_robot_that_only_rests_has_no_other_way() -> None:
 
 
 def test_what_takes_too_long_to_prove_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The tool goes a metre along a plane, a hair above the margin: that takes more than a few distances."""
+    """The tool moves a metre along a plane, just above the margin: that takes more than a few distances."""
     near = planner.plan(replace(in_scene(), waypoints=(LEFT, replace(RIGHT, motion=planner.LinearMotion()))))
     floor = SceneObject("floor", [HalfSpace([0.0, 0.0, 1.0])])
     others = [(shape.link, "floor") for shape in KUKA.collision_shapes if shape.link != "link_6"]

@@ -1,4 +1,4 @@
-"""Proved distances beside another code: non-negative least squares over the corners of two shapes."""
+"""Proved distances against independent code: non-negative least squares over the corners of two shapes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.planner.scene.reference.bounds import ReferenceObstacles, segment_dis
 from tests.sizes import SIZE
 
 PAIRS = 10_000 if SIZE.examples > 100 else 150
-"""Pairs that are tried; all of them at larger sizes."""
+"""Number of pairs; larger sizes take all of them."""
 
 
 @pytest.mark.sized
@@ -37,7 +37,7 @@ def test_proved_distances_agree_with_least_squares() -> None:
 
 @pytest.mark.sized
 def test_segments_are_never_nearer_than_their_bound() -> None:
-    """Parallel, crossing, touching, degenerate to a point, tiny and long."""
+    """Segments are parallel, crossing, touching, degenerate to a point, tiny and long."""
     rng = np.random.default_rng(3)
     points = rng.integers(-2, 3, (4, 40 * SIZE.examples, 3)) * 10.0 ** rng.integers(-4, 2, (4, 40 * SIZE.examples, 1))
     bounds = segment_distances(*points)
@@ -55,7 +55,7 @@ def test_segments_are_never_nearer_than_their_bound() -> None:
 @pytest.mark.parametrize("count", [0, 1, 2, 7, 8, 9, 63, 65, 1000])
 @pytest.mark.parametrize("kinds", [1, 3, 10**6])
 def test_leaves_of_a_tree_have_every_point_once(count: int, kinds: int) -> None:
-    """Also where many points are the same, or all of them are."""
+    """Many points may be equal, or all of them."""
     points = np.random.default_rng(count).integers(kinds, size=(count, 3)).astype(float)
     leaves = k_d_leaves(points, 8)
     assert sorted(row for leaf in leaves for row in leaf.tolist()) == list(range(count))
@@ -82,7 +82,7 @@ def test_a_cluster_is_as_near_as_its_nearest_ball() -> None:
 @pytest.mark.parametrize("size", [1e-3, 0.1, 10.0, 300.0])
 @pytest.mark.parametrize("place", [0.0, 1.0, 300.0])
 def test_segments_are_as_far_from_balls_as_a_closed_form_says(size: float, place: float) -> None:
-    """Long ones and points, inside of balls and far away, beside clusters of one ball, of many, and of none."""
+    """Segments are long or points, inside balls and far away, near clusters of one ball, of many, and of none."""
     rng = np.random.default_rng(8)
     clouds = [PointCloud(place + size * rng.uniform(-1.0, 1.0, (count, 3)), 0.01, 0.001) for count in (1, 7, 500)]
     pose = Pose(np.array([0.3, -0.2, 0.1]), rotation_from_rpy(0.3, -0.4, 1.0))

@@ -1,4 +1,4 @@
-"""No motion is proved that dense samples see collide, and none is refused that they see free."""
+"""No motion is proved that collides at dense samples, and none is refused that they find free."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def turning(angle: float) -> Trajectory:
 
 @pytest.mark.parametrize("size", [1e-5, 1e3])
 def test_tiny_and_huge_objects(size: float) -> None:
-    """A speck on the way is seen, and so is a wall beyond all reach."""
+    """A speck on the path is found, and so is a wall far beyond the robot's reach."""
     middle = planner.tool_pose(ARM, [0.5, 0.0, 0.0]).position
     away = Pose(middle) if size < 1.0 else Pose([0.0, 0.0, -size / 2.0 - 2.0])
     found = clearances(CollisionChecker(ARM, Scene([SceneObject("thing", [Box([size] * 3)], away)])), turning(1.0))
@@ -77,7 +77,7 @@ def test_tiny_and_huge_objects(size: float) -> None:
 
 
 def test_standing_still_in_contact() -> None:
-    """An arm that rests where it just touches is free; a tenth of a millimetre deeper it is not."""
+    """An arm that rests and just touches is accepted; a tenth of a millimetre deeper it is refused."""
     still = motion_between(STRAIGHT, STRAIGHT)
     at_zero = least_distance(ARM, Scene([SceneObject("floor", [HalfSpace([0, 0, 1], -5.0)])]), still) - 5.0
     for raised, is_free in ((0.0, True), (1e-4, False)):

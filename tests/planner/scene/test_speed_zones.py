@@ -1,4 +1,4 @@
-"""Motions are slowed near objects, as dense samples see it; and nothing else about them changes."""
+"""Motions slow down near objects, by dense samples, and stay unchanged otherwise."""
 
 from __future__ import annotations
 
@@ -269,7 +269,7 @@ def test_it_is_told_when_a_zone_is_broken(speed: float) -> None:
 
 @pytest.mark.parametrize("share", [0.9, 1.1])
 def test_velocities_that_jump_are_no_faster_than_they_are(share: float) -> None:
-    """A joint to and fro at a constant speed, as samples are interpolated linearly: it was taken for thrice as fast."""
+    """A joint moves to and fro at a constant speed, as linear samples: three times its speed was reported."""
     start, turn = np.array([0.0, -1.2, 1.4, 0.0, 1.0, 0.0]), np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.0])
     times = np.arange(9.0)
     to_and_fro = interpolated(KUKA, times, start + np.outer(times % 2.0, turn), interpolation="linear")
@@ -288,7 +288,7 @@ ARMS = ("kuka_kr16_2", "date_sorting_arm", "welding_arm", "ngv_refuelling_arm")
 @pytest.mark.sized
 @pytest.mark.parametrize("arm", ARMS)
 def test_bounds_hold_on_random_motions(arm: str) -> None:
-    """All samples that are near are in the intervals, which reach no further than they may; none is faster."""
+    """The intervals contain all near samples and extend no further than allowed; none is faster."""
     rng = np.random.default_rng(ARMS.index(arm))
     robot = replace(arm_of_capsules(arm))  # a copy of its own, whose shapes are changed
     in_capsules(robot)

@@ -1,4 +1,4 @@
-"""Things that touch, or slide along each other at a distance of their margin, are decided by a few distances."""
+"""Objects that touch, or slide along each other at their margin, are decided by a few distances."""
 
 from __future__ import annotations
 
@@ -84,14 +84,14 @@ def test_what_slides_too_deep_is_a_collision(carried: str) -> None:
 
 @pytest.mark.parametrize("gap", [-1.00000001e-5, -1e-5, -0.99999999e-5])
 def test_what_cannot_be_told_is_refused_soon(gap: float) -> None:
-    """At the limit of what counts as contact only rounding decides: looking closer and closer does not help."""
+    """At the limit of contact only rounding decides: further splits do not help."""
     trajectory = planner.plan(slide(CARRIED["box"], SURFACES["box"], 0.0), "quintic").trajectory
     lower = slide(CARRIED["box"], (SURFACES["box"][0], Pose([1.2, 0.0, TOP - 0.05 - gap])), 0.0).scene
     assert clearances(CollisionChecker(KUKA, lower), trajectory).distances < FEW
 
 
 def test_boxes_side_by_side() -> None:
-    """A box goes down between two others, and touches both from beginning to end."""
+    """A box moves down between two others, and touches both all the time."""
     start, goal = (planner.PoseWaypoint(Pose([1.2, 0.0, z], DOWN)) for z in (0.8, 0.65))
     goal = planner.PoseWaypoint(goal.pose, motion=planner.LinearMotion())
     beside = [SceneObject(f"box {k}", [Box([0.3, 0.1, 0.4])], Pose([1.2, k * 0.07, 0.2])) for k in (-1, 1)]
@@ -104,7 +104,7 @@ def test_boxes_side_by_side() -> None:
 @pytest.mark.parametrize("first", KINDS)
 @pytest.mark.parametrize("second", ["box", "hull", "cylinder"])
 def test_planes_between_shapes_that_touch_prove_that_they_do(first: str, second: str) -> None:
-    """Two shapes are moved together along a line until their supports along it meet: no more than touching."""
+    """Two shapes move together along a line until their supports along it meet: they only touch."""
     rng = np.random.default_rng(8)
     for _ in range(10):
         n = np.array([0.0, 0.0, 1.0])
@@ -135,7 +135,7 @@ def corners_seen(robot: Robot, checker: CollisionChecker, pair: int, positions: 
 @pytest.mark.parametrize("itself", [False, True])
 @pytest.mark.parametrize("arm", ["kuka_kr16_2", "date_sorting_arm", "on_rail"])
 def test_no_corner_comes_nearer_than_is_bounded(arm: str, itself: bool) -> None:
-    """Dense samples of the corners of a hull along the plane's normal; and the bound is of second order."""
+    """The truth is dense samples of a hull's corners along the plane's normal; the bound is of second order."""
     rail = planner.ExternalAxis("rail", "prismatic", (1, 1, 0), lower=-3.0, upper=3.0, velocity=2.0)
     robot = KUKA.derived(id=arm, external_axes=[rail]) if arm == "on_rail" else load_robot(arm)
     rng = np.random.default_rng(9)

@@ -1,4 +1,4 @@
-"""Concave meshes: bins, shelves and tubes, closed, in one part or in several."""
+"""Concave meshes: bins, shelves and tubes, closed, of one part or several."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def bin_of(size: tuple[float, float, float], wall: float) -> FloatArray:
-    """Return the closed surface of a bin that is open above, from the origin on: 28 triangles."""
+    """Return the closed surface of a bin that is open above, with a corner at the origin: 28 triangles."""
     (x, y, z), t = size, wall
     outer = [(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)]
     inner = [(t, t), (x - t, t), (x - t, y - t), (t, y - t)]

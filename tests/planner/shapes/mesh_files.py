@@ -1,4 +1,4 @@
-"""Bodies of triangles, and files of them, written without the library."""
+"""Bodies of triangles and their files, written without the library."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def tube(radii: list[float], heights: list[float], sides: int = 40, ends: bool =
 
 
 def bodies() -> dict[str, FloatArray]:
-    """Return bodies by name: convex, concave, flat, open, thin, tiny, huge, and triangles at random."""
+    """Return bodies by name: convex, concave, flat, open, thin, tiny, huge, and random triangles."""
     rng = np.random.default_rng(7)
     turned = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     dumbbell = tube([0.06, 0.06, 0.02, 0.02, 0.06, 0.06], [0.0, 0.1, 0.11, 0.4, 0.41, 0.5])

@@ -1,4 +1,4 @@
-"""Shapes at random and shapes with structure, and points of them found without the library."""
+"""Random and structured shapes, and points of them computed without the library."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def shape_of(kind: str, rng: np.random.Generator, scale: float = 0.3) -> Shape:
 
 
 def structured_shapes() -> list[Shape]:
-    """Return tiny, huge, flat, thin and symmetric ones, and hulls of regular bodies with many points in one plane."""
+    """Return tiny, huge, flat, thin and symmetric shapes, and hulls of regular bodies with many points in one plane."""
     grid = np.stack(np.meshgrid(*[np.linspace(-0.1, 0.1, 4)] * 3), axis=-1).reshape(-1, 3)
     turn = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
     disc = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(400)])
@@ -56,7 +56,7 @@ def structured_shapes() -> list[Shape]:
 
 
 def surface_points(shape: Shape, count: int, rng: np.random.Generator) -> FloatArray:
-    """Return random points (count, 3) of the surface, its rims and corners among them, by the formula of each kind."""
+    """Draw points (count, 3) of the surface, its rims and corners among them, by the formula of each kind."""
     n = rng.normal(size=(count, 3))
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     turn = rng.uniform(0.0, 2.0 * np.pi, count)

@@ -23,7 +23,7 @@ MESHES = concave_meshes()
 
 
 def distances(triangles: FloatArray, points: FloatArray) -> FloatArray:
-    """Return distances (N,) of points (N, 3) from triangles (T, 3, 3), each from each."""
+    """Return the distances (N,) of points (N, 3) from triangles (T, 3, 3), one by one."""
     least = []
     for point in points:
         nearest = trimesh.triangles.closest_point(triangles, np.tile(point, (len(triangles), 1)))
@@ -88,7 +88,7 @@ def test_the_winding_number_tells_what_is_inside() -> None:
 
 
 def test_a_part_is_taken_from_a_bin_with_room() -> None:
-    """With 78 mm of room on each side the part was refused, 59 micrometres inside of the bin."""
+    """With 78 mm of clearance on each side the part was refused, 59 micrometres inside the bin."""
     robot, size = load_robot("kuka_kr16_2"), (0.6, 0.4, 0.25)
     mesh = Mesh.checked(bin_of(size, 0.01))
     at, down = Pose([0.9, -0.2, 0.0]), rotation_from_rpy(np.pi, 0.0, 0.0)

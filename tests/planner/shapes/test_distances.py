@@ -86,7 +86,7 @@ def distance_by_program(first: Placed, second: Placed) -> Truth:
 
 
 def random_pair(rng: np.random.Generator) -> tuple[Placed, Placed]:
-    """Return two shapes at random where they are near each other: touching, parallel, aligned, nested or far."""
+    """Draw two shapes near each other: touching, parallel, aligned, nested or far."""
     kinds = rng.choice(KINDS, 2)
     scales = 10.0 ** rng.uniform(-3.0, 1.0, 2) if rng.random() < 0.3 else np.full(2, 0.3)
     shapes = [shape_of(str(kind), rng, scale) for kind, scale in zip(kinds, scales, strict=True)]
@@ -168,7 +168,7 @@ def test_structured_pairs() -> None:
 
 
 def test_half_spaces() -> None:
-    """The lowest of many points of the surface, by hand."""
+    """The truth is the lowest of many points of the surface."""
     rng = np.random.default_rng(12)
     for _ in range(PAIRS // 10):
         first, _ = random_pair(rng)

@@ -1,4 +1,4 @@
-"""Hulls of points that Qhull and coal have trouble with: they contain all points, are closed, and coal takes them."""
+"""Hulls of points that are hard for Qhull and coal: they contain all points, are closed, and coal accepts them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_AT_A_CORNER = 254
 """Number of neighbours of a corner above which coal says "Too many neighbors"."""
 
 THICKNESS = 1e-4
-"""What flat hulls are thickened to, m."""
+"""Thickness added to flat hulls, m."""
 
 TIP = 1e-5
 """Width added to a tip, m, or as a share of the hull."""
@@ -88,7 +88,7 @@ def gap(shape: Shape, ball: Sphere, at: FloatArray) -> float:
 
 @pytest.mark.parametrize("name", SOLIDS)
 def test_a_hull_contains_its_points_and_little_more(name: str) -> None:
-    """As its triangles say, which are closed, and its support."""
+    """The check covers its triangles, which are closed, and its support."""
     points = SOLIDS[name]
     hull = hull_of(name)
     extent, reach = float(np.ptp(points, axis=0).max()), float(np.abs(points).max())
@@ -124,7 +124,7 @@ def test_coal_takes_a_hull(name: str) -> None:
 
 
 def test_the_same_points_have_the_same_hull() -> None:
-    """Also where Qhull shakes them at random."""
+    """The hull is equal even where Qhull perturbs points at random."""
     for name in ("cylinder", "cone", "cone on a cone, one very flat"):
         first, second = hull_of(name), ConvexHull(SOLIDS[name].copy())
         assert first == second
@@ -147,7 +147,7 @@ def test_a_tip_that_is_too_fine_and_flat_is_refused() -> None:
 
 
 def test_what_of_coal_ends_the_process_is_not_used() -> None:
-    """Its own hulls, whose options nobody checks, octrees, height fields, readers of files, trees of boxes but one."""
+    """The planner uses no octree, height field, file reader or unchecked hull of coal, and one tree of boxes only."""
     source = "\n".join(
         path.read_text() for folder in ("planner", "api", "cli") for path in (ROOT / folder).rglob("*.py")
     )

@@ -1,4 +1,4 @@
-"""Distances from meshes: of degenerate ones, too, which must not end the process."""
+"""Distances from meshes, also from degenerate ones, which must not end the process."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def test_pieces_leave_room_beside_a_thin_middle() -> None:
 
 
 def test_both_sides_of_a_cut_make_the_whole() -> None:
-    """The areas of the triangles below and above add up, and none reaches across; corners in the plane, too."""
+    """The areas of the triangles below and above add up, and none crosses the cut, even with corners in the plane."""
     rng = np.random.default_rng(4)
     for triangles in (rng.normal(size=(300, 3, 3)), rng.integers(-2, 3, (300, 3, 3)).astype(float)):
         below, above = split(triangles, 1, 0.0)

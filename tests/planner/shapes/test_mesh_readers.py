@@ -138,7 +138,7 @@ def test_scales_are_within_bounds() -> None:
     ("name", "whole"), [("a.stl", stl(BOX)), ("b.stl", stl_text(BOX)), ("c.obj", obj(BOX)), ("d.dae", dae(BOX))]
 )
 def test_spoiled_files_are_read_or_refused(name: str, whole: bytes) -> None:
-    """Bytes changed, cut out, doubled: nothing but `InvalidMesh` comes of it, and pieces of what can still be read."""
+    """Changed, missing or doubled bytes raise only `InvalidMesh`, or leave pieces of the readable triangles."""
     rng = np.random.default_rng(3)
     for _ in range(SIZE.examples):
         data = bytearray(whole)

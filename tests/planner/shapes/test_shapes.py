@@ -1,4 +1,4 @@
-"""Supports and bounds of shapes against points of their surfaces, and numbers that no shape may have."""
+"""Supports and bounds of shapes against points of their surfaces, and numbers that shapes refuse."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_the_bounding_capsule_contains_the_shape(shape: Shape) -> None:
 
 @pytest.mark.parametrize("shape", shapes_to_try(), ids=lambda shape: type(shape).__name__)
 def test_coal_has_the_same_shape(shape: Shape) -> None:
-    """The box around it as coal computes it is that of the supports."""
+    """The bounding box of coal is the box of the supports."""
     shape.geometry.computeLocalAABB()
     box = shape.geometry.aabb_local
     reach = shape.support(np.concatenate([np.eye(3), -np.eye(3)]))
@@ -97,7 +97,7 @@ def test_shapes_are_equal_where_kind_and_numbers_are() -> None:
 
 @pytest.mark.parametrize("number", [NAN, INFINITE, -INFINITE, 0.0, -1.0, 1e-7, 1e4, "wide", None, [1.0, 2.0]])
 def test_no_size_is_without_sense(number: object) -> None:
-    """coal itself takes a NaN or negative size and finds such a shape free of everything."""
+    """coal itself accepts a NaN or negative size, and such a shape collides with nothing."""
     for make in (
         lambda: Sphere(number),  # type: ignore[arg-type]
         lambda: Box([1.0, number, 1.0]),  # type: ignore[list-item]

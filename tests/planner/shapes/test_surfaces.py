@@ -1,4 +1,4 @@
-"""Surfaces to look at reach as far as their shapes, of any size, and are closed."""
+"""Drawn surfaces are as large as their shapes, of any size, and closed."""
 
 from __future__ import annotations
 

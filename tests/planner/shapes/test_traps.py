@@ -32,7 +32,7 @@ def test_a_ball_inside_a_mesh_is_not_free() -> None:
 
 @pytest.mark.parametrize("name", ["sheet", "one_triangle", "one_point", "needle", "fine_disc"])
 def test_flat_and_finely_tessellated_meshes_have_hulls(name: str) -> None:
-    """coal's hull of points in one plane ends the process; that of a fan with 300 triangles has too many neighbours."""
+    """coal's hull of points in one plane ends the process; a fan with 300 triangles has too many neighbours for it."""
     triangles = bodies()[name]
     for hull in mesh_pieces("a.stl", stl(triangles)).hulls:
         corner = hull.vertices[0]
@@ -61,13 +61,13 @@ NAN, INFINITE = float("nan"), float("inf")
     "points", [[], [[NAN, 0.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, -INFINITE, 0.0]], [[0.0, 1e30, 0.0]]]
 )
 def test_no_point_cloud_is_made_of_nonsense(points: list[list[float]]) -> None:
-    """coal's octree of a NaN is free of everything, and that of nothing ends the process."""
+    """coal's octree of a NaN collides with nothing, and an empty one ends the process."""
     with pytest.raises(InvalidShape, match="points"):
         PointCloud(points, 0.01)
 
 
 def test_a_quick_look_outlives_what_it_was_made_from() -> None:
-    """The kernels read arrays by their addresses: the process would end where these are gone."""
+    """The kernels read arrays by their addresses: the process would end if these were freed."""
     robot = load_robot("kuka_kr16_2")
     still = np.zeros((1, robot.dof))
     tool = planner.tool_pose(robot, still[0]).position

@@ -17,7 +17,7 @@ ARM = load_robot("three_dof_arm")
 
 
 def blended(turns: float) -> planner.PlanningProblem:
-    """Return a corner that is rounded, which one joint goes far to."""
+    """Return a rounded corner, with a large travel of one joint to it."""
     waypoints = [
         planner.JointWaypoint([0.1, 1.0, 0.5]),
         planner.JointWaypoint([0.1, 1.0, turns], transition=planner.BlendTransition(1e-3)),
@@ -30,7 +30,7 @@ def blended(turns: float) -> planner.PlanningProblem:
 @pytest.mark.parametrize("turns", [1e2, 1e4, 1e6])
 @pytest.mark.parametrize("backend", [planner.Cubic(), planner.Quintic()], ids=lambda backend: backend.kind)
 def test_a_corner_that_is_far_away_is_rounded_or_refused(backend: planner.BackEnd, turns: float) -> None:
-    """A blend of a millimetre a million radians away: rounding is more than the tolerance, and the service failed."""
+    """A blend of a millimetre a million radians away: rounding exceeds the tolerance, and the service failed."""
     try:
         plan = planner.plan(blended(turns), backend)
     except planner.LimitsUnsatisfiable:
@@ -41,7 +41,7 @@ def test_a_corner_that_is_far_away_is_rounded_or_refused(backend: planner.BackEn
 
 
 def test_a_curve_that_cannot_be_followed_more_closely_is_followed_as_closely_as_can_be() -> None:
-    """With no tolerance at all rounding is too much: the motion is that of the finest parts."""
+    """With zero tolerance, rounding is too large: the finest parts give the motion."""
     path = solve_path(blended(2.0))
     group = replace(path.every_group[0], tolerance=0.0)
     length = group.curve.breakpoints[-1]

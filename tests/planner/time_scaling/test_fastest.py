@@ -41,7 +41,7 @@ DENSE = np.linspace(0.0, 1.0, 33)
 
 
 def random_waypoints(robot: Robot, rng: np.random.Generator, kind: str) -> list[AnyWaypoint]:
-    """Return random waypoints: one straight, linear or circular motion, or several, blended or passed through."""
+    """Draw waypoints of one straight, linear or circular motion, or of several, blended or passed."""
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
 
     def position(share: float) -> tuple[float, ...]:
@@ -79,7 +79,7 @@ def first_group(
 
 
 def random_group(robot_id: str, kind: str, seed: int, limits: Limits | None = None) -> tuple[JointPath, SegmentGroup]:
-    """Return the first of the random runs of a seed that the arm can follow."""
+    """Return the first of a seed's random segment groups that the arm can follow."""
     robot, rng = load_robot(robot_id), np.random.default_rng(seed)
     while True:
         try:
@@ -89,7 +89,7 @@ def random_group(robot_id: str, kind: str, seed: int, limits: Limits | None = No
 
 
 def sampled(pieces: SegmentedPolynomial) -> list[np.ndarray]:
-    """Return position, velocity, acceleration and jerk (samples, pieces, joints), both ends of all pieces included."""
+    """Return position, velocity, acceleration and jerk (samples, pieces, joints), with both ends of all pieces."""
     tau = DENSE[:, None, None] * pieces.lengths[:, None]
     return [horner(differentiate(pieces.coefficients, k), tau) for k in range(4)]
 
@@ -134,7 +134,7 @@ def test_limits_of_all_orders_are_kept_and_one_is_used_in_full(robot_id: str, ki
     assert worst_ratio(path, pieces) >= 0.999 or path.robot.has_dynamics
     assert np.array_equal(time_group(path, group).coefficients, pieces.coefficients)
 
-    # No law is faster than the velocity limits everywhere; a quintic along the same curve is slower.
+    # No time scaling is faster than the velocity limits everywhere; a quintic along the same curve is slower.
     slopes = horner(differentiate(group.curve.coefficients), DENSE[:, None, None] * group.curve.lengths[:, None])
     shares = (np.abs(slopes) / path.limits.velocity.narrower[group.curve.segments]).max(axis=2)
     assert pieces.lengths.sum() >= float(shares.min(axis=0) @ group.curve.lengths)
@@ -232,7 +232,7 @@ def test_blended_lines_are_as_fast_as_on_a_grid_of_more_pieces(seed: int, known:
 
 @pytest.mark.parametrize("kind", ["linear", "blend", "through"])
 def test_tool_speed_shapes_the_law(kind: str) -> None:
-    # Stretched as a whole until the tool is slow enough, the law would be far slower.
+    # Stretched as a whole until the tool is slow enough, the time scaling would be far slower.
     limits = Limits(tcp_linear_velocity=0.25)
     path, group = random_group("kuka_kr16_l6_2", kind, 11, limits)
     pieces = time_group(path, group)
@@ -260,7 +260,7 @@ def test_torque_shapes_the_law() -> None:
     assert_rest_to_rest(path, group, pieces)
     q, dq, ddq, _ = (value.reshape(-1, robot.dof) for value in sampled(pieces))
     assert (np.abs(inverse_dynamics(path.robot, q, dq, ddq)) <= path.limits.torque.narrower[0] * (1.0 + 1e-9)).all()
-    # The whole law stretched until the torques fit: gravity + inertial / factor^2.
+    # The whole time scaling is stretched until the torques fit: gravity + inertial / factor^2.
     assert free.lengths.sum() < pieces.lengths.sum() < 0.95 * np.sqrt(1.0 / 0.4) * free.lengths.sum()
 
 
@@ -333,7 +333,7 @@ def test_a_joint_that_turns_a_hundred_thousand_times_takes_no_more_samples_than_
 
 
 def test_a_time_scaling_that_is_slow_everywhere_keeps_its_limits() -> None:
-    """With a requested duration no limit may be near: without any there was nothing to find the largest pace by."""
+    """A requested duration may be far from all limits: without a near limit, the search for the largest pace failed."""
     far, none = np.full((3, 6), 0.1), np.zeros((3, 6))
     limits = LinearLimits(far, none, none, none, none + 1.0, none)
     assert near_limits(limits).scale(np.ones((3, 6))) == pytest.approx(10.0)

@@ -1,4 +1,4 @@
-"""The work for long contours."""
+"""The work to plan long contours."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ linear, apart from the needs of single points."""
 
 
 def contour(count: int) -> PlanningProblem:
-    """Return a closed wavy contour of so many points, blended, the tool pointing down."""
+    """Return a closed wavy contour of `count` points, blended, the tool pointing down."""
     robot = load_robot("kuka_kr16_2")
     center = tool_pose(robot, [0.0, -1.57, 1.57, 0.0, 1.57, 0.0])
     angles = np.linspace(0.0, 6.0, count)
@@ -50,7 +50,7 @@ def test_the_work_to_plan_a_contour_grows_with_its_length(backend: Trapezoidal |
 
 
 def calls_of(work: Callable[[], object]) -> int:
-    """Count the calls of functions that are made."""
+    """Count the calls of Python functions."""
     calls = 0
 
     def count(_frame: FrameType, event: str, _argument: object) -> None:

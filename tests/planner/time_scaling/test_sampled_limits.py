@@ -1,4 +1,4 @@
-"""The times that torque and tool speed ask for, against 2,000 samples of every piece."""
+"""Durations under limits of torque and tool speed, against 2,000 samples of every piece."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SAMPLES = 2_000
 
 
 def use_on_each_segment(path: JointPath, pieces: SegmentedPolynomial) -> dict[int, float]:
-    """Return the largest share of a torque or tool speed limit."""
+    """Return the largest used share of torque or tool speed limits on each segment."""
     q, v, a, _ = sampled(pieces, SAMPLES)
     owners = np.repeat(pieces.segments, SAMPLES)
     linear, angular = tool_speeds(path.robot, q, v)
@@ -73,7 +73,7 @@ def test_motions_stretched_as_demanded_use_all_of_a_limit_and_no_more(robot_id: 
 @pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["auto", "ruckig", "toppra", "quintic"])
 def test_a_peak_of_the_tools_speed_at_the_beginning_of_a_long_piece(kind: str) -> None:
-    """Between two samples that even steps took of it, the speed rose by 0.24 %: the plan was refused."""
+    """Between two of the even samples, the speed rose by 0.24 %: the plan was refused."""
     robot = load_robot("date_sorting_arm")
     positions = [
         (-1.8224101455145625, 0.1578836773, 0.3554460628, 0.3613675084, -1.3388365996, -0.2941230785),

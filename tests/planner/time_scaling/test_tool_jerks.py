@@ -65,13 +65,13 @@ def test_where_accelerations_jump_it_is_reported_and_costs_no_time(kind: str) ->
 
 @pytest.mark.parametrize("backend", [Ruckig(), Toppra(jerk_limited=True)], ids=repr)
 def test_a_straight_line_is_driven_by_the_jerk_of_the_tool(backend: BackEnd) -> None:
-    """Over 0.3 m at 8 m/s^3, where nothing else counts: four phases, T = (32 d / j)^(1/3)."""
+    """Over 0.3 m at 8 m/s^3, without other binding limits: four phases, T = (32 d / j)^(1/3)."""
     duration = plan(PlanningProblem(ROBOT, LINE, Limits(tcp_linear_jerk=8.0)), backend).trajectory.duration
     assert 1.0 - 1e-6 < duration / np.cbrt(32.0 * 0.3 / 8.0) < 1.005
 
 
 def test_laws_along_a_corner_gain_what_a_wider_limit_allows() -> None:
-    """Jerk goes with the third power of time: 6 % more of it saves 1.9 % of the time, and not much more."""
+    """Jerk depends on the third power of time: 6 % more jerk saves 1.9 % of the duration, and little more."""
     times = []
     for jerk in (2.0, 2.12):
         problem = PlanningProblem(ROBOT, CORNER, Limits(tcp_linear_jerk=jerk))
@@ -99,7 +99,7 @@ def test_the_least_effort_along_a_line_keeps_them() -> None:
 
 
 def test_the_faces_hold_a_sphere_and_its_corners_are_on_it() -> None:
-    """No jerk within all faces is larger than the limit; along the axes and halfway between them all of it is used."""
+    """No jerk within all faces exceeds the limit; along the axes and halfway between them all of it is used."""
     directions = np.random.default_rng(0).normal(size=(20_000, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     reached = np.abs(directions @ NORMALS.T).max(axis=1)

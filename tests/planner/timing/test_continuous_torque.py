@@ -32,7 +32,7 @@ from planner.trajectories.trajectory import Trajectory
 from tests.sizes import NAME
 
 SAMPLES = {"quick": 40_000, "large": 100_000, "soak": 100_000}[NAME]
-"""Samples of each trajectory, about."""
+"""Approximate number of samples of each trajectory."""
 
 LOAD = Payload(3.0, (0.02, 0.0, 0.08))
 """The payload of the UR5."""

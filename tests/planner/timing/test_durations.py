@@ -1,4 +1,4 @@
-"""Durations of whole trajectories, and least ones of segments: the fastest plan, slower."""
+"""Durations of whole trajectories, and least durations of segments: the fastest plan, slowed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ POSITIONS = (
 )
 STOP, THROUGH = StopTransition(), ThroughTransition()
 EVENLY = ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"]
-"""The back ends that make the same motion in more time."""
+"""The back ends that make the same motion in a longer duration."""
 
 QUICK = [*EVENLY, "auto"]
 """All except the searching back end, which random problems try."""
@@ -121,7 +121,7 @@ def test_a_least_duration_is_kept_and_no_other_segment_waits_for_it(kind: str) -
 
 @pytest.mark.parametrize("kind", QUICK)
 def test_a_least_duration_of_what_is_passed_without_stopping(kind: str) -> None:
-    """The others are not stretched with it: that would take three times as long."""
+    """The other segments are not stretched with it: that would take three times as long."""
     backend = BACKENDS[kind]()
     held = times_of(plan(problem_with(THROUGH, minimum_duration=1.7), backend))
     free = times_of(plan(problem_with(THROUGH), backend))
@@ -132,7 +132,7 @@ def test_a_least_duration_of_what_is_passed_without_stopping(kind: str) -> None:
 @pytest.mark.parametrize(("segment", "seconds"), [(0, 1.7), (1, 1.7), (2, 1.7), (1, 0.9)])
 @pytest.mark.parametrize("kind", ["trapezoidal", "toppra"])
 def test_only_the_segment_with_a_least_duration_is_slowed_on_the_path(kind: str, segment: int, seconds: float) -> None:
-    """The other segments keep their durations. Lower velocity limits made the whole take half as long again."""
+    """The other segments keep their durations. Lower velocity limits made the whole 50 % longer."""
     backend, problem = BACKENDS[kind](), problem_with(THROUGH)
     waypoints = list(problem.waypoints)
     waypoints[segment + 1] = replace(waypoints[segment + 1], minimum_duration=seconds)
@@ -214,7 +214,7 @@ def test_durations_that_contradict_each_other_are_refused(problem: PlanningProbl
 
 
 def test_torque_limits_are_kept_by_a_slower_plan() -> None:
-    """A torque limit just above what holds the arm: the motion takes long, and longer still keeps it."""
+    """A torque limit just above the holding torque makes the motion long, and a longer motion still keeps it."""
     problem = problem_with()
     tight = replace(problem.limits, torque=tuple(0.12 * ROBOT.limit("torque")))
     try:

@@ -10,11 +10,11 @@ from planner.robots import Robot
 from planner.trajectories.polynomials import PiecewisePolynomial
 
 DENSE = np.linspace(0.0, 1.0, 20_001)
-"""Shares of a motion at which the brute force looks."""
+"""Fractions of a motion for the brute force."""
 
 
 THIRDS = 60
-"""Times that a straight line is cut by a third: to 3e-11 of it."""
+"""Number of steps of ternary search on a straight line: to 3e-11 of it."""
 
 
 def tool_positions(robot: Robot, joints: FloatArray) -> FloatArray:
@@ -23,19 +23,19 @@ def tool_positions(robot: Robot, joints: FloatArray) -> FloatArray:
 
 
 class StraightWay:
-    """The places of the tool on the straight motion between two joint positions (2, joints)."""
+    """The positions of the tool on the straight motion between two joint positions (2, joints)."""
 
     def __init__(self, robot: Robot, ends: FloatArray, shares: FloatArray = DENSE) -> None:
         self.robot, self.shares = robot, shares
         self.way = cKDTree(tool_positions(robot, ends[0] + shares[:, None] * (ends[1] - ends[0])))
 
     def distances(self, joints: FloatArray) -> FloatArray:
-        """Return m, (N,), of the tool at joint positions (N, joints)."""
+        """Compute the distances (N,) of the tool at joint positions (N, joints) from the path, m."""
         distances: FloatArray = self.way.query(tool_positions(self.robot, joints))[0]
         return distances
 
     def farthest(self, motion: PiecewisePolynomial) -> float:
-        """Return m, of the tool on a motion."""
+        """Return the largest distance of the tool on a motion, m."""
         return float(self.distances(motion.evaluate(self.shares * motion.breakpoints[-1], [0])[0]).max())
 
 

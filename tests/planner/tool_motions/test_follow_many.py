@@ -30,7 +30,7 @@ ARMS = {
 }
 TOLERANCE = (1e-4, 1e-3)
 GUESS = 3e-8
-"""rad or m, that the expected ends are off: less than another configuration is away."""
+"""Allowed error of the expected ends, rad or m, smaller than the distance of another configuration."""
 
 
 def allowed(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -109,7 +109,7 @@ def test_given_ends_are_met_exactly_and_a_wrong_one_ends_the_chain() -> None:
 
 
 def test_the_chain_ends_before_a_singularity() -> None:
-    """The wrist of the KUKA is stretched at joint 5 = 0, which a line through it meets in its middle."""
+    """The wrist of the KUKA is stretched at joint 5 = 0, which a line passes in its middle."""
     robot = load_robot("kuka_kr16_2")
     positions = [np.array([0.2, -1.5, 1.4, 0.0, angle, 0.0]) for angle in (0.4, 0.2, -0.2, -0.4)]
     lines = [Line(tool_pose(robot, a), tool_pose(robot, b)) for a, b in pairwise(positions)]

@@ -1,4 +1,4 @@
-"""Motions of the tool that leave something open: its axis by Pinocchio, what can be driven by dense kinematics."""
+"""Motions of the tool with a tolerance region: its axis by Pinocchio, feasible lines by dense kinematics."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ NARROW_LINES = (3, 5, 10, 12, 15, 25, 28, 35)
 
 
 def line(robot: Robot, seed: int, motion: CartesianMotion) -> PlanningProblem:
-    """Return a line to a pose with a free rotation, from within the limits."""
+    """Return a line from a joint position within the limits to a pose with a free rotation."""
     rng, lower, upper = np.random.default_rng(seed), robot.limit("lower"), robot.limit("upper")
     start = HOME[: robot.dof] + rng.uniform(-0.5, 0.5, robot.dof)
     start = np.clip(start, 0.9 * lower + 0.1 * upper, 0.9 * upper + 0.1 * lower)
@@ -116,7 +116,7 @@ def test_what_dense_kinematics_can_drive_is_driven_by_the_free_turn(seed: int) -
 @pytest.mark.long_table
 @pytest.mark.parametrize("seed", [2, 4, 5, 6, 7])
 def test_an_arm_with_five_joints_drives_lines(seed: int) -> None:
-    """With a fixed orientation no line at all."""
+    """With a fixed orientation, it cannot follow any line."""
     with pytest.raises(PlanningError):
         solve_path(line(FIVE, seed, LinearMotion()))
     keeps_its_axis(line(FIVE, seed, LinearMotion(free="rotation_z")))
@@ -159,7 +159,7 @@ def test_a_line_that_can_be_driven_as_it_is_written_is() -> None:
 
 
 def test_the_certificate_finds_what_is_outside_of_a_region() -> None:
-    """By the nearest of very many poses of the region: never nearer than that, and no further for small deviations."""
+    """The truth is the nearest of very many poses of the region: never nearer, and no further for small deviations."""
     rng = np.random.default_rng(0)
     region = Region(x=(-0.01, 0.02), rotation_x=(-0.2, 0.1), rotation_z=(-0.5, 0.5))
     requested = Pose(rng.uniform(-1.0, 1.0, 3), rotation_from_rpy(*rng.uniform(-1.0, 1.0, 3)))

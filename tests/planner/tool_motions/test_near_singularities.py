@@ -135,7 +135,7 @@ def test_slow_is_the_chain_of_joint_positions_along_the_line(name: str, missed: 
     chain = trace(robot, [pose_on(start, end, share) for share in u.tolist()], q)
     assert chain is not None
     exact = motion.curve.evaluate(u, [0])[0]
-    # The joints may be where the tool is off by the tolerance, which the smallest singular value makes a turn of.
+    # The joints may deviate by the tool's tolerance divided by the smallest singular value.
     assert np.abs(exact - chain)[[0, -1]].max() < 1e-6
     assert np.abs(exact[:, :3] - chain[:, :3]).max() < 1e-3
 
@@ -172,7 +172,7 @@ def test_deviate_goes_right_through_within_the_tolerance(name: str, missed: floa
 
 
 def test_deviate_where_the_tolerance_is_less_than_it_takes() -> None:
-    """A line that can be driven is driven as it is; one that cannot is refused."""
+    """A feasible line is followed exactly; an infeasible one is refused."""
     made = planned("kuka_kr16_l6_2", 1e-2, "deviate", Toppra())
     exact = planned("kuka_kr16_l6_2", 1e-2, "refuse", Toppra())
     assert made.trajectory.duration == pytest.approx(exact.trajectory.duration, rel=1e-6)
@@ -182,7 +182,7 @@ def test_deviate_where_the_tolerance_is_less_than_it_takes() -> None:
 
 @pytest.mark.parametrize("singularity", ["slow", "deviate"])
 def test_what_is_no_wrist_and_what_would_have_to_jump_stays_refused(singularity: Singularity) -> None:
-    """A stretched elbow, and a stretched wrist that is to go out of its plane."""
+    """The cases are a stretched elbow, and a stretched wrist that leaves its plane."""
     arm = load_robot("three_dof_arm")
     stretched = np.array((0.3, -0.9, 0.0))
     inwards = Pose(0.9 * tool_at(arm, stretched).position)
@@ -198,7 +198,7 @@ def test_what_is_no_wrist_and_what_would_have_to_jump_stays_refused(singularity:
 
 @pytest.mark.parametrize("singularity", ["slow", "deviate"])
 def test_a_circle_near_a_straight_wrist(singularity: Singularity) -> None:
-    """A flat arc in place of the line; the tool keeps to the circle."""
+    """A flat arc replaces the line; the tool keeps to the circle."""
     robot, start, first, last = line_past("kuka_kr16_l6_2", 1e-4)
     sagging = pose_on(first, last, 0.5).position + np.array([0.0, 0.0, 0.01])
     circle = CircularMotion(Pose(sagging), singularity=singularity)

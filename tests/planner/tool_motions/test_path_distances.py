@@ -1,4 +1,4 @@
-"""The distance of one motion's tool or joints from another's way, against nearest neighbours of dense samples."""
+"""The distance of one motion's tool or joints from another's path, against nearest neighbours of dense samples."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.planner.tool_motions.dense_paths import StraightPostures, StraightWay
 @pytest.mark.parametrize("robot_id", ARMS)
 @pytest.mark.parametrize("seed", range(4))
 def test_it_is_the_largest_distance_or_a_little_more(robot_id: str, seed: int) -> None:
-    """Quintics that bulge by anything from a tenth of a millimetre to half a radian off the straight motion."""
+    """Quintics deviate from the straight motion by a tenth of a millimetre up to half a radian."""
     robot, rng = load_robot(robot_id), np.random.default_rng(seed)
     ends = np.array([random_position(robot, rng) for _ in range(2)])
     bulge = 10.0 ** rng.uniform(-4.0, -0.3) * rng.normal(size=(2, robot.dof))

@@ -1,4 +1,4 @@
-"""Polylines and splines of the tool beside scipy's splines and rotations, and dense inverse kinematics."""
+"""Polylines and splines of the tool, against scipy's splines and rotations, and dense inverse kinematics."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_a_polyline_is_straight_but_for_its_corners_and_goes_at_one_speed(seed: 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 2.0, 2.5])
 def test_the_length_of_a_cut_corner_in_closed_form(angle: float) -> None:
-    """The chord between its ends by the mean of the cosine of the direction to it, integrated by scipy."""
+    """The chord between its ends follows from the mean cosine of the direction to it, integrated by scipy."""
     poses = [Pose([-1.0, 0.0, 0.0]), Pose([0.0, 0.0, 0.0]), Pose([np.cos(angle), np.sin(angle), 0.0])]
     blend = 0.2
     mean = quad(lambda x: np.cos(angle * (3.0 * x**2 - 2.0 * x**3) - angle / 2.0), 0.0, 1.0, epsabs=1e-13)[0]
@@ -173,7 +173,7 @@ def test_poses_through_which_there_is_no_path() -> None:
 
 
 def around(robot: Robot, home: FloatArray, size: float = 1.0) -> list[Pose]:
-    """Return four corners beside the pose at a joint position, the tool turning, and that pose again."""
+    """Return four corners beside the pose at a joint position, with a turning tool, and that pose again."""
     pose = tool_at(robot, home)
     moves = [
         ((0.0, -0.2, 0.0), (0.2, 0.0, 0.0)),
@@ -201,7 +201,7 @@ def planned(kind: str, backend: BackEnd) -> Plan:
 @pytest.mark.parametrize("kind", MOTIONS)
 @pytest.mark.parametrize("backend", BACK_ENDS, ids=lambda backend: backend.kind)
 def test_a_closed_way_is_driven_at_one_speed_from_end_to_end(kind: str, backend: BackEnd) -> None:
-    """The speed by differences of Pinocchio's poses: it is held but for what gaining and losing it takes."""
+    """The speed by differences of Pinocchio's poses is constant except at the start and the end."""
     made = planned(kind, backend)
     assert made.certificate.satisfied
     assert {"path_position_deviation", "path_orientation_deviation"} <= {
@@ -218,7 +218,7 @@ def test_a_closed_way_is_driven_at_one_speed_from_end_to_end(kind: str, backend:
 @pytest.mark.parametrize("kind", MOTIONS)
 @pytest.mark.parametrize("arm", ["kuka_kr16_l6_2", "panda", "three_dof_arm"])
 def test_the_joints_are_where_dense_inverse_kinematics_lead(kind: str, arm: str) -> None:
-    """A chain of joint positions solved by Pinocchio's Jacobians alone; of a Panda only its tool is compared."""
+    """The truth is a chain of joint positions by Pinocchio's Jacobians alone; for a Panda it is the tool only."""
     robot = load_robot(arm)
     home = {"panda": np.array((0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5)), "three_dof_arm": np.array((0.2, -0.4, 1.5))}.get(
         arm, HOME
@@ -282,7 +282,7 @@ def test_a_polyline_between_blends_goes_on_at_speed() -> None:
 
 @pytest.mark.parametrize(("size", "radius"), [(3e-4, None), (3e-4, 2e-4), (0.05, 0.03), (0.05, None)])
 def test_ways_that_wander_about_their_ends_are_certified(size: float, radius: float | None) -> None:
-    """By distance alone the tool might be anywhere on a way as small as its tolerance, or as a blend."""
+    """By distance alone, the tool could be anywhere on a path as small as its tolerance, or as a blend."""
     robot, rng = load_robot("kuka_kr16_l6_2"), np.random.default_rng(7)
     home = tool_at(robot, HOME)
     for make in MOTIONS.values():
@@ -302,7 +302,7 @@ def test_ways_that_wander_about_their_ends_are_certified(size: float, radius: fl
 def test_what_leads_out_of_reach_is_followed_from_one_start_only(
     motion: Callable[[list[Pose]], CartesianMotion], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From every solution of a redundant arm at the pose before it took 10 to 20 s to be refused."""
+    """From every solution of a redundant arm at the pose before, the refusal took 10 to 20 s."""
     robot, home = load_robot("panda"), np.array([0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5])
     start = tool_pose(robot, home)
     beyond = Pose(start.position + np.array([0.6, 0.1, 0.1]), start.rotation)

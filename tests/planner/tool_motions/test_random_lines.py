@@ -1,4 +1,4 @@
-"""Random lists of lines that are known to exist: a chain of joint positions within the limits was traced along each."""
+"""Random lists of feasible lines: a chain of joint positions within the limits was traced along each."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from tests.sizes import NAME, SIZE
 ARMS = ("kuka_kr16_l6_2", "ngv_refuelling_arm", "date_sorting_arm", "three_dof_arm", "ur5", "panda")
 LISTS = 5 if NAME == "quick" else SIZE.examples // len(ARMS)
 PLANNED = 0.995
-"""The share of the lists that has to be planned."""
+"""Least share of planned lists."""
 
 SMALL_STEP = 0.1
-"""rad or m that a traced joint moves at most within 5 mm of the line: more is next to a singularity."""
+"""Largest step of a traced joint within 5 mm of the line, rad or m; larger steps are next to a singularity."""
 
 FINE_STEP = 0.002 if NAME == "quick" else 0.0005
-"""m or rad, at which a chain is traced again: with long steps it may have gone past a singularity to another branch."""
+"""Step for a second trace of a chain, m or rad: long steps may have passed a singularity to another branch."""
 
 ATTEMPTS = 80
-"""The most goals that are tried for the lines of one list."""
+"""Largest number of tried goals for the lines of one list."""
 
 
 def lines(robot: Robot, rng: np.random.Generator) -> tuple[FloatArray, list[Pose]]:
@@ -62,7 +62,7 @@ def _requested(robot: Robot, pose: Pose) -> Pose:
 @pytest.mark.sized
 @pytest.mark.parametrize("arm", ARMS)
 def test_lines_that_exist_are_planned(arm: str) -> None:
-    """From the first pose in any configuration, and from the joint position where the traced chain starts."""
+    """They start at the first pose in any configuration, and at the first joint position of the traced chain."""
     robot, rng, refused = load_robot(arm), np.random.default_rng(0), []
     for _ in range(LISTS):
         q, poses = lines(robot, rng)

@@ -1,4 +1,4 @@
-"""Straight lines that an arm with joints to spare can drive only by way of self-motions, with a traced truth."""
+"""Straight lines that a redundant arm can follow only with self-motions, against a traced truth."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from planner.tool_motions.self_motions import follow_by_self_motions
 TOLERANCE = (1e-4, 1e-3)
 LINE = LinearMotion()
 
-# The arm, the start, and the move; on the KUKA of the position alone. With the component in the null space of the start
-# kept, a joint leaves its limits, or the arm gets stuck where that component and the tool together leave it no way on.
+# The arm, the start, and the move; on the KUKA of the position alone. With a constant component in the null space, a
+# joint leaves its limits, or the arm gets stuck at a position where that component and the tool fix every joint.
 LINES: list[tuple[str, list[float], list[float]]] = [
     ("panda", [0.3, -0.8, 2.2, -2.8, 1.0, 3.2, -1.6], [0.2, 0.2, -0.3]),
     ("panda", [-2.5, -0.8, 1.9, -2.5, -0.3, 2.5, -0.5], [0.1, 0.0, -0.2]),
@@ -35,7 +35,7 @@ LINES: list[tuple[str, list[float], list[float]]] = [
 
 
 def keeps_to_line(robot: Robot, waypoints: list[AnyWaypoint], before: Pose, after: Pose) -> FloatArray:
-    """Return the joint position in which the line ends, after a look at all of it."""
+    """Return the joint position at the end of the line, after a check of the whole line."""
     motion = solve_path(PlanningProblem(robot, tuple(waypoints))).waypoints[1].tool_motion
     assert motion is not None
     positions = motion.curve.evaluate(np.linspace(0.0, 1.0, 201), [0])[0]
@@ -55,7 +55,7 @@ def keeps_to_line(robot: Robot, waypoints: list[AnyWaypoint], before: Pose, afte
 @pytest.mark.long_table
 @pytest.mark.parametrize(("arm", "start", "move"), LINES)
 def test_a_line_is_driven_by_self_motions(arm: str, start: list[float], move: list[float]) -> None:
-    """It exists, though not with the component in the null space kept; and it can end where the traced one does."""
+    """It is infeasible with a constant component in the null space; and it can end at the traced end."""
     robot, q = load_robot(arm), np.array(start)
     tool = tool_at(robot, q)
     before = tool if robot.dof == 7 else Pose(tool.position)

@@ -41,7 +41,7 @@ HOMES = {
     "kuka_kr16_2": (-0.7, -1.3, 1.2, 0.0, 0.0, 0.0),
     "ngv_refuelling_arm": (0.3, -0.4, 1.0, 0.0, 0.0, 0.0),
 }
-"""Stretched wrists: axis 5 at zero, axes 4 and 6 are one."""
+"""Stretched wrists: with axis 5 at zero, axes 4 and 6 coincide."""
 
 SHIFTS = {
     "down": (0.0, 0.0, -0.07),
@@ -50,11 +50,11 @@ SHIFTS = {
     "out": (0.06, 0.0, 0.0),
     "aslant": (-0.06, 0.0, -0.08),
 }
-"""m, outwards, aside and up."""
+"""Shifts outwards, aside and up, m."""
 
 
 def shifted(pose: Pose, shift: Sequence[float]) -> Pose:
-    """Return the pose, moved outwards, aside and up, in the plane of the arm if not aside."""
+    """Return the pose moved outwards, aside and up, in the plane of the arm unless aside."""
     outwards = pose.position * [1.0, 1.0, 0.0] / np.hypot(*pose.position[:2])
     axes = np.column_stack([outwards, np.cross([0.0, 0.0, 1.0], outwards), [0.0, 0.0, 1.0]])
     return Pose(pose.position + axes @ np.array(shift), pose.rotation)
@@ -103,7 +103,7 @@ def test_a_line_out_of_a_stretched_wrist_and_back(name: str, way: str) -> None:
 
 @pytest.mark.parametrize(("frame", "translation"), [("tool", (0.0, 0.0, -0.1)), ("base", (0.0, 0.0, -0.1))])
 def test_100_mm_of_retreat_and_100_mm_down_from_home(frame: Frame, translation: tuple[float, float, float]) -> None:
-    """The home position of most machines; axes 4 and 6 stand still."""
+    """At the home position of most machines, axes 4 and 6 stand still."""
     robot, home = load_robot("kuka_kr16_l6_2"), np.array(HOMES["kuka_kr16_l6_2"])
     start = tool_at(robot, home)
     move = start.rotation @ translation if frame == "tool" and start.rotation is not None else translation
@@ -118,7 +118,7 @@ def test_100_mm_of_retreat_and_100_mm_down_from_home(frame: Frame, translation: 
 @pytest.mark.skipif("ur5" not in catalogue_ids(), reason="example-robot-data is not installed")
 @pytest.mark.parametrize("way", [*SHIFTS, "aside"])
 def test_a_line_out_of_a_straight_wrist_of_a_ur5(way: str) -> None:
-    """In the plane of the arm, where the wrist stays straight and four axes do for three, and out of it."""
+    """Lines in the plane of the arm keep the wrist straight, with four axes for three directions; others leave it."""
     robot, home = load_robot("ur5"), np.array((0.3, -1.2, 1.4, -0.2, 0.0, 0.0))
     start = tool_at(robot, home)
     away = shifted(start, SHIFTS.get(way, (0.0, 0.03, 0.0)))
@@ -132,7 +132,7 @@ def test_a_line_out_of_a_straight_wrist_of_a_ur5(way: str) -> None:
 
 @pytest.mark.parametrize("way", SHIFTS)
 def test_a_line_from_the_pose_of_a_stretched_wrist(way: str) -> None:
-    """The pose has a continuum of solutions, from few of which the line can be driven."""
+    """The pose has a continuum of solutions, and few of them lead along the line."""
     robot, home = load_robot("kuka_kr16_l6_2"), np.array(HOMES["kuka_kr16_l6_2"])
     start = tool_at(robot, home)
     away = shifted(start, SHIFTS[way])
@@ -143,7 +143,7 @@ def test_a_line_from_the_pose_of_a_stretched_wrist(way: str) -> None:
 @pytest.mark.parametrize("end", [(0.3, -1.2, 1.4, 0.0, -0.3, 0.0), (0.3, -1.1, 1.3, 0.0, -0.2, 0.0)])
 @pytest.mark.parametrize("aside", [0.0, 1e-12, 1e-7])
 def test_a_line_right_through_a_stretched_wrist(end: tuple[float, ...], aside: float) -> None:
-    """Axis 5 changes its sign and axes 4 and 6 stand still; as well as a pose is kept."""
+    """Axis 5 changes its sign and axes 4 and 6 stand still, to the tolerance of poses."""
     robot, start = load_robot("kuka_kr16_l6_2"), np.array((0.3, -1.2, 1.4, 0.0, 0.3, 0.0))
     turn = rotation_from_rpy(0.0, 0.0, aside)
     poses = [tool_at(robot, q) for q in (start, np.array(end))]
@@ -155,7 +155,7 @@ def test_a_line_right_through_a_stretched_wrist(end: tuple[float, ...], aside: f
 
 @pytest.mark.parametrize("name", HOMES)
 def test_a_circle_out_of_a_stretched_wrist(name: str) -> None:
-    """In the plane of the arm."""
+    """The circle is in the plane of the arm."""
     robot, home = load_robot(name), np.array(HOMES[name])
     start = tool_at(robot, home)
     via, end = shifted(start, (-0.04, 0.0, -0.02)), shifted(start, (-0.05, 0.0, -0.08))
@@ -189,7 +189,7 @@ def test_a_circle_that_leaves_the_plane_of_the_arm_smoothly() -> None:
 
 @pytest.mark.parametrize("name", HOMES)
 def test_a_line_out_of_the_plane_of_a_stretched_wrist_is_singular(name: str) -> None:
-    """Axis 4 would have to be at a right angle at once."""
+    """Axis 4 would have to jump to a right angle."""
     robot, home = load_robot(name), np.array(HOMES[name])
     away = shifted(tool_at(robot, home), (0.0, 0.1, 0.0))
     with pytest.raises(SingularPath) as refusal:
@@ -201,14 +201,14 @@ def test_a_line_out_of_the_plane_of_a_stretched_wrist_is_singular(name: str) -> 
 
 @pytest.mark.skipif("panda" not in catalogue_ids(), reason="example-robot-data is not installed")
 def test_a_circle_out_of_the_work_space_is_unreachable() -> None:
-    """It goes by way of a point 20 % further away than all links end to end; the arm is singular before."""
+    """It passes a point 20 % beyond all links end to end; the arm is singular before."""
     requested = job("infeasible-01-panda")
     with pytest.raises(UnreachableWaypoint):
         plan(requested.problem, Cubic())
 
 
 def test_a_line_out_of_a_stretched_elbow_is_singular() -> None:
-    """Inwards from the farthest point the elbow goes like a square root: its derivative is not bounded."""
+    """Inwards from the farthest point the elbow follows a square root, whose derivative is unbounded."""
     robot = load_robot("three_dof_arm")
     home = np.array((0.3, -0.9, 0.0))
     start = tool_at(robot, home)

@@ -52,12 +52,12 @@ def curve_of(kind: str, count: int, joints: int, order: int, rng: np.random.Gene
 
 
 def in_scipy(curve: PiecewisePolynomial) -> PPoly:
-    """Return the same curve by scipy, which counts powers downwards."""
+    """Return the same curve by scipy, with descending powers."""
     return PPoly(np.moveaxis(curve.coefficients, 2, 0)[::-1], curve.breakpoints, extrapolate=False)
 
 
 def inside(curve: PiecewisePolynomial, per_piece: int = 4) -> np.ndarray:
-    """Return points within all pieces, away from the breakpoints, where another rounding would be another piece."""
+    """Return points within all pieces, away from breakpoints, where rounding decides the piece."""
     unit = (np.arange(per_piece) + 0.5) / per_piece
     return (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
 
@@ -77,7 +77,7 @@ def test_values_and_derivatives_are_those_of_scipy(curve: SegmentedPolynomial) -
     at, order = inside(curve), curve.coefficients.shape[2]
     for k, values in enumerate(curve.evaluate(at, range(order + 2))):
         expected = in_scipy(curve)(at, nu=k)
-        # The derivatives of a piece are as large as its length to the power of their order is small.
+        # The derivatives of a piece grow with the inverse of its length to the power of their order.
         size = np.repeat(40320.0 / curve.lengths**k, 4)[:, None]
         assert_same(values / size, expected / size)
 

@@ -1,4 +1,4 @@
-"""Bounds on torque and tool speed against 20,000 samples, of real plans and of wild ones; a million in soaks."""
+"""Bounds on torque and tool speed against 20,000 samples, of real plans and of random ones; a million in soaks."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ ROUNDING_OF_SAMPLES = 1e-11
 """Relative amount by which rounding alone may put a sample above a bound."""
 
 ABOVE = 1e-4
-"""Relative amount by which a bound may exceed the samples, which miss the peak themselves."""
+"""Relative amount by which a bound may exceed the samples, which miss the peak."""
 
 
 def brute_force(trajectory: Trajectory, robot: Robot) -> dict[str, np.ndarray]:
@@ -111,7 +111,7 @@ def test_a_limit_a_millionth_below_the_peak_is_found_broken(kind: str, motion: s
 @settings(max_examples=min(60, max(4, settings.default.max_examples // 8)))
 @given(seed=st.integers(0, 2**32), count=st.integers(1, 6), spread=st.floats(0.0, 3.0))
 def test_quintics_of_any_shape_and_length(seed: int, count: int, spread: float) -> None:
-    """Pieces of very different lengths, with velocities and accelerations that have nothing to do with each other."""
+    """Pieces have very different lengths, and independent velocities and accelerations."""
     robot, rng = load_robot(KUKA), np.random.default_rng(seed)
     lengths = 10.0 ** rng.uniform(-spread, 0.0, count)
     knots = np.array([random_position(robot, rng) for _ in range(count + 1)])
@@ -135,7 +135,7 @@ def test_quintics_of_any_shape_and_length(seed: int, count: int, spread: float) 
     travel=st.floats(-3.0, 0.0),
 )
 def test_quintics_that_hardly_move(robot_id: str, seed: int, travel: float) -> None:
-    """Their travel asks for few samples, but speeds may rise and fall within a twentieth of a piece."""
+    """Their travel needs few samples, but speeds may rise and fall within a twentieth of a piece."""
     robot, rng = load_robot(robot_id), np.random.default_rng(seed)
     limits = segment_limits(robot, Limits(tcp_linear_velocity=1.0, tcp_angular_velocity=1.0), (None,))
     for length in 10.0 ** rng.uniform(-2.0, 1.0, 6):
@@ -153,7 +153,7 @@ def test_quintics_that_hardly_move(robot_id: str, seed: int, travel: float) -> N
 
 
 def test_what_no_limited_joint_feels_is_no_use_of_a_limit() -> None:
-    """Joint 1 stands upright: at rest it bears nothing."""
+    """Joint 1 is upright: at rest it bears nothing."""
     robot = load_robot(KUKA)
     coefficients = np.array(random_position(robot, np.random.default_rng(1)))[None, :, None]
     limits = segment_limits(robot, Limits(), (None,))
@@ -180,7 +180,7 @@ def test_what_no_limited_joint_feels_is_no_use_of_a_limit() -> None:
 def test_no_plan_is_refused_for_a_torque_between_the_samples_of_its_back_end(
     kind: str, seed: int, exponent: float, strength: float
 ) -> None:
-    """Seventeen samples a segment were too few: one in twenty plans with tight torques ran over them."""
+    """Seventeen samples a segment were too few: one in twenty plans with tight torques exceeded them."""
     made = through(KUKA, seed, 4, 10.0**exponent)
     positions = np.array([waypoint.position for waypoint in made.waypoints])
     still = np.zeros_like(positions)

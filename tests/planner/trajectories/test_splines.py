@@ -1,4 +1,4 @@
-"""Natural cubic splines beside SciPy's, and slopes with which no curve overshoots."""
+"""Natural cubic splines against scipy's, and slopes with which no curve overshoots."""
 
 from __future__ import annotations
 

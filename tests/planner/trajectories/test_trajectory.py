@@ -1,4 +1,4 @@
-"""Evaluation and scaling of trajectories, beside scipy's piecewise polynomials."""
+"""Evaluation and scaling of trajectories, against scipy's piecewise polynomials."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ORDERS = range(5)
 
 
 def trajectory_of(pieces: int, joints: int, order: int, seed: int, shortest: float = 1e-6) -> Trajectory:
-    """Return random pieces, some very short; they need not meet at breakpoints."""
+    """Draw pieces, some very short; they need not meet at breakpoints."""
     rng = np.random.default_rng(seed)
     lengths = np.exp(rng.uniform(np.log(shortest), np.log(3.0), pieces))
     times = np.concatenate([[0.0], np.cumsum(lengths)])[:: max(pieces // 3, 1)]
@@ -30,7 +30,7 @@ def trajectory_of(pieces: int, joints: int, order: int, seed: int, shortest: flo
 
 
 def in_scipy(trajectory: Trajectory) -> PPoly:
-    """Return the same pieces as scipy keeps them: descending powers of the local time, (order, pieces, joints)."""
+    """Return the same pieces in scipy's form: descending powers of the local time, (order, pieces, joints)."""
     return PPoly(trajectory.coefficients.transpose(2, 0, 1)[::-1], trajectory.breakpoints)
 
 
@@ -111,7 +111,7 @@ def test_a_table_of_times_and_a_negative_order_are_errors() -> None:
 @pytest.mark.parametrize("factor", [1e-3, 0.5, 1.0, 1.7, 1e3])
 @pytest.mark.parametrize("trajectory", RANDOM)
 def test_scaling(trajectory: Trajectory, factor: float) -> None:
-    """The same way, with every derivative divided by a power of the factor; by scipy on the first trajectory."""
+    """The path is equal, and each derivative is divided by a power of the factor, by scipy on the first trajectory."""
     scaled, reference = trajectory.scaled(factor), in_scipy(trajectory)
     assert isinstance(scaled, Trajectory)
     assert scaled.duration == pytest.approx(factor * trajectory.duration, rel=1e-12)

@@ -60,7 +60,7 @@ def test_random_plans_end_in_the_configuration_asked(robot_id: str) -> None:
 
 @pytest.mark.parametrize("robot_id", ["kuka_kr16_l6_2", "date_sorting_arm"])
 def test_what_is_refused_has_no_solution_and_what_is_offered_has_one(robot_id: str) -> None:
-    """The truth about limits: the solutions of the same arm without any."""
+    """The truth is the solutions of the same arm without limits."""
     robot, rng = load_robot(robot_id), np.random.default_rng(12)
     refused = 0
     for _ in range(12):
@@ -93,7 +93,7 @@ def test_what_is_refused_has_no_solution_and_what_is_offered_has_one(robot_id: s
 
 
 def test_a_configuration_beyond_the_limits_names_the_joint() -> None:
-    """The wrist the other way round needs joint 4 turned by half a turn, which a narrow joint 4 has not."""
+    """The reversed wrist needs a half turn of joint 4, beyond its narrow limits."""
     joints = list(KUKA.joints)
     joints[3] = replace(joints[3], lower=-1.0, upper=1.0)
     robot = replace(KUKA, joints=tuple(joints))
@@ -136,7 +136,7 @@ def test_a_straight_wrist_is_both(wrist: str) -> None:
 
 @pytest.mark.parametrize("names", [("right", "up", "flip"), ("right", "up", "no_flip"), ("left", "down", "flip")])
 def test_a_position_alone_is_reached_in_a_configuration(names: tuple[str, str, str]) -> None:
-    """Of the continuum of solutions, some in each configuration."""
+    """The position has a continuum of solutions, some in each configuration."""
     wanted = Configuration(*names)  # type: ignore[arg-type] # in the order of the fields
     robot = load_robot("ngv_refuelling_arm")
     goal = PoseWaypoint(Pose(np.array([-0.4, 0.5, 0.3])), wanted)
@@ -157,7 +157,7 @@ def test_a_line_ends_in_the_configuration_asked_or_is_refused_with_that_in_which
         planned(robot, start, other)
     by_field = {remedy.field: remedy.value for remedy in refusal.value.remedies}
     assert by_field[("waypoints", 1, "configuration")] == Configuration(wrist="no_flip")
-    # From a pose the start is chosen so that the line ends as asked.
+    # From a pose the start is chosen so that the line ends as requested.
     made = plan(PlanningProblem(robot, [PoseWaypoint(pose), other]), Cubic())
     assert [found.wrist for found in configurations(robot, made.path.positions)] == ["flip", "flip"]
 

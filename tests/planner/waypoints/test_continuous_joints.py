@@ -1,4 +1,4 @@
-"""Continuous joints between joint waypoints: the short way, or all turns as they are given."""
+"""Continuous joints between joint waypoints: the shorter direction, or all turns as given."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PLANAR = Robot.from_dh(
         DHJoint("continuous", alpha=1.0, velocity=2.0),
     ]
 )
-"""The first and the last joint may turn for ever; the second has a range of more than a turn."""
+"""The first and the last joint are continuous; the second has a range of more than a turn."""
 
 
 def reached(*waypoints: JointWaypoint | PoseWaypoint) -> FloatArray:
@@ -37,7 +37,7 @@ def joints(*position: float, turns: Turns = "nearest") -> JointWaypoint:
 
 
 def test_the_short_way_and_the_long_one() -> None:
-    """From 3.1 to -3.1 the short way is 0.083 rad; a joint with limits has but one way."""
+    """From 3.1 to -3.1 the short path is 0.083 rad; a joint with limits has only one path."""
     start = JointWaypoint([3.1, 3.1, -3.1])
     short = reached(start, joints(-3.1, -3.1, 3.1))
     assert short[-1] == pytest.approx([TURN - 3.1, -3.1, 3.1 - TURN])
@@ -57,7 +57,7 @@ def test_the_short_way_takes_less_time() -> None:
 
 
 def test_the_way_goes_on_from_where_the_joint_is() -> None:
-    """Small steps over the end of the range of angles, as a program writes them that keeps angles within it."""
+    """Small steps cross the end of the range of angles, as in programs that keep angles within it."""
     angles = 2.5 + 0.4 * np.arange(40)
     written = (angles + np.pi) % TURN - np.pi
     positions = reached(JointWaypoint([2.5, 0.1, 0.0]), *(joints(float(a), 0.1, 0.0) for a in written[1:]))

@@ -64,7 +64,7 @@ def test_configurations_are_those_of_the_arm(name: str) -> None:
 @pytest.mark.parametrize("kind", BACKENDS)
 @pytest.mark.long_table
 def test_a_line_along_the_rail_is_followed_by_arm_and_rail(name: str, kind: str) -> None:
-    """The arm alone cannot; at dense times it is where its own inverse kinematics would have it, rail and all."""
+    """The arm alone cannot; at dense times it is at its own inverse kinematics, relative to the rail."""
     arm, robot, start = ARMS[name], ON_RAIL[name], start_pose(name)
     goal = moved(start, 2.0)
     with pytest.raises(UnreachableWaypoint):
@@ -132,7 +132,7 @@ def test_a_pin_holds_where_the_pose_is_free_the_motion_goes_around_and_what_foll
 
 @pytest.mark.parametrize("rail", [0.3, 0.7])
 def test_a_pin_holds_where_a_line_ends_in_a_region_that_was_searched_in_a_scene(rail: float) -> None:
-    """A joint position that was chosen for its clearance kept its pose, and the line ended with the rail elsewhere."""
+    """A joint position with clearance kept its pose, and the line ended with the rail elsewhere."""
     robot, start = ON_RAIL["ur5e"], start_pose("ur5e")
     goal = PoseWaypoint(moved(start, 0.1), free="rotation_z", external={"rail": rail}, motion=LinearMotion())
     far = Scene([SceneObject("far", [Sphere(0.1)], Pose([9.0, 9.0, 9.0]))])
@@ -175,7 +175,7 @@ def test_without_its_pin_a_pose_out_of_reach_is_reached() -> None:
 @pytest.mark.sized
 @pytest.mark.parametrize("name", ARMS)
 def test_the_arm_reaches_alone_where_it_can_and_else_the_rail_moves_little(name: str) -> None:
-    """Against the arm at many positions of the rail: the nearest from which it has a solution."""
+    """The truth is the arm at many positions of the rail: the nearest position with a solution."""
     arm, robot, rng = ARMS[name], ON_RAIL[name], np.random.default_rng(2)
     start, step, stays = start_pose(name), 0.05 if name == "fr3" else 0.01, 0
     rails = np.arange(0.0, 3.0 + step, step)

@@ -1,4 +1,4 @@
-"""Poses in the frame of a work object are those poses in the base frame, and remedies are in the frame again."""
+"""Poses in the frame of a work object equal those poses in the base frame, and remedies use the frame too."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_list_on_a_pallet_is_the_same_list_in_the_base_frame() -> None:
 
 @pytest.mark.parametrize("position", [[3.0, 0.0, 0.5], [900.0, 0.0, 200.0]])
 def test_remedies_are_in_the_frame_of_the_waypoint(position: list[float]) -> None:
-    """Out of reach, and meant in millimetres: the problem with the remedy is planned."""
+    """The pose is out of reach, and meant in millimetres: the problem with the remedy is planned."""
     frame = Pose.from_rpy([0.2, 0.1, 0.4], [0.0, 0.0, 1.5])
     turned = rotation_from_rpy(0.0, np.pi / 2.0, 0.0)
     problem = PlanningProblem(KUKA, [JointWaypoint(HOME), PoseWaypoint(Pose(position, turned), frame=frame)])

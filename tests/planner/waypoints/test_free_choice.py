@@ -1,4 +1,4 @@
-"""Among the configurations of a pose only those are taken at which the robot keeps clear, as long as there is one."""
+"""Poses take collision-free configurations only, as long as there is one."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def keeps_clear(scene: Scene, position: FloatArray) -> bool:
 
 
 def balls(positions: list[FloatArray]) -> Scene:
-    """Return a ball in the elbow of the arm at each of some joint positions."""
+    """Return a ball at the elbow of the arm for each joint position."""
     elbows = [planner.CollisionChecker(ARM).bodies.at(position[None]).origins[0, ELBOW] for position in positions]
     things = [SceneObject(f"ball_{k}", [Sphere(RADIUS)], Pose(elbow)) for k, elbow in enumerate(elbows)]
     return Scene(things, margin=0.01)
@@ -68,7 +68,7 @@ def test_what_is_chosen_is_free_wherever_one_of_all_configurations_is() -> None:
 
 
 def test_a_line_begins_where_it_keeps_clear() -> None:
-    """Both ends of the line are poses; the nearest configuration has something in its elbow."""
+    """Both ends of the line are poses; the nearest configuration collides at its elbow."""
     home = np.array([0.0, -1.2, 1.4, 0.3, 0.6, 0.0])
     there = planner.tool_pose(ARM, home)
     ahead = Pose(there.position + np.array([0.0, 0.05, 0.0]), there.rotation)

@@ -78,7 +78,7 @@ def test_an_arm_with_seven_joints_and_a_pose_in_a_frame() -> None:
 
 
 def test_lines_go_to_a_free_pose_and_on_from_it() -> None:
-    """A seam of a round tool that is programmed with any turns: the wrist hardly moves."""
+    """A seam of a round tool has poses with arbitrary turns: the wrist hardly moves."""
     robot = robot_of("kuka_kr16_l6_2")
     start = np.array(ARMS["kuka_kr16_l6_2"])
     before = tool_at(robot, start)

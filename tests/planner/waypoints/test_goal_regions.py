@@ -93,7 +93,7 @@ def test_no_pose_of_a_dense_grid_has_a_nearer_posture(name: str, arm: str, seed:
 
 
 def test_an_arm_with_seven_joints_goes_no_further_than_without_the_region() -> None:
-    """And no further than to any of a grid of poses in it, each by many descents from around the start."""
+    """It also goes no further than to any of a grid of poses in it, each by many descents from around the start."""
     robot, region = robot_of("panda"), Region(z=(-0.05, 0.05), rotation_z=(-0.5, 0.5))
     start, velocity = np.array(ARMS["panda"]), robot_of("panda").limit("velocity")
     requested = somewhere(robot, start, 3)

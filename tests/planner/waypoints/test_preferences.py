@@ -117,7 +117,7 @@ def test_of_isolated_solutions_the_best_is_taken(prefer: Preference, seed: int) 
 
 @pytest.mark.parametrize("prefer", PREFERENCES)
 def test_a_free_turn_takes_the_preferred_posture(prefer: Preference) -> None:
-    """By a dense sweep of the turns."""
+    """A dense sweep of the turns gives the truth."""
     robot = load_robot("kuka_kr16_l6_2")
     goal, reference = tool_at(robot, np.array(KUKA) + 0.2), np.array(KUKA) - 0.2
     waypoints = [JointWaypoint(KUKA), PoseWaypoint(goal, free="rotation_z")]

@@ -1,4 +1,4 @@
-"""Which waypoints can be reached, each by itself."""
+"""Reachability of waypoints, one by one."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_one_bad_waypoint_does_not_keep_the_others_from_being_looked_at() -> Non
 
 
 def test_a_move_in_the_axes_of_an_open_orientation() -> None:
-    """From the best solution where there is one; from the nearest pose where there is none."""
+    """The move starts from the best solution, or without a solution from the nearest pose."""
     robot = elbow_arm()
     ahead = RelativeWaypoint(frame="tool", move=CartesianMove((0.2, 0.0, 0.0)))
     first, second = reachability(robot, [point(1.9, -1.0), ahead], OPTIONS)
@@ -169,7 +169,7 @@ def test_what_is_taken_at_a_waypoint_may_touch_there() -> None:
 
 
 def test_self_collision_alone_is_held_against_where_it_is_asked() -> None:
-    """A planar arm of two links and a crossbar, whose end lies on its first link where the elbow is folded."""
+    """A planar arm has two links and a crossbar, whose end lies on its first link where the elbow is folded."""
     joints = [DHJoint("revolute", a=1.0, lower=-3.1, upper=3.1) for _ in range(4)]
     robot = Robot.from_dh(joints)
     square = tuple(

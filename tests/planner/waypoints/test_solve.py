@@ -1,4 +1,4 @@
-"""The choice of branches of a whole waypoint list, beside every combination of them; and which motions it follows."""
+"""The choice of branches of a whole waypoint list, against every combination of them and of followed motions."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def turned(robot: Robot, q: FloatArray) -> list[FloatArray]:
 
 
 def motion_cost(robot: Robot, start: FloatArray, end: FloatArray, *, turning: bool = False) -> float:
-    """Return slowest joint, and a hundredth of all; `turning`: whole turns of joints without limits do not count."""
+    """Return the slowest joint's time plus 1 % of all joints' times; `turning`: whole turns do not count."""
     change = np.abs(end - start)
     if turning:
         change = np.abs((change + np.pi) % TURN - np.pi)
@@ -112,7 +112,7 @@ def test_the_way_is_the_shortest_of_all_combinations(robot_id: str, seed: int) -
 
 @pytest.mark.parametrize("seed", range(4))
 def test_joints_without_limits_turn_the_shorter_way(seed: int) -> None:
-    """The refuelling arm has no position limits: from pose to pose every angle differs by half a turn at most."""
+    """The refuelling arm has no position limits: between poses, every angle changes by half a turn at most."""
     robot, rng = load_robot("ngv_refuelling_arm"), np.random.default_rng(seed)
     start, *others = (np.array(random_position(robot, rng)) for _ in range(4))
     poses = [pose_at(robot, q) for q in others]
@@ -172,7 +172,7 @@ def elbow_arm(second: float = 3.0) -> Robot:
 
 
 def test_the_nearest_branch_is_left_when_the_way_is_shorter_through_another() -> None:
-    """By hand: from (0, -0.1) the point of (0.4, -1.0) is nearest so, and the way ends with the elbow at +1.6."""
+    """From (0, -0.1) the branch (0.4, -1.0) of the point is nearest, but the motion ends with the elbow at +1.6."""
     robot = elbow_arm()
     point = Pose(pose_at(robot, np.array([0.4, -1.0])).position)  # also (0.4 - 1.0, 1.0)
     waypoints = (at(np.array([0.0, -0.1])), PoseWaypoint(pose=point), at(np.array([-1.0, 1.6])))
@@ -183,7 +183,7 @@ def test_the_nearest_branch_is_left_when_the_way_is_shorter_through_another() ->
 
 
 def test_equal_ways_are_decided_by_the_limits() -> None:
-    """Either elbow is as far away; one puts the first joint at 2.9 of 3 rad."""
+    """Both elbows are equally far away; one puts the first joint at 2.9 of 3 rad."""
     robot = elbow_arm()
     point = Pose(pose_at(robot, np.array([2.9, -1.0])).position)
     from_between = InverseKinematicsOptions(reference=(2.4, 0.0))  # 1 s from (2.9, -1.0) and from (1.9, 1.0)
@@ -192,7 +192,7 @@ def test_equal_ways_are_decided_by_the_limits() -> None:
 
 
 def test_no_joint_moves_for_nothing_behind_a_slower_one() -> None:
-    """The wrist could flip while the slow first joint turns, and take no longer."""
+    """The wrist could flip while the slow first joint turns, without a longer duration."""
     robot = load_robot("kuka_kr16_l6_2")
     q = np.array([-1.5, -1.2, 1.1, 0.0, 0.3, 0.0])
     turned_about_the_base = q + np.array([3.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -230,7 +230,7 @@ def test_whole_turns_within_limits_are_part_of_the_choice() -> None:
 
 
 def test_a_joint_without_limits_is_where_the_joint_waypoint_behind_it_needs_it() -> None:
-    """The pose at half a turn lies 0.02 nearer the one way, and the next joint waypoint lies the other way."""
+    """The pose at a half turn is 0.02 nearer in one direction, and the next joint waypoint is in the other."""
     robot = planar(DHJoint("continuous", a=1.0, velocity=1.0))
     half = PoseWaypoint(pose=pose_at(robot, np.array([np.pi - 0.01])))
     as_given = replace(at(np.array([-np.pi + 0.2])), motion=JointMotion("as_given"))
@@ -242,7 +242,7 @@ def test_a_joint_without_limits_is_where_the_joint_waypoint_behind_it_needs_it()
 
 
 def quarter() -> CartesianMove:
-    """Return a quarter turn about the base of an arm of one link of 1 m."""
+    """Return a quarter turn about the base of an arm with one link of 1 m."""
     c, s = np.cos(np.pi / 2.0), np.sin(np.pi / 2.0)
     rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     return CartesianMove((-1.0 + c, s, 0.0), rotation)
@@ -283,7 +283,7 @@ def test_the_first_waypoint_that_cannot_be_reached_is_named() -> None:
 
 
 class Dense:
-    """Follows straight lines of the tool in 200 Newton steps; refuses to pass a singularity or any `barrier`."""
+    """A follower of straight lines of the tool in 200 Newton steps that refuses a singularity or any `barrier`."""
 
     def __init__(self, robot: Robot, barrier: tuple[int, float] | None = None) -> None:
         self.robot, self.barrier = robot, barrier
@@ -325,14 +325,14 @@ def line_to(robot: Robot, q: FloatArray) -> PoseWaypoint:
 
 
 def solved_by(follow: Dense, robot: Robot, waypoints: Sequence[AnyWaypoint]) -> tuple[SolvedWaypoint, ...]:
-    """Return the solved waypoints where motions of the tool are followed in another way."""
+    """Return the solved waypoints with another follower of motions of the tool."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("planner.waypoints.choice.follow_motion", follow)
         return solve_waypoints(robot, waypoints, OPTIONS)
 
 
 def test_a_line_goes_on_in_the_branch_it_starts_in() -> None:
-    """The start of the line is free, and it ends where only the elbow of the start leads."""
+    """The start of the line is free, and only the elbow of the start leads to its end."""
     robot = elbow_arm()
     first = PoseWaypoint(pose=Pose(pose_at(robot, np.array([0.4, -1.0])).position))
     waypoints = (at(np.array([0.0, 0.3])), first, line_to(robot, np.array([0.6, -0.8])), at(np.array([0.2, 0.9])))
@@ -340,7 +340,7 @@ def test_a_line_goes_on_in_the_branch_it_starts_in() -> None:
     solved = solved_by(follow, robot, waypoints)
     assert np.sign(solved[1].position[1]) == np.sign(solved[2].position[1]) == 1.0
     assert [waypoint.choice for waypoint in solved] == ["given", "shortest_way", "continued", "given"]
-    # The one on the way was followed, no other.
+    # Only the line from the chosen start was followed.
     assert [(index, start.tolist()) for index, start in follow.calls] == [(2, solved[1].position.tolist())]
 
 
@@ -371,7 +371,7 @@ def test_where_no_branch_can_be_followed_the_best_ones_error_comes() -> None:
 
 
 def test_lines_through_a_list_of_a_six_axis_arm_are_all_followed() -> None:
-    """Joint motion, two lines, joint motion, line: every line starts and ends where following it says."""
+    """On joint motion, two lines, joint motion and line, every line starts and ends on the followed joint path."""
     robot = load_robot("kuka_kr16_l6_2")
     q = np.array([0.3, -1.2, 1.1, 0.4, 0.7, -0.5])
     down = CartesianMove((0.0, 0.0, 0.05))
@@ -386,7 +386,7 @@ def test_lines_through_a_list_of_a_six_axis_arm_are_all_followed() -> None:
 
 
 def test_a_redundant_arm_goes_on_from_where_a_line_ends() -> None:
-    """Position only, six joints: the end of a line is one of a continuum, and no candidate foresees it."""
+    """With six joints and positions only, a line ends in one of a continuum, which no candidate foresees."""
     robot = load_robot("kuka_kr16_l6_2")
     q = np.array([0.3, -1.2, 1.1, 0.4, 0.7, -0.5])
     corner = pose_at(robot, q).position

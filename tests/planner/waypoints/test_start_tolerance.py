@@ -1,4 +1,4 @@
-"""Joint positions outside of a limit by what encoders and rounding leave."""
+"""Joint positions outside a limit by the errors of encoders and rounding."""
 
 from __future__ import annotations
 

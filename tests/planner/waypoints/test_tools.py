@@ -1,4 +1,4 @@
-"""Tools that change on the way: poses and lines of each by Pinocchio, with the tool's frame put there by hand."""
+"""Tools that change during a trajectory: poses and lines of each by Pinocchio, with the tool's frame added by hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A move that turns the tool is planned with its turn, or refused; never without it."""
+"""A move that turns the tool is planned with its turn, or refused, but never planned without it."""
 
 from __future__ import annotations
 

@@ -236,7 +236,7 @@ def test_motion_at_the_ends_is_held_against_robot_waypoints_and_limits() -> None
 
     velocity = float(problem.robot.limit("velocity")[1])
     acceleration, jerk = float(problem.robot.limit("acceleration")[1]), float(problem.robot.limit("jerk")[1])
-    # What is still gained in speed while the acceleration runs out: a^2 / (2 j).
+    # The gain in speed while the acceleration falls to zero: a^2 / (2 j).
     nearly = velocity - 0.9 * acceleration**2 / (2.0 * jerk)
     for backend, value in (
         (Ruckig(initial_velocity=(0.0, velocity * 1.01, 0.0)), velocity * 1.01),

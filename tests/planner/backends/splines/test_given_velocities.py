@@ -284,7 +284,7 @@ def test_the_shortest_is_as_short_as_an_independent_optimiser_makes_it(seed: int
     assert start.sum() <= 1.05 * min(totals)
 
 
-# What is special about a velocity.
+# Special velocities.
 
 WAY = np.array([[0.0, 0.0], [0.5, 0.2], [1.0, -0.3]])
 

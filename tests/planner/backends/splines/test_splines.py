@@ -231,7 +231,7 @@ def test_nothing_that_limits_is_said(degree) -> None:
         timed_spline(positions, spline_limits(*limits.position, none, none, none), free(3), degree)
 
 
-# At asked durations.
+# At requested durations.
 
 
 @fewer

@@ -92,7 +92,7 @@ def test_long_ramps_are_those_of_one_linear_program(solver: Solver, problem: Pro
     optimum = largest(problem)
     size = max(float(optimum.max()), 1.0)
     assert (x <= optimum * (1.0 + 1e-6) + 1e-6 * size).all()
-    # Where the rows bound x far below its bounds, those make the unit, and steep rows pass on what is taken off.
+    # Where rows bound x far below its bounds, the bounds set the unit, and steep rows pass the subtracted amount on.
     lost = LOST * (len(lengths) * size + 10.0 * float(most.max())) if solver == "package" else 1e-6 * size
     assert (x >= optimum * (1.0 - 1e-6) - lost).all()
 

@@ -1,1 +1,1 @@
-"""Plain numpy in place of the kernels of distances, for all pairs and intervals of a round at once."""
+"""Plain numpy instead of the kernels of distances, for all pairs and intervals of a round at once."""

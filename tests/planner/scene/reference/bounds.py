@@ -16,17 +16,17 @@ from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
 
 MOST_BALLS = 50_000
-"""Number of balls of clusters that are looked at together: some MiB."""
+"""Number of balls of clusters that are evaluated together: some MiB."""
 
 UNKNOWN = -1e9
-"""The lower bound of distances of which nothing is known, m."""
+"""The lower bound of unknown distances, m."""
 
 MOST_LOOKED_AT = 64
-"""Number of groups of obstacles, and then of obstacles in them, among which the nearest is sought."""
+"""Number of groups of obstacles, and then of obstacles in them, in the search for the nearest."""
 
 
 class Items(NamedTuple):
-    """Pairs of pieces at joint positions, one a row."""
+    """Pairs of pieces at joint positions, one per row."""
 
     rows: np.ndarray
     pairs: np.ndarray
@@ -45,7 +45,7 @@ class ReferenceObstacles(Obstacles):
         self._set_balls()
 
     def _set_balls(self) -> None:
-        """Keep the balls of clusters, as many of each, the last one several times, about the middles of their boxes."""
+        """Store the balls of clusters about their boxes' middles, repeating the last ball up to a common number."""
         clusters = self._balls
         self._cluster_numbers = np.full(len(self.pieces), -1)
         self._cluster_numbers[list(clusters)] = np.arange(len(clusters))
@@ -139,12 +139,12 @@ class ReferenceChecker(CollisionChecker):
         self._by_first = moved[self.first] & ~moved[self.second]
 
     def all_pairs(self) -> np.ndarray:
-        """Return the numbers (n,) of all pairs that are checked."""
+        """Return the numbers (n,) of all checked pairs."""
         among = np.flatnonzero(np.isfinite(self.margins))
         return np.concatenate([np.arange(self.own_pairs), self.own_pairs + among])
 
     def own_items(self, count: int) -> Items:
-        """Return all pairs of pieces that move, at a number of joint positions."""
+        """Return all pairs of moving pieces, at a number of joint positions."""
         rows, pairs = np.divmod(np.arange(count * self.own_pairs), max(self.own_pairs, 1))
         return Items(rows, pairs)
 
@@ -166,7 +166,7 @@ class ReferenceChecker(CollisionChecker):
         return int(items.rows[best]), int(items.pairs[best])
 
     def numpy_near_items(self, postures: Postures, moved: FloatArray, wanted: FloatArray) -> tuple[Items, float]:
-        """Find the pairs with obstacles that spheres, about groups of obstacles and then about each, leave too near."""
+        """Find the pairs with obstacles that spheres about groups, and then about obstacles, leave too near."""
         centers, radii = self._spheres(postures)
         reach = radii + moved
         low = self.obstacles.group_distances(centers) - reach[..., None]
@@ -200,7 +200,7 @@ class ReferenceChecker(CollisionChecker):
         return low
 
     def _scene_bounds(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
-        """Bound the distances of pairs with obstacles: by boxes first, and clusters that these leave ball by ball."""
+        """Bound the distances of pairs with obstacles: by boxes first, then by the balls of undecided clusters."""
         bodies, obstacles = np.divmod(items.pairs - self.own_pairs, len(self.obstacles.all))
         spheres = covering_spheres(postures)[items.rows, bodies]
         low = np.empty(len(items.rows))
@@ -237,7 +237,7 @@ class ReferenceChecker(CollisionChecker):
         return moved
 
     def joints_of(self, pairs: np.ndarray) -> np.ndarray:
-        """Return the numbers of the joints that the two pieces of pairs move with (n, 2); 0: an obstacle's."""
+        """Return the numbers of the joints (n, 2) that move the two pieces of pairs; 0: an obstacle's."""
         joints: np.ndarray = self._joints[self.numbers_of(pairs)]
         return joints
 
@@ -268,13 +268,13 @@ def _sphere_distances(points: FloatArray, centers: FloatArray, radii: FloatArray
 
 
 def _ranges(first: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers from `first` on, `counts` of each (n,), one range after the other, and before them which."""
+    """Return the numbers from `first`, `counts` of each (n,), range after range, and the range of each number."""
     of = np.repeat(np.arange(len(counts)), counts)
     return of, np.arange(len(of)) - (np.cumsum(counts) - counts)[of] + first[of]
 
 
 def _least(numbers: FloatArray, most: int) -> np.ndarray:
-    """Return the rows of the least of numbers (n,), in the order in which they are."""
+    """Return the rows of the `most` least numbers (n,), in ascending order of rows."""
     return np.sort(np.argpartition(numbers, most)[:most]) if len(numbers) > most else np.arange(len(numbers))
 
 

@@ -1,4 +1,4 @@
-"""Planes between two pieces at one joint position, and their proofs for others, see `planner.scene.continuous`."""
+"""Planes between two pieces at one joint position, and their bounds at others, see `planner.scene.continuous`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def normals_at(checker: ReferenceChecker, postures: Postures, items: Items, norm
 
 
 def plane_bounds(checker: ReferenceChecker, postures: Postures, items: Items, normals: FloatArray) -> FloatArray:
-    """Bound the distances of pairs from below by planes that were found at other joint positions."""
+    """Bound the distances of pairs from below by planes from other joint positions."""
     joints = checker.joints_of(items.pairs)
     rotations = postures.rotations[items.rows[:, None], joints]
     in_base = (rotations @ normals[..., None])[..., 0]
@@ -44,7 +44,7 @@ def plane_bounds(checker: ReferenceChecker, postures: Postures, items: Items, no
 
 
 class Changes(NamedTuple):
-    """How joints change within N intervals of time."""
+    """Changes of joints within N intervals of time."""
 
     velocities: FloatArray
     half_times: FloatArray
@@ -100,7 +100,7 @@ def approaches(
 
 
 def _supports(shape: Shape | Cluster, directions: FloatArray) -> FloatArray:
-    """Compute the supports of a shape; infinite for what no plane that was found elsewhere separates."""
+    """Compute the supports of a shape; infinite for shapes that no plane from another joint position separates."""
     if isinstance(shape, Cluster | HalfSpace):
         return np.full(len(directions), np.inf)
     return shape.support(directions)

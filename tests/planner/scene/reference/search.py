@@ -1,4 +1,4 @@
-"""The search of intervals that are proved, by numpy: the reference of the kernel behind `planner.scene.clearances`."""
+"""The search of proved intervals by numpy: the reference of the kernel behind `planner.scene.clearances`."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ ARC_OF_PART = 0.15
 """Travel of the fastest joint in one of the first intervals, rad or m."""
 
 AT_ONCE = 512
-"""The number of intervals that are looked at together: enough for array operations, in some MiB."""
+"""Number of intervals that are evaluated together: enough for array operations, in some MiB."""
 
 MOST_SPLITS = 6
-"""The most parts that an interval is split into at once."""
+"""Largest number of parts into which an interval is split at once."""
 
 ENOUGH_PARTS = 4.0
 """Number of parts down to which a pair is split by its cheap bound or by a plane found elsewhere. It takes as long as
@@ -49,7 +49,7 @@ class Found:
 
     @property
     def upper(self) -> FloatArray:
-        """The distances (3,) of the nearest seen, m; infinite where nothing was looked at."""
+        """The nearest distances (3,) seen, m; infinite where none was measured."""
         return np.array([np.inf if near is None else near.distance for near in self.nearest])
 
     def see(self, kind: int, found: Nearest) -> None:
@@ -68,7 +68,7 @@ def numpy_clearances(
     tolerance: float | None = None,
     budget: Budget = DEFAULT_BUDGET,
 ) -> Found:
-    """Prove that every pair keeps its margin all along a motion, or find one that does not."""
+    """Prove that every pair keeps its margin along a motion, or find a pair that does not."""
     found = Found()
     if checker.is_empty:
         return found
@@ -89,7 +89,7 @@ def _parts(motion: PiecewisePolynomial) -> int:
 
 
 class _Batch(NamedTuple):
-    """Intervals that are still to be looked at, and the pairs that are unfinished on each."""
+    """Unfinished intervals, and the unfinished pairs of each."""
 
     starts: FloatArray
     ends: FloatArray
@@ -98,7 +98,7 @@ class _Batch(NamedTuple):
 
 
 class _Search:
-    """The intervals that are left, in the order in which they were split."""
+    """The remaining intervals, in the order of their splits."""
 
     def __init__(
         self,
@@ -116,11 +116,11 @@ class _Search:
 
     @property
     def has_budget(self) -> bool:
-        """Whether more may be looked at."""
+        """Whether the budget allows another interval."""
         return self.found.postures < self.budget.postures and self.found.distances < self.budget.distances
 
     def start(self, starts: FloatArray, ends: FloatArray) -> None:
-        """Begin with intervals on which all pairs count."""
+        """Begin with intervals on which all pairs are unfinished."""
         self.waiting.append(_Batch(starts, ends, None, np.zeros((0, 2, 3))))
 
     def wanted(self, kinds: np.ndarray, margins: FloatArray) -> FloatArray:
@@ -131,7 +131,7 @@ class _Search:
         return wanted
 
     def step(self) -> None:
-        """Look at the first intervals that are left, and split the ones where pairs are unfinished."""
+        """Evaluate the first remaining intervals, and split the ones with unfinished pairs."""
         starts, ends, items, normals = self.waiting.pop(0)
         middles = (starts + ends) / 2.0
         positions = self.motion.evaluate(middles, [0])[0]
@@ -184,7 +184,7 @@ class _Search:
         self._split(_Batch(starts, ends, items, normals), near, low, wanted, kinds)
 
     def _changes(self, starts: FloatArray, ends: FloatArray, positions: FloatArray, reach: FloatArray) -> Changes:
-        """Return how the joints change within intervals, from their positions and bounds of that in the middles."""
+        """Return the changes of the joints within intervals, from positions and bounds at the middles."""
         velocities = self.motion.evaluate((starts + ends) / 2.0, [1])[0]
         remainders = excursions(self.motion, starts, ends, positions, velocities)
         return Changes(velocities, (ends - starts) / 2.0, reach, remainders)
@@ -196,7 +196,7 @@ class _Search:
         return apart
 
     def _all_items(self, postures: Postures, displacements: FloatArray, middles: FloatArray) -> Items:
-        """Return the pairs that spheres about the pieces do not decide."""
+        """Return the pairs that spheres about the pieces leave undecided."""
         found = [self.checker.own_items(len(middles))]
         for kind, requested in self.checker.requested.items():
             wanted = np.where(requested, self.checker.margins - CONTACT_TOLERANCE, -np.inf)
@@ -215,7 +215,7 @@ class _Search:
         self.found.lower[kind] = min(self.found.lower[kind], low.min(initial=np.inf))
 
     def _split(self, batch: _Batch, near: FloatArray, low: FloatArray, wanted: FloatArray, kinds: np.ndarray) -> None:
-        """Split the intervals on which pairs are left, into as many parts as should do."""
+        """Split the intervals with remaining pairs into an estimated number of parts."""
         starts, ends, items, normals = batch
         if items is None:
             raise ValueError("nothing was looked at")
@@ -244,7 +244,7 @@ class _Search:
             self.waiting.append(_split_into(starts[some], ends[some], parts[some], some, rows, pairs, normals))
 
     def finish(self) -> None:
-        """Mark the pairs of the intervals that are left: they may have any distance."""
+        """Mark the pairs of the remaining intervals: their distances are unknown."""
         for starts, ends, items, _ in self.waiting:
             row, pairs = (0, self.checker.all_pairs()) if items is None else (int(items.rows[0]), items.pairs)
             for kind in np.unique(self.checker.kinds(pairs)).tolist():
@@ -265,7 +265,7 @@ def _split_into(
     pairs: np.ndarray,
     normals: FloatArray,
 ) -> _Batch:
-    """Return intervals in so many parts each, with the pairs of the rows `of` that they had, and their planes."""
+    """Return intervals in so many parts each, with the pairs of the rows `of`, and their planes."""
     first = np.cumsum(parts) - parts
     new_of = np.repeat(np.arange(len(parts)), parts)
     number = np.arange(len(new_of)) - first[new_of]
