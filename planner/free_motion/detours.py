@@ -41,11 +41,12 @@ if TYPE_CHECKING:
     from planner.waypoints.solve import SolvedWaypoint
 
 LADDER = (ThroughTransition(), BlendTransition(0.05), BlendTransition(0.01), StopTransition())
-"""How the corners of a detour are passed, the fastest first: the next one where the certificate refuses. With stops the
-trajectory keeps to the straight motions that have been proved free."""
+"""Transitions at the corners of a detour, the fastest first; the next is tried where the certificate refuses.
+
+With stops the trajectory follows the straight motions that are proved free."""
 
 AS_GIVEN = JointMotion("as_given")
-"""The motion to a joint position that was found: no other whole turn of a joint will do."""
+"""The motion to a found joint position, without a change by whole turns of a joint."""
 
 LONGEST_TRAVEL = 1e3
 """The largest travel of a joint in a free motion, rad or m.
@@ -54,10 +55,10 @@ A motion is checked at ten joint positions per radian, and a million radians wou
 """
 
 MOST_GOALS = 12
-"""The most joint positions in a tolerance region that a free motion may end at, besides the chosen pose."""
+"""Largest number of end positions of a free motion in a tolerance region, besides the chosen pose."""
 
 GOALS_APART = 0.4
-"""The smallest distance between these, rad or m."""
+"""Smallest distance between these joint positions, rad or m."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class Gain:
         first: Its value with the first detour, see `planner.problems.motion_around.Objective`.
         last: Its value with the best detour, no larger.
         candidates: The number of other detours that were timed.
-        checks: The number of motions that were looked at for them.
+        checks: The number of motions checked for them.
     """
 
     objective: Objective
@@ -86,7 +87,7 @@ class Detour:
     Attributes:
         waypoint: Index of the waypoint that the motion leads to.
         positions: (corners + 2, joints), rad or m: its start, its corners, and where it ends.
-        transition: How the corners are passed.
+        transition: The transition at its corners.
         lead: (waypoints, joints), rad or m: the joint positions of earlier waypoints that the pose at its start depends
             on. A relative move continues from their open coordinates.
         gain: The gain of its optimisation; None: not requested.
@@ -104,7 +105,7 @@ class Detour:
         return len(self.positions) > 2
 
     def slower(self) -> Detour | None:
-        """Return the detour with its corners passed more slowly; None: it has none, or stops at them."""
+        """Return the detour with slower transitions at its corners; None: it has no corners, or stops at them."""
         rung = LADDER.index(self.transition) + 1
         return replace(self, transition=LADDER[rung]) if self.has_corners and rung < len(LADDER) else None
 
@@ -115,7 +116,7 @@ def free_waypoints(problem: PlanningProblem) -> list[int]:
 
 
 def with_detours(problem: PlanningProblem, detours: Sequence[Detour]) -> PlanningProblem:
-    """Replace free motions by joint motions from corner to corner of their paths.
+    """Replace free motions by joint motions between the corners of their paths.
 
     The start and the end of a path become joint waypoints, and so do the waypoints that the pose at its start depends
     on. This fixes their configurations.
@@ -149,11 +150,11 @@ def last_of(problem: PlanningProblem, number: int) -> int:
 
 
 def find_detours(problem: PlanningProblem) -> tuple[Detour, ...]:
-    """Find the detours of all free motions, each from where the one before ends.
+    """Find the detours of all free motions, each from the end of the previous one.
 
     Raises:
         Collision: There is not enough room at an end of a free motion.
-        NoPathFound: The search looked at as many motions as it may.
+        NoPathFound: The search used its budget of checked motions.
         PlanningError: A waypoint cannot be solved; its index is that of the problem.
     """
     detours: list[Detour] = []
@@ -178,7 +179,7 @@ class EndsOfDetour(NamedTuple):
     Attributes:
         checker: The robot and its obstacles.
         start: (joints,), rad or m.
-        goals: (goals, joints): any of them will do; the one that was chosen for the waypoint comes first.
+        goals: (goals, joints): alternatives, first the one chosen for the waypoint.
         lead: (waypoints, joints), see `Detour`.
     """
 
@@ -194,7 +195,7 @@ def ends_of_detour(problem: PlanningProblem, before: Sequence[Detour], index: in
     Args:
         problem: The requested problem.
         before: The detours of all free motions before.
-        index: Of the waypoint that the free motion leads to.
+        index: Index of the waypoint that the free motion leads to.
 
     Raises:
         InvalidProblem: A joint would travel too far.
@@ -233,7 +234,7 @@ def _along(waypoint: AnyWaypoint, detour: Detour) -> list[AnyWaypoint]:
 
 
 def _fixed_at(waypoint: AnyWaypoint, position: FloatArray) -> FixedWaypoint:
-    """Return a waypoint at joint positions (joints,) that were found for it."""
+    """Return a waypoint fixed at its solved joint position (joints,)."""
     motion = AS_GIVEN if isinstance(waypoint.motion, JointMotion) else waypoint.motion
     kept = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)} | {"motion": motion}
     name = waypoint.position_name if isinstance(waypoint, JointWaypoint) else None
@@ -257,7 +258,7 @@ def _goals(
         problem: The requested problem.
         index: Index of the waypoint.
         checker: The robot and its surroundings during the motion.
-        ends: The waypoint before and this one, as they were solved.
+        ends: The solved previous waypoint and this one.
         so_far: The problem with the detours found so far, its waypoints with their poses, and the index there.
     """
     waypoint, (before, chosen) = problem.waypoints[index], ends
@@ -289,7 +290,7 @@ def _goals(
 def apart(
     positions: FloatArray, start: FloatArray, leads_on: Callable[[FloatArray], bool] | None = None
 ) -> list[FloatArray]:
-    """Return a few joint positions that lead on and are far from each other, the nearest to a start first.
+    """Return a few joint positions far from each other from which the plan continues, the nearest to a start first.
 
     Args:
         positions: (N, joints), rad or m.

@@ -1,4 +1,4 @@
-"""Straight joint motions that are looked at quickly first, and proved free of collisions where a path needs them."""
+"""Straight joint motions: checked quickly first, and proved collision-free where a path needs them."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class FreeEdges:
     """Checks of straight joint motions, with a count, and proofs of the motions of a path.
 
     Attributes:
-        checked: How many motions have been looked at.
-        most: How many may be; infinite: any number.
-        until: When no more may be, s on the monotonic clock; infinite: whenever.
+        checked: Number of motions checked so far.
+        most: Largest number of checked motions; may be infinite.
+        until: Deadline of the checks, s on the monotonic clock; may be infinite.
     """
 
     def __init__(self, checker: CollisionChecker, most: float) -> None:
@@ -55,7 +55,7 @@ class FreeEdges:
 
     @property
     def has_budget(self) -> bool:
-        """Whether more may be looked at."""
+        """Whether the budget permits more checks."""
         return self.checked < self.most and monotonic() < self.until
 
     def keep_room(self, room: float, most: float) -> None:
@@ -63,7 +63,7 @@ class FreeEdges:
         self._room, self.most = room, most
 
     def has_room(self, positions: FloatArray) -> bool:
-        """Tell whether one of some joint positions (positions, joints) seems to keep the clearance."""
+        """Tell whether any of the joint positions (positions, joints) seems to keep the clearance."""
         return any(not self._sees_collision(position[None]) for position in positions)
 
     def levers(self, positions: FloatArray) -> FloatArray:
@@ -80,16 +80,16 @@ class FreeEdges:
         return not self._sees_collision(start + shares[:, None] * (end - start))
 
     def _sees_collision(self, positions: FloatArray) -> bool:
-        """Tell whether one of some positions (N, joints) seems to keep less than its margins and the room."""
+        """Tell whether any of the positions (N, joints) seems to violate its margins or the additional clearance."""
         return self._checker.distances.first_collision(positions, CONTACT_TOLERANCE - self._room) is not None
 
     def first_unproved(self, positions: FloatArray) -> int | None:
         """Prove that the straight motions between joint positions (motions + 1, joints) keep all margins.
 
-        Where one is not proved to, motions are looked at more closely from then on.
+        After an unproved motion, all motions are checked more finely.
 
         Returns:
-            Number of a motion that does not, or is not proved to; None: all do.
+            Number of a motion without a proof; None: all are proved.
         """
         count = len(positions) - 1
         motion = PiecewisePolynomial(np.ones(count), np.stack([positions[:-1], np.diff(positions, axis=0)], axis=-1))

@@ -35,10 +35,10 @@ Such a path is proved faster, and stays free when its corners are cut.
 """
 
 SHARE_WITH_ROOM = 0.25
-"""The share of the motions that are looked at for a path with that much room, before one with less will do."""
+"""Share of the checked motions spent on a path with that clearance, before the search accepts less."""
 
 SearchStatus = Literal["found", "start_not_free", "no_goal_free", "enclosed", "budget_spent"]
-"""Whether there is a path, or why there is none."""
+"""The result of the search: a path, or the reason for its absence."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +80,10 @@ def find_free_path(
         robot: The arm, whose position limits the path keeps.
         checker: The arm and its obstacles.
         start: (joints,), rad or m, within the limits.
-        goals: (goals, joints), within the limits: any of them will do.
+        goals: (goals, joints), within the limits: alternatives.
         most_checks: The largest number of checked motions.
-        seed: Of the random positions; equal seeds give equal paths.
-        in_narrow: Another search, tried where no path with room was found, before one without; None: there is none.
+        seed: Seed of the random positions; equal seeds give equal paths.
+        in_narrow: A search for narrow places, tried after the search with additional clearance fails; None: not tried.
     """
     edges = FreeEdges(checker, most_checks)
     start, goals = np.asarray(start, dtype=np.float64), np.asarray(goals, dtype=np.float64)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 LEAST_TIME = 1e-3
-"""The time that a radian or a metre takes at least, s: joints without a limit of their velocity are that fast."""
+"""The least time for a radian or a metre, s, assumed for joints without a velocity limit."""
 
 
 def value_of(objective: Objective, path: JointPath, trajectory: Trajectory) -> float:
@@ -26,8 +26,8 @@ def value_of(objective: Objective, path: JointPath, trajectory: Trajectory) -> f
 
     Args:
         objective: The objective.
-        path: The path that the trajectory goes along, with its limits and dynamics.
-        trajectory: The path with time on it.
+        path: The path of the trajectory, with its limits and dynamics.
+        trajectory: The trajectory along the path.
     """
     if objective == "duration" or not trajectory.duration:
         return trajectory.duration
@@ -45,7 +45,7 @@ def effort_rates(
     dq: FloatArray,
     ddq: FloatArray,
 ) -> FloatArray:
-    """Compute the effort of a second (N,) in states (N, joints) on segments (N,).
+    """Compute the effort per second (N,) in states (N, joints) on segments (N,).
 
     It is the sum over joints of (torque / limit)^2, or of (acceleration / limit)^2 where torques or their limits are
     unknown.

@@ -1,4 +1,4 @@
-"""Ways that cost less, by random changes of one that is there."""
+"""Paths of lower cost, found by random changes of a given path."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 LEAST_GAIN = 1e-3
-"""The share of its cost by which a change has to make a path better, to be looked at."""
+"""The smallest relative gain of a change that is worth a check."""
 
 MOVED = 0.5
-"""The share of changes by which a corner is moved."""
+"""The share of changes that move a corner."""
 
 LEFT_OUT = 0.1
-"""The share of changes by which a corner is left out."""
+"""The share of changes that omit a corner."""
 
 CUT = 0.2
-"""The share of changes by which a corner is cut; by the rest a part of the path is."""
+"""The share of changes that cut a corner; the other changes cut a part of the path."""
 
 LEAST_SHIFT = 0.01
 """Smallest standard deviation of the shift of a corner along a joint, rad or m."""
@@ -33,7 +33,7 @@ LARGEST_SHIFT = 0.6
 """Largest standard deviation of it, rad or m; small and large ones are equally likely."""
 
 FEW_JOINTS = 0.3
-"""The share of the joints along which corners are moved where it is not along all."""
+"""The share of joints that move in a shift along some joints only."""
 
 SOME_JOINTS_SHARE = 0.5
 """The share of shifts that move a corner along some joints only."""

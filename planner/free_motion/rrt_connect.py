@@ -22,10 +22,10 @@ LEAST_RADIUS = STEP
 """Smallest such distance."""
 
 CHANGE = 0.1
-"""The share by which that gets less each time that something is in the way, and more each time that nothing is."""
+"""The relative decrease of this distance after each blocked motion, and its increase after each free one."""
 
 DRAWN = 64
-"""The number of random positions that are drawn for one within such a radius; if none is, the first is taken."""
+"""Number of random positions drawn to find one within such a radius; if there is none, the first is used."""
 
 POSTURES = 64
 """The number of random joint positions for measuring the effect of each joint on the robot."""
@@ -86,7 +86,7 @@ class Trees:
             rng: Source of the random positions.
 
         Returns:
-            Where they met; None: the budget of the edges is spent.
+            The joined path; None: the budget of the edges is spent.
         """
         while True:
             rows = self._grow_until_met(rng)
@@ -104,7 +104,7 @@ class Trees:
                 self.from_goals.cut(after[failed - (len(before) - 1)])
 
     def _grow_until_met(self, rng: np.random.Generator) -> tuple[int, int] | None:
-        """Grow the smaller tree towards a random position, and the other one towards what came of it, until they meet.
+        """Grow the smaller tree towards a random position, and the other one towards the new node, until they meet.
 
         Returns:
             The rows of the position at which they met, in both trees; None: the budget of the edges is spent.
@@ -138,7 +138,7 @@ class Trees:
         return int(origins[chosen]), targets[chosen]
 
     def gap(self) -> tuple[float, int]:
-        """Measure how near the trees have come to each other: the distance, and the row of the first one's position.
+        """Return the smallest distance between the trees, and the row of that position in the first tree.
 
         All joints weigh the same in it, rad or m.
         """
@@ -155,7 +155,7 @@ class Trees:
         return tree.add(end, origin) if self.edges.seems_free(start, end) else None
 
     def _connect(self, tree: Tree, target: FloatArray) -> int | None:
-        """Go on step by step until a target (joints,) is reached; None: something is in the way."""
+        """Extend a tree step by step until it reaches a target (joints,); None: an obstacle blocks it."""
         new = self._extend(tree, int(tree.nearest(target[None])[0]), target)
         while new is not None and self.edges.has_budget and (tree.positions[new] != target).any():
             new = self._extend(tree, new, target)

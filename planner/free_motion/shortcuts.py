@@ -37,7 +37,7 @@ def lengths(positions: FloatArray) -> FloatArray:
 
 
 def shortened(edges: FreeEdges, positions: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Make a path shorter while its ends stay.
+    """Shorten a path between fixed ends.
 
     Args:
         edges: Proves the motions; nothing is tried once its budget is spent.
@@ -93,7 +93,7 @@ def _cut(edges: FreeEdges, positions: FloatArray, first: float, second: float) -
 
 
 def _without_short_legs(edges: FreeEdges, positions: FloatArray) -> FloatArray:
-    """Leave out corners that are almost those before or after them."""
+    """Remove corners that almost equal their neighbours."""
     kept, k = positions, 1
     while k < len(kept) - 1:
         is_short = (

@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 LINES = (0.3, 0.2, 0.1, 0.05)
-"""Lengths of the lines along which the tool may draw back, m: the longest that is free is taken."""
+"""Lengths of the lines along which the tool may retract, m; the longest free one is used."""
 
 LEG = 0.02
-"""Length, m, of the straight joint motions that such a line is made of: they leave it by less than 0.1 mm."""
+"""Length of the straight joint motions that approximate such a line within 0.1 mm, m."""
 
 MOST_GOALS = 4
-"""The most goals from which the tool draws back."""
+"""Largest number of goals from which the tool retracts."""
 
 SHARE = 0.25
-"""The share of the motions of a search that each search between such lines may look at."""
+"""The share of a search's motions that each search between such lines may check."""
 
 
 def find_path_with_straight_ends(
@@ -46,12 +46,12 @@ def find_path_with_straight_ends(
     """Find a free path that ends, and if necessary begins, with a straight line along the tool's z axis.
 
     Args:
-        robots: The arm with the tool that it has at the start, and with the one that it has at the goals.
+        robots: The arm with its tool at the start, and with its tool at the goals.
         checker: The arm and its obstacles.
         start: (joints,), rad or m, within the limits.
-        goals: (goals, joints), within the limits: any of them will do.
+        goals: (goals, joints), within the limits: alternatives.
         options: The tolerances of the lines, and the seed of the search.
-        most_checks: The most motions that a search without lines looks at.
+        most_checks: Largest number of motions checked by a search without lines.
 
     Returns:
         The path; None: none was found.

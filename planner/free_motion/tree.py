@@ -1,4 +1,4 @@
-"""A tree of joint positions, each joined by a free motion to the one that it was reached from."""
+"""A tree of joint positions, each joined to its parent by a free motion."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 ROOT = -1
-"""The row from which a root was reached: none."""
+"""The parent row of a root: none."""
 
 
 class Tree:
@@ -56,7 +56,7 @@ class Tree:
         return row
 
     def cut(self, row: int) -> None:
-        """Take a position away, and all that were reached from it; the rows of others may change."""
+        """Remove a position and its descendants; the rows of other positions may change."""
         keep = np.ones(len(self), dtype=bool)
         keep[row] = False
         for later in range(row + 1, len(self)):  # each was added after the one that it was reached from
@@ -67,7 +67,7 @@ class Tree:
         self._origins = [ROOT if origin == ROOT else int(rows[origin]) for origin in kept]
 
     def branch(self, row: int) -> list[int]:
-        """Return the rows from one back to its root."""
+        """Return the rows from a position back to its root."""
         rows = [row]
         while self._origins[rows[-1]] != ROOT:
             rows.append(self._origins[rows[-1]])

@@ -1,4 +1,4 @@
-"""Splines that time a segment group: in time through its waypoints, or as a time scaling s(t) along its curve."""
+"""Splines for the timing of a segment group: in time through its waypoints, or a time scaling s(t) on its curve."""
 
 from __future__ import annotations
 
@@ -36,27 +36,27 @@ SHARES = np.linspace(0.0, 1.0, 9)
 """Shares, tried in turn, by which free intervals adopt the pace of slow ones until the time scaling ascends."""
 
 LEAST_FACTOR = 1e-9
-"""Factor on the time of an interval that nothing limits: next to none."""
+"""Factor on the time of an unlimited interval, almost zero."""
 
 BACKWARDS = 1e-9
-"""Speed backwards along the curve, relative to the mean speed, that is rounding of the spline's coefficients."""
+"""Backward speed along the curve, relative to the mean speed, that counts as rounding of the coefficients."""
 
 MOST_LENGTHENINGS = 30
-"""Number of times that segments without a duration are lengthened, at most, beside such with one."""
+"""Largest number of times that segments without a requested duration are lengthened beside segments with one."""
 
 LONGEST = 1e6
 """Multiple of the first durations beyond which free durations are not lengthened, so that the search ends."""
 
 UNHURRIED = 1.0005
-"""Factor by which they are lengthened beyond their need, so that a few times are enough."""
+"""Factor on top of the required lengthening, so that few repetitions suffice."""
 
 
 def time_group(path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> SegmentedPolynomial:
     """Fit a spline in time through the waypoints of joint motions, and a time scaling s(t) along any other curve.
 
     Raises:
-        InfeasibleDuration: A requested duration is shorter than its limits allow, or no time scaling without a way back
-            has it.
+        InfeasibleDuration: A requested duration is shorter than its limits allow, or every time scaling with it runs
+            backwards.
         JointPositionLimit: A spline leaves the position limits between waypoints.
         LimitsUnsatisfiable: Nothing limits the durations, gravity exceeds a torque limit, or no motion was found that
             passes a waypoint with the velocity requested.
@@ -67,7 +67,7 @@ def time_group(path: JointPath, group: SegmentGroup, degree: Degree, enforced: f
 
 
 class _Timing(ABC):
-    """A segment group between whose intervals the time is shared out, at last so that all limits are kept.
+    """The timing of a segment group: distributes time over its intervals until all limits are kept.
 
     Attributes:
         segments: Index (intervals,) of the segment that each interval belongs to.
@@ -75,7 +75,7 @@ class _Timing(ABC):
 
     segments: np.ndarray
     may_stretch = True
-    """Whether the motion is the same, but slower, with all durations times a factor."""
+    """Whether a common factor on all durations slows the motion without changing its path."""
     longest = LONGEST
     """Multiple of the first durations up to which free durations are lengthened."""
 
@@ -118,11 +118,11 @@ class _Timing(ABC):
 
     @abstractmethod
     def first_durations(self) -> FloatArray:
-        """Return durations (intervals,), s: the requested ones, and about the shortest for the others."""
+        """Return durations (intervals,), s: the requested ones, and nearly the shortest for the other intervals."""
 
     @abstractmethod
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
-        """Return the motion with these durations (intervals,)."""
+        """Return the motion for durations (intervals,), s."""
 
     def _infeasible_error(self, needed: dict[int, TimeScaling]) -> PlanningError:
         """Return the error that names the segment which needs the largest factor on its time."""
@@ -139,7 +139,7 @@ class _Timing(ABC):
 
 
 class _SplineTiming(_Timing):
-    """The timing of joint motions through waypoints, between which the path is up to the spline."""
+    """The timing of joint motions through waypoints; the spline sets the path between them."""
 
     def __init__(self, path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> None:
         super().__init__(path, group, degree, enforced)
@@ -170,7 +170,7 @@ class _SplineTiming(_Timing):
 
 
 class _PassingTiming(_SplineTiming):
-    """The timing of joint motions through waypoints, some of which are passed with the velocities requested there."""
+    """The timing of joint motions through waypoints, some of them with requested passing velocities."""
 
     may_stretch = False
     longest = 100.0  # what a velocity itself exceeds no time mends, and the swings before it grow
@@ -214,7 +214,7 @@ class _PassingTiming(_SplineTiming):
         return motion.spline.curve.of_segments(self.segments)
 
     def _out_of_reach_error(self, broken: VelocityOutOfReach) -> PlanningError:
-        """Return the error that names the limit which is nearest to being kept."""
+        """Return the error that names the limit with the smallest excess."""
         name, segment = self.path.robot.joint_names[broken.joint], int(self.segments[broken.segment])
         value, limit = broken.value, broken.limit
         if broken.quantity != "position":
@@ -224,7 +224,7 @@ class _PassingTiming(_SplineTiming):
         return JointPositionLimit(message, segment=segment, joint=name, value=value, limit=limit, remedies=remedies)
 
     def _infeasible_error(self, needed: dict[int, TimeScaling]) -> PlanningError:
-        """Return the error where torque or the tool needs more time, and more time does not help."""
+        """Return the error where a torque or tool limit needs more time, but more time does not help."""
         worst = max(needed, key=lambda segment: needed[segment].factor)
         return self._unsatisfiable_error(worst, needed[worst].binding)
 
@@ -255,10 +255,10 @@ class _PassingTiming(_SplineTiming):
 
 
 class _CurveTiming(_Timing):
-    """A time scaling of that degree along the curve: the spline s(t) through waypoints and ends of blends.
+    """The timing along a curve: a time scaling spline s(t) through waypoints and ends of blends.
 
-    The intervals between these knots share the time so that each comes as near to its limits as it can. A single time
-    scaling over the whole group is such a spline, too: the search begins there.
+    The time is distributed over the intervals between these knots so that each uses its limits as fully as possible.
+    The search begins with a single time scaling over the whole group, which is such a spline, too.
     """
 
     def __init__(self, path: JointPath, group: SegmentGroup, degree: Degree, enforced: frozenset[str]) -> None:
@@ -295,11 +295,11 @@ class _CurveTiming(_Timing):
         raise self._runs_backwards_error()
 
     def _shortest(self, start: FloatArray, requested: FloatArray) -> FloatArray:
-        """Return the shortest durations (intervals,), s, that are found from `start` on beside those requested."""
+        """Search from `start` for the shortest durations (intervals,), s; requested durations stay."""
         return shortest_durations(self._evaluate, start, requested)[0]
 
     def _evaluate(self, durations: FloatArray) -> Evaluation:
-        """Evaluate the time scaling at all samples; near these durations only at the samples nearest to the limits."""
+        """Evaluate the time scaling at all samples; near these durations only at the most limiting samples."""
         factors = self._samples(durations, UNITS)[0]
         peaks = UNITS[factors.argmax(axis=1)][:, None]
         return Evaluation(factors.max(axis=1), lambda near: self._samples(near, peaks)[0][:, 0])
@@ -311,7 +311,7 @@ class _CurveTiming(_Timing):
 
     @cached_property
     def _single(self) -> SegmentedPolynomial:
-        """A single polynomial from rest to rest over the whole group, in 1 s, cut at the ends of the intervals."""
+        """The time scaling polynomial of the whole group, rest to rest in 1 s, cut at the ends of the intervals."""
         ends = np.array([[0.0], [self.knots[-1]]])
         return split_at_knots(interpolating_spline(ends, np.ones(1), self.degree), self.knots[1:-1], self.segments)
 

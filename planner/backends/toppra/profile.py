@@ -1,4 +1,4 @@
-"""Profiles of the path velocity: solved on intervals, which are split where that gains time."""
+"""Path velocity profiles, solved on intervals that are split where this shortens the trajectory."""
 
 from __future__ import annotations
 
@@ -26,50 +26,49 @@ MOST_REFINEMENTS = 3
 """Largest number of times that intervals are split."""
 
 MOST_REPAIRS = 3
-"""Largest number of solutions after these for limits that are still broken."""
+"""Largest number of further solutions that repair limits still exceeded."""
 
 NEGLECTED = 0.001
 """Share of the time that constant path accelerations may waste before intervals are split a second time.
 
-Below it, another solution gained less than that in every motion.
+Below it, another solution gained less than this share in every motion.
 """
 
 STUCK = 0.003
 """Share of the time of intervals without a path acceleration along the limits above which they are split a second time.
 
-They slow their neighbours, too.
+These intervals slow their neighbours, too.
 """
 
 WASTE = 0.01
 """Share of the mean time of an interval that an interval may waste before it is split."""
 
 STEEPEST = 1e6
-"""Largest path acceleration that is no jump: with it the highest bound is reached in this share of an interval
-of constant acceleration."""
+"""Largest path acceleration that is no jump, as a multiple of the highest bound of s'^2 by the interval's length."""
 
 LEAST_SHARE = 1e-4
-"""Least share of an interval that a part of it has."""
+"""Smallest part of a split interval, as a share of the interval."""
 
 TOLERATED = 1.001
-"""Share of a limit up to which a path acceleration that follows another limit may use it at the ends of an interval."""
+"""Largest use of a limit at interval ends by a path acceleration that follows another limit, as a share of it."""
 
 MENDED_BY_PARTS = 1.02
-"""Share of a limit up to which the parts of an interval keep it although the whole interval exceeds it.
+"""Largest use of a limit on an interval that splitting the interval repairs, as a share of the limit.
 
 The excess between two points that keep the limit shrinks with the square of their distance.
 """
 
 PARTS = 4
-"""Parts that an interval is split into where no path acceleration follows the limits along it."""
+"""Number of parts for splitting an interval on which no path acceleration follows the limits."""
 
 MANY = 10_000
-"""Number of intervals of a whole path above which no more are made to gain time, which would take seconds.
+"""Number of intervals of a path above which no interval is split to gain time, since that would take seconds.
 
-Noisy curves with thousands of sharp turns have so many.
+Only noisy curves with thousands of sharp turns have so many intervals.
 """
 
 MANY_OF_A_SEGMENT = 100
-"""Number of intervals of each segment that are not too many, however many segments there are."""
+"""Number of intervals per segment that is always permitted, for any number of segments."""
 
 SERIES = 1e-4
 """Square below which the inverse of a tangent is a series of three terms, exact to rounding."""
@@ -80,7 +79,7 @@ class SolvedLimits(NamedTuple):
 
     Attributes:
         limits: The limits on its intervals.
-        throughout: (intervals,), where a constant u has to keep them all over the interval.
+        throughout: (intervals,), whether a constant u must keep the limits over the whole interval.
     """
 
     limits: PathLimits
@@ -94,8 +93,8 @@ class Profile:
     Attributes:
         intervals: The curves.
         x: (intervals + 1,), s'^2 at the gridpoints.
-        bend: (intervals,), half of what s'' grows by on each.
-        solved: The solver's problem; None: intervals were split since then.
+        bend: (intervals,), half of the increase of s'' on each interval.
+        solved: The limits of its solution; None: intervals were split after the solution.
     """
 
     intervals: Intervals
@@ -116,7 +115,7 @@ class Profile:
 
     @cached_property
     def times(self) -> FloatArray:
-        """The times (intervals,), s, that the intervals take."""
+        """The times (intervals,) of the intervals, s."""
         return self.times_between(0.0, 1.0)
 
     def times_between(self, start: float, end: float) -> FloatArray:
@@ -137,7 +136,7 @@ class Profile:
 
     @property
     def has_many_intervals(self) -> bool:
-        """Whether there are so many intervals that no more should be made."""
+        """Whether the path has too many intervals for a further split."""
         segments = int(np.count_nonzero(np.diff(self.intervals.segments, prepend=-1)))
         return len(self.x) > max(MANY, MANY_OF_A_SEGMENT * segments)
 
@@ -149,7 +148,7 @@ class Profile:
 
     @cached_property
     def durations(self) -> FloatArray:
-        """The times (groups,), s, that the groups take."""
+        """The durations (groups,) of the groups, s."""
         durations: FloatArray = np.bincount(self.intervals.groups, self.times).astype(np.float64)
         return durations
 
@@ -169,7 +168,7 @@ def fastest_on(
         intervals: The intervals of its curves.
         factors: (segments,), on all times, in addition to the limits.
         refinements: Largest number of times that intervals are split.
-        repairs: Largest number of solutions after that for limits that are broken.
+        repairs: Largest number of further solutions that repair exceeded limits.
         solver: What solves it.
     """
     limits = path_limits(path.dynamics, path.limits, intervals, factors)
@@ -180,13 +179,13 @@ def fastest_on(
 def solved_again(
     path: JointPath, profile: Profile, parts: np.ndarray, changed: np.ndarray, factors: FloatArray, solver: Solver
 ) -> Profile:
-    """Return the fastest profile on the same intervals, some of them split, or slower; the others keep their limits.
+    """Return the fastest profile after some intervals are split or slowed; the others keep their limits.
 
     Args:
         path: The path, with its limits.
         profile: A profile as `fastest_on` finds it.
         parts: (intervals,), 1 or 2, equal parts of each interval.
-        changed: (intervals,), whether an interval is split or its factor is another.
+        changed: (intervals,), whether an interval is split or its factor changes.
         factors: (segments,), on all times, in addition to the limits.
         solver: What solves it.
     """
@@ -210,13 +209,13 @@ def _solved(
     """Return the fastest profile on intervals.
 
     Args:
-        path: See `fastest_on`, like all that is not said here.
-        intervals: See there.
-        factors: See there.
-        solved: The limits that it is to be solved with first.
-        refinements: See there.
-        repairs: See there.
-        solver: See there.
+        path: See `fastest_on`.
+        intervals: See `fastest_on`.
+        factors: See `fastest_on`.
+        solved: The limits for the first solution.
+        refinements: See `fastest_on`.
+        repairs: See `fastest_on`.
+        solver: See `fastest_on`.
     """
     limits, throughout = solved
     for solution in range(refinements + repairs + 1):

@@ -1,4 +1,4 @@
-"""The surroundings of a robot in motion as SVG: objects come, go and move as they do along the trajectory."""
+"""The surroundings of a moving robot as SVG: objects appear, disappear and move along the trajectory."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ RIM = 0.03
 """Share of the extent of the view beyond which larger objects are cut."""
 
 MOST_CHECKED_PICTURES = 40
-"""The most pictures at which it is seen whether a thing hides the robot."""
+"""Largest number of pictures checked for an object that hides the robot."""
 
 CARRIED_CORNERS = 32
 """The number of corners of a moving outline; each is the farthest point along one direction."""
 
 
 class Frames(NamedTuple):
-    """The pictures of a motion, evenly apart in time: the segments (T,) and the joint positions (T, joints) then."""
+    """The pictures of a motion at equal time steps: the segments (T,) and the joint positions (T, joints)."""
 
     segments: list[int]
     positions: FloatArray
@@ -102,7 +102,7 @@ class _Clock(NamedTuple):
     timing: str
 
     def animate(self, attribute: str, values: Sequence[str], rows: Sequence[int], more: str = "") -> str:
-        """Let an attribute have values at the pictures of such numbers."""
+        """Set the values of an attribute at numbered pictures."""
         times = ";".join(f"{row / self.last:.5f}" for row in rows)
         return (
             f'<animate attributeName="{attribute}"{more} {self.timing} keyTimes="{times}" values="{";".join(values)}"/>'
@@ -140,7 +140,7 @@ def _carried(
 
 
 def _thing(thing: Thing, share: float, ends: tuple[FloatArray, FloatArray], seen: Projection, when: str) -> str:
-    """Draw the outline of a thing, a share of its opacity, its edges and points."""
+    """Draw the outline of an object with a share of its opacity, its edges and its points."""
     style, stride = thing.style, -(-len(thing.points) // MOST_CLOUD_POINTS) or 1
     outlines = "".join(f"M{_points(seen.project(outline))}Z" for outline in thing.outlines(seen.view))
     edges = thing.edges(seen.view, *ends) if thing.pieces else ()

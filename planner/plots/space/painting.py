@@ -1,4 +1,4 @@
-"""The surroundings in a view: muted, the farthest first, with their names and the margins that are kept."""
+"""The surroundings in a view: muted, from far to near, with their names and margins."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SPECK = 0.004
 """Share of the extent of a view below which a thing is drawn as a dot, too: less than two points of a picture."""
 
 NEAR_END = 0.08
-"""Share of the width of a picture in which names at its left and right ends begin or end, so that they are inside."""
+"""Width of the border, as a share of the picture, in which names are aligned inwards so that they fit."""
 
 UPPER_HALF = 0.5
 """Share of the height of a picture above which the names of planes are below their edges."""
@@ -106,7 +106,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _margins(kept: dict[str, float]) -> str:
-    """Say which margins, m, are kept from things by their names."""
+    """Return the text of the margins, m, kept from named objects."""
     margins = {name: margin * MILLIMETRES for name, margin in kept.items()}
     values = sorted(set(margins.values()))
     if len(values) == 1:

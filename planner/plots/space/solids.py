@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 SHARP = np.cos(np.radians(30.0))
-"""Cosine of the least angle between two faces whose edge is drawn; sides of round shapes meet at less."""
+"""Cosine of the least angle between two faces whose edge is drawn; round shapes have smaller angles."""
 
 EDGE_ON = 1e-6
 """Cosine between a face and the line of sight below which the face is not seen."""
@@ -30,11 +30,11 @@ LEAST_CORNERS = 3
 """Least number of corners of a part of a plane."""
 
 EDGE_PARTS = 6
-"""Number of parts of an edge, each of which is drawn or hidden."""
+"""Number of parts of an edge; each part is drawn or hidden."""
 
 
 def ring(count: int) -> FloatArray:
-    """Return directions (count, 2) all around."""
+    """Return directions (count, 2), evenly spaced around a circle."""
     angles = 2.0 * np.pi * np.arange(count) / count
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
@@ -156,7 +156,7 @@ class Thing:
 
     Attributes:
         name: Its name.
-        style: How it is drawn.
+        style: Its style.
         pieces: Its convex pieces.
         points: The points (N, 3), m, of a point cloud.
         plane: The normal (3,) and the offset, m, of a half space.
@@ -210,7 +210,7 @@ class Thing:
         return parts
 
     def is_over(self, points: FloatArray, view: View) -> bool:
-        """Tell whether it hides more of some points (N, 3), m, than are in front of it."""
+        """Tell whether it hides more of the points (N, 3), m, than lie in front of it."""
         return sum(int(piece.sides(points, view).sum()) for piece in self.pieces) > 0
 
 

@@ -32,7 +32,7 @@ ZOOM = 0.92
 """Magnification of isometric views: as large as their labels allow."""
 
 MOST_TICKS = 6
-"""The most stretches between ticks of the axes of an isometric view, on which there is less room."""
+"""Largest number of tick intervals on the axes of an isometric view, which have less room."""
 
 BEHIND = 1.6
 """The layer (matplotlib's zorder) of things: over the grid, under the robot."""
@@ -55,7 +55,7 @@ class _Area(PathPatch):
         self._corners, self._codes = corners, codes
 
     def do_3d_projection(self) -> float:
-        """Project it; its place among other patches is that of its `zorder`."""
+        """Project it, and return its `zorder` as its depth among other patches."""
         x, y, _ = proj_transform(*self._corners.T, self.axes.M)  # type: ignore[union-attr]
         self.set_path(Path(np.column_stack([x, y]), self._codes))
         return 0.0
@@ -67,7 +67,7 @@ class Space:
     Attributes:
         axes: The axes of matplotlib.
         view: The view.
-        columns: The coordinates that its axes show.
+        columns: The coordinates shown by its axes.
         drawn: Corners of the drawing so far, each (3,), mm.
         lines: Points of the lines that were drawn so far, each (N, 3), m.
     """
@@ -85,7 +85,7 @@ class Space:
         self.lines: list[FloatArray] = []
 
     def shown(self, points: FloatArray) -> FloatArray:
-        """Return the coordinates (columns, N), mm, of points (N, 3), m, that are now part of the picture."""
+        """Make points (N, 3), m, part of the picture, and return their coordinates (columns, N), mm."""
         self.include(points)
         scaled = points * MILLIMETRES
         return np.ascontiguousarray(scaled[:, self.columns].T)

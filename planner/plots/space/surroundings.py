@@ -45,7 +45,7 @@ SAME_HEIGHT = 0.01
 """Share of the extent of an object by which its points are as high as its highest one."""
 
 LINE_STEPS = 12
-"""Number of points that stand for each stretch of a line, where objects hide it."""
+"""Number of points that sample each stretch of a line for hiding by objects."""
 
 
 def standing_things(checkers: Sequence[CollisionChecker]) -> list[tuple[Thing, set[CollisionChecker]]]:
@@ -63,7 +63,7 @@ def standing_things(checkers: Sequence[CollisionChecker]) -> list[tuple[Thing, s
 
 
 def _things(pieces: Sequence[Obstacle]) -> Iterator[Thing]:
-    """Yield the object that pieces are of, in the base frame; each half space for itself."""
+    """Yield the objects made of pieces, in the base frame; each half space separately."""
     name, solids, points = pieces[0].name, [], [np.zeros((0, 3))]
     for piece in pieces:
         if isinstance(piece.shape, HalfSpace):
@@ -131,7 +131,7 @@ def shown_points(things: Sequence[Thing], points: FloatArray) -> FloatArray:
 
 
 def points_along(line: FloatArray) -> FloatArray:
-    """Return points (N, 3), m, all along a line through points (N, 3), m."""
+    """Return sample points (N, 3), m, along a line through points (N, 3), m."""
     if len(line) > LINE_STEPS * LINE_STEPS:
         return line
     shares = np.arange(LINE_STEPS)[:, None, None] / LINE_STEPS
@@ -140,7 +140,7 @@ def points_along(line: FloatArray) -> FloatArray:
 
 
 def painted_order(things: Sequence[Thing], view: View) -> list[Thing]:
-    """Return things in the order of painting: half spaces first, and then the farthest first."""
+    """Return objects in the order of painting: half spaces first, then from far to near."""
     return sorted(things, key=lambda thing: (thing.style != PLANE, float(thing.vertices.mean(axis=0) @ view.toward)))
 
 

@@ -1,4 +1,4 @@
-"""Views of the base frame: the path of the tool, stick models of the robot, and the points that it reaches."""
+"""Views of the base frame: the path of the tool, stick models of the robot, and its reachable points."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MOST_FRAMES = 9
-"""The most frames of the tool that are drawn along its path."""
+"""Largest number of tool frames drawn along the path."""
 
 NAME_SHARE = 0.02
 """Distance up to which two waypoints have their names on one line, as a share of the extent of the drawing."""
 
 FRAME_SHARE = 0.06
-"""Length of the axes of such a frame, as a share of the extent of the picture."""
+"""Length of the axes of a tool frame, as a share of the extent of the picture."""
 
 
 def draw_path(figure: Figure, cell: SubplotSpec, plan: Planned, view: str) -> None:
