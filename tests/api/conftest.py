@@ -51,7 +51,7 @@ class RunningService:
         return workers_of(psutil.Process(self.process.pid))
 
     def busy_workers(self) -> int:
-        """Return how many workers have something to do."""
+        """Return the number of busy workers."""
         found = re.findall(r'planner_workers{lane="\w+",state="busy"} (\d+)', self.client.get("/metrics").text)
         return sum(map(int, found))
 
@@ -70,7 +70,7 @@ class RunningService:
         wait_until(ready, timeout)
 
     def line_of(self, request_id: str) -> dict[str, Any]:
-        """Return the line of a request in the log, where it stands soon after the answer."""
+        """Wait for the log line of a request, which appears soon after the answer."""
 
         def found() -> list[dict[str, Any]]:
             return [line for line in self.logged() if line.get("request_id") == request_id]
@@ -91,7 +91,7 @@ def wait_until(condition: Callable[[], bool], timeout: float = 30.0) -> None:
 
 
 def free_port() -> int:
-    """Return a port that nobody else gets until this process ends: no other test, and no connection of the kernel's."""
+    """Return a port that no other test and no connection of the kernel gets until this process ends."""
     for port in random.sample(PORTS, len(PORTS)):
         lock = socket.socket(socket.AF_UNIX)
         with socket.socket() as probe, suppress(OSError):
@@ -146,7 +146,7 @@ def stored(running: RunningService) -> set[str]:
 
 @pytest.fixture(scope="module", autouse=True)
 def _nothing_is_left() -> Iterator[None]:
-    """Delete the robots and scenes that tests of a module leave in the service of all tests: others list them."""
+    """Delete robots and scenes that a module's tests left in the shared service, since other tests list them."""
     yield
     for running, first in _SHARED:
         for path in stored(running) - first:

@@ -18,7 +18,7 @@ DEFECTS = ROOT / "tests" / "data" / "defects"
 
 
 def changed(body: dict[str, Any], pointer: str, value: Any) -> dict[str, Any]:
-    """Return the request with another value at a JSON pointer; null: without one."""
+    """Return the request with a new value at a JSON pointer; null unsets an optional field."""
     result = copy.deepcopy(body)
     *way, last = pointer.removeprefix("/").split("/")
     holder: Any = result

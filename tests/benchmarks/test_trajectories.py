@@ -24,7 +24,7 @@ ARM = load_robot("kuka_kr16_l6_2")
 
 
 def swing(amplitude: FloatArray, duration: float) -> Motion:
-    """Return one sine of each joint about zero, up and down again."""
+    """Return one sine period of each joint about zero."""
     w = 2.0 * np.pi / duration
 
     def sample(times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -22,7 +22,7 @@ def document(name: str) -> dict[str, Any]:
 
 
 def homogeneous(axis: str | None = None, angle: float = 0.0, shift: Sequence[float] = (0, 0, 0)) -> FloatArray:
-    """Return (4, 4): a shift, m, then a turn about `axis`, rad."""
+    """Return the transform (4, 4) of a shift, m, then a rotation about `axis`, rad."""
     c, s = np.cos(angle), np.sin(angle)
     rotations: dict[str | None, list[list[float]]] = {
         None: [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -59,7 +59,7 @@ def modified_dh(rows: list[tuple[float, float, float]], q: FloatArray) -> FloatA
 
 
 def matrix(pose: Pose) -> FloatArray:
-    """Return (4, 4) of a pose with a rotation."""
+    """Return the transform (4, 4) of a pose with a rotation."""
     T = np.eye(4)
     T[:3, :3] = pose.rotation
     T[:3, 3] = pose.position
@@ -67,12 +67,12 @@ def matrix(pose: Pose) -> FloatArray:
 
 
 def pose_of(T: FloatArray) -> Pose:
-    """Return the pose of a (4, 4)."""
+    """Return the pose of a transform (4, 4)."""
     return Pose(T[:3, 3].copy(), T[:3, :3].copy())
 
 
 def angle_between(R: FloatArray, S: FloatArray) -> float:
-    """Return angle between two rotations, rad; from the chord |R - S|, which is exact for small angles too."""
+    """Return the angle between two rotations, rad, from the chord |R - S|, exact for small angles too."""
     return float(2.0 * np.arcsin(min(np.linalg.norm(R - S) / np.sqrt(8.0), 1.0)))
 
 

@@ -32,7 +32,7 @@ class Graph:
 
 
 def graphs_of(svg: bytes) -> list[Graph]:
-    """Return all graphs of a picture, from above; those above the last one have its time axis."""
+    """Return all graphs of a picture from top to bottom; all share the time axis of the last graph."""
     parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))  # noqa: S314 - our own
     parser.feed(svg.decode())
     groups = [group for group in parser.close().iter(f"{SVG}g") if group.get("id", "").startswith("graph.")]
@@ -62,7 +62,7 @@ def _in_units(points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def _scale(group: ElementTree.Element, ticks: str, coordinate: int) -> FloatArray:
-    """Return the polynomial from a coordinate of the picture to the values that stand at its tick marks."""
+    """Return the polynomial from a coordinate of the picture to the values at its tick marks."""
     at, values = [], []
     for tick in (part for part in group.iter(f"{SVG}g") if part.get("id", "").startswith(ticks)):
         (label,) = (part.text for part in tick.iter() if part.tag is ElementTree.Comment)

@@ -12,7 +12,7 @@ ELLIPSIS = "..."
 
 
 def parse_shown(text: str) -> Any:
-    """Read JSON whose numbers keep the digits that they are written with."""
+    """Read JSON and keep the written digits of its numbers."""
     return json.loads(text, parse_float=Decimal)
 
 

@@ -16,7 +16,7 @@ SOLVER = "min_effort"
 
 
 def without_solver(text: str) -> list[str]:
-    """Return the lines of results that no nonlinear solver has to do with."""
+    """Return the lines of results that involve no nonlinear solver."""
     best = ("- Cheapest", "- Smoothest")  # may be the solver's
     return [line for line in text.splitlines() if line and SOLVER not in line and not line.startswith(best)]
 

@@ -15,7 +15,7 @@ PAGE = (ROOT / "docs" / "contributing.md").read_text(encoding="utf-8")
 
 
 def apply_diff(diff: str, folder: Path) -> None:
-    """Replace the lines of each hunk, which must be there once."""
+    """Replace the lines of each hunk, which must occur exactly once."""
     for name, hunk in re.findall(r"^\+\+\+ b/(.*)\n@@\n((?:[ +-].*\n|\+\n)*?)(?=--- |\Z)", diff, flags=re.MULTILINE):
         lines = hunk.splitlines()
         before, after = ("\n".join(line[1:] for line in lines if line[:1] != sign) for sign in "+-")

@@ -168,7 +168,7 @@ def test_e31_largest_static_torque_is_on_theta_2_then_on_theta_3(robot: Robot) -
 
 
 def transition(i: int, backend: Trapezoidal | None = None, duration: float = 30.0) -> Plan:
-    """Return transition i as a straight Cartesian line: 30 s, of which 10 s accelerating and 10 s braking."""
+    """Return transition i as a straight Cartesian line of 30 s, with 10 s acceleration and 10 s braking."""
     start, end = (tuple(x / 1000.0 for x in TRANSITIONS[i][key]) for key in ("start_mm", "end_mm"))
     waypoints = (JointWaypoint(position=start), JointWaypoint(position=end, duration=duration))
     return plan(PlanningProblem(gantry(), waypoints), backend or Trapezoidal(acceleration_time=10.0))

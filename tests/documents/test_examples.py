@@ -91,12 +91,12 @@ def numbers(line: str) -> list[float]:
 
 
 def line_of(output: str, start: str) -> str:
-    """Return the line that starts so, after the indent."""
+    """Return the line that starts with a text after its indent."""
     return next(line.strip() for line in output.splitlines() if line.strip().startswith(start))
 
 
 def derived_robot(name: str) -> Robot:
-    """Return the robot of `examples/robots` that is made from one of the catalogue."""
+    """Return the robot of `examples/robots` that is derived from a robot of the catalogue."""
     model = json.loads((EXAMPLES / "robots" / f"{name}.json").read_text())
     named = TypeAdapter(RobotDefinition).validate_python(model)
     changes = {field: getattr(named, field) for field in Changes.model_fields}

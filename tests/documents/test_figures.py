@@ -144,7 +144,7 @@ def test_figures_4_2_and_4_3_end_at_the_points(number: str, case: str, tmp_path:
 
 
 def tool_line(axis: str, order: int) -> Callable[[FloatArray], FloatArray]:
-    """Return the published pieces of the first movement set, mm, in local time (E25), and what rests between them."""
+    """Return the published pieces of the first movement set and its rests, mm, in local time (E25)."""
     pieces = SETS[0]["corrected_piecewise"]
     breaks = np.array([0.0, *pieces["breakpoints_s"]])
     polynomials = [np.polynomial.Polynomial(np.atleast_1d(piece)).deriv(order) for piece in pieces[axis]]
@@ -214,7 +214,7 @@ def test_figures_6_to_8_have_the_arm_at_the_points_of_table_2(
 
 
 def share(time: FloatArray) -> FloatArray:
-    """Return the share of the way of Section 7: T = 30, t1 = 10, t2 = 20 s."""
+    """Return the path fraction of Section 7: T = 30, t1 = 10, t2 = 20 s."""
     time = np.clip(time, 0.0, 30.0)
     rising, steady = 0.0025 * time**2, 0.25 + 0.05 * (time - 10.0)
     return np.where(time < 10.0, rising, np.where(time < 20.0, steady, 1.0 - 0.0025 * (30.0 - time) ** 2))

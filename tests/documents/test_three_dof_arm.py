@@ -43,7 +43,7 @@ def robot() -> Robot:
 
 
 def position_of(q: FloatArray) -> FloatArray:
-    """Return (3,), m, by a plain D-H product."""
+    """Return the tool position (3,), m, by a plain D-H product."""
     return (modified_dh(D_H, q) @ homogeneous(shift=(L2, 0.0, 0.0)))[:3, 3]
 
 
@@ -66,7 +66,7 @@ def closed_form(target: FloatArray) -> FloatArray:
 
 
 def apart(q: FloatArray, other: FloatArray) -> float:
-    """Return largest difference of two joint positions, whole turns aside, rad."""
+    """Return the largest difference of two joint positions except whole turns, rad."""
     return float(np.abs(np.angle(np.exp(1j * (q - other)))).max())
 
 

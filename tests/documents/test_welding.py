@@ -47,7 +47,7 @@ def waypoints() -> tuple[PoseWaypoint | RelativeWaypoint, ...]:
 
 
 def reached(q: FloatArray) -> FloatArray:
-    """Return (4, 4), by a plain D-H product."""
+    """Return the tool transform (4, 4) by a plain D-H product."""
     base = homogeneous(shift=(0.0, 0.0, BASE_HEIGHT))
     return base @ standard_dh([(d, a, np.radians(alpha)) for d, a, alpha in D_H], q)
 
@@ -124,7 +124,7 @@ def test_plan_is_certified(welding: Plan) -> None:
 
 
 def straight(robot_id: str) -> tuple[PoseWaypoint | RelativeWaypoint, ...]:
-    """Return the sequence with a straight line to every point but the first."""
+    """Return the sequence with a straight line to every point except the first."""
     first, *others = waypoints()
     return first, *(replace(waypoint, motion=LinearMotion()) for waypoint in others)
 

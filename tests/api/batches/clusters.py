@@ -41,12 +41,12 @@ class Cluster:
             self.processes[name] = subprocess.Popen(command, cwd=self.folder, env=environment, stderr=log, stdout=log)
 
     def planning_processes(self, name: str) -> list[psutil.Process]:
-        """Return the processes of a machine that have no further ones of their own."""
+        """Return the processes of a machine that have no child processes."""
         found = psutil.Process(self.processes[name].pid).children(recursive=True)
         return [process for process in found if not process.children() and "forkserver" in " ".join(process.cmdline())]
 
     def kill(self, name: str) -> None:
-        """End a process at once, as a machine that loses power."""
+        """Kill a process at once, as a power failure would."""
         self.processes[name].kill()
         self.processes[name].wait()
 

@@ -39,7 +39,7 @@ def finished(service: RunningService, location: str) -> int:
 
 
 def wait_for(service: RunningService, location: str, count: float) -> None:
-    """Wait until more requests than that have been answered."""
+    """Wait until a batch has more answers than a given number."""
     wait_until(lambda: finished(service, location) > count, 60.0)
 
 

@@ -42,7 +42,7 @@ A_MINUTE = {
 
 
 def requests(count: int, **changes: Any) -> list[dict[str, Any]]:
-    """Return requests no two of which are the same, with two back ends."""
+    """Return distinct requests with two back ends."""
     return [
         plan_request(
             waypoints=[joint(0.1, 0.2, 0.3), joint(0.3 + 1e-3 * k, 0.1, 0.5)],
@@ -70,7 +70,7 @@ def complete(service: RunningService, location: str) -> dict[str, Any]:
 
 
 def results(service: RunningService, location: str, **query: Any) -> list[dict[str, Any]]:
-    """Return all results of a batch that has ended, page by page."""
+    """Read all results of an ended batch page by page."""
     found, cursor = [], None
     while True:
         page = service.client.get(f"{location}/results", params=query | ({} if cursor is None else {"cursor": cursor}))

@@ -38,7 +38,7 @@ def pairs(count: int | None) -> list[Row]:
 
 @cache
 def triples(count: int | None) -> list[Row]:
-    """Return the first rows that combine every triple inside a group, all else plain; None: all.
+    """Return the first rows that combine every triple inside a group, with plain other factors; None: all.
 
     What else a row has may hide a fault of three levels, or refuse the request before it shows.
     """
@@ -56,7 +56,7 @@ def add_robots(client: httpx.Client, known: Known) -> None:
 
 
 def is_planned(client: httpx.Client, known: Known, row: Row, seed: list[int]) -> bool:
-    """Tell whether the request of a row is planned in the end; the judges fail where an answer is wrong."""
+    """Tell whether the request of a row is finally planned; the judges fail where an answer is wrong."""
     robot = known[row["robot"]][0]
     return any(_is_planned(client, robot, row, np.random.default_rng([*seed, draw])) for draw in range(DRAWS))
 

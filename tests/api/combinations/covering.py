@@ -66,7 +66,7 @@ class Covering:
             self.triples |= pairs[:, :, None] & pairs[:, None] & pairs[None]
 
     def each_level(self, names: Collection[str]) -> Iterator[Row]:
-        """Yield rows in which every level of some factors occurs, unless it is refused, beside the first of others."""
+        """Yield rows with every permitted level of some factors, and the first levels of the other factors."""
         seen = set[tuple[str, str]]()
         for value in self.values:
             closed = None if value[0] not in names or value in seen else self._closed({}, [value])
@@ -75,7 +75,7 @@ class Covering:
                 yield row
 
     def rows(self, beginnings: Sequence[Row] = ()) -> Iterator[Row]:
-        """Yield rows until every pair, and every triple that is wanted, has occurred or proved to be refused.
+        """Yield rows until every pair and every requested triple has occurred or is proved to be refused.
 
         Args:
             beginnings: Levels of the first rows, which have the first level of every other factor.
@@ -103,7 +103,7 @@ class Covering:
                 wanted[place] = False
 
     def _completed(self, row: Row, *, is_plain: bool = False) -> Row | None:
-        """Return the row with a level of every other factor that is there; None: its levels are refused together."""
+        """Complete a row with a level of every other existing factor; None: its levels are refused together."""
         for name, factor in self.factors.items():
             if name in row or not all(row.get(need) in levels for need, levels in factor.needs.items()):
                 continue
@@ -135,7 +135,7 @@ class Covering:
             self.triples[np.ix_(numbers, numbers, numbers)] = False
 
     def _closed(self, row: Row, added: list[tuple[str, str]]) -> Row | None:
-        """Return a row with more values and all that they need; None: they contradict each other or the row."""
+        """Extend a row by levels and their needed levels; None: they contradict each other or the row."""
         row, open_needs = dict(row), dict[str, set[str]]()
         for name, level in added:
             if row.setdefault(name, level) != level:
@@ -162,7 +162,7 @@ class Covering:
         return any(all(row.get(name) in levels for name, levels in rule.items()) for rule in self.refused)
 
     def _is_cut_off(self, row: Row) -> bool:
-        """Tell whether a factor of a row has no place beside another one of it."""
+        """Tell whether a factor of a row needs another level of a second factor in the row."""
         return any(
             need in row and row[need] not in levels for name in row for need, levels in self.factors[name].needs.items()
         )

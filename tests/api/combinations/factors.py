@@ -55,7 +55,7 @@ def kinds(union: str) -> tuple[str, ...]:
 
 
 def choices(definition: str, name: str | None = None) -> tuple[str, ...]:
-    """Return the strings that a definition, or one of its properties, may be."""
+    """Return the permitted strings of a definition or of one of its properties."""
     node = schema()["$defs"][definition]
     node = node if name is None else node["properties"][name]
     while "$ref" in node:

@@ -32,7 +32,7 @@ LEFT_OUT = {
 
 
 def fields_of_schema() -> set[str]:
-    """Return the properties of a plan request and of all that it may hold, as in `Limits.velocity`."""
+    """Return the properties of a plan request and of all its parts, written like `Limits.velocity`."""
     models = {model.__name__: model for model in _models(BaseModel)}
     definitions = {PlanRequest.__name__: schema(), **schema()["$defs"]}
     return {
@@ -60,7 +60,7 @@ def fields_in(value: object) -> Iterator[str]:
 
 
 def _declared(model: type[BaseModel], field: str) -> str:
-    """Return a field with the class that declares it: what all waypoints have is one field."""
+    """Return a field with the class that declares it; a field of all waypoints counts as one."""
     names = {own.alias or name: name for name, own in model.model_fields.items()}
     by = next(base for base in reversed(model.__mro__) if names[field] in get_annotations(base))
     return f"{by.__name__}.{field}"

@@ -83,7 +83,7 @@ def _base(name: str) -> tuple[Robot, list[dict[str, Any]], list[dict[str, Any]]]
 
 
 def middle(robot: Robot) -> np.ndarray:
-    """Return the joint position furthest from singularities of some in the middle of the limits."""
+    """Draw joint positions amid the limits, and return the one farthest from singularities."""
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
     shares = np.random.default_rng(1).uniform(0.3, 0.7, (200, robot.dof))
     return max(lower + shares * (upper - lower), key=lambda posture: manipulability(robot, posture))
@@ -175,7 +175,7 @@ class Combined(Plans):
         return {"kind": kind, name: value[0] if value else OPTIONS[name]}
 
     def _limits(self, names: list[str]) -> dict[str, Any]:
-        """Return limits by their names, each with a value that slows, but not by much."""
+        """Return limits by their names, each with a value that slows the plan slightly."""
         made: dict[str, Any] = {}
         for name in names:
             quantity, _, form = name.rpartition("_")

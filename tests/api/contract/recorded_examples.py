@@ -236,7 +236,7 @@ def _conflict(service: RunningService) -> httpx.Response:
 
 
 def _raw(service: RunningService, request: str) -> Any:
-    """Send bytes that no client of HTTP sends, and read the problem document."""
+    """Send bytes that are no valid HTTP request, and read the problem document."""
     url = httpx.URL(service.url)
     with socket.create_connection((url.host, url.port or 80), timeout=30.0) as connection:
         connection.sendall(request.encode())
@@ -295,7 +295,7 @@ def parsed(text: str) -> Any:
 
 
 def kept(shown: dict[str, Any], recorded: dict[str, Any]) -> dict[str, Any]:
-    """Return the recorded examples, and in place of equal ones the shown ones, whose rounding stays."""
+    """Return the recorded examples, but keep each shown example, with its rounding, that is equal."""
     return {
         name: shown[name]
         if name in shown

@@ -247,7 +247,7 @@ def test_what_is_not_explained_is_found() -> None:
 
 
 def sentence(schema: dict[str, Any]) -> bool:
-    """Tell whether there is a description that begins and ends as a sentence does."""
+    """Tell whether a description exists that begins and ends like a sentence."""
     text = schema.get("description", "")
     return bool(re.match(r"[A-Z0`]|null|sqrt", text)) and text.endswith(".") and len(text.split()) > 1
 

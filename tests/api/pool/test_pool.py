@@ -40,7 +40,7 @@ class Running:
         return self.pool._workers[place]
 
     async def ask(self, name: str, kind: Kind = QUICK, deadline: float = 10.0) -> asyncio.Task[Reply]:
-        """Send a request and let everything happen that happens at once."""
+        """Send a request and run all events that are due at once."""
         now = time.monotonic()
         task = Task(name, "/", now, now + deadline)
         asked = asyncio.create_task(self.pool.run(task, kind, lambda size: None))
@@ -48,7 +48,7 @@ class Running:
         return asked
 
     async def put_behind(self, name: str, seconds: float = 10.0) -> asyncio.Task[Reply]:
-        """Give the pool something that stands back."""
+        """Submit a background request to the pool."""
         task = Task(name, "/", time.monotonic(), math.inf)
         asked = asyncio.create_task(self.pool.run_behind(task, NEW, seconds))
         await settle()

@@ -44,7 +44,7 @@ def slow_request(deadline: float = 10.0, poses: int = 1000) -> dict[str, Any]:
 
 
 def stop_workers(service: RunningService) -> None:
-    """Stop the workers, so that the next requests take until their deadlines, however fast the machine is."""
+    """Stop the workers, so that the next requests last until their deadlines on any machine."""
     for worker in service.workers():
         worker.suspend()
 
@@ -196,7 +196,7 @@ def unfinished_body(service: RunningService) -> socket.socket:
 
 
 def refuses_connections(url: str) -> bool:
-    """Tell whether the service refuses a connection; one that it accepts and resets does not count yet."""
+    """Tell whether the service refuses a connection; an accepted and reset connection does not count."""
     try:
         httpx.get(f"{url}/livez", trust_env=False)
     except httpx.ConnectError:

@@ -12,7 +12,7 @@ from tests.api.random_requests.conversation import Conversation
 
 
 def main() -> int:
-    """Print each failure with its number, and in the end how many answers there were of which kind."""
+    """Print each failure with its number, and finally the number of answers of each kind."""
     first, count = int(sys.argv[1]), int(sys.argv[2])
     statuses, failed, start = Counter[tuple[str, str]](), [], time.process_time()
     with made_up_service() as client:

@@ -59,7 +59,7 @@ class Segment(NamedTuple):
 
 
 def segments(request: dict[str, Any], answer: dict[str, Any]) -> Iterator[Segment]:
-    """Yield the parts of an answer: of a plan those between waypoints, of other trajectories all of it."""
+    """Yield the segments of a plan's answer, or the whole trajectory of another answer."""
     whole, tool, payload = request.get("limits", {}), request.get("tool"), request.get("payload")
     waypoints = request.get("waypoints")
     if waypoints is None:

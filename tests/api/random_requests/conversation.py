@@ -37,7 +37,7 @@ REFUSED_BY_SCENES = ("collision", "start_in_collision", "clearance_unproved")
 
 
 def stands_as_asked(waypoint: dict[str, Any]) -> bool:
-    """Tell whether a start is a joint position, and everything is where the scene has it."""
+    """Tell whether a start is a joint position and all objects are at their places in the scene."""
     return waypoint["kind"] == "joint" and not is_handled([waypoint])
 
 
@@ -129,7 +129,7 @@ class Conversation(Judged):
         self.number = number
 
     def hold(self) -> None:
-        """Plan, and go on with an operation on the answer, or with a remedy of the refusal."""
+        """Plan, and continue with an operation on the answer or with a remedy of the refusal."""
         if self.added is not None:
             reply = self.client.post("/v1/robots", json=self.added)
             assert reply.status_code == 201, reply.text

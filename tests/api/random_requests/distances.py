@@ -19,7 +19,7 @@ MOST_PAIRS = 256_000
 
 
 def distance_to(shape: dict[str, Any]) -> Distance:
-    """Return the distance from a shape, in its own frame; of meshes that from their surface."""
+    """Return the distance from a shape in its own frame; for a mesh, from its surface."""
     match shape["kind"]:
         case "sphere":
             return lambda points: np.linalg.norm(points, axis=1) - shape["radius"]
@@ -59,7 +59,7 @@ def _from_excess(beyond: np.ndarray) -> np.ndarray:
 
 
 def _from_hull(vertices: np.ndarray) -> Distance:
-    """Return the distance from a convex hull; from its corners, which are no nearer than it, if it is flat."""
+    """Return the distance from a convex hull; if it is flat, from its corners, an upper bound."""
     try:
         hull = ConvexHull(vertices)
     except (QhullError, ValueError):

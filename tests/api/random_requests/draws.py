@@ -51,7 +51,7 @@ class Draws:
         return float(np.exp(self.random.uniform(np.log(least), np.log(most))))
 
     def limits(self, share: float) -> dict[str, Any]:
-        """Return limits of joints by value or by direction, of the tool, and scales; each with this probability."""
+        """Draw joint limits by value or direction, tool limits and scales, each with a given probability."""
         asked: dict[str, Any] = {}
         quantities = ("velocity", "acceleration", "jerk", *(["torque"] if self.robot.has_dynamics else []))
         for quantity in quantities:

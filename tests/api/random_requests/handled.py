@@ -27,7 +27,7 @@ class Stage(NamedTuple):
 
 
 def stages(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> Iterator[Stage]:
-    """Yield the parts of an answer; all of it where nothing is taken or put down."""
+    """Yield the intervals of an answer; one where no object is attached or detached."""
     asked = request.get("waypoints", [])
     if not is_handled(asked):
         yield Stage(-np.inf, np.inf, Surroundings(robot, request))
@@ -50,7 +50,7 @@ def stages(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> Ite
 
 
 def is_handled(waypoints: list[dict[str, Any]]) -> bool:
-    """Tell whether anything is taken or put down at some waypoints."""
+    """Tell whether any waypoint attaches or detaches an object."""
     return any(waypoint.get("attach") or waypoint.get("detach") for waypoint in waypoints)
 
 

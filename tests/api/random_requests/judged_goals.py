@@ -128,7 +128,7 @@ def _arrives(
 
 
 def _is_turn_open(robot: Robot, waypoints: list[dict[str, Any]], k: int) -> bool:
-    """Tell whether a relative waypoint, or the last one before that is not relative, asks for a position alone."""
+    """Tell whether a relative waypoint, or its last non-relative predecessor, requests a position only."""
     while waypoints[k]["kind"] == "relative":
         k -= 1
     return robot.is_position_only or (waypoints[k]["kind"] == "pose" and not waypoints[k]["pose"].get("orientation"))
@@ -163,7 +163,7 @@ def _keeps_to_curve(
     trajectory: Answered,
     times: dict[int, dict[str, Any]],
 ) -> None:
-    """Hold the places of the tool against the line, the circle, the polyline or the spline."""
+    """Check the tool positions against the line, circle, polyline or spline."""
     k = segment.index
     assert k is not None
     asked = request["waypoints"][k]
@@ -196,7 +196,7 @@ def _keeps_to_curve(
 
 
 def _off_polyline(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return distances (N,) of points (N, 3) from the nearest of the lines between corners (M, 3)."""
+    """Return distances (N,) of points (N, 3) from the polyline through corners (M, 3)."""
     starts, ways = corners[:-1], np.diff(corners, axis=0)
     squares = np.maximum((ways**2).sum(axis=1), 1e-300)
     shares = np.clip(((points[:, None] - starts) * ways).sum(axis=2) / squares, 0.0, 1.0)

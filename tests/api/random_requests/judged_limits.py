@@ -28,7 +28,7 @@ ON_TOOL = 100
 
 
 def bounds_of(robot: Robot, quantity: str, given: list[dict[str, Any]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and the upper limit of each joint: the narrowest of all that are given, times all scales."""
+    """Return the lower and upper limit of each joint: the narrowest given limit times all scales."""
     lower, upper = -robot.bounds(quantity)[0], robot.bounds(quantity)[1]
     lower, upper = (np.minimum(side, robot.limit(quantity)) for side in (lower, upper))
     for limits in given:
@@ -41,7 +41,7 @@ def bounds_of(robot: Robot, quantity: str, given: list[dict[str, Any]]) -> tuple
 
 
 def limits_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any], random: np.random.Generator) -> None:
-    """Fail where an enforced limit is broken; the robot is mounted as the request has it."""
+    """Fail where an enforced limit is exceeded; the robot is mounted as in the request."""
     checks = {check["quantity"]: check for check in answer["certificate"]["checks"]}
     assert answer["certificate"]["satisfied"]
     enforced = {name for name, check in checks.items() if check["enforced"]}
@@ -105,7 +105,7 @@ def _tool_holds(
     pieces: np.ndarray,
     since: np.ndarray,
 ) -> None:
-    """Hold the tool's motion, as Pinocchio knows it, against limits; jerks by differences of its accelerations."""
+    """Check the tool's motion by Pinocchio against limits; jerks are differences of accelerations."""
     data, axes = robot.model.createData(), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
     frame = robot.model.frames[robot.tool_frame_id if tool is None else robot.tip_frame_id]
     joint, where = frame.parentJoint, frame.placement * placement(tool)

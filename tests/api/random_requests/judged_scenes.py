@@ -44,7 +44,7 @@ def speeds_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any], c
 
 
 def is_free(robot: Robot, request: dict[str, Any], answer: dict[str, Any], clearance: Any) -> None:
-    """Fail where a trajectory that is said to be free comes nearer to something than it may."""
+    """Fail where a trajectory reported as collision-free violates a margin."""
     if not request.get("scene") and not request.get("self_collision"):
         return
     trajectory = Answered(answer["polynomials"])
@@ -88,7 +88,7 @@ def speed_holds(
 
 
 def _within(times: np.ndarray, intervals: list[list[float]]) -> np.ndarray:
-    """Tell whether times (N,) are in any of some intervals, but for rounding."""
+    """Tell whether times (N,) are in any of some intervals, up to rounding."""
     edges = np.array(intervals).reshape(-1, 2)
     inside: np.ndarray = (times[:, None] >= edges[:, 0] - CONTACT) & (times[:, None] <= edges[:, 1] + CONTACT)
     return inside.any(axis=1)
@@ -136,7 +136,7 @@ def validation_holds(
 
 
 def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> None:
-    """Hold the answer of a collision check against distances of dense samples."""
+    """Compare the answer of a collision check with distances of dense samples."""
     results = answer["results"]
     assert answer["free"] == all(result["free"] for result in results)
     if "positions" in request:
@@ -158,7 +158,7 @@ def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -
 
 
 def at_rest(robot: Robot, position: list[float]) -> list[dict[str, Any]]:
-    """Return polynomials of a robot that stays where it is."""
+    """Return polynomials of a robot at rest."""
     pairs = zip(robot.joint_names, position, strict=True)
     return [{"joint": name, "breakpoints": RESTING, "coefficients": [[value]]} for name, value in pairs]
 

@@ -186,7 +186,7 @@ class Plans(Waypoints, Scenes):
             request["actions"] = [{"kind": "set_output", "at": at, "name": "gripper", "value": True}]
 
     def spoiled(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Return a request with one number, somewhere in it, that is huge, tiny or of the other sign."""
+        """Return a request with one random number made huge, tiny or of the opposite sign."""
         request = copy.deepcopy(request)
         places: list[tuple[Any, Any]] = []
 

@@ -16,7 +16,7 @@ NOTATIONS = ("quaternion", "rpy", "matrix")
 
 
 def placement(pose: dict[str, Any] | None) -> pin.SE3:
-    """Return the placement that a pose of a request is; without an orientation not turned."""
+    """Return the placement of a requested pose; without an orientation it is not rotated."""
     if pose is None:
         return pin.SE3.Identity()
     turn = pose.get("orientation")
@@ -33,7 +33,7 @@ def placement(pose: dict[str, Any] | None) -> pin.SE3:
 
 
 def written(where: pin.SE3, notation: str | None) -> dict[str, Any]:
-    """Return a placement as the pose of a request; without a notation the position alone."""
+    """Return a placement as a requested pose; without a notation, only its position."""
     turn = Rotation.from_matrix(where.rotation)
     orientation: dict[str, Any] | None
     match notation:
@@ -49,7 +49,7 @@ def written(where: pin.SE3, notation: str | None) -> dict[str, Any]:
 
 
 def angles_of(turn: Rotation, axes: str) -> list[float]:
-    """Return angles of a rotation about axes, also where there are many."""
+    """Return angles of a rotation about axes, even if they are not unique."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Gimbal lock")
         return list(turn.as_euler(axes).tolist())

@@ -45,7 +45,7 @@ def arm_of_shapes() -> str:
 
 
 def made_up_robot(random: np.random.Generator, name: str) -> tuple[Robot, dict[str, Any] | None]:
-    """Return a robot for requests, and what to add it with (None: it is in the catalogue), under a name."""
+    """Return a robot for requests by name, and the body that adds it; None: it is in the catalogue."""
     kind = int(random.integers(8))
     if kind < len(CATALOGUE):
         return load_robot(CATALOGUE[kind]), None

@@ -118,12 +118,12 @@ class Surroundings:
         ]
 
     def is_touching(self, body: Body, thing: Thing) -> bool:
-        """Tell whether two things are nearer than their margin where one of them is taken or put down."""
+        """Tell whether two objects are nearer than their margin where one of them is attached or detached."""
         near = self.near.get((body.name, thing.name), np.inf)
         return near + ROOM_ON_THE_WAY < max(thing.margin, body.margin)
 
     def least_excess(self, trajectory: Answered, ends: np.ndarray, *, touching: bool) -> tuple[float, float, str]:
-        """Return the least distance less the margin of a body from a thing; the least distance; and of which pair.
+        """Return the least distance minus margin of a body and an object, the least distance, and the pair.
 
         Of pairs that touch where something is taken or put down, or of all others. What may touch anyway is left out.
         Both are no less than the truth, between two times (2,), s.
@@ -203,7 +203,7 @@ class Surroundings:
 
 
 def _as_asked(shape: Shape) -> dict[str, Any]:
-    """Return a shape of a robot as a request would have it."""
+    """Return a shape of a robot as a shape of a request."""
     match shape:
         case Sphere():
             return {"kind": "sphere", "radius": shape.radius}
@@ -229,7 +229,7 @@ def _placed(shape: dict[str, Any], where: pin.SE3) -> Distance:
 
 
 def _distance_from_lines(starts: np.ndarray, ends: np.ndarray) -> Distance:
-    """Return the distance of points (N, 3) from the lines between points (N, 3), each from its own."""
+    """Return the distance of each point (N, 3) from its own line between points (N, 3)."""
     ways = ends - starts
     squares = np.maximum((ways**2).sum(axis=1), 1e-300)
 
@@ -241,7 +241,7 @@ def _distance_from_lines(starts: np.ndarray, ends: np.ndarray) -> Distance:
 
 
 def nearest_on_lines(starts: np.ndarray, ends: np.ndarray, distance: Distance) -> np.ndarray:
-    """Return the least of a convex function on lines between points (N, 3), by thirds: (N,)."""
+    """Return the minima (N,) of a convex function on lines between points (N, 3), by ternary search."""
     low, high = np.zeros(len(starts)), np.ones(len(starts))
 
     def at(share: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ class Waypoints(Draws):
     def waypoint(
         self, near: np.ndarray, request: dict[str, Any], tool: dict[str, Any] | None
     ) -> tuple[dict[str, Any], np.ndarray, dict[str, Any] | None]:
-        """Return a waypoint after one at a joint position; the joint position near it, and the tool from there on."""
+        """Return the waypoint after a joint position, a joint position near it, and the following tool."""
         made: dict[str, Any]
         if self.chance(0.07):
             tool = self.choice(TOOLS)
@@ -66,7 +66,7 @@ class Waypoints(Draws):
         return made, near, tool
 
     def _goal(self, start: pin.SE3) -> pin.SE3:
-        """Return a pose near another one: shifted, along an axis, turned, or the same."""
+        """Return a pose near another one: shifted, moved along an axis, turned, or equal."""
         shift = self.between(0.005, 0.1) * self.random.normal(size=3)
         turn = self.between(1e-3, 0.5) * self.random.normal(size=3)
         if self.chance(0.3):

@@ -32,7 +32,7 @@ def text(body: str) -> bytes:
 
 
 def plan_text(waypoint: str) -> bytes:
-    """Return a plan request whose second waypoint is this text: for what Python's JSON cannot write."""
+    """Return a plan request whose second waypoint is a text, for values that Python's JSON cannot write."""
     return text(json.dumps(second("HERE")).replace('"HERE"', waypoint))
 
 

@@ -35,7 +35,7 @@ def _document(name: str, finding: str, document: str, **changes: Any) -> Bad:
 
 
 def _chain(name: str, finding: str, old: str, new: str) -> Bad:
-    """Return a good chain with something replaced everywhere."""
+    """Return a valid chain with every occurrence of a text replaced."""
     return _document(name, finding, PLAIN.replace(old, new))
 
 

@@ -39,7 +39,7 @@ def batch_of(connection: Connection, batch_id: str, rows: list[dict[str, Any]]) 
 
 
 def rows_of(count: int, seed: int = 1) -> list[dict[str, Any]]:
-    """Return items of all kinds: planned, refused, ended by force, and not answered yet."""
+    """Return items of all kinds: planned, refused, aborted, and not answered yet."""
     random = np.random.default_rng(seed)
     rows = []
     for position in range(count):

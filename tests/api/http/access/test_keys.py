@@ -255,7 +255,7 @@ def test_batches_of_another_are_not_there(keyed: Keyed) -> None:
 
 
 def batch_without_end(folder: Path, key: str) -> str:
-    """Return the id of a batch of a key whose only request another service, which lives for ever, has claimed."""
+    """Return the id of a key's batch whose only request is claimed by another service that never ends."""
     engine = make_engine(sqlite_url(folder))
     with engine.begin() as connection:
         connection.execute(delete(engines).where(engines.c.id == "elsewhere"))

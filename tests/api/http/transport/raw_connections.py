@@ -26,7 +26,7 @@ def connect(service: RunningService, sent: bytes = b"", source: str = "127.0.0.1
 
 
 def received(client: socket.socket) -> bytes:
-    """Return everything until the service ends the connection."""
+    """Receive all bytes until the service closes the connection."""
     parts = []
     with client, suppress(ConnectionError):
         while part := client.recv(65536):

@@ -47,7 +47,7 @@ HEAD = b"POST /v1/trajectories HTTP/1.1\r\nHost: localhost\r\nContent-Type: appl
 
 @pytest.fixture(scope="module")
 def wary(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
-    """A service with little patience and few connections."""
+    """A service with short timeouts and few connections."""
     with running_service(tmp_path_factory.mktemp("wary") / "log.jsonl", **SETTINGS) as service:
         yield service
         service.client.close()
@@ -56,7 +56,7 @@ def wary(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
 
 @pytest.fixture(autouse=True)
 def _only_the_connections_of_the_test(wary: RunningService) -> None:
-    """The client that all tests share keeps its connections for a second."""
+    """Replace the shared client, whose idle connections would count for a second."""
     wary.client.close()
     wary.client = httpx.Client(base_url=wary.url, timeout=60.0, trust_env=False)
 

@@ -108,7 +108,7 @@ async def arrivals(
     takes: Callable[[np.random.Generator], float],
     client: str = "",
 ) -> list[Outcome]:
-    """Ask at random times, so many times a second."""
+    """Send requests at random times with a given mean rate."""
     rng, loop = np.random.default_rng(0), asyncio.get_running_loop()
     end, tasks = loop.time() + seconds, []
     while loop.time() < end:
@@ -135,7 +135,7 @@ async def again_and_again(
 
 
 async def ask(pool: WorkerPool, kind: Kind, takes: float, client: str, deadline: float = 10.0) -> Outcome:
-    """Send one request, with the deadline that requests have unless they name one."""
+    """Send one request with a deadline and return its outcome."""
     loop = asyncio.get_running_loop()
     now = loop.time()
     task = Task("plan", "/", now, now + deadline, str(takes).encode(), client=client)

@@ -39,7 +39,7 @@ def request(body: bytes, headers: bytes = b"", head: bytes = HEAD) -> bytes:
 
 @pytest.fixture(scope="module")
 def busy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
-    """A service with room for three requests, all taken: its workers stand still."""
+    """A service with three places for requests, all taken by stopped workers."""
     settings: dict[str, Any] = {"workers": 2, "express_workers": 0, "queue_size": 1, "max_connections": 8}
     with running_service(tmp_path_factory.mktemp("busy") / "log.jsonl", **settings) as service, ExitStack() as stack:
         for worker in service.workers():
@@ -55,7 +55,7 @@ def busy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
 
 
 def answer_of(client: socket.socket) -> tuple[bytes, bytes]:
-    """Return one answer on a connection that goes on."""
+    """Read one answer on a connection that stays open."""
     answer = b""
     while b"\r\n\r\n" not in answer:
         part = client.recv(65536)

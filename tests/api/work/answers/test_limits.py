@@ -33,7 +33,7 @@ def curved() -> Robot:
 
 
 def answer_of(robot: Robot, limits: Limits) -> dict[str, dict[str, np.ndarray]]:
-    """Return the samples and limits of the answer for a motion of the first joint to and fro."""
+    """Return the samples and limits of the answer for a back-and-forth motion of the first joint."""
     rest = [-1.5, 1.5, 0.0, 1.0, 0.0]
     waypoints = [JointWaypoint(position=(first, *rest)) for first in (-1.5, 1.5, -1.5)]
     done = plan(PlanningProblem(robot, waypoints, limits=limits))

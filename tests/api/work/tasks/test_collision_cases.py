@@ -89,7 +89,7 @@ def solid(thing: dict[str, Any]) -> SceneObject:
 
 
 def points_inside(shape: dict[str, Any]) -> tuple[FloatArray, float]:
-    """Return points (N, 3) of a shape, and the radius, m, of balls about them that it contains."""
+    """Return points (N, 3) of a shape, and the radius, m, of balls around them inside the shape."""
     if shape["kind"] == "cylinder":
         half = max(shape["length"] / 2.0 - shape["radius"], 0.0)
         z = np.linspace(-half, half, 30)

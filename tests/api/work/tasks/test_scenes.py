@@ -32,7 +32,7 @@ IN_THE_WAY = {"position": [0.26, 0.03, 0.0]}
 
 @pytest.fixture
 def keep(service: RunningService) -> Iterator[Callable[..., httpx.Response]]:
-    """Adds scenes, which are gone after the test."""
+    """A function that adds scenes, which are deleted after the test."""
     ids = set()
 
     def post(**scene: Any) -> httpx.Response:
@@ -279,7 +279,7 @@ def test_the_example_is_a_scene_that_requests_may_name(
 
 
 def largest_scenes() -> dict[str, dict[str, Any]]:
-    """Return the most points and the most objects that the schema promises, out of reach of the robot."""
+    """Return scenes with the most points and the most objects of the schema, out of the robot's reach."""
     rng = np.random.default_rng(0)
     points = (rng.uniform(-2.0, 2.0, (200_000, 3)) + np.array([6.0, 0.0, 0.0])).round(4).tolist()
     positions = (rng.uniform(-2.0, 2.0, (5000, 3)) + np.array([6.0, 0.0, 0.0])).round(4).tolist()
