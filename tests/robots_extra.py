@@ -32,7 +32,7 @@ OF_EXTRA = {"kinova", "panda", "so100", "ur10", "ur3", "ur5", "xarm7", "z1"}
 
 
 def is_extra_installed() -> bool:
-    """Tell whether the package of the extra `robots` is installed, whatever the catalogue makes of it."""
+    """Tell whether the package of the extra `robots` is installed, independently of the catalogue."""
     try:
         distribution("example-robot-data")
     except PackageNotFoundError:

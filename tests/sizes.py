@@ -36,9 +36,9 @@ SIZES = {
 NAME = os.environ.get("TEST_SIZE", "quick")
 SIZE = SIZES[NAME]
 HTTP = int(os.environ.get("TEST_HTTP", SIZE.http))
-"""Made-up HTTP requests an operation, or as many as `TEST_HTTP` says: 1,670 are 100,000 in all, with chains."""
+"""Made-up HTTP requests per operation, set by `TEST_HTTP`: 1,670 give 100,000 in all, with chains."""
 OVER_FIELDS = int(os.environ.get("TEST_FIELDS", SIZE.over_fields))
-"""Random requests over the fields, or as many as `TEST_FIELDS` says."""
+"""Random requests over the fields, set by `TEST_FIELDS`."""
 
 LARGER = "hypothesis or sized or long_table or large_only"
 

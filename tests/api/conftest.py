@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 WORKER_MEMORY_MIB = 640
 SETTINGS = {"workers": 2, "express_workers": 0, "worker_niceness": 0, "worker_memory_mib": WORKER_MEMORY_MIB}
-"""The settings of a service unless a test asks for others: as few processes as can be."""
+"""The default settings of a service in tests, with as few processes as possible."""
 
 
 PORTS = range(20_000, 32_000)
@@ -37,7 +37,7 @@ PORTS = range(20_000, 32_000)
 
 @dataclass
 class RunningService:
-    """A service process, a client of it, and where it logs."""
+    """A service process, its client, and its log file."""
 
     process: subprocess.Popen[bytes]
     client: httpx.Client

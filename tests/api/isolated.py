@@ -1,4 +1,4 @@
-"""`unshare --net ... python -m tests.api.isolated`: everything that the service does, where there is no network.
+"""`unshare --net ... python -m tests.api.isolated`: all operations of the service without a network.
 
 Prints the statuses of its answers as JSON, and what else there is to see.
 """

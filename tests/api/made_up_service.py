@@ -1,4 +1,4 @@
-"""The service over HTTP in a thread, with a real database; its tasks run there, too: it starts quickly.
+"""The service over HTTP in a thread, with a real database; its tasks run in the same process, so it starts quickly.
 
 Each task may take as much memory as in a worker: one that wants more is refused, and ends no process of tests.
 """
@@ -43,7 +43,7 @@ def limited_memory(mib: int) -> Iterator[None]:
 
 
 class WorkersInTheProcess:
-    """Run tasks at once, as a worker does it."""
+    """Runs tasks at once, like a worker."""
 
     size = warm_workers = most_behind = 1
     ready, ended = True, 0

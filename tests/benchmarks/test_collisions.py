@@ -33,7 +33,7 @@ def test_ends_of_problems_have_room_and_are_always_the_same() -> None:
 
 @pytest.mark.parametrize("gap", [0.002, -0.002])
 def test_the_judge_sees_what_an_arm_touches_on_its_way(gap: float) -> None:
-    """The arm turns about its upright first joint: its furthest point goes along a circle, and a box stands there."""
+    """The arm turns about its vertical first joint; a box stands on the circle of its farthest point."""
     arm = capsule_arm()  # whose furthest point is known in closed form
     start, end = np.zeros((2, arm.dof))
     start[0], end[0] = -0.5, 0.5

@@ -1,3 +1,3 @@
-"""The command line is tried against the service that the tests of `api/` share."""
+"""Fixtures that test the command line against the shared service of the tests of `api/`."""
 
 from tests.api.conftest import service as service

@@ -1,4 +1,4 @@
-"""docs/back_ends.md is what its script makes."""
+"""docs/back_ends.md equals the output of its script."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The operation that docs/contributing.md adds can be added as it is shown."""
+"""The operation that docs/contributing.md shows can be added exactly as shown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/corpus.md is what its script makes of the saved results, and these are of the same plans on both sides."""
+"""docs/corpus.md equals its script's output for the saved results, which compare the same plans on both sides."""
 
 from __future__ import annotations
 

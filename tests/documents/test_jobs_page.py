@@ -1,4 +1,4 @@
-"""docs/jobs.md and the requests of examples/jobs are what their scripts make; the jobs are done as they say."""
+"""docs/jobs.md and the requests of examples/jobs equal their scripts' output, and the jobs run as described."""
 
 from __future__ import annotations
 

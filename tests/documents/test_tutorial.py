@@ -1,4 +1,4 @@
-"""The tutorial is typed in from top to bottom: every command runs, and every answer shown is the real one."""
+"""The tutorial from top to bottom: every command runs, and every shown answer is real."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Jobs of the suite that are known to fail, by cause: whoever mends one strikes it out.
+"""Known failures among the jobs of the suite, by cause; remove an entry after its repair.
 
 An entry is a job, for all back ends, or a job and a back end.
 """

@@ -70,7 +70,7 @@ ONCE_UNEXPLAINED = [("infeasible-07-date_sorting_arm", "ruckig"), ("infeasible-0
 """Jobs outside of the suite whose refusal, of a limit that is met on the way out of reach, was not looked into."""
 
 ONCE_CRASHED = [("along_a_rail-02-ngv_refuelling_arm", "min_effort")]
-"""Jobs outside of the suite that ended in an error: what weighs nothing moves alone, no effort can be made less."""
+"""Jobs outside of the suite that ended in an error: only massless bodies move, without any effort to minimise."""
 
 ONCE = ONCE_REFUSED + ONCE_UNEXPLAINED + ONCE_CRASHED
 FURTHER = [(name, kind) for name, kind in ONCE if name.rpartition("-")[2] in INSTALLED]
@@ -79,7 +79,7 @@ FURTHER = [(name, kind) for name, kind in ONCE if name.rpartition("-")[2] in INS
 @pytest.mark.sized
 @pytest.mark.parametrize(("name", "kind"), [*cases(), *FURTHER])
 def test_job(name: str, kind: str) -> None:
-    """Planned within its promises and in the time that is known, or refused for the reason that is known."""
+    """A job is planned within its promises and the known duration, or refused for the known reason."""
     asked = job(name)
     if asked.infeasible is not None:
         with pytest.raises(PlanningError) as refusal:

@@ -1,4 +1,4 @@
-"""The runner records what happens, outlives its worker, and tells slow from fast; the closed forms are right."""
+"""The job runner: records outcomes, survives its worker, detects slow jobs, and has correct closed forms."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ NEAR = 4
 
 
 def changed_lines(file: str) -> set[int]:
-    """Return the lines of a file that differ from the branch `main`, and some around; none where git cannot tell."""
+    """Return the lines of a file that differ from the branch `main`, with some context; none without git."""
     if shutil.which("git") is None:
         return set()
     command = ["git", "diff", "--unified=0", "main", "--", file]

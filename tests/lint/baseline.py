@@ -1,4 +1,4 @@
-"""Faults that stood when their rule came: a line for a file and rule with a count, which may only fall."""
+"""Faults older than their rule: one line per file and rule with a count, which may only fall."""
 
 from __future__ import annotations
 

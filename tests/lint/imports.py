@@ -94,7 +94,7 @@ def missing_names(sources: Sources) -> Iterator[Fault]:
 
 
 def imported_tests(sources: Sources) -> Iterator[Fault]:
-    """Find imports of test modules: helpers that several tests need have a file of their own."""
+    """Find imports of test modules, since shared helpers belong in a file of their own."""
     modules = modules_of(sources, "tests")
     for source in python(sources):
         for name, line in imports(source, modules):
@@ -154,7 +154,7 @@ def layers(sources: Sources) -> Iterator[Fault]:
 
 
 def circles(sources: Sources) -> Iterator[Fault]:
-    """Find circles of imports: remove modules without imports, again and again, until all that are left have some."""
+    """Find circles of imports by repeated removal of modules without imports."""
     for package in ("planner", "api", "cli", "benchmarks"):
         modules = {source.module: source for source in python(sources, package)}
         left = {name: {m for m, _ in imports(source, set(modules))} - {name} for name, source in modules.items()}

@@ -150,7 +150,7 @@ def request_values(sources: Sources) -> Iterator[Fault]:
 
 
 def accuracy_page(sources: Sources) -> Iterator[Fault]:
-    """Find out whether docs/constants.md lists the accuracy constants of the library as they are."""
+    """Check whether docs/constants.md lists the current accuracy constants of the library."""
     expected = document(accuracies((source.file, source.tree) for source in python(sources, "planner"))).splitlines()
     for source in sources:
         if source.file == "docs/constants.md" and (written := source.text.splitlines()) != expected:

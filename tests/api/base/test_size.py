@@ -1,4 +1,4 @@
-"""A body that is much too large costs a worker no more than its caps allow, whatever is in it."""
+"""An oversized body with any content costs a worker no more than its caps allow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What works on batches, with a pool that is made up: whatever happens to the database, every item is done once."""
+"""The batch engine with a made-up pool: every item is planned once despite faults of the database."""
 
 from __future__ import annotations
 
@@ -230,7 +230,7 @@ def test_the_end_of_a_batch_does_not_wait_for_a_beat(monkeypatch: pytest.MonkeyP
 
 
 def test_a_batch_has_its_turn_though_items_of_another_were_claimed_while_all_were_quick(tmp_path: Path) -> None:
-    """Five hundred items of a client were at hand, each of which then took long: nobody else had a turn before."""
+    """Five hundred slow items of one client were claimed at once and delayed all other clients."""
 
     async def run() -> None:
         database, pool = Database(sqlite_url(tmp_path)), MadeUpPool()

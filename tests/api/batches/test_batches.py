@@ -1,4 +1,4 @@
-"""Batches over HTTP: they arrive in three notations, are worked on behind other requests, and are read as they come."""
+"""Batches over HTTP: three notations of bodies, planning in the background, and results while it runs."""
 
 from __future__ import annotations
 
@@ -267,7 +267,7 @@ def test_an_unknown_batch_is_a_problem(service: RunningService, path: str) -> No
 def test_a_service_that_is_killed_goes_on_when_it_is_back(
     start_service: Callable[..., RunningService], tmp_path: Path, service: RunningService
 ) -> None:
-    """Every result is there once, and is that of the request alone; added robots are there, too."""
+    """Every result occurs once and equals the answer to the single request; added robots work, too."""
     settings = {"workers": 1, "data_directory": tmp_path / "data"}
     planar = plan_request(robot="planar_arm", waypoints=[joint(0.0, 0.1), joint(0.5, 0.2)], sample_period=0.05)
     asked = [*requests(80), planar, *requests(80), *slow_requests(6)]  # the slow ones are not done before it is killed
@@ -303,7 +303,7 @@ def test_clients_that_come_at_once_with_one_key_get_one_batch(service: RunningSe
 
 
 def test_a_batch_leaves_a_worker_to_other_requests(service: RunningService) -> None:
-    """Of two workers one: nine plans of some milliseconds do not each wait for one of seconds."""
+    """Slow plans use one of two workers: nine plans of milliseconds do not each wait for one of seconds."""
     location = service.post(BATCHES, {"requests": slow_requests(16)}).headers["Location"]
     try:
         wait_until(lambda: status(service, location)["counts"]["planned"] > 0)

@@ -1,4 +1,4 @@
-"""Batches on a Dask cluster of real processes: whatever is killed, every request is planned, its result there once."""
+"""Batches on a Dask cluster of real processes: every request has one result, even if processes are killed."""
 
 from __future__ import annotations
 

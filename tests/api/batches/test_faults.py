@@ -1,4 +1,4 @@
-"""A batch of 2,000 on the service's own workers: whatever goes away in the middle, each result is there once."""
+"""A batch of 2,000 on the service's own workers: each result occurs once despite failures during the batch."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["postgres"]
 OUTAGE = 30.0
-"""The time for which the database is gone, s."""
+"""The duration of the database outage, s."""
 
 
 @pytest.mark.large_only

@@ -1,4 +1,4 @@
-"""Batches that are forgotten exactly while they are read: nobody knows them any more."""
+"""Batches that are deleted while a client reads them: their id is unknown from then on."""
 
 from __future__ import annotations
 

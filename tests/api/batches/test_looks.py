@@ -40,7 +40,7 @@ async def followed(looks: Looks) -> list[Any]:
 
 
 def test_followers_of_a_batch_share_one_look(monkeypatch: pytest.MonkeyPatch) -> None:
-    """60 of them made everybody else's requests 60 times slower: 33 ms became 1,960."""
+    """60 followers slowed the requests of other clients by a factor of 60, from 33 ms to 1,960."""
     monkeypatch.setattr(looks_module, "LOOK", 0.0)
 
     async def test() -> None:

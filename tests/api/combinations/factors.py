@@ -17,7 +17,7 @@ COUNT = 4
 """Number of waypoints of a request."""
 
 NONE = "none"
-"""The level of a factor that asks for nothing."""
+"""The level of a factor that adds no field."""
 
 TOOL_MOTIONS = ("linear", "circular", "polyline", "spline")
 ROBOTS = ("kuka_kr16_2", "fr3", "on_a_rail", "arm_of_shapes", "date_sorting_arm", "three_dof_arm")

@@ -29,10 +29,10 @@ RAIL = {"name": EXTERNAL, "kind": "prismatic", "axis": [0.0, 1.0, 0.0], "lower":
 RAIL |= {"velocity": 1.0, "acceleration": 2.0, "jerk": 20.0, "mass": 60.0}
 
 STEP = 0.1
-"""Distance from joint position to joint position, rad or m, about."""
+"""Approximate distance between joint positions, rad or m."""
 
 FAR = 0.6
-"""Distance from joint position to joint position, rad or m, about, where a pose leaves the robot a choice."""
+"""Approximate distance between joint positions where a pose leaves the robot a choice, rad or m."""
 
 LONGER = {"duration": (1.2, 1.5), "minimum_duration": (1.2, 3.0)}
 """Bounds of a duration of a segment as a multiple of its duration without it."""
@@ -48,7 +48,7 @@ OPTIONS: dict[str, Any] = {
     "max_deviation": 0.05,
     "max_joint_deviation": 0.05,
 }
-"""Values of the options of back ends that are no choice among words."""
+"""Values of numeric and boolean options of back ends."""
 
 
 Known = dict[str, tuple[Robot, list[dict[str, Any]]]]

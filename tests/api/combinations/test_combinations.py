@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 PARTS = range(4)
 PAIRS = {"quick": 4, "large": 16}
 TRIPLES = {"quick": 8, "large": 96}
-"""Numbers of rows that are tried by the name of the size; a soak tries all."""
+"""Numbers of tried rows by the name of the size; a soak tries all."""
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def client() -> Iterator[httpx.Client]:
 
 
 def test_every_pair_occurs_that_is_not_refused() -> None:
-    """By brute force, with a factor that is there only beside a level of another one."""
+    """By brute force, with a factor that exists only beside a level of another factor."""
     made = [Factor("a", "xyz"), Factor("b", "xy"), Factor("c", "xyz", {"b": ["y"]}), Factor("d", "xy")]
     rows = list(Covering(made, [{"a": ["x"], "d": ["x"]}]).rows())
     assert not any(row["a"] == row["d"] == "x" for row in rows)

@@ -112,7 +112,7 @@ PROBLEMS: dict[str, tuple[str, str, Any]] = {
     "no_path_found": ("POST", PLAN, KUKA | {"waypoints": AROUND_A_WALL, "scene": {"objects": [WALL]}}),
     "deadline_exceeded": ("POST", PLAN, plan_request(deadline=1e-6)),
 }
-"""A request for each code of a problem that a request alone brings about."""
+"""A request for each problem code that a single request causes."""
 
 
 def examples(service: RunningService) -> dict[str, Any]:
@@ -247,7 +247,7 @@ def _raw(service: RunningService, request: str) -> Any:
 
 
 OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_hash", "next_cursor"}
-"""Fields whose values are others each time."""
+"""Fields whose values differ in every run."""
 
 FOR_PEOPLE = {"detail", "message", "explanation"}
 """Fields whose words name the robots that are installed, or a time."""

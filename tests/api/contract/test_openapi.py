@@ -1,4 +1,4 @@
-"""The OpenAPI document agrees with the contract and can be worked with."""
+"""The OpenAPI document: agreement with the contract, and use by generators."""
 
 from __future__ import annotations
 

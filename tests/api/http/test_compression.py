@@ -1,4 +1,4 @@
-"""A real service compresses answers as their clients take them, and sends no client a coding that it cannot read."""
+"""Compression of answers by a real service: only codings that the client accepts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cost keys of operations say what makes a request long, in few values."""
+"""Cost keys of operations: few values that predict the duration of a request."""
 
 from __future__ import annotations
 

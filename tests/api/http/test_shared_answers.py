@@ -1,4 +1,4 @@
-"""Who asks the same at once gets one answer that is computed once; who asks again gets the one that is kept."""
+"""Shared answers: simultaneous equal requests are computed once, later ones get the stored answer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Workers that are made up, so that tests of the pool depend on no machine."""
+"""Made-up workers that make tests of the pool independent of the machine."""
 
 from __future__ import annotations
 

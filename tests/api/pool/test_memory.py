@@ -42,7 +42,7 @@ stop_template()
 
 @pytest.mark.skipif(sys.platform != "linux", reason="settings of the GNU C library")
 def test_memory_is_kept_within_a_task_and_given_back_after_it() -> None:
-    """MiB that are still there of 200 freed ones, before and after the end of the task."""
+    """Retained memory of 200 freed MiB, before and after the end of the task."""
     environment = os.environ | KEEPING | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", TASK], capture_output=True, text=True, check=True, env=environment)
     kept, left = map(int, done.stdout.split())

@@ -1,4 +1,4 @@
-"""Which request gets a worker, and when: on workers that are made up, so that nothing depends on the machine."""
+"""Assignment of requests to workers, with made-up workers that make it independent of the machine."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def test_what_cannot_be_answered_in_time_is_refused_at_once() -> None:
 
 
 def test_an_idle_worker_tries_whatever_comes() -> None:
-    """One slow request had all quick ones of its kind refused, 316 of 316, with workers idle."""
+    """One slow request caused the refusal of all quick ones of its kind, 316 of 316, with idle workers."""
 
     async def test(running: Running) -> None:
         asked = [await running.ask(name, SLOW, deadline=1.0) for name in ("first", "second")]
@@ -257,7 +257,7 @@ def test_a_queue_that_is_full_of_slow_requests_lets_cheap_ones_through() -> None
     ids=["killed", "killed twice", "crashed"],
 )
 def test_the_work_of_a_killed_worker_is_repeated_once(exit_codes: list[int], is_answered: bool) -> None:
-    """What crashes its worker by itself is not: it would only crash the next one."""
+    """A request that crashes its worker is not repeated, since it would crash the next worker."""
 
     async def test(running: Running) -> None:
         asked = await running.ask("asked")

@@ -1,4 +1,4 @@
-"""A worker process that starts, or does not."""
+"""A worker process: successful and failed starts."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_what_nobody_wants_is_not_started() -> None:
 
 @pytest.mark.large_only
 def test_a_service_that_is_stopped_before_it_is_ready_waits_for_no_worker() -> None:
-    """It waited until everything was imported and warm; here that never happens."""
+    """It waited for the end of imports and warm-up, which never comes here."""
     command = [sys.executable, "-m", "cli", "serve", "--port", str(free_port())]
     with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as process:
         starting = psutil.Process(process.pid)

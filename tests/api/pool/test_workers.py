@@ -115,7 +115,7 @@ def test_workers_leave_the_signals_of_the_process_group_to_the_server(two_worker
 
 
 def test_idle_workers_that_die_are_replaced(two_workers: RunningService) -> None:
-    """A request that was given to one before its end was noted ended what looks after its place, for good."""
+    """A request assigned to an ended worker, before the pool noticed, stopped the supervision of its place for good."""
     for victims in (1, 2, 2, 1, 2):
         killed = two_workers.workers()[:victims]
         for worker in killed:
@@ -153,7 +153,7 @@ def test_stopped_workers_do_not_stop_the_service(two_workers: RunningService) ->
 
 @pytest.mark.large_only
 def test_a_full_queue_turns_away(one_worker: RunningService) -> None:
-    """One is worked on, some may wait, as far as they have the time, and all others are refused at once."""
+    """One request runs, some wait if their deadlines permit, and all others are refused at once."""
     stop_workers(one_worker)
     with ThreadPoolExecutor(10) as threads:
         answers = list(threads.map(lambda _: one_worker.post(INVERSE, slow_request(deadline=2.0)), range(10)))

@@ -1,4 +1,4 @@
-"""Answers as the judges read them: the polynomials, and what holds when."""
+"""Answers in the form for judges: the polynomials, and the conditions in force at each time."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Answered:
 
 
 class Segment(NamedTuple):
-    """A part of an answer on which the same things hold.
+    """An interval of an answer with the same conditions.
 
     Attributes:
         index: Of the waypoint that it ends at; None: it is all of a trajectory.

@@ -15,7 +15,7 @@ CLOSED_FORMS = {"sphere", "half_space", "capsule", "box", "cylinder"}
 """Kinds of shapes whose distances have a closed form."""
 
 MOST_PAIRS = 256_000
-"""Number of pairs of a point and a triangle that are looked at together."""
+"""Number of pairs of a point and a triangle computed together."""
 
 
 def distance_to(shape: dict[str, Any]) -> Distance:

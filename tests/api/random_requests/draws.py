@@ -1,4 +1,4 @@
-"""What random requests are made of: draws of numbers, of limits and of joint positions of a robot."""
+"""Parts of random requests: random numbers, limits and joint positions of a robot."""
 
 from __future__ import annotations
 

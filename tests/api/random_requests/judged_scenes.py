@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planner.robots import Robot
 
 CONTACT = 1.1e-5
-"""Distance by which a margin may be missed, m: what docs/collisions.md states, and rounding."""
+"""Permitted shortfall of a margin, m: the value in docs/collisions.md plus rounding."""
 
 GENEROUS = 2e-3
 """Room beyond the margin above which no plan may be refused, m."""
@@ -25,7 +25,7 @@ ROUNDING = 1e-6
 """Relative rounding error permitted in an answer."""
 
 ZONE_SAMPLES = 60
-"""Number of times at which speeds near objects are looked at."""
+"""Number of times at which speeds near objects are checked."""
 
 RESTING = [0.0, 1.0]
 

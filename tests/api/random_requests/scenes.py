@@ -1,4 +1,4 @@
-"""Random scenes: every shape, tiny, huge, flat and repeated ones, and things that graze the arm by a hair."""
+"""Random scenes: every shape, tiny, huge, flat and repeated shapes, and objects that almost touch the arm."""
 
 from __future__ import annotations
 

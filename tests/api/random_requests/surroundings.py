@@ -1,4 +1,4 @@
-"""A robot among the things of a request's scene: least distances by dense samples of its motion."""
+"""A robot among the objects of a request's scene: least distances by dense samples of its motion."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ COARSE = 40
 """Number of times at which moving bodies are checked against fixed objects."""
 
 FINE = 21
-"""Number of times around the nearest of them at which the nearest pairs are looked at once more, twice."""
+"""Number of times around the nearest one in each of two refinements of the nearest pairs."""
 
 ROOM_ON_THE_WAY = 1e-4
 """Permitted approach of an object beyond its pick or place distance on the way, m, as in docs/collisions.md."""
 
 CLOSEST = 3
-"""Number of pairs that are looked at closely."""
+"""Number of pairs that are refined."""
 
 
 class Body(NamedTuple):
-    """A thing that moves.
+    """A moving body.
 
     Attributes:
         name: Name of the link or of the attached object.
@@ -50,7 +50,7 @@ class Body(NamedTuple):
 
 
 class Thing(NamedTuple):
-    """A thing that stands still: its name, kind, distance from points in the base frame, and margin (m)."""
+    """A fixed object: its name, kind, distance from points in the base frame, and margin (m)."""
 
     name: str
     kind: str
@@ -59,7 +59,7 @@ class Thing(NamedTuple):
 
 
 class Surroundings:
-    """A robot, mounted as the request has it, and what its request says about a scene."""
+    """A robot mounted as in its request, and the scene of the request."""
 
     def __init__(self, robot: Robot, request: dict[str, Any]) -> None:
         scene = request.get("scene") or {}

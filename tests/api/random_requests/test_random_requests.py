@@ -1,4 +1,4 @@
-"""Random requests over HTTP, over all fields: none fails, no enforced limit is broken, and nothing unproved returned.
+"""Random requests over HTTP, over all fields: no failure, no exceeded limit, no unproved answer.
 
 CI tries 5,000; `TEST_FIELDS=50000` so many. `python -m tests.api.random_requests 0 1000` goes on after a failure.
 """
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import httpx
 
 PARTS = range(8)
-"""Tests that they are spread over, which can run side by side."""
+"""Number of parallel tests that share the requests."""
 
 
 @pytest.fixture(scope="module")

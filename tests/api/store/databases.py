@@ -29,7 +29,7 @@ PROGRAMS = sorted(Path("/usr/lib/postgresql").glob("*/bin/initdb"))
 
 
 class PostgresServer:
-    """A PostgreSQL of one's own, which can be stopped and started again; it runs as an unprivileged user."""
+    """A private PostgreSQL server that a test can stop and restart; it runs as an unprivileged user."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

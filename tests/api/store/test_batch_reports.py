@@ -1,4 +1,4 @@
-"""What reports of batches are made from, on SQLite and PostgreSQL: against sums over all items, and in flat memory."""
+"""Data for reports of batches, on SQLite and PostgreSQL: equal to sums over all items, in constant memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Batches in the database, on SQLite and on PostgreSQL: claimed by one, done once, seen whole or not at all."""
+"""Batches in SQLite and PostgreSQL: items claimed by one service, planned once, and batches visible as a whole."""
 
 from __future__ import annotations
 

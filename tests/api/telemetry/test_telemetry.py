@@ -1,4 +1,4 @@
-"""The service as seen from outside: metrics, trace ids in the log, and traces that a collector gets."""
+"""Telemetry of the service: metrics, trace ids in the log, and traces sent to a collector."""
 
 from __future__ import annotations
 

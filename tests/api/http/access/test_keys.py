@@ -1,4 +1,4 @@
-"""API keys over HTTP: who may do what, whose robots and batches are whose, and what becomes of the key itself."""
+"""API keys over HTTP: scopes, ownership of robots and batches, and secrecy of the key."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ NAMES = ("one", "other", "planner", "admin", "revoked")
 
 
 class Keyed(NamedTuple):
-    """A service that asks for keys, the keys, and everything that it has answered and logged."""
+    """A service that requires keys, its keys, and all its answers and logs."""
 
     client: httpx.Client
     folder: Path

@@ -1,4 +1,4 @@
-"""Which web pages may use a service that asks for no keys, by the headers that browsers send."""
+"""Web pages that may use a service without keys, identified by the headers of browsers."""
 
 from __future__ import annotations
 

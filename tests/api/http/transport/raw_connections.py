@@ -1,4 +1,4 @@
-"""Connections on which tests write what no client would."""
+"""Connections on which tests write invalid HTTP."""
 
 from __future__ import annotations
 

@@ -163,7 +163,7 @@ def test_a_connection_that_the_client_half_closes_without_a_request_ends(wary: R
 
 @pytest.mark.parametrize("pipelined", [1, 2])
 def test_a_client_that_half_closes_after_its_request_is_answered(wary: RunningService, pipelined: int) -> None:
-    """It was taken for one that had gone: its plan was given up, and its connection ended without an answer."""
+    """The service mistook the client for a closed one, aborted its plan and closed the connection unanswered."""
     body = json.dumps(plan_request(waypoints=POSITIONS, sample_period=2e-3)).encode()
     client = connect(wary, (HEAD + b"Content-Length: %d\r\n\r\n" % len(body) + body) * pipelined)
     client.shutdown(socket.SHUT_WR)
@@ -207,7 +207,7 @@ def test_a_request_that_offers_an_upgrade_keeps_its_body(wary: RunningService, u
 
 
 def test_connections_of_one_client_and_of_all_are_counted(wary: RunningService) -> None:
-    """300 half-open ones shut everybody out of a service that may have 256 open files."""
+    """300 half-open connections blocked a service that may have 256 open files."""
     with ExitStack() as stack:
         for _ in range(6):
             stack.enter_context(connect(wary, b"GET", "127.0.0.2"))
@@ -273,7 +273,7 @@ def test_the_bytes_of_requests_are_counted_until_they_are_done() -> None:
 
 
 def test_no_client_holds_more_bytes_than_it_leaves_to_others() -> None:
-    """Six slow readers had everybody else refused for a quarter of an hour: 294 of 294."""
+    """Six slow readers caused the refusal of all other requests for a quarter of an hour: 294 of 294."""
     traffic, room = Traffic(1200), []
     for client in "abc":
         shares = [traffic.share(client) for _ in range(1200)]
@@ -338,7 +338,7 @@ def client_in_the_log(service: RunningService, forwarded_for: str) -> str:
 
 
 def test_nobody_chooses_the_address_that_is_counted(service: RunningService) -> None:
-    """The header was believed of every program on the same machine, which so was as many clients as it liked."""
+    """The service trusted the header of every local program, so that one program could pose as many clients."""
     assert client_in_the_log(service, "203.0.113.7") == "127.0.0.1"
 
 

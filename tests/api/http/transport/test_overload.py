@@ -1,4 +1,4 @@
-"""Overload in simulated time: workers that only pretend to work, arrivals at random, minutes in a moment."""
+"""Overload in simulated time: pretended work, random arrivals, and minutes simulated in a moment."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ START = 3.0
 """The time that a worker takes to start, s."""
 
 PAUSE = 0.02
-"""The time between an answer and the next request of a client that does not mind refusals, s."""
+"""The time between an answer and the next request of a client that ignores refusals, s."""
 
 
 class SimulatedTime(asyncio.SelectorEventLoop):
-    """An event loop whose clock jumps to what happens next."""
+    """An event loop whose clock jumps to the next event."""
 
     def __init__(self) -> None:
         self._now = 0.0

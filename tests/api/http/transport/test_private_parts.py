@@ -1,4 +1,4 @@
-"""Private parts of uvicorn, h11 and Python that the service builds on: a version without one fails here by name."""
+"""Private parts of uvicorn, h11 and Python that the service uses; a test names each missing one."""
 
 from __future__ import annotations
 

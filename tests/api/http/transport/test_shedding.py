@@ -1,4 +1,4 @@
-"""Requests beyond the room of the queue: they are refused unparsed, at a bounded rate, and the liveness is answered."""
+"""Requests beyond the queue's capacity: refused unparsed, at a bounded rate, with liveness still answered."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ def by_the_parser(peer: str, headers: bytes) -> str:
 
 
 def test_one_client_behind_a_proxy_leaves_room_for_another(tmp_path: Path) -> None:
-    """Each of its requests is refused unparsed; they were all parsed, whoever sent them."""
+    """Each of the client's requests is refused unparsed; earlier versions parsed the requests of every client."""
     settings: dict[str, Any] = {"workers": 2, "express_workers": 0, "queue_size": 2, "trusted_proxies": "127.0.0.1"}
     with running_service(tmp_path / "log.jsonl", **settings) as service, ExitStack() as stack:
         for worker in service.workers():

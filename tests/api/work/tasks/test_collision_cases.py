@@ -32,13 +32,13 @@ UR10E = [
 """The offset d and the length a, m, the twist, rad, as the maker publishes them, and the radius of each link, m."""
 
 DENSE = 200
-"""Number of times of a trajectory that are looked at."""
+"""Number of checked times of a trajectory."""
 
 SPACING = 0.009
 """The largest distance between points of a box, m: less than the thickness of a wall."""
 
 LINE = 200
-"""Number of places along a straight line of the tool that are looked at."""
+"""Number of checked places along a straight line of the tool."""
 
 
 def case(name: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Motions over HTTP: lines near a singularity, the ways of continuous joints and of least effort."""
+"""Motions over HTTP: lines near a singularity, paths of continuous joints and of least effort."""
 
 from __future__ import annotations
 

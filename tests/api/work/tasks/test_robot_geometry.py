@@ -1,4 +1,4 @@
-"""What of a robot can collide, over HTTP: meshes that come with an upload, and archives that nobody should send."""
+"""Collision geometry of robots over HTTP: uploaded meshes, and harmful archives."""
 
 from __future__ import annotations
 
