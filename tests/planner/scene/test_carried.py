@@ -260,7 +260,6 @@ def test_a_margin_that_is_kept_beside_what_touches_is_offered() -> None:
     assert problem.scene is not None
     with pytest.raises(Collision) as refusal:
         planner.plan(replace(problem, scene=replace(problem.scene, margin=0.06)))
-    print(refusal.value.message, refusal.value.remedies)
     (remedy,) = (each for each in refusal.value.remedies if each.field == ("scene", "margin"))
     assert planner.plan(remedy.applied_to(problem)).certificate.satisfied
 
