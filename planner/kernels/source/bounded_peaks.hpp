@@ -27,7 +27,7 @@ struct BoundSearch {
     static constexpr double NARROWEST = 1e-13; // half width of unit time that is halved no more
     static constexpr double FINE = 1e-11;      // relative distance of a bound from what is reached that is left as it is
     static constexpr double NOTHING = 1e-9;    // share of a limit that is left as it is: rounding where nothing is used
-    static constexpr double ROUNDING = 131072.0 * UNIT;  // of distances from paths, by the size of the arm, and of angles
+    static constexpr double ROUNDING = 8388608.0 * UNIT;  // of distances from paths, by the size of the arm, and of angles
     static constexpr double OUTWARD = 1.0 + 8.0 * UNIT;
     struct Interval { int64_t piece; double middle, half; };
     const ToolChain& arm;
