@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.errors import Remedy
 from planner.kinematics import forward_kinematics, inverse_kinematics
 from planner.planning.proofs import first_proved
 from planner.problems.problem import JointWaypoint, LinearMotion, PoseWaypoint
-from planner.spatial import Pose, rotation_vector, rotations_from_vectors
+from planner.spatial import Pose
+from planner.tool_motions.pose_paths import Line
+from planner.waypoints.targets import pose_remedy
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.errors import PlanningError
+    from planner.errors import PlanningError, Remedy
     from planner.planning.attempts import Attempt, Proposals
     from planner.planning.proofs import Change
     from planner.problems.problem import PlanningProblem
@@ -49,14 +50,12 @@ def nearer_ends(problem: PlanningProblem, index: int) -> Iterator[Change]:
         start = before.pose_in_base
     else:
         return
+    line = Line(start, goal)
 
     def at(share: float) -> Pose:
-        """Return the pose at a share of the line."""
-        position = start.position + share * (goal.position - start.position)
-        if start.rotation is None or goal.rotation is None:
-            return Pose(position, goal.rotation)
-        turn = rotation_vector(start.rotation.T @ goal.rotation)
-        return Pose(position, start.rotation @ rotations_from_vectors(share * turn[None])[0])
+        """Return the pose at a share of the line; from any orientation on, with that of the goal."""
+        pose = line.pose(share)
+        return pose if pose.rotation is not None else Pose(pose.position, goal.rotation)
 
     reached, missed = 0.0, 1.0
     for _ in range(REACH_BISECTIONS):
@@ -66,7 +65,5 @@ def nearer_ends(problem: PlanningProblem, index: int) -> Iterator[Change]:
         else:
             missed = middle
     for share in TRIED_SHARES_OF_REACH:
-        pose = at(share * reached)
-        own = pose if waypoint.frame is None else pose.to_frame(waypoint.frame)
         explanation = f"a pose within reach, after {share * reached:.0%} of the line"
-        yield [Remedy(("waypoints", index, "pose"), own, explanation)]
+        yield pose_remedy(index, waypoint, at(share * reached), None, None, explanation)
