@@ -1,10 +1,10 @@
 // The form of the chosen waypoint: where it is, how the robot gets there, how it passes.
 import type { PlanRequest, PoseWaypoint, RelativeWaypoint, Robot } from '../service/types';
-import { withWaypoint } from '../request/edits';
 import { quaternionOf, quaternionOfRpy, rpyOfQuaternion } from '../request/rotations';
 import type { Vector } from '../request/rotations';
 import { degrees, factorOf, radians, unitOf } from '../plan/units';
-import { show } from '../state/actions';
+import { edit, endSketch, sketch } from '../state/draft';
+import { draft } from '../state/store';
 import { texts } from '../texts';
 import { Configurations } from './Configurations';
 import { Choice, NumberField, VectorField } from './fields';
@@ -17,11 +17,10 @@ interface EditorProps {
 }
 
 export function WaypointEditor({ request, robot, index }: EditorProps) {
-  const waypoint = request.waypoints[index];
+  const waypoint = draft.value ?? request.waypoints[index];
   if (!waypoint) return null;
-  const change = (changes: object): void => show(withWaypoint(request, index, changes));
   return (
-    <form class="editor" aria-label={texts.editor.label} onSubmit={(event) => event.preventDefault()}>
+    <form class="editor" aria-label={texts.editor.label} onSubmit={(event) => event.preventDefault()} onFocusOut={endSketch}>
       <h3>{texts.waypoints.number(index)}</h3>
       {waypoint.kind !== 'named' && (
         <span class="field wide">
@@ -29,15 +28,15 @@ export function WaypointEditor({ request, robot, index }: EditorProps) {
           <input
             id="waypoint-name"
             value={waypoint.name ?? ''}
-            onChange={(event) => change({ name: event.currentTarget.value || undefined })}
+            onChange={(event) => edit({ name: event.currentTarget.value || undefined })}
           />
         </span>
       )}
-      {waypoint.kind === 'joint' && <Joints robot={robot} position={waypoint.position} onPosition={(position) => change({ position })} />}
-      {waypoint.kind === 'pose' && <PoseFields waypoint={waypoint} frames={Object.keys(request.frames ?? {})} change={change} />}
+      {waypoint.kind === 'joint' && <Joints robot={robot} position={waypoint.position} />}
+      {waypoint.kind === 'pose' && <PoseFields waypoint={waypoint} frames={Object.keys(request.frames ?? {})} />}
       {waypoint.kind === 'pose' && <Configurations request={request} robot={robot} index={index} />}
-      {waypoint.kind === 'relative' && <Relative waypoint={waypoint} change={change} />}
-      <Way request={request} index={index} change={change} />
+      {waypoint.kind === 'relative' && <Relative waypoint={waypoint} />}
+      <Way request={request} index={index} change={edit} />
     </form>
   );
 }
@@ -45,23 +44,23 @@ export function WaypointEditor({ request, robot, index }: EditorProps) {
 interface JointsProps {
   robot: Robot;
   position: readonly number[];
-  onPosition: (position: number[]) => void;
 }
 
-function Joints({ robot, position, onPosition }: JointsProps) {
+function Joints({ robot, position }: JointsProps) {
   return (
     <div class="joints">
       {robot.joints.map((joint, index) => {
         const factor = factorOf(joint, 'position');
         const value = (position[index] ?? 0) * factor;
         const [low, high] = [(joint.lower ?? -Math.PI) * factor, (joint.upper ?? Math.PI) * factor];
-        const take = (next: number): void => onPosition(position.map((old, i) => (i === index ? next / factor : old)));
+        const changed = (next: number): object => ({ position: position.map((old, i) => (i === index ? next / factor : old)) });
         return (
           <div key={joint.name} class="joint">
             <NumberField
               label={`${joint.name} (${unitOf(joint, 'position')})`}
               value={value}
-              onValue={(next) => next !== undefined && take(next)}
+              onTyping={(next) => next !== undefined && sketch(changed(next))}
+              onValue={(next) => next !== undefined && edit(changed(next))}
             />
             <input
               type="range"
@@ -70,7 +69,8 @@ function Joints({ robot, position, onPosition }: JointsProps) {
               max={high}
               step={(high - low) / 1000}
               value={value}
-              onChange={(event) => take(event.currentTarget.valueAsNumber)}
+              onInput={(event) => sketch(changed(event.currentTarget.valueAsNumber))}
+              onChange={(event) => edit(changed(event.currentTarget.valueAsNumber))}
             />
           </div>
         );
@@ -82,16 +82,16 @@ function Joints({ robot, position, onPosition }: JointsProps) {
 interface PoseProps {
   waypoint: PoseWaypoint;
   frames: readonly string[];
-  change: (changes: object) => void;
 }
 
-function PoseFields({ waypoint, frames, change }: PoseProps) {
+function PoseFields({ waypoint, frames }: PoseProps) {
   const { pose } = waypoint;
   const turn = quaternionOf(pose.orientation);
   const rpy = turn && rpyOfQuaternion(turn).map(degrees);
-  const set = (values: number[]): void => {
+  const moved = (values: number[]): object => ({ pose: { ...pose, position: values.map((value) => value / 1000) } });
+  const turned = (values: number[]): object => {
     const xyzw = quaternionOfRpy(values.map(radians) as Vector);
-    change({ pose: { ...pose, orientation: { kind: 'quaternion', xyzw } } });
+    return { pose: { ...pose, orientation: { kind: 'quaternion', xyzw } } };
   };
   return (
     <>
@@ -99,10 +99,17 @@ function PoseFields({ waypoint, frames, change }: PoseProps) {
         label={texts.editor.position}
         names={['x', 'y', 'z']}
         values={pose.position.map((value) => value * 1000)}
-        onValues={(values) => change({ pose: { ...pose, position: values.map((value) => value / 1000) } })}
+        onTyping={(values) => sketch(moved(values))}
+        onValues={(values) => edit(moved(values))}
       />
       {rpy ? (
-        <VectorField label={texts.editor.orientation} names={['roll', 'pitch', 'yaw']} values={rpy} onValues={set} />
+        <VectorField
+          label={texts.editor.orientation}
+          names={['roll', 'pitch', 'yaw']}
+          values={rpy}
+          onTyping={(values) => sketch(turned(values))}
+          onValues={(values) => edit(turned(values))}
+        />
       ) : (
         <p class="hint">{texts.editor.anyOrientation}</p>
       )}
@@ -111,14 +118,14 @@ function PoseFields({ waypoint, frames, change }: PoseProps) {
           label={texts.editor.frameOfPose}
           value={waypoint.frame ?? ''}
           options={[['', texts.editor.baseFrame] as const, ...frames.map((name) => [name, name] as const)]}
-          onValue={(frame) => change({ frame: frame || undefined })}
+          onValue={(frame) => edit({ frame: frame || undefined })}
         />
       )}
     </>
   );
 }
 
-function Relative({ waypoint, change }: { waypoint: RelativeWaypoint; change: (changes: object) => void }) {
+function Relative({ waypoint }: { waypoint: RelativeWaypoint }) {
   const { move } = waypoint;
   return (
     <>
@@ -127,7 +134,7 @@ function Relative({ waypoint, change }: { waypoint: RelativeWaypoint; change: (c
           label={texts.editor.translation}
           names={['x', 'y', 'z']}
           values={move.translation.map((value) => value * 1000)}
-          onValues={(values) => change({ move: { ...move, translation: values.map((value) => value / 1000) } })}
+          onValues={(values) => edit({ move: { ...move, translation: values.map((value) => value / 1000) } })}
         />
       ) : (
         <p class="hint">{texts.editor.asJson}</p>
@@ -136,7 +143,7 @@ function Relative({ waypoint, change }: { waypoint: RelativeWaypoint; change: (c
         label={texts.editor.frame}
         value={waypoint.frame}
         options={[['tool', texts.editor.frames.tool] as const, ['base', texts.editor.frames.base] as const]}
-        onValue={(frame) => change({ frame })}
+        onValue={(frame) => edit({ frame })}
       />
     </>
   );

@@ -7,7 +7,6 @@ import { seconds, short } from '../plan/units';
 import type { PlanRequest, Robot, Waypoint } from '../service/types';
 import { insert, insertPose, show } from '../state/actions';
 import { select } from '../state/selection';
-import { seek } from '../state/playback';
 import { shownPosture } from '../state/posture';
 import { isStale, problem, request, robot, selected, shownPlan } from '../state/store';
 import { texts } from '../texts';
@@ -50,10 +49,6 @@ function Row({ waypoint, index, shown }: RowProps) {
   const answer = planned ? plannedWaypoint(planned.answer, index) : undefined;
   const isChosen = selected.value === index;
   const isWrong = problem.value?.waypoint === index;
-  const choose = (): void => {
-    select(index);
-    if (answer) seek(answer.arrival_time);
-  };
   return (
     <li
       class={`${isChosen ? 'chosen' : ''} ${isWrong ? 'wrong' : ''} ${dragged.value === index ? 'dragged' : ''}`}
@@ -63,7 +58,7 @@ function Row({ waypoint, index, shown }: RowProps) {
       onDragOver={(event) => event.preventDefault()}
       onDrop={() => drop(shown, index)}
     >
-      <button type="button" class="row" aria-current={isChosen} data-waypoint={index} onClick={choose}>
+      <button type="button" class="row" aria-current={isChosen} data-waypoint={index} onClick={() => select(index)}>
         <span class="number">{index}</span>
         <span class="what">
           <strong>{waypoint.name ?? texts.waypoints.kinds[waypoint.kind]}</strong>

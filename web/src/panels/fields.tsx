@@ -1,5 +1,5 @@
 // Fields of forms: a number in the units of people that is taken when it is finished.
-import { useId } from 'preact/hooks';
+import { useId, useState } from 'preact/hooks';
 
 interface NumberProps {
   label: string;
@@ -8,11 +8,13 @@ interface NumberProps {
   min?: number;
   max?: number;
   step?: number | 'any';
+  onTyping?: (value: number | undefined) => void; // on the way
   onValue: (value: number | undefined) => void;
 }
 
-export function NumberField({ label, value, placeholder, min, max, step = 'any', onValue }: NumberProps) {
+export function NumberField({ label, value, placeholder, min, max, step = 'any', onTyping, onValue }: NumberProps) {
   const id = useId();
+  const [typed, setTyped] = useState<string | null>(null); // it stays as it is written until it is finished
   return (
     <span class="field">
       <label for={id}>{label}</label>
@@ -20,12 +22,20 @@ export function NumberField({ label, value, placeholder, min, max, step = 'any',
         id={id}
         type="number"
         inputMode="decimal"
-        value={value === undefined ? '' : rounded(value)}
+        value={typed ?? (value === undefined ? '' : rounded(value))}
         placeholder={placeholder}
         min={min}
         max={max}
         step={step}
-        onChange={(event) => taken(event.currentTarget, onValue)}
+        onInput={(event) => {
+          setTyped(event.currentTarget.value);
+          if (onTyping) taken(event.currentTarget, onTyping);
+        }}
+        onChange={(event) => {
+          setTyped(null);
+          taken(event.currentTarget, onValue);
+        }}
+        onBlur={() => setTyped(null)}
       />
     </span>
   );
@@ -45,10 +55,12 @@ interface VectorProps {
   label: string;
   names: readonly string[];
   values: readonly number[];
+  onTyping?: (values: number[]) => void;
   onValues: (values: number[]) => void;
 }
 
-export function VectorField({ label, names, values, onValues }: VectorProps) {
+export function VectorField({ label, names, values, onTyping, onValues }: VectorProps) {
+  const changed = (index: number, next: number): number[] => values.map((old, i) => (i === index ? next : old));
   return (
     <fieldset class="vector">
       <legend>{label}</legend>
@@ -57,9 +69,8 @@ export function VectorField({ label, names, values, onValues }: VectorProps) {
           key={names[index]}
           label={names[index]!}
           value={value}
-          onValue={(next) => {
-            if (next !== undefined) onValues(values.map((old, i) => (i === index ? next : old)));
-          }}
+          onTyping={onTyping && ((next) => next !== undefined && onTyping(changed(index, next)))}
+          onValue={(next) => next !== undefined && onValues(changed(index, next))}
         />
       ))}
     </fieldset>

@@ -50,10 +50,7 @@ export function Timeline() {
                 style={{ left: `${(100 * arrival_time) / duration}%` }}
                 title={texts.timeline.mark(index, name ?? null, seconds(arrival_time))}
                 aria-label={texts.timeline.mark(index, name ?? null, seconds(arrival_time))}
-                onClick={() => {
-                  select(index);
-                  seek(arrival_time);
-                }}
+                onClick={() => select(index)}
               >
                 {index}
               </button>

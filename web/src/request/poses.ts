@@ -1,5 +1,5 @@
 // Poses in frames of others.
-import type { Pose } from '../service/types';
+import type { Placement, Pose } from '../service/types';
 import { quaternionOf } from './rotations';
 import type { Quaternion, Vector } from './rotations';
 
@@ -13,6 +13,17 @@ export function composed(frame: Pose, pose: Pose): Pose {
     position: frame.position.map((value, axis) => value + shift[axis]!),
     orientation: { kind: 'quaternion', xyzw: product(turn, quaternionOf(pose.orientation) ?? NONE) },
   };
+}
+
+// The frame that undoes a pose.
+export function inverted({ position, orientation }: Pose): Pose {
+  const [x, y, z, w] = quaternionOf(orientation) ?? NONE;
+  const back: Quaternion = [-x, -y, -z, w];
+  return { position: rotated(back, position as Vector).map((value) => -value), orientation: { kind: 'quaternion', xyzw: back } };
+}
+
+export function poseOf({ position, quaternion_xyzw }: Placement): Pose {
+  return { position, orientation: { kind: 'quaternion', xyzw: quaternion_xyzw } };
 }
 
 function product([ax, ay, az, aw]: Quaternion, [bx, by, bz, bw]: Quaternion): Quaternion {

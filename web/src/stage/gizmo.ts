@@ -25,6 +25,10 @@ export class Gizmo {
     this.controls.addEventListener('dragging-changed', ({ value }) => this.turn(value as boolean));
   }
 
+  get isHeld(): boolean {
+    return this.controls.dragging;
+  }
+
   onChange: () => void = () => undefined;
   onHold: (isHeld: boolean) => void = () => undefined;
   onDrag: (pose: Pose) => void = () => undefined;

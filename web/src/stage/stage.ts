@@ -205,8 +205,9 @@ export class Stage {
     this.replace('reach', posture ? this.ghost(posture, styleColour(isFree ? '--accent' : '--bad')) : undefined);
   }
 
-  // The handles at the chosen pose, with the tool that is to get there.
+  // The handles at the chosen pose, with the tool that is to get there; a hand that holds them has put them where they are.
   setGizmo(pose: Pose | null, tool: Pose | null, mode: GizmoMode): void {
+    if (this.gizmo.isHeld) return;
     this.gizmo.show(pose, mode, this.robot && this.toolFrame(toolOf(tool, this.robot), styleColour('--accent')));
     this.draw();
   }

@@ -8,8 +8,9 @@ import { toolAt } from '../plan/tools';
 import { client, isAway, outcome } from '../service/client';
 import { backendOf, forgetOptions, keepOptions } from './options';
 import { planSoon, stopPlanning } from './planning';
-import { playing, time } from './playback';
+import { isAnchored, playing, time } from './playback';
 import { addExampleRobot } from './robots';
+import { select } from './selection';
 import { banner, compared, history, links, notice, problem, request, robot, selected } from './store';
 import { texts } from '../texts';
 
@@ -112,6 +113,7 @@ export function openRequest(next: PlanRequest, said = '', from = 0): void {
   batch(() => {
     playing.value = false;
     selected.value = 0;
+    isAnchored.value = false;
     time.value = from;
   });
   show(next, said);
@@ -152,9 +154,9 @@ export function chooseBackend(kind: string): void {
 
 export function insert(waypoint: Waypoint): void {
   if (!request.value) return;
-  const at = selected.value;
-  show(inserted(request.value, at, waypoint));
-  selected.value = at + 1;
+  const at = selected.value + 1;
+  show(inserted(request.value, at - 1, waypoint));
+  select(at);
 }
 
 // Inserts the pose that the tool has where the robot stands: the tool that is in force there. External axes stay where they

@@ -1,11 +1,11 @@
 // The chosen pose may be dragged: it is asked about on the way, and put into the request where it is let go.
 import { toolAt } from '../plan/tools';
+import { poseInBase, poseInFrame } from '../request/frames';
 import type { Pose } from '../service/types';
-import { withWaypoint } from '../request/edits';
-import { show } from './actions';
-import { askReach, endReach, reach } from './reaching';
+import { edit, sketch } from './draft';
+import { reach } from './reaching';
 import type { Reach } from './reaching';
-import { request, robot, selected } from './store';
+import { draft, request, robot, selected } from './store';
 
 export interface Dragging {
   pose: () => Pose | null; // reads signals
@@ -16,16 +16,19 @@ export interface Dragging {
 }
 
 export const dragging: Dragging = {
-  // Only poses in the base frame have handles.
   pose: () => {
-    const waypoint = robot.value ? request.value?.waypoints[selected.value] : undefined;
-    return waypoint?.kind === 'pose' && !waypoint.frame ? waypoint.pose : null;
+    const [shown, arm] = [request.value, robot.value];
+    const waypoint = draft.value ?? shown?.waypoints[selected.value];
+    return shown && arm && waypoint?.kind === 'pose' ? poseInBase(waypoint, shown, arm) : null;
   },
   tool: () => request.value && toolAt(request.value, selected.value),
   reach: () => reach.value,
-  onDrag: askReach,
-  onDrop: (pose) => {
-    endReach();
-    if (request.value) show(withWaypoint(request.value, selected.value, { pose }));
-  },
+  onDrag: (pose) => sketch({ pose: inItsFrame(pose) }),
+  onDrop: (pose) => edit({ pose: inItsFrame(pose) }),
 };
+
+function inItsFrame(pose: Pose): Pose {
+  const [shown, arm] = [request.value, robot.value];
+  const waypoint = shown?.waypoints[selected.value];
+  return shown && arm && waypoint?.kind === 'pose' && waypoint.frame ? poseInFrame(pose, waypoint.frame, shown, arm) : pose;
+}

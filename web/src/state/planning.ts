@@ -5,7 +5,7 @@ import { timings } from '../service/timing';
 import type { Include, PlanAnswer, PlanRequest, Robot } from '../service/types';
 import { backendOf } from './options';
 import { backends, compared, comparing, notice, plan, planning, problem, request, robot } from './store';
-import { duration, time } from './playback';
+import { settleTime } from './playback';
 import { texts } from '../texts';
 
 const DELAY = 250; // ms after the last change
@@ -49,7 +49,7 @@ export async function planNow(): Promise<void> {
         return;
       }
       plan.value = { request: asked, answer: found.answer, took: (performance.now() - begun) / 1000 };
-      time.value = Math.min(time.value, duration());
+      settleTime();
       notice.value = texts.said.planned(found.answer.duration);
     });
   } catch {

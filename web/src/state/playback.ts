@@ -1,9 +1,11 @@
 // The time that is shown, and its course while the motion is played.
 import { effect, signal } from '@preact/signals';
-import { shownPlan } from './store';
+import { plannedWaypoint } from '../plan/samples';
+import { isStale, selected, shownPlan } from './store';
 
 export const time = signal(0);
 export const playing = signal(false);
+export const isAnchored = signal(false); // the time stays at the chosen waypoint when there is another plan
 export const speed = signal(1);
 export const SPEEDS: readonly number[] = [0.1, 0.25, 0.5, 1, 2, 4];
 
@@ -14,7 +16,21 @@ export function duration(): number {
 }
 
 export function seek(to: number): void {
+  isAnchored.value = false;
   time.value = Math.min(Math.max(0, to), duration());
+}
+
+// Shows the arrival at a waypoint, which only a plan of the request as it is now can tell.
+export function goTo(waypoint: number): void {
+  const shown = isStale.value ? null : shownPlan.value;
+  const planned = shown && plannedWaypoint(shown.answer, waypoint);
+  if (planned) time.value = planned.arrival_time;
+}
+
+// Moves the time to where it belongs in a new plan.
+export function settleTime(): void {
+  time.value = Math.min(time.value, duration());
+  if (isAnchored.value) goTo(selected.value);
 }
 
 export function playAt(factor: number): void {
@@ -23,6 +39,7 @@ export function playAt(factor: number): void {
 
 export function togglePlaying(): void {
   if (duration() === 0) return;
+  isAnchored.value = false;
   if (!playing.value && time.value >= duration()) time.value = 0;
   playing.value = !playing.value;
 }

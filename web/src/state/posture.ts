@@ -3,17 +3,17 @@ import { computed, effect, signal } from '@preact/signals';
 import { positionAt } from '../plan/samples';
 import type { PlanRequest, Robot } from '../service/types';
 import { playing, time } from './playback';
-import { plan, request, robot, shownPlan } from './store';
+import { draft, plan, request, robot, shownPlan } from './store';
 
 const posed = signal<readonly number[] | null>(null);
 
-// Playing, another time, plan or robot lead back to the plan.
+// Playing, another time, plan or robot lead back to the plan, but not while a waypoint is moved.
 effect(() => {
   playing.value;
   time.value;
   plan.value;
   robot.value;
-  posed.value = null;
+  if (!draft.peek()) posed.value = null;
 });
 
 // Puts the robot where a person wants it.

@@ -1,9 +1,8 @@
 // Whether a pose that is dragged can be reached, asked of the service while the hand moves.
 import { signal } from '@preact/signals';
-import { plannedWaypoint } from '../plan/samples';
 import type { Pose, PostureCollision, Solution } from '../service/types';
 import { waysTo } from './inverse';
-import { request, robot, selected, shownPlan } from './store';
+import { request, robot, selected } from './store';
 
 const PAUSE = 40; // ms between two questions
 
@@ -15,12 +14,16 @@ export type Reach =
 
 export const reach = signal<Reach | null>(null);
 
-let waiting: Pose | null = null;
+type Listener = (position: readonly number[]) => void;
+
+let waiting: { pose: Pose; reference: readonly number[]; onReached: Listener } | null = null;
+let endings = 0;
 let isAsking = false;
 
-// Asks about a pose; of those that come while an answer is awaited, the last is asked about next.
-export function askReach(pose: Pose): void {
-  waiting = pose;
+// Asks about a pose; of those that come while an answer is awaited, the last is asked about next. The joint position near
+// the reference that reaches the pose is handed on.
+export function askReach(pose: Pose, reference: readonly number[], onReached: Listener): void {
+  waiting = { pose, reference, onReached };
   if (!isAsking) void ask();
 }
 
@@ -31,6 +34,7 @@ export function showReach({ position, collision }: Solution, all: readonly Solut
 
 export function endReach(): void {
   waiting = null;
+  endings += 1;
   reach.value = null;
 }
 
@@ -43,13 +47,16 @@ export function freeOf(all: readonly Solution[]): number | null {
 async function ask(): Promise<void> {
   isAsking = true;
   while (waiting && request.value && robot.value) {
-    const pose = waiting;
+    const { pose, reference, onReached } = waiting;
     waiting = null;
-    const reference = shownPlan.value ? plannedWaypoint(shownPlan.value.answer, selected.value)?.position : undefined;
+    const begun = endings;
     const { answer } = await waysTo(pose, request.value, selected.value, robot.value, reference);
     const [best] = answer?.solutions ?? [];
-    if (answer && best) showReach(best, answer.solutions);
-    else if (answer?.nearest) {
+    if (begun !== endings) continue; // nobody waits for it any more
+    if (answer && best) {
+      onReached(best.position);
+      showReach(best, answer.solutions);
+    } else if (answer?.nearest) {
       reach.value = { kind: 'missed', position: answer.nearest.position, distance: answer.nearest.position_error };
     }
     await new Promise((resolve) => setTimeout(resolve, PAUSE));

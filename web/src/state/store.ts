@@ -9,6 +9,7 @@ import type {
   Problem,
   Robot,
   RobotSummary,
+  Waypoint,
 } from '../service/types';
 import type { History } from '../request/history';
 import { NO_HISTORY } from '../request/history';
@@ -40,6 +41,7 @@ export const planning = signal(false);
 export const compared = signal<readonly Compared[] | null>(null);
 export const comparing = signal(false);
 export const selected = signal(0);
+export const draft = signal<Waypoint | null>(null); // the chosen waypoint while it is moved
 export const notice = signal(''); // the last thing that happened, for those who listen
 export const banner = signal<Banner | null>(null); // what everybody is to see until it is closed
 
