@@ -154,7 +154,7 @@ from planner.scene import Attach as Attach
 from planner.scene import AttachedObject as AttachedObject
 from planner.scene import CollisionChecker as CollisionChecker
 from planner.scene import PointCloud as PointCloud
-from planner.scene import PostureCollision as PostureCollision
+from planner.scene import PositionCollision as PositionCollision
 from planner.scene import Scene as Scene
 from planner.scene import SceneObject as SceneObject
 from planner.scene import collisions_at as collisions_at

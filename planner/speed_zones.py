@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from planner.fields import FieldPath
     from planner.kinematics.forward import JointStates
     from planner.robots import Robot
-    from planner.scene.bodies import Postures
+    from planner.scene.bodies import Placements
     from planner.scene.checker import CollisionChecker
     from planner.scene.scene import Scene
     from planner.spatial import FloatArray
@@ -163,7 +163,7 @@ def near_intervals(
         now, waiting = waiting[:INTERVALS_AT_ONCE], waiting[INTERVALS_AT_ONCE:]
         looked_at += len(now)
         is_near, is_open = _nearness(checker, motion, now, wanted, clearance)
-        if looked_at > DEFAULT_BUDGET.postures:
+        if looked_at > DEFAULT_BUDGET.positions:
             near += [now[is_open], waiting]
             waiting = np.empty((0, 2))
         else:
@@ -178,14 +178,14 @@ def _nearness(
     """Return which intervals (N, 2) count as near, and which (N,) to halve; all others are proved far."""
     starts, ends = intervals.T
     positions = motion.evaluate((starts + ends) / 2.0, [0])[0]
-    postures = checker.bodies.at(positions)
+    placements = checker.bodies.at(positions)
     near = checker.near_items(positions, excursions(motion, starts, ends, positions), wanted, -np.inf)
     is_near, is_open = np.zeros((2, len(intervals)), dtype=bool)
     for item in np.argsort(near.bounds - near.motions, kind="stable").tolist():
         row, moved = int(near.rows[item]), near.motions[item]
         if is_near[row] or is_open[row]:
             continue
-        apart = checker.separate(postures, row, int(near.pairs[item]))
+        apart = checker.separate(placements, row, int(near.pairs[item]))
         if apart.proved - moved < clearance:
             is_near[row] = moved < RESOLUTION or apart.distance + moved < clearance
             is_open[row] = not is_near[row]
@@ -216,26 +216,26 @@ def point_speeds(bodies: Bodies, positions: FloatArray, velocities: FloatArray) 
     return speeds
 
 
-def _speeds(bodies: Bodies, postures: Postures, velocities: FloatArray) -> FloatArray:
+def _speeds(bodies: Bodies, placements: Placements, velocities: FloatArray) -> FloatArray:
     """Return the bounds (N, bodies) of `point_speeds`."""
-    angular, linear = _twists(bodies, postures, velocities)
-    at_ends = np.linalg.norm(_at_ends(postures, angular, linear), axis=-1).max(axis=2)
+    angular, linear = _twists(bodies, placements, velocities)
+    at_ends = np.linalg.norm(_at_ends(placements, angular, linear), axis=-1).max(axis=2)
     speeds: FloatArray = at_ends + np.linalg.norm(angular, axis=-1) * bodies.radii
     return speeds
 
 
-def _twists(bodies: Bodies, postures: Postures, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _twists(bodies: Bodies, placements: Placements, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the angular velocities (N, bodies, 3), rad/s, and the velocities at the origin of the base, m/s."""
-    axes, origins = postures.rotations[:, 1:, :, 2], postures.origins[:, 1:]
+    axes, origins = placements.rotations[:, 1:, :, 2], placements.origins[:, 1:]
     turning = np.where(bodies.is_angle[:, None], axes, 0.0) * velocities[..., None]
     shifting = np.where(bodies.is_angle[:, None], np.cross(origins, axes), axes) * velocities[..., None]
     moved = bodies.is_moved.astype(np.float64)
     return moved @ turning, moved @ shifting
 
 
-def _at_ends(postures: Postures, angular: FloatArray, linear: FloatArray) -> FloatArray:
+def _at_ends(placements: Placements, angular: FloatArray, linear: FloatArray) -> FloatArray:
     """Return the velocities (N, bodies, 2, 3) of the ends of the axes of the capsules, m/s."""
-    velocities: FloatArray = np.cross(angular[:, :, None], postures.spheres[:, :, [0, -1]]) + linear[:, :, None]
+    velocities: FloatArray = np.cross(angular[:, :, None], placements.spheres[:, :, [0, -1]]) + linear[:, :, None]
     return velocities
 
 
@@ -255,14 +255,14 @@ def speed_reached(bodies: Bodies, motion: PiecewisePolynomial, time: float) -> t
         A speed, m/s, that a point of a body reaches then, and the name of the body.
     """
     positions, velocities = motion.evaluate(np.array([time]), [0, 1])
-    postures = bodies.at(positions)
-    angular, linear = _twists(bodies, postures, velocities)
-    ways = _at_ends(postures, angular, linear)[0]
+    placements = bodies.at(positions)
+    angular, linear = _twists(bodies, placements, velocities)
+    ways = _at_ends(placements, angular, linear)[0]
     highest, name = 0.0, bodies.pieces[0].name
     for k, piece in enumerate(bodies.pieces):
         lengths = np.linalg.norm(ways[k], axis=1)
         along = ways[k][lengths > 0.0] / lengths[lengths > 0.0, None]
-        turn, origin = postures.rotations[0, piece.joint], postures.origins[0, piece.joint]
+        turn, origin = placements.rotations[0, piece.joint], placements.origins[0, piece.joint]
         at = linear[0, k] + np.cross(angular[0, k], origin + turn @ piece.translation)
         reached = along @ at + piece.shape.support(np.cross(along, angular[0, k]) @ turn @ piece.rotation)
         if reached.max(initial=0.0) > highest:
@@ -358,30 +358,30 @@ def _speeds_within(
     """Bound the speeds (N, bodies) in the middles of intervals (N, 2), s, and their changes within, m/s."""
     starts, ends = intervals.T
     positions, velocities = motion.evaluate((starts + ends) / 2.0, [0, 1])
-    postures = bodies.at(positions)
+    placements = bodies.at(positions)
     reach, faster = excursions(motion, starts, ends, positions), excursions(rates, starts, ends, velocities)
-    changes = _speed_changes(bodies, postures, np.abs(velocities), reach, faster)
-    return _speeds(bodies, postures, velocities), changes
+    changes = _speed_changes(bodies, placements, np.abs(velocities), reach, faster)
+    return _speeds(bodies, placements, velocities), changes
 
 
 def _speed_changes(
-    bodies: Bodies, postures: Postures, velocities: FloatArray, reach: FloatArray, faster: FloatArray
+    bodies: Bodies, placements: Placements, velocities: FloatArray, reach: FloatArray, faster: FloatArray
 ) -> FloatArray:
     """Bound the changes of the speeds of points (N, bodies) for given excursions of the joints.
 
     Args:
         bodies: The moving bodies.
-        postures: The placements at N joint positions.
+        placements: The placements at N joint positions.
         velocities: Magnitudes (N, joints) of the joints' velocities there.
         reach: Largest excursions of the joints (N, joints), rad or m.
         faster: Largest changes of their velocities (N, joints).
     """
     moved, is_angle = bodies.is_moved.astype(np.float64), bodies.is_angle
-    displacements = bodies.displacements(postures, reach)
+    displacements = bodies.displacements(placements, reach)
     from_here_on = np.flip(np.cumsum(np.flip(displacements, axis=2), axis=2), axis=2)
     turns = moved * np.where(is_angle, reach, 0.0)[:, None]
     turned = np.minimum(np.cumsum(turns, axis=2) - turns, np.pi)
-    columns = postures.levers * 2.0 * np.sin(turned / 2.0) + np.where(is_angle, from_here_on, 0.0)
-    changes = postures.levers * faster[:, None] + columns * moved * (velocities + faster)[:, None]
+    columns = placements.levers * 2.0 * np.sin(turned / 2.0) + np.where(is_angle, from_here_on, 0.0)
+    changes = placements.levers * faster[:, None] + columns * moved * (velocities + faster)[:, None]
     total: FloatArray = changes.sum(axis=2)
     return total

@@ -89,7 +89,7 @@ class PlannedWaypoint(Answer):
     """A waypoint with its joint position and its times."""
 
     index: int
-    """The index of the waypoint in the request, from 0. A corner of a detour (`way_around`) has the index of the
+    """The index of the waypoint in the request, from 0. A corner of a detour (`detour`) has the index of the
     waypoint that the detour leads to."""
     name: str | None
     """The name in the request; null: none."""
@@ -111,10 +111,10 @@ class PlannedWaypoint(Answer):
     solution: int | None
     """The index of the chosen solution, ordered by the travel time from the waypoint before: 0 is the nearest. Null: a
     joint waypoint, or a continuum."""
-    choice: Literal["given", "only", "shortest_way", "preferred", "continued", "way_around"]
-    """The reason for this solution. `given`: a joint waypoint. `only`: the only solution. `shortest_way`: the path
+    choice: Literal["given", "only", "shortest_path", "preferred", "continued", "detour"]
+    """The reason for this solution. `given`: a joint waypoint. `only`: the only solution. `shortest_path`: the path
     through the whole list is shortest with it. `preferred`: best by the preference of the request. `continued`: the
-    end of a tool motion. `way_around`: a corner of the detour of a free motion."""
+    end of a tool motion. `detour`: a corner of the detour of a free motion."""
     configuration: AnsweredConfiguration
     """The configuration of the arm, by its names."""
     manipulability: float

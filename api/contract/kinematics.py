@@ -163,7 +163,7 @@ class AnsweredConfiguration(Answer):
     """The side of the wrist; null: straight, or the arm has no such name."""
 
 
-class PostureCollision(Answer):
+class PositionCollision(Answer):
     """The pair that violates its margin most at a joint position."""
 
     pair: Annotated[list[str], Field(min_length=2, max_length=2)]
@@ -185,7 +185,7 @@ class JointSolution(Answer):
     """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: 0 where the arm is singular."""
     configuration: AnsweredConfiguration
     """The configuration of the arm there, by its names."""
-    collision: PostureCollision | None = None
+    collision: PositionCollision | None = None
     """The colliding pair; null: proved collision-free. Only with `scene` or `self_collision`."""
 
 
@@ -200,7 +200,7 @@ class NearestPose(Answer):
     """The position error of the tool, m."""
     orientation_error: float | None
     """The orientation error of the tool, rad; null: no orientation was requested."""
-    collision: PostureCollision | None = None
+    collision: PositionCollision | None = None
     """The colliding pair; null: proved collision-free. Only for inverse kinematics with `scene` or
     `self_collision`."""
 
@@ -249,7 +249,7 @@ class WaypointReachability(Answer):
     """Whether a solution is proved collision-free. Only with `scene` or `self_collision`."""
     free_solutions: int | None = None
     """The number of collision-free `solutions`; null as for `solutions`. Only with `scene` or `self_collision`."""
-    hindered_by: list[PostureCollision] | None = None
+    hindered_by: list[PositionCollision] | None = None
     """The colliding pairs where no solution is collision-free, each once, the least deep first; otherwise empty. Only
     with `scene` or `self_collision`."""
     limit_margin: LimitMargin | None

@@ -50,13 +50,13 @@ Preference = TypeAliasType(
     Annotated[
         Literal["continuous", "near_reference", "manipulability", "far_from_limits", "arm"],
         Field(
-            description="Which of several solutions of a pose is taken. `continuous`: those on the shortest way "
-            "through the whole list, in time at the velocity limits. `near_reference`: the one nearest to the "
-            "`reference`, likewise in time. `manipulability`: the one with the largest, furthest from a singularity. "
-            "`far_from_limits`: the one whose worst joint is nearest to the middle of its limits. `arm`: the one for "
-            "which external axes move least: the arm reaches alone, and follows motions alone, wherever it can. "
-            "Motions of the tool go on from where they start in any case; only where they cannot, another start is "
-            "taken."
+            description="The choice among solutions of a pose. `continuous`: the solutions on the shortest path "
+            "through the whole list, in time at the velocity limits. `near_reference`: the solution nearest to the "
+            "`reference`, likewise in time. `manipulability`: the solution with the largest manipulability, which is "
+            "the farthest from a singularity. `far_from_limits`: the solution whose worst joint is nearest to the "
+            "middle of its limits. `arm`: the solution with the least motion of external axes. The arm then reaches "
+            "poses and follows motions alone where it can. A motion of the tool starts at the solution of the waypoint "
+            "before it. The planner takes another solution there only where the motion fails."
         ),
     ],
 )

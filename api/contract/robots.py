@@ -57,8 +57,7 @@ class UrdfDocument(Schema):
     joints: Annotated[list[FrameName], Field(min_length=1, max_length=64)] | None = None
     """The names of the joints that move, which have to lie on one chain; omitted: all on the way to the tip."""
     locked: Annotated[dict[FrameName, Number], Field(max_length=256)] = Field(default_factory=dict)
-    """The positions (rad or m), by the names of other joints, at which these are held; omitted: 0, or the limit nearest
-    to it."""
+    """Positions of other joints, which are fixed there, rad or m, by name; omitted: 0, or the limit nearest to it."""
     velocity_curves: Annotated[dict[FrameName, VelocityCurves], Field(max_length=64)] = Field(
         default_factory=dict, exclude_if=lambda curves: not curves
     )
@@ -132,14 +131,14 @@ class Changes(Schema):
     kind: Literal["derived"]
     """The kind of model: another robot, with changes."""
     limits: Annotated[dict[FrameName, OwnLimits], Field(max_length=64)] = Field(default_factory=dict)
-    """The owner's limits by the names of joints. They may be wider than the other robot's only where the provenance of
-    those is `default` or `estimate`, which a warning among the `findings` says. A continuous joint with position limits
+    """The owner's limits by the names of joints. A limit may be wider than the other robot's only where the latter is a
+    `default` or an `estimate`. A warning among the `findings` says so. A continuous joint with position limits
     becomes a revolute one."""
     group: FrameName | None = None
-    """The name of one of the other robot's `groups`; its other joints are held still. Omitted: all joints move."""
+    """The name of one of the other robot's `groups`; its other joints are fixed. Omitted: all joints move."""
     locked: Annotated[dict[FrameName, Number], Field(max_length=64)] = Field(default_factory=dict)
-    """The positions (rad or m), by the names of joints, at which these are held: they are no joints of the robot. Where
-    a `group` holds others, these are at 0, or at the limit nearest to it."""
+    """Positions of joints, which are fixed there, rad or m, by name: they are no joints of the robot. A `group` fixes
+    other joints at 0, or at the limit nearest to it."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m), for requests that name no tool; omitted: the other
     robot's."""

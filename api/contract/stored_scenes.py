@@ -57,7 +57,7 @@ class AttachedChange(Schema):
     pose: Pose | None = None
     """Its pose in the frame of its link or of the tool (m); null: at the origin."""
     link: Name | None = None
-    """The name of the link that it moves with; null: it is held at the tool."""
+    """The name of the link that it moves with; null: it is attached to the tool."""
     touch_links: Annotated[list[Name], Field(max_length=64)] | None = None
     """The names of links and objects carried that it may touch, in place of those before; null: none."""
     margin: Margin | None = None

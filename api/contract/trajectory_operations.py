@@ -186,7 +186,7 @@ class GivenJointState(Schema):
 
 
 class MaxPayloadRequest(Schema):
-    """A trajectory, and the center of mass of the payload whose largest mass is asked."""
+    """A trajectory, and the centre of mass of the payload whose largest mass is requested."""
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""

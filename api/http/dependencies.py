@@ -74,13 +74,13 @@ class Admission(HTTPBearer):
 
 ADMISSION = Admission(
     scheme_name="key",
-    description="An API key, where the service asks for one; every operation says which scope its key needs.",
+    description="An API key, where the service requires one; every operation names the scope that its key needs.",
 )
 """What lets clients in."""
 
 
 def needs(scope: Scope) -> Dependency:
-    """Require a key with a scope, where the service asks for keys."""
+    """Require a key with a scope, where the service requires keys."""
     dependency: Dependency = Security(ADMISSION, scopes=[scope])
     return dependency
 

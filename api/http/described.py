@@ -28,7 +28,7 @@ CONNECTION_CODES = (
 """Codes of the problem documents that may answer any request."""
 
 ACCESS_CODES = ("unauthorized", "forbidden", "database_unavailable")
-"""Codes of the problem documents that may answer a request that needs a key, where the service asks for keys."""
+"""Codes of the problem documents that may answer a request that needs a key, where the service requires keys."""
 
 WORKER_CODES = ("overloaded", "deadline_exceeded", "internal_error")
 """Codes of the problem documents that may answer a request that a worker runs."""
@@ -95,7 +95,7 @@ def returns(
         shared: Whether the answer has an `ETag`, since equal requests have equal answers.
         file: Whether the answer is a file with a name.
         leads_to: The ids of operations whose path has the `id` of the answer.
-        open_to_all: Whether no key is needed where the service asks for keys.
+        open_to_all: Whether no key is needed where the service requires keys.
     """
     success: dict[str, Any] = {"description": "Done."}
     if schema is not None:

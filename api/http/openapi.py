@@ -48,18 +48,18 @@ is exceeded at any time.
 """
 """The start of /llms.txt, before the operations."""
 
-NEEDS = " Where keys are asked for, the key needs the scope `{scope}`."
+NEEDS = " Where the service requires keys, the key needs the scope `{scope}`."
 """The last sentence of the description of an operation that needs a key."""
 
 TAGS = {
     "trajectories": "Plans, and certificates of trajectories of any origin.",
-    "kinematics": "Poses of the tool, joint positions that reach them, and what lies between the two.",
+    "kinematics": "Forward and inverse kinematics, and the reachability of poses.",
     "dynamics": "Joint torques.",
-    "collisions": "How near robots come to themselves and to what is around them, for certain.",
-    "batches": "Thousands of plan requests at once, worked on behind all others.",
+    "collisions": "Proved clearances of robots from themselves and from their scene.",
+    "batches": "Thousands of plan requests at once, in the background.",
     "robots": "The robots of the catalogue, and your own.",
-    "scenes": "What stands around your robots, kept for requests that name it.",
-    "service": "What the service is and how it does.",
+    "scenes": "Scenes around your robots, stored for requests that name them.",
+    "service": "Version, health and metrics of the service.",
 }
 """The groups of operations in the documentation, and what each is about."""
 

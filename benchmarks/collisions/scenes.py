@@ -236,8 +236,8 @@ def problem(robot: Robot, kind: str, number: int) -> Problem:
         )
         checker = CollisionChecker(robot, Scene(scene.objects, margin=ROOM), self_collision=True)
         first, second = rng.choice(len(layout.places), 2, replace=False)
-        start = _posture(robot, checker, layout.places[first], up, rng)
-        goal = None if start is None else _posture(robot, checker, layout.places[second], up, rng)
+        start = _position(robot, checker, layout.places[first], up, rng)
+        goal = None if start is None else _position(robot, checker, layout.places[second], up, rng)
         if start is not None and goal is not None:
             return Problem(kind, number, scene, start, goal)
     raise RuntimeError(f"{robot.id} finds no room in {kind} {number}")
@@ -253,7 +253,7 @@ def _size(robot: Robot) -> tuple[float, float]:
     )
 
 
-def _posture(
+def _position(
     robot: Robot, checker: CollisionChecker, place: Place, up: FloatArray, rng: np.random.Generator
 ) -> FloatArray | None:
     """Draw a collision-free joint position with the tool at a place; None: none was found."""

@@ -14,7 +14,7 @@ from planner.spatial import FloatArray, Pose, rotation_z
 
 DOWN = np.pi / 2.0
 
-POSTURES: dict[str, tuple[float, ...]] = {
+POSITIONS: dict[str, tuple[float, ...]] = {
     "kuka_kr16_l6_2": (0.0, -DOWN, DOWN, 0.0, DOWN, 0.0),
     "ngv_refuelling_arm": (0.0, -0.4, 0.8, 0.0, -0.4, 0.0),
     "date_sorting_arm": (0.0, 0.25, 0.25, 0.0, DOWN, 0.0),
@@ -24,13 +24,13 @@ POSTURES: dict[str, tuple[float, ...]] = {
 }
 """Where each arm works: the tool straight down, or level (`date_sorting_arm`), or none (`three_dof_arm`)."""
 
-SIZES = dict(zip(POSTURES, (1.0, 1.0, 0.3, 0.12, 0.5, 0.4), strict=True))
+SIZES = dict(zip(POSITIONS, (1.0, 1.0, 0.3, 0.12, 0.5, 0.4), strict=True))
 """The length for each arm that stands for 1 m in a job, m."""
 
-PAYLOADS = dict(zip(POSTURES, (3.0, 5.0, 0.5, 0.05, 1.5, 1.0), strict=True))
+PAYLOADS = dict(zip(POSITIONS, (3.0, 5.0, 0.5, 0.05, 1.5, 1.0), strict=True))
 """kg that each arm carries."""
 
-ARMS = tuple(POSTURES)
+ARMS = tuple(POSITIONS)
 INSTALLED = tuple(arm for arm in ARMS if arm in catalogue_ids())
 """Without the package of robots two are missing."""
 
@@ -48,14 +48,14 @@ class Place:
     Attributes:
         robot: The arm.
         size: The length that stands for 1 m in a job, m.
-        posture: (joints,): the arm in the middle of the job.
+        position: (joints,): the arm in the middle of the job.
         pose: The tool's there; without a rotation for an arm of three joints.
         axes: (3, 3): columns are the job's directions: outwards or along the base's x, leftwards, up.
     """
 
     robot: Robot
     size: float
-    posture: FloatArray
+    position: FloatArray
     pose: Pose
     axes: FloatArray
 
@@ -81,7 +81,7 @@ def places(arm: str) -> tuple[Place, ...]:
 
 
 def _place(robot: Robot, offset: tuple[float, float], azimuth: float, outwards: bool) -> Place | None:
-    size, seed = SIZES[robot.id], np.array(POSTURES[robot.id])
+    size, seed = SIZES[robot.id], np.array(POSITIONS[robot.id])
     rotation = rotation_z(azimuth)
     home = tool_at(robot, seed)
     radial = home.position * [1.0, 1.0, 0.0]

@@ -112,7 +112,7 @@ def inspection(place: Place, variant: int) -> Draft:
         x, y, z = 0.15 * np.cos(angle), 0.15 * np.sin(angle), 0.05 * (k % 2)
         pose = place.at(x, y, z, rotation_x(-0.3 * np.sin(angle)) @ rotation_y(-0.3 * np.cos(angle)))
         programme.to(Pose(pose.position) if free else pose, transition=passing, dwell=dwell)
-    programme.joints(place.posture)
+    programme.joints(place.position)
     return Draft(programme, {"views": views, "free": free, "through": passing is THROUGH})
 
 

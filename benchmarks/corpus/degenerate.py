@@ -29,7 +29,7 @@ def swing(place: Place, *shares: float) -> FloatArray:
     robot = place.robot
     pattern = np.resize([1.0, -0.6, 0.8, 0.5, -0.7, 0.9, 0.3], robot.dof)
     reach = np.where(robot.is_angle, 0.4, 0.1)
-    moved: FloatArray = place.posture + np.resize(shares, robot.dof) * pattern * reach
+    moved: FloatArray = place.position + np.resize(shares, robot.dof) * pattern * reach
     return moved
 
 
@@ -40,7 +40,7 @@ def repeats(place: Place, variant: int) -> Draft:
         programme = Programme(place)
         for _ in range(times):
             programme.joints(swing(place, 1.0), transition=STOP if kind == 0 else THROUGH)
-            programme.joints(place.posture, transition=STOP if kind == 0 else THROUGH)
+            programme.joints(place.position, transition=STOP if kind == 0 else THROUGH)
         durations = straight_times(place.robot, np.array(programme.positions)) if kind == 0 else None
         return Draft(programme, {"times": times, "through": kind == 1}, durations=durations)
     programme = Programme(place, place.at(0.0, 0.0, 0.0))
@@ -55,9 +55,9 @@ def repeats(place: Place, variant: int) -> Draft:
 def mirrored(place: Place, variant: int) -> Draft:
     """Make a job, and its copy turned about the base's axis, by a quarter or 0.3 rad; durations are equal."""
     angle, kind = (0.0, 0.5 * np.pi, 0.3)[variant % 3], variant // 3 % 4
-    turned = place.posture.copy()
+    turned = place.position.copy()
     turned[0] += angle
-    home = tool_at(place.robot, place.posture)
+    home = tool_at(place.robot, place.position)
     there = tool_at(place.robot, turned)
     assert home.rotation is not None and there.rotation is not None
     rotation = there.rotation @ home.rotation.T
@@ -72,10 +72,10 @@ def mirrored(place: Place, variant: int) -> Draft:
     programme = Programme(place, turned)
     if kind == 0:
         for shares in ((1.0, 0.5), (-0.5, 1.0), (0.3,)):
-            programme.joints(turned + swing(place, *shares) - place.posture, transition=THROUGH)
+            programme.joints(turned + swing(place, *shares) - place.position, transition=THROUGH)
     elif kind == 1:
         for shares in ((1.0, 0.5), (-0.5, 1.0), (0.3,)):
-            programme.joints(turned + swing(place, *shares) - place.posture)
+            programme.joints(turned + swing(place, *shares) - place.position)
     elif kind == 2:
         programme.line(at(0.0, 0.1, 0.0), transition=programme.blend(0.02))
         programme.line(at(0.0, 0.1, -0.1))
@@ -122,7 +122,7 @@ def still_joints(place: Place, variant: int) -> Draft:
     programme = Programme(place)
     for k, share in enumerate((0.5, 1.0, 0.2, -0.6), start=1):
         rounding = apart * (-1) ** k
-        programme.joints(np.where(moving, swing(place, share), place.posture + rounding), transition=transition)
+        programme.joints(np.where(moving, swing(place, share), place.position + rounding), transition=transition)
     durations = straight_times(place.robot, np.array(programme.positions)) if transition is STOP else None
     parameters: dict[str, object] = {"apart": apart, "moving": moving.tolist(), "through": transition is THROUGH}
     return Draft(programme, parameters, twin=variant - variant % 5, durations=durations)
@@ -149,14 +149,14 @@ def whole_turns(place: Place, variant: int) -> Draft:
     """Turn joints by more than a whole turn where they can, one or all; then request a pose."""
     robot, turns = place.robot, (1, 2, -1)[variant % 3]
     lower, upper = robot.limit("lower"), robot.limit("upper")
-    room = np.where(robot.is_angle, np.where(np.sign(turns) > 0, upper - place.posture, place.posture - lower), 0.0)
+    room = np.where(robot.is_angle, np.where(np.sign(turns) > 0, upper - place.position, place.position - lower), 0.0)
     able = np.flatnonzero(room > abs(turns) * 2.0 * np.pi)
     if len(able) == 0:
         able = np.array([robot.dof - 1])
         turn = 0.9 * np.sign(turns) * room[-1]
     else:
         turn = turns * 2.0 * np.pi
-    end = place.posture.copy()
+    end = place.position.copy()
     end[able[-1:] if variant // 3 % 2 else able] += turn
     programme = Programme(place)
     programme.joints(end)
@@ -175,7 +175,7 @@ def outside_limit(place: Place, variant: int) -> Draft:
     robot = with_ranges(place)
     lower, upper = robot.limit("lower"), robot.limit("upper")
     edge = upper + beyond if kind % 2 else lower - beyond
-    start = np.where(np.arange(robot.dof) == robot.dof - 1, edge, place.posture) if kind < 2 else edge
+    start = np.where(np.arange(robot.dof) == robot.dof - 1, edge, place.position) if kind < 2 else edge
     programme = Programme(replace(place, robot=robot))
     programme.joints(swing(place, 0.5))
     programme.positions[0] = np.clip(start, lower, upper)
@@ -197,7 +197,7 @@ def start_is_goal(place: Place, variant: int) -> Draft:
     elif asked == 2:
         options = {"dwell": 2.0}
     if kind == 0:
-        programme.joints(place.posture, **options)
+        programme.joints(place.position, **options)
     elif kind == 1:
         programme.to(here, **options)
     else:
@@ -215,7 +215,7 @@ def fixed_axis(place: Place, variant: int) -> Draft:
     """Return a palletiser's arm: one axis of the wrist cannot move, and the tool stays down."""
     robot, kind = place.robot, variant % 3
     fixed = {"kuka_kr16_l6_2": 3, "ngv_refuelling_arm": 3, "ur5": 4, "panda": 2}.get(robot.id, robot.dof - 1)
-    held = float(place.posture[fixed])
+    held = float(place.position[fixed])
     joints = list(robot.joints)
     joints[fixed] = replace(joints[fixed], kind="revolute", lower=held, upper=held)
     there = replace(place, robot=replace(robot, joints=tuple(joints)))
@@ -238,7 +238,7 @@ def with_ranges(place: Place) -> Robot:
     """Return the robot; joints without position limits get some, half a turn to either side of the joint position."""
     joints = (
         joint if np.isfinite(joint.upper) else replace(joint, kind="revolute", lower=q - np.pi, upper=q + np.pi)
-        for joint, q in zip(place.robot.joints, place.posture.tolist(), strict=True)
+        for joint, q in zip(place.robot.joints, place.position.tolist(), strict=True)
     )
     return replace(place.robot, joints=tuple(joints))
 

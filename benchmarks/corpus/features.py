@@ -68,7 +68,7 @@ def gripping_anywhere(place: Place, variant: int) -> Draft:
         programme.to(place.at(x, y, 0.0))
         if region is not None:
             programme.change_last(free=region)
-    programme.joints(place.posture)
+    programme.joints(place.position)
     return Draft(programme, {"width": width, "askew": askew})
 
 
@@ -95,14 +95,14 @@ def along_a_rail(place: Place, variant: int) -> Draft:
     on_rail = replace(
         place,
         robot=robot,
-        posture=np.array([middle, *place.posture]),
+        position=np.array([middle, *place.position]),
         pose=Pose(place.pose.position + middle * direction, place.pose.rotation),
     )
     programme = Programme(on_rail)
     if prefer:
         programme.options = InverseKinematicsOptions(prefer="arm")
     for y in (-length, length, 0.0):
-        position: FloatArray = np.array([middle + y * place.size, *place.posture])
+        position: FloatArray = np.array([middle + y * place.size, *place.position])
         pose = on_rail.at(0.0, y, 0.0)
         pins = {"rail": float(position[0])} if pinned else None
         programme.known(PoseWaypoint(pose=pose, motion=LinearMotion(), external=pins), position)
@@ -116,7 +116,7 @@ def past_a_switch(place: Place, variant: int) -> Draft:
     lower, upper = robot.limit("lower"), robot.limit("upper")
     reach = np.minimum((0.2, 0.3)[variant // 3 % 2], 0.2 * (upper - lower))
     turn = reach * np.where(np.arange(robot.dof) % 2, -1.0, 1.0)
-    middle = np.clip(place.posture, lower + 1.1 * reach, upper - 1.1 * reach)
+    middle = np.clip(place.position, lower + 1.1 * reach, upper - 1.1 * reach)
     programme = Programme(place, middle - turn)
     programme.joints(middle, transition=ThroughTransition(share * velocity * np.sign(turn)))
     programme.joints(middle + turn)
@@ -141,7 +141,7 @@ def teaching(place: Place, variant: int) -> Draft:
         programme.to(place.at(0.0, y, z + 0.1))
         programme.line(place.at(0.0, y, z), dwell=0.2)
         programme.line(place.at(0.0, y, z + 0.1))
-    programme.joints(place.posture)
+    programme.joints(place.position)
     limits = Limits(velocity_scale=override, tcp_linear_velocity=0.25)
     return Draft(programme, {"override": override}, limits)
 
@@ -152,7 +152,7 @@ def downhill(place: Place, variant: int) -> Draft:
     programme = Programme(place)
     for k in (1.0, -0.5, 0.7):
         programme.joints(swing(place, k), transition=STOP if variant % 3 else ThroughTransition())
-    programme.joints(place.posture)
+    programme.joints(place.position)
     programme.line(place.at(0.05, 0.05, 0.05))
     speeds, rates = (_finite(place.robot.limit(name)) for name in ("velocity", "acceleration"))
     limits = Limits(
@@ -165,9 +165,9 @@ def downhill(place: Place, variant: int) -> Draft:
 def locked_wrist(place: Place, variant: int) -> Draft:
     """Lock the last joint, and set outputs with waits: a group of the other joints."""
     robot, last, wait = place.robot, place.robot.joint_names[-1], (0.1, 0.3, 1.0)[variant % 3]
-    rest = place.posture[:-1]
-    group = robot.derived(locked={last: float(place.posture[-1])})
-    own = replace(place, robot=group, posture=rest, pose=tool_at(group, rest))
+    rest = place.position[:-1]
+    group = robot.derived(locked={last: float(place.position[-1])})
+    own = replace(place, robot=group, position=rest, pose=tool_at(group, rest))
     programme = Programme(own)
     for k, share in enumerate((0.8, -0.4, 0.6)):
         passing = ThroughTransition() if variant % 2 and k == 1 else STOP

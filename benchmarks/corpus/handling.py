@@ -34,7 +34,7 @@ def palletising(place: Place, variant: int) -> Draft:
             programme.line(place.at(x, y, z, turn), transition=STOP)
             programme.grip(taken)
             programme.line(place.at(x, y, z + 0.12, turn), transition=passing)
-    programme.joints(place.posture)
+    programme.joints(place.position)
     limits = Limits(velocity_scale=speed, acceleration_scale=speed)
     return Draft(programme, {"slots": PALLETS[variant % 6], "speed": speed, "share": share}, limits)
 
@@ -51,7 +51,7 @@ def pick_and_place(place: Place, variant: int) -> Draft:
         programme.line(place.at(0.0, y, dz), speed=0.25, dwell=dwell)
         programme.grip(taken)
         programme.line(place.at(0.0, y, dz + 0.15), transition=passing)
-    programme.joints(place.posture)
+    programme.joints(place.position)
     return Draft(programme, {"lines": lines, "dwell": dwell, "far": far, "share": share})
 
 
@@ -127,7 +127,7 @@ def machine_tending(place: Place, variant: int) -> Draft:
         raise Untraceable
     programme.line(away)
     if variant % 2:
-        programme.joints(place.posture)
+        programme.joints(place.position)
         programme.line(place.at(0.1, 0.1, 0.0), speed=0.5)
         programme.line(place.at(-0.05, 0.1, 0.0))
         programme.joints(home)

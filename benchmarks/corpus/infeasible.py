@@ -64,7 +64,7 @@ def _far_circle(place: Place, scale: float) -> Refused:
 
 def _short_duration(place: Place, scale: float) -> Refused:
     goal = swing(place, 1.0)
-    least = float((np.abs(goal - place.posture) / place.robot.limit("velocity")).max())
+    least = float((np.abs(goal - place.position) / place.robot.limit("velocity")).max())
     waypoint = JointWaypoint(position=tuple(goal.tolist()), duration=least / (1.0 + scale))
     why = f"at its velocity limit a joint takes {least:g} s"
     return PlanningProblem(place.robot, (_start(place), waypoint)), why, ("infeasible_duration",)
@@ -81,7 +81,7 @@ def _too_heavy(place: Place, scale: float) -> Refused:
     unrated, payload = replace(place.robot, rated_payload=None), Payload(100.0 * scale)
     robot, rest = unrated.with_payload(payload), np.zeros(place.robot.dof)
     goal = swing(place, 0.5)
-    held = np.abs([pin.rnea(robot.model, robot.model.createData(), q, rest, rest) for q in (place.posture, goal)])
+    held = np.abs([pin.rnea(robot.model, robot.model.createData(), q, rest, rest) for q in (place.position, goal)])
     worst = held.max(axis=0)
     limits = Limits(torque=tuple(np.minimum(np.maximum(0.5 * worst, 1e-3), place.robot.limit("torque")).tolist()))
     waypoint = JointWaypoint(position=tuple(goal.tolist()))
@@ -91,4 +91,4 @@ def _too_heavy(place: Place, scale: float) -> Refused:
 
 
 def _start(place: Place) -> JointWaypoint:
-    return JointWaypoint(position=tuple(place.posture.tolist()))
+    return JointWaypoint(position=tuple(place.position.tolist()))

@@ -56,11 +56,11 @@ class Programme:
         self.positions: list[FloatArray] = []
         self.seconds = self.seconds_cut = self.heaviest = 0.0
         self.options = InverseKinematicsOptions()
-        self._q, self.pose = place.posture, place.pose
+        self._q, self.pose = place.position, place.pose
         if isinstance(first, Pose):
             self.to(first, **options)
         else:
-            self.joints(place.posture if first is None else first, **options)
+            self.joints(place.position if first is None else first, **options)
 
     def blend(self, radius: float) -> Transition:
         """Return a blend whose radius is given in lengths of a job."""

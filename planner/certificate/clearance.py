@@ -12,7 +12,7 @@ from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.scene.carried import checkers_of_segments
 from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, checker_of
 from planner.scene.continuous import Nearest, clearances
-from planner.scene.postures import edge
+from planner.scene.joint_positions import edge
 from planner.shapes.meshes.distance import distance_from_mesh
 from planner.trajectories.trajectory import PlanWarning, Trajectory
 
@@ -293,9 +293,9 @@ def _coarseness(checker: CollisionChecker, near: Nearest, position: FloatArray) 
     mesh = next((thing.mesh for thing in checker.scene.objects if thing.id == obstacle.name), None)
     if mesh is None:
         return ""
-    postures = checker.bodies.at(position[None])
-    turn = obstacle.rotation.T @ postures.rotations[0, piece.joint]
-    origin = obstacle.rotation.T @ (postures.origins[0, piece.joint] - obstacle.translation)
+    placements = checker.bodies.at(position[None])
+    turn = obstacle.rotation.T @ placements.rotations[0, piece.joint]
+    origin = obstacle.rotation.T @ (placements.origins[0, piece.joint] - obstacle.translation)
     distance = distance_from_mesh(mesh, piece.shape, turn @ piece.rotation, turn @ piece.translation + origin)
     if distance <= near.margin:
         return ""
@@ -320,18 +320,18 @@ def _fields(checker: CollisionChecker, hit: Nearest, position: FloatArray, time:
 def _first_contact(checker: CollisionChecker, trajectory: Trajectory, hit: Nearest) -> float:
     """Return the first sampled time, s, at which a pair is below its margin."""
     times = np.linspace(0.0, hit.time, SAMPLES_BEFORE_CONTACT)
-    postures = checker.bodies.at(trajectory.evaluate(times, [0])[0])
+    placements = checker.bodies.at(trajectory.evaluate(times, [0])[0])
 
     def is_near(distance: float) -> bool:
         return hit.margin - distance > CONTACT_TOLERANCE
 
-    seen = (k for k in range(1, len(times)) if is_near(checker.separate(postures, k, hit.pair).distance))
+    seen = (k for k in range(1, len(times)) if is_near(checker.separate(placements, k, hit.pair).distance))
     near = next(seen, len(times) - 1)  # rounding may put a pair on the other side of the tolerance there
     low, high = times[near - 1], times[near]
     for _ in range(BISECTIONS):
         middle = (low + high) / 2.0
-        posture = checker.bodies.at(trajectory.evaluate(np.array([middle]), [0])[0])
-        if is_near(checker.separate(posture, 0, hit.pair).distance):
+        placement = checker.bodies.at(trajectory.evaluate(np.array([middle]), [0])[0])
+        if is_near(checker.separate(placement, 0, hit.pair).distance):
             high = middle
         else:
             low = middle

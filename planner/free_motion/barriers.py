@@ -127,16 +127,16 @@ def _overlaps(
     margins = np.where(moved_by_others[:, None], -np.inf, checker.margins - OVERLAP)
     near = checker.near_items(positions, still, margins, -np.inf)
     rows, indices = np.unique(near.rows, return_inverse=True)
-    postures, excursions = bodies.at(positions[rows]), still[rows]
+    placements, excursions = bodies.at(positions[rows]), still[rows]
     excursions[:, 1:joints] = half
-    displacements = bodies.displacements(postures, excursions).sum(axis=-1)
+    displacements = bodies.displacements(placements, excursions).sum(axis=-1)
     overlaps, changes, names = np.zeros(len(positions)), np.zeros(len(positions)), [""] * len(positions)
     least = checker.margins_of(near.pairs) - OVERLAP
     near_pairs = (near.rows.tolist(), indices.tolist(), near.pairs.tolist(), least.tolist())
     for row, index, pair, margin in zip(*near_pairs, strict=True):
         if overlaps[row] > changes[row]:
             continue
-        overlap = margin - checker.separate(postures, index, pair).distance
+        overlap = margin - checker.separate(placements, index, pair).distance
         change = displacements[index, (pair - checker.own_pairs) // len(checker.obstacles.all)]
         if overlap > 0.0 and (not names[row] or overlap - change > overlaps[row] - changes[row]):
             overlaps[row], changes[row], names[row] = overlap, change, checker.names(pair)[1]

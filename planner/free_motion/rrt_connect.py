@@ -27,7 +27,7 @@ CHANGE = 0.1
 DRAWN = 64
 """Number of random positions drawn to find one within such a radius; if there is none, the first is used."""
 
-POSTURES = 64
+LEVER_SAMPLES = 64
 """The number of random joint positions for measuring the effect of each joint on the robot."""
 
 LEAST_WEIGHT = 0.05
@@ -74,8 +74,8 @@ class Trees:
             within: The lowest and the highest (joints,) of random positions, rad or m.
         """
         self.edges, self._within = edges, within
-        postures = np.random.default_rng(0).uniform(*within, (POSTURES, len(start)))
-        levers = edges.levers(postures).mean(axis=0)
+        samples = np.random.default_rng(0).uniform(*within, (LEVER_SAMPLES, len(start)))
+        levers = edges.levers(samples).mean(axis=0)
         weights = np.maximum(levers, LEAST_WEIGHT * levers.max())
         self.from_start, self.from_goals = Tree(start[None], weights), Tree(goals, weights)
 

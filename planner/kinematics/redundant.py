@@ -1,4 +1,4 @@
-"""Solutions of arms with one joint too many: one end joint is held at many positions, a closed form finds the rest."""
+"""Solutions of redundant arms: one end joint is fixed at many positions, a closed form finds the rest."""
 
 from __future__ import annotations
 

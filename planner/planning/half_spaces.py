@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.paths.half_spaces import HalfSpaces
-from planner.scene.postures import near_pairs
+from planner.scene.joint_positions import near_pairs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,5 +106,5 @@ def _cuts(
 
 def _distances(checker: CollisionChecker, positions: FloatArray, pairs: np.ndarray) -> FloatArray:
     """Return the distances (n,), m, of pairs (n,), each at its joint position (n, joints); negative for overlaps."""
-    postures = checker.bodies.at(positions)
-    return np.array([checker.separate(postures, row, pair).proved for row, pair in enumerate(pairs.tolist())])
+    placements = checker.bodies.at(positions)
+    return np.array([checker.separate(placements, row, pair).proved for row, pair in enumerate(pairs.tolist())])

@@ -22,7 +22,7 @@ from planner.plots.quantities import (
     samples_for,
     tool_curves,
 )
-from planner.plots.space.views import draw_path, draw_points, draw_postures, draw_robot
+from planner.plots.space.views import draw_path, draw_points, draw_positions, draw_robot
 from planner.plots.style import STYLE
 from planner.plots.view import VIEWS
 from planner.plots.xml import well_formed
@@ -179,7 +179,7 @@ def draw_robot_at(
     if rows.ndim != 2 or rows.shape[1] != robot.dof or not np.isfinite(rows).all():
         raise ValueError(f"positions: rows of {robot.dof} numbers are needed, one a joint of {robot.id}")
     facts = "; ".join(", ".join(f"{value:.4g}" for value in row) for row in rows)
-    return _view(title or robot.id, f"at {facts}", partial(draw_postures, robot=robot, positions=rows, view=view))
+    return _view(title or robot.id, f"at {facts}", partial(draw_positions, robot=robot, positions=rows, view=view))
 
 
 def draw_workspace(robot: Robot, workspace: Workspace, *, view: str = "isometric", title: str | None = None) -> Picture:

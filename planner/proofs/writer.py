@@ -141,7 +141,7 @@ class _Finder:
         trajectory, numbers, middle = self._plan.trajectory, pairs_of(checker), (start + end) / 2.0
         piece = np.array([int(middle)])
         (position,) = trajectory.evaluate_on(piece, (middle - piece) * trajectory.lengths[piece], [0])
-        postures = checker.bodies.at(position)
+        placements = checker.bodies.at(position)
         found: list[Any] = []
         left: list[int] = []
         for pair in pairs:
@@ -150,9 +150,9 @@ class _Finder:
             if "offset" in first:
                 normals: list[list[float] | None] = [None]
             else:
-                away = checker.separate(postures, 0, numbers[pair]).normal
+                away = checker.separate(placements, 0, numbers[pair]).normal
                 is_first = number == checker.numbers_of(np.array([numbers[pair]]))[0, 0]
-                normals = _in_frame(postures.rotations[0, first["joint"]], away if is_first else -away)
+                normals = _in_frame(placements.rotations[0, first["joint"]], away if is_first else -away)
             normal = next((n for n in normals if motion.keeps_apart(scene, pair, n)), left)
             if normal is left:
                 left.append(pair)

@@ -186,9 +186,9 @@ class Robot(PickledByFields, RobotDescription):
                 `velocity_curves` hold beside this robot's. A limit may be wider than this robot's only if that is a
                 default or an estimate; a warning in `findings` says so. A continuous joint with position limits becomes
                 a revolute one.
-            group: Name of one of `groups`, whose joints are left; the others are held still. None: all are left.
-            locked: Positions by the names of joints that are held still, rad or m; they are no joints any more. Those
-                that the group leaves out are held at 0 otherwise, or at the limit nearest to it.
+            group: Name of one of `groups`, whose joints are left; the others are fixed. None: all are left.
+            locked: Positions by the names of fixed joints, rad or m; they are no joints any more. The joints
+                that the group leaves out are fixed at 0 otherwise, or at the limit nearest to it.
             tool: The tool centre point in the tip frame; None: this robot's.
             mounting: Pose of the base in the world, whose z axis points up; None: this robot's. Gravity follows it;
                 poses stay in the base frame.

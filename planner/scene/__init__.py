@@ -3,8 +3,8 @@
 from planner.scene.carried import segment_scenes
 from planner.scene.checker import CONTACT_TOLERANCE, CollisionChecker
 from planner.scene.continuous import Budget, Clearances, Nearest, clearances
+from planner.scene.joint_positions import PositionCollision, collisions_at, edge, is_free
 from planner.scene.point_cloud import PointCloud
-from planner.scene.postures import PostureCollision, collisions_at, edge, is_free
 from planner.scene.scene import Attach, AttachedObject, Handling, Scene, SceneObject
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
     "Handling",
     "Nearest",
     "PointCloud",
-    "PostureCollision",
+    "PositionCollision",
     "Scene",
     "SceneObject",
     "clearances",

@@ -40,7 +40,7 @@ class Body(NamedTuple):
     shape: Shape
 
 
-class Postures(NamedTuple):
+class Placements(NamedTuple):
     """The placements of bodies at N joint positions, in the base frame.
 
     Attributes:
@@ -97,12 +97,12 @@ class Bodies:
         turns, shifts = np.reshape(self._turns, (-1, 9)), np.reshape(self._shifts, (-1, 3))
         return np.column_stack([turns, shifts, self.is_angle, self._parents])
 
-    def at(self, positions: FloatArray) -> Postures:
+    def at(self, positions: FloatArray) -> Placements:
         """Compute the placements of the bodies at joint positions (N, joints), rad or m."""
         rotations, origins = self.frames(positions)
         spheres = np.matmul(self._spheres, rotations[:, self.joints].transpose(0, 1, 3, 2))
         spheres += origins[:, self.joints, None]
-        return Postures(rotations, origins, spheres, self._levers(rotations, origins, spheres))
+        return Placements(rotations, origins, spheres, self._levers(rotations, origins, spheres))
 
     def frames(self, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Compute the frames of the joints, rotations (N, joints + 1, 3, 3) and origins (N, joints + 1, 3)."""
@@ -132,7 +132,7 @@ class Bodies:
         levers = np.where(self.is_angle, levers * (1.0 + ROUNDING) + ROUNDING, 1.0)
         return np.where(self.is_moved, levers, 0.0)
 
-    def displacements(self, postures: Postures, excursions: FloatArray) -> FloatArray:
+    def displacements(self, placements: Placements, excursions: FloatArray) -> FloatArray:
         """Bound the displacements of the bodies by excursions of the joints, one joint after the other.
 
         A revolute joint moves no point of a body further than the chord of its angle at the largest distance from its
@@ -140,14 +140,14 @@ class Bodies:
         collision checking, IEEE Transactions on Robotics 21, 2005.
 
         Args:
-            postures: The placements at N joint positions.
+            placements: The placements at N joint positions.
             excursions: Largest change of each joint (N, joints), rad or m.
 
         Returns:
             What each joint adds (N, bodies, joints), m.
         """
         chords = 2.0 * np.sin(np.minimum(excursions, np.pi) / 2.0)
-        return postures.levers * np.where(self.is_angle, chords, excursions)[:, None]
+        return placements.levers * np.where(self.is_angle, chords, excursions)[:, None]
 
 
 def bounding_capsule(shape: Shape) -> BoundingCapsule:

@@ -202,13 +202,13 @@ def _near(
     if not moving:
         return
     checker = checker_of(robot, scene, False)
-    postures = checker.bodies.at(position[None])
+    placements = checker.bodies.at(position[None])
     near: dict[tuple[str, str], float] = {}
     nearer = checker.near_items(position[None], np.zeros((1, robot.dof)), checker.margins, -np.inf)
     for pair in nearer.pairs.tolist():
         names = checker.names(pair)
         if names[0] in moving and standing in (None, names[1]):
-            distance = checker.separate(postures, 0, pair).distance
+            distance = checker.separate(placements, 0, pair).distance
             if distance < checker.margins_of(np.array([pair]))[0]:
                 near[names] = min(near.get(names, np.inf), distance)
     yield from ((*names, distance - ROOM_ON_THE_WAY) for names, distance in near.items() if distance >= -deepest)

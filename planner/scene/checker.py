@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.robots import Robot
-    from planner.scene.bodies import Postures
+    from planner.scene.bodies import Placements
     from planner.scene.scene import AttachedObject
     from planner.spatial import FloatArray
 
@@ -181,9 +181,9 @@ class CollisionChecker:
         numbers[~own, 0], numbers[~own, 1] = body, obstacle + len(self.bodies.pieces)
         return numbers
 
-    def separate(self, postures: Postures, row: int, pair: int) -> Separation:
+    def separate(self, placements: Placements, row: int, pair: int) -> Separation:
         """Compute the proved distance of a pair at one joint position."""
-        return self._separation(postures.rotations[row], postures.origins[row], pair)
+        return self._separation(placements.rotations[row], placements.origins[row], pair)
 
     def _separation(self, rotations: FloatArray, origins: FloatArray, pair: int) -> Separation:
         if pair < self.own_pairs:

@@ -42,11 +42,11 @@ class Budget(NamedTuple):
     """Limits on the work of a proof; counts, so that equal requests get equal answers.
 
     Attributes:
-        postures: The largest number of intervals.
+        positions: The largest number of checked joint positions.
         distances: The most proved distances.
     """
 
-    postures: int = 20_000
+    positions: int = 20_000
     distances: int = 20_000
 
 
@@ -86,7 +86,7 @@ class Clearances:
         nearest: The nearest seen of each kind, an upper bound; None: nothing was looked at.
         hit: The pair seen that is nearest beyond its margin; None: there is none.
         undecided: A pair that could not be proved within the budget; None: all are.
-        postures: Number of checked joint positions.
+        positions: Number of checked joint positions.
         distances: Number of proved distances.
     """
 
@@ -94,7 +94,7 @@ class Clearances:
     nearest: list[Nearest | None] = field(default_factory=lambda: [None] * len(KINDS))
     hit: Nearest | None = None
     undecided: Nearest | None = None
-    postures: int = 0
+    positions: int = 0
     distances: int = 0
 
     @property
@@ -138,8 +138,8 @@ def clearances(
 
     hit = seen(found.hit)
     if hit is not None:
-        postures = checker.bodies.at(motion.evaluate(np.array([hit.time]), [0])[0])
-        apart = checker.separate(postures, 0, hit.pair)
+        placements = checker.bodies.at(motion.evaluate(np.array([hit.time]), [0])[0])
+        apart = checker.separate(placements, 0, hit.pair)
         hit = hit._replace(distance=min(hit.distance, apart.distance), point=apart.point)
     nearest = [seen(row) for row in found.nearest]
     undecided = None if hit is not None else seen(found.undecided)

@@ -59,7 +59,7 @@ class AttachedObject:
         id: Name of the object, which no other object, attached object or link has.
         shapes: The shapes that it is made of, in its own frame.
         pose: Pose of the object in the frame of its link, or in that of the tool.
-        link: Name of the link that it moves with; None: it is held at the tool.
+        link: Name of the link that it moves with; None: it is attached to the tool.
         touch_links: Names of links that it may touch, besides the link that it moves with.
         margin: Least distance that it keeps from objects, m; None: that of the object or the scene.
 
@@ -90,7 +90,7 @@ class Attach:
 
     Attributes:
         id: Name of the object of the scene.
-        link: Name of the link that it moves with; None: it is held at the tool.
+        link: Name of the link that it moves with; None: it is attached to the tool.
         touch_links: Names of links and attached objects that may touch it, besides everything that moves with the same
             joint as that link.
 

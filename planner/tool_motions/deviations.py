@@ -11,7 +11,7 @@ from planner.kinematics.configurations import WRIST, straight_wrist
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.search import STEADY, Search
 from planner.problems.regions import TURNS, Region
-from planner.robots.freedoms import with_freedoms
+from planner.robots.region_joints import with_region_joints
 from planner.spatial import rotation_vector
 from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 from planner.trajectories.splines import slopes_between
@@ -90,7 +90,7 @@ class OffsetPath:
         return np.concatenate([moved, twist[3:] + here.rotation @ angular])
 
 
-def by_freedoms(
+def by_region_joints(
     robot: Robot,
     path: PosePath,
     region: Region,
@@ -114,25 +114,25 @@ def by_freedoms(
     Returns:
         None: no joint position was found at a node.
     """
-    free = with_freedoms(robot, region.ranges)
+    free = with_region_joints(robot, region.ranges)
     span = robot.limit("upper") - robot.limit("lower")
     span = np.where(np.isfinite(span), span, 0.0)
     at_ends = np.zeros(len(region.ranges))
     scales = np.append(np.where(span > 0.0, span, 2.0 * np.pi), np.full(len(at_ends), OFFSET_SCALE))
     offsets = np.zeros((NODES, len(at_ends)))
-    posture = np.concatenate([start, at_ends])
+    solution = np.concatenate([start, at_ends])
     for node in range(1, NODES - 1):
         u = node / (NODES - 1)
         straight = start + u * (end - start)
         search = Search(free, path.pose(u), options)
         room = np.append(OFFSET_ROOM * min(1.0, u / RAMP, (1.0 - u) / RAMP) * span, at_ends)
         search.lower, search.upper = search.lower + room, search.upper - room
-        guesses = np.concatenate([straight, offsets[node - 1][::-1]]), posture
+        guesses = np.concatenate([straight, offsets[node - 1][::-1]]), solution
         solved = next((q for guess in guesses if (q := search.solve(guess, STEADY)) is not None), None)
         if solved is None:
             return None
-        posture = search.target.slide(solved, np.append(straight, at_ends), scales, search.box)
-        offsets[node] = posture[robot.dof :][::-1]
+        solution = search.target.slide(solved, np.append(straight, at_ends), scales, search.box)
+        offsets[node] = solution[robot.dof :][::-1]
     lower, upper = np.array(list(region.ranges.values())).T
     smooth = _smooth(offsets)
     (values,) = smooth.evaluate(np.linspace(0.0, 1.0, OFFSET_LOOKS), [0])

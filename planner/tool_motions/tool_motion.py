@@ -22,10 +22,10 @@ from planner.kinematics.search import pose_errors
 from planner.kinematics.turns import TURN
 from planner.problems.problem import CartesianMotion, JointWaypoint, LinearMotion, PoseWaypoint
 from planner.problems.regions import region_of
-from planner.robots.freedoms import with_freedoms
+from planner.robots.region_joints import with_region_joints
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
-from planner.tool_motions.deviations import by_freedoms, through_singular_wrist
+from planner.tool_motions.deviations import by_region_joints, through_singular_wrist
 from planner.tool_motions.errors import STEEPEST, configuration_error, limit_error, lost_error
 from planner.tool_motions.follow import STEEP, Lost, Track, follow
 from planner.tool_motions.follow_many import follow_any, follow_lines
@@ -245,10 +245,10 @@ def follow_path(requested: RequestedMotion, start: FloatArray, path: PosePath) -
     result = result if isinstance(result, ToolMotion) else first
     if isinstance(result, ToolMotion) or requested.motion.free is None or path.pose(0.0).rotation is None:
         return result
-    return _follow_by_freedoms(requested, start, path, region_of(requested.motion.free)) or result
+    return _follow_by_region_joints(requested, start, path, region_of(requested.motion.free)) or result
 
 
-def _follow_by_freedoms(
+def _follow_by_region_joints(
     requested: RequestedMotion, start: FloatArray, path: PosePath, region: Region
 ) -> ToolMotion | None:
     """Follow the path with the region's coordinates as joints behind the tool; None: no tried end works.
@@ -263,12 +263,12 @@ def _follow_by_freedoms(
     if not ends:
         solutions = all_solutions(robot, path.pose(1.0), requested.options, start)
         ends = list(in_configuration(robot, [_turned_to(robot, q, start) for q in solutions], requested.configuration))
-    free, at_ends = with_freedoms(robot, region.ranges), np.zeros(len(region.ranges))
+    free, at_ends = with_region_joints(robot, region.ranges), np.zeros(len(region.ranges))
     for end in sorted(ends, key=lambda q: float(np.abs(q - start).max()))[:MOST_ENDS]:
         arm, first, last = robot, start, end
         to_follow: PosePath | None = path
         if free.dof > len(path.twist(0.0)):
-            to_follow = by_freedoms(robot, path, region, start, end, requested.options)
+            to_follow = by_region_joints(robot, path, region, start, end, requested.options)
         else:  # the joints alone say where in the region the tool is
             arm, first, last = free, np.append(start, at_ends), np.append(end, at_ends)
         if to_follow is None:

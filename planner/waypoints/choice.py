@@ -1,4 +1,4 @@
-"""The shortest way through the layers of solutions of a waypoint list."""
+"""The shortest path through the layers of solutions of a waypoint list."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class _Stage:
     origins: FloatArray
 
 
-def shortest_way(
+def shortest_path(
     robot: Robot,
     stops: Sequence[Stop],
     start: FloatArray,
@@ -153,7 +153,7 @@ def with_starts_of_motions(robot: Robot, stops: Sequence[Stop]) -> list[Stop]:
 
 
 def motion_costs(robot: Robot, starts: FloatArray, ends: FloatArray, prefer: Preference) -> FloatArray:
-    """Return the costs of joint motions (...), s, as in `shortest_way`.
+    """Return the costs of joint motions (...), s, as in `shortest_path`.
 
     Args:
         robot: The robot.

@@ -17,7 +17,7 @@ from planner.kinematics.inverse import inverse_kinematics, solution_layers
 from planner.kinematics.search import QUICK, Search
 from planner.problems.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.problems.regions import region_of
-from planner.robots.freedoms import with_freedoms
+from planner.robots.region_joints import with_region_joints
 from planner.robots.tools import with_tools
 from planner.tool_motions.least_cost import least_cost
 from planner.waypoints.choice import motion_costs
@@ -165,7 +165,7 @@ def positions_in_region(
         near: (joints,), rad or m: where the robot comes from.
         options: How poses are solved.
     """
-    found = np.array(_postures(pinned.robot, waypoint, pinned.own(near), pinned.options(options)))
+    found = np.array(_solutions(pinned.robot, waypoint, pinned.own(near), pinned.options(options)))
     own = found.reshape(len(found), -1)[:, : pinned.robot.dof]
     wanted = waypoint.configuration
     if wanted.names:
@@ -196,27 +196,27 @@ class _Selection:
         """Whether the choice depends on more than the joint position."""
         return self.surroundings is not None and self.surroundings.judges_motions(len(self.chosen) - 1)
 
-    def is_free(self, postures: FloatArray) -> np.ndarray:
+    def is_free(self, solutions: FloatArray) -> np.ndarray:
         """Tell which joint positions (N, joints and offsets) are collision-free."""
         if self.surroundings is None:
-            return np.ones(len(postures), dtype=bool)
-        return self.surroundings.is_free(self.pinned.whole(postures[:, : self.pinned.robot.dof]))
+            return np.ones(len(solutions), dtype=bool)
+        return self.surroundings.is_free(self.pinned.whole(solutions[:, : self.pinned.robot.dof]))
 
-    def with_pose(self, waypoint: PoseWaypoint, posture: FloatArray) -> PoseWaypoint:
+    def with_pose(self, waypoint: PoseWaypoint, solution: FloatArray) -> PoseWaypoint:
         """Return the waypoint with the pose of a joint position with offsets (joints and offsets,)."""
-        pose = self.region.pose(waypoint.pose, posture[self.pinned.robot.dof :][::-1])
+        pose = self.region.pose(waypoint.pose, solution[self.pinned.robot.dof :][::-1])
         return replace(waypoint, pose=pose, free=None)
 
-    def pose_by_pose(self, waypoint: PoseWaypoint, postures: FloatArray) -> FloatArray:
+    def pose_by_pose(self, waypoint: PoseWaypoint, solutions: FloatArray) -> FloatArray:
         """Select joint positions with possibly collision-free tool motions, the first of each pose before any second.
 
         Args:
             waypoint: The requested waypoint.
-            postures: (N, joints and offsets).
+            solutions: (N, joints and offsets).
         """
         joints = self.pinned.robot.dof
-        _, first, pose_of = np.unique(postures[:, joints:].round(6), axis=0, return_index=True, return_inverse=True)
-        at_poses = [self.with_pose(waypoint, posture) for posture in postures[first]]
+        _, first, pose_of = np.unique(solutions[:, joints:].round(6), axis=0, return_index=True, return_inverse=True)
+        at_poses = [self.with_pose(waypoint, solution) for solution in solutions[first]]
         assert self.surroundings is not None  # noqa: S101 - else no motions are judged
         may_lead_on = self.surroundings.may_lead_on(len(self.chosen) - 1, at_poses)
         seen: Counter[int] = Counter()
@@ -225,20 +225,20 @@ class _Selection:
             if may_lead_on[pose]:
                 ranked.append((seen[pose], row))
                 seen[pose] += 1
-        found: FloatArray = postures[[row for _, row in sorted(ranked)]]
+        found: FloatArray = solutions[[row for _, row in sorted(ranked)]]
         return found
 
-    def leads_on(self, waypoint: PoseWaypoint, posture: FloatArray) -> SettledWaypoint | None:
+    def leads_on(self, waypoint: PoseWaypoint, solution: FloatArray) -> SettledWaypoint | None:
         """Fix the waypoint at a joint position (joints and offsets,), if its tool motions are collision-free."""
-        at_pose = self.with_pose(waypoint, posture)
-        position = self.pinned.whole(posture[: self.pinned.robot.dof])
+        at_pose = self.with_pose(waypoint, solution)
+        position = self.pinned.whole(solution[: self.pinned.robot.dof])
         chosen = (*self.chosen[:-1], at_pose)
         if self.surroundings is None or not self.surroundings.leads_on(chosen, len(chosen) - 1, self.before, position):
             return None
         return settled_at(at_pose, position)
 
 
-def _postures(
+def _solutions(
     robot: Robot, waypoint: PoseWaypoint, near: FloatArray, options: InverseKinematicsOptions
 ) -> list[FloatArray]:
     """Return joint positions (joints and offsets,) at poses across the region of a waypoint."""
@@ -246,8 +246,8 @@ def _postures(
     region, requested = region_of(waypoint.free), waypoint.pose_in_base
     if robot.dof >= 6:
         return _in_spread(robot, requested, region, near, options)
-    # Few poses of the region can be reached: those that the freedoms lead to.
-    free = with_freedoms(robot, region.ranges)
+    # Few poses of the region can be reached: those that the region's joints lead to.
+    free = with_region_joints(robot, region.ranges)
     return list(solution_layers(free, [requested], options, np.append(near, np.zeros(len(region.ranges))))[0])
 
 
@@ -264,26 +264,26 @@ def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinem
             found[[not wanted.allows(other) for other in configurations(robot, own)]] = np.inf
         return found
 
-    free = with_freedoms(robot, region.ranges)
-    found = _postures(robot, waypoint, near, options)
+    free = with_region_joints(robot, region.ranges)
+    found = _solutions(robot, waypoint, near, options)
     found = [q for q in found if np.isfinite(costs(q[None])[0])] if wanted.names else found
     if not found:
         as_written = np.array([np.clip(0.0, *ends) for ends in region.ranges.values()])
         return replace(waypoint, pose=region.pose(waypoint.pose, as_written), free=None)
-    postures = np.array(found)
-    postures = postures[costs(postures).argsort(kind="stable")]
-    is_free = selection.is_free(postures)
-    postures = postures[is_free] if is_free.any() else postures
+    solutions = np.array(found)
+    solutions = solutions[costs(solutions).argsort(kind="stable")]
+    is_free = selection.is_free(solutions)
+    solutions = solutions[is_free] if is_free.any() else solutions
     search = Search(free, requested, options)
 
     def refined(start: FloatArray) -> FloatArray:
         return least_cost(search, start, costs, selection.is_free if is_free.any() else None)
 
     if is_free.any() and selection.judges_motions:
-        for posture in selection.pose_by_pose(waypoint, postures)[:MOST_TRIED]:
-            if (settled := selection.leads_on(waypoint, posture)) is not None:
-                return selection.leads_on(waypoint, refined(posture)) or settled
-    best = np.array([refined(posture) for posture in postures[:REFINED]])
+        for solution in selection.pose_by_pose(waypoint, solutions)[:MOST_TRIED]:
+            if (settled := selection.leads_on(waypoint, solution)) is not None:
+                return selection.leads_on(waypoint, refined(solution)) or settled
+    best = np.array([refined(solution) for solution in solutions[:REFINED]])
     return selection.with_pose(waypoint, best[int(costs(best).argmin())])
 
 

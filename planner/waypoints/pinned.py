@@ -39,7 +39,7 @@ class Pinned:
 
     @property
     def is_pinned(self) -> bool:
-        """Whether there are axes that are held."""
+        """Whether there are fixed axes."""
         return not self.left.all()
 
     def whole(self, positions: FloatArray) -> FloatArray:

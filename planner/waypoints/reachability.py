@@ -16,7 +16,7 @@ from planner.kinematics.search import Search, is_isolated, wide_spread
 from planner.problems.problem import START_TOLERANCE, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.problems.waypoint_faults import waypoint_faults
 from planner.robots.tools import with_tools
-from planner.scene import Handling, PostureCollision, collisions_at, is_free
+from planner.scene import Handling, PositionCollision, collisions_at, is_free
 from planner.scene.carried import checker_at_waypoints
 from planner.scene.faults import handling_faults
 from planner.spatial import Pose
@@ -78,7 +78,7 @@ class Reachability:
     nearest: InverseKinematicsResult | None = None
     free: bool | None = None
     free_solutions: int | None = None
-    hindered_by: tuple[PostureCollision, ...] = ()
+    hindered_by: tuple[PositionCollision, ...] = ()
 
 
 def reachability(
@@ -150,7 +150,7 @@ def reachability(
 def _pose_there(robot: Robot, answer: Reachability) -> Pose:
     """Return the tool pose of `robot` at a waypoint's solution, or at the nearest joint position."""
     position = answer.best if answer.nearest is None else answer.nearest.position
-    assert position is not None  # noqa: S101 - a pose has a solution, or a nearest posture
+    assert position is not None  # noqa: S101 - a pose has a solution, or a nearest joint position
     return tool_pose(robot, position)
 
 
@@ -214,9 +214,9 @@ def _reached(
     return replace(reached, free=bool(free), free_solutions=free_solutions, hindered_by=hindered_by)
 
 
-def _distinct(collisions: Sequence[PostureCollision]) -> tuple[PostureCollision, ...]:
+def _distinct(collisions: Sequence[PositionCollision]) -> tuple[PositionCollision, ...]:
     """Return collisions, each pair once, as deep as it is least, the least deep first."""
-    least: dict[tuple[str, str], PostureCollision] = {}
+    least: dict[tuple[str, str], PositionCollision] = {}
     for collision in sorted(collisions, key=lambda each: each.depth):
         least.setdefault(collision.pair, collision)
     return tuple(least.values())

@@ -1,4 +1,4 @@
-"""A list of waypoints to joint positions, all chosen together: the shortest way through their solutions."""
+"""Joint positions of a list of waypoints, chosen together: the shortest path through their solutions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_SOLUTION
 from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion
 from planner.waypoints.candidates import Layer
-from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
+from planner.waypoints.choice import Stop, joint_times, shortest_path, with_starts_of_motions
 from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.goal_regions import SettledWaypoint
 from planner.waypoints.motion_remedies import motion_remedies
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from planner.tool_motions.tool_motion import ToolMotion
     from planner.waypoints.choice import Passage
 
-Choice = Literal["given", "only", "shortest_way", "preferred", "continued", "way_around"]
+Choice = Literal["given", "only", "shortest_path", "preferred", "continued", "detour"]
 
 FREE_START_WEIGHT = 0.01
 """Weight of the time from the middle of the limits to a first waypoint without reference: it decides among equals."""
@@ -65,9 +65,9 @@ class SolvedWaypoint:
             None: a joint waypoint, a tolerance region with a tool motion after it, or a continuum.
         solution: Index of the chosen solution, in the order of time from the waypoint before: 0 is the nearest. None: a
             joint waypoint, or a continuum.
-        choice: Reason for the choice. `given`: a joint waypoint. `only`: the only solution. `shortest_way`: it makes
+        choice: Reason for the choice. `given`: a joint waypoint. `only`: the only solution. `shortest_path`: it makes
             the path through the whole list shortest. `preferred`: the best by the preference of the options.
-            `continued`: a Cartesian motion ends there. `way_around`: a corner of the detour of a free motion.
+            `continued`: a Cartesian motion ends there. `detour`: a corner of the detour of a free motion.
         tool_motion: The motion of the tool that ends here, followed; None: a joint motion.
     """
 
@@ -91,7 +91,7 @@ def solve_waypoints(
 ) -> tuple[SolvedWaypoint, ...]:
     """Compute the joint positions of all waypoints, on the shortest path through their solutions.
 
-    `shortest_way` defines the length. The path starts at `options.reference`. Without a reference it may start
+    `shortest_path` defines the length. The path starts at `options.reference`. Without a reference it may start
     anywhere, and the middle of the limits decides between equals. A waypoint whose pose depends on the joint position
     chosen at the waypoint before splits the list: the part before it is chosen first.
 
@@ -138,14 +138,14 @@ class _Sequence:
         if self.options.reference is not None:
             position, weight = np.array(self.options.reference), 1.0
         solved: list[SolvedWaypoint] = []
-        ends = [*filter(self._depends_on_posture, range(len(self.waypoints))), len(self.waypoints)]
+        ends = [*filter(self._depends_on_position, range(len(self.waypoints))), len(self.waypoints)]
         for end in ends:
             stops = self._stops(solved, end, position)
-            way = shortest_way(self.robot, stops, position, weight, prefer)
+            way = shortest_path(self.robot, stops, position, weight, prefer)
             if isinstance(way, RefusedMotion) and not way.is_out_of_reach:
                 wider = self._with_wider_choice(stops)
                 if wider != stops:
-                    way = shortest_way(self.robot, wider, position, weight, prefer)
+                    way = shortest_path(self.robot, wider, position, weight, prefer)
             if isinstance(way, RefusedMotion):
                 raise way.error.with_remedies(motion_remedies(way, self.waypoints[way.requested.index - 1]))
             for stop, passage in zip(stops, way, strict=True):
@@ -156,7 +156,7 @@ class _Sequence:
     def _stops(self, solved: list[SolvedWaypoint], end: int, start: FloatArray) -> list[Stop]:
         """Return the waypoints from those solved to `end`, with all that they may be solved with."""
         for index in range(len(solved), end):
-            if index == 0 or not self._depends_on_posture(index):
+            if index == 0 or not self._depends_on_position(index):
                 continue
             waypoint = self.waypoints[index]  # the first of this part
             before, there = solved[-1].wanted, tool_pose(self.robots[index], solved[-1].position)
@@ -203,7 +203,7 @@ class _Sequence:
                 wider[k] = replace(stop, layer=self._where_free(more))
         return wider
 
-    def _depends_on_posture(self, index: int) -> bool:
+    def _depends_on_position(self, index: int) -> bool:
         """Tell whether a waypoint, or the start of the tool motion to it, depends on the joint position before."""
         waypoint = self.waypoints[index]
         return index > 0 and (
@@ -268,12 +268,12 @@ class _Sequence:
             as_requested = type(waypoint) is JointWaypoint and wanted.rotation is not None
             known = as_requested and bool((position == stop.layer.positions[0]).all())
             pose = wanted if known else tool_pose(robot, position)
-            why: Choice = "way_around" if isinstance(waypoint, ViaWaypoint) else "given"
+            why: Choice = "detour" if isinstance(waypoint, ViaWaypoint) else "given"
             return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, why, motion)
         pose = tool_pose(robot, position)
         errors = pose_errors(wanted, pose)
         count, taken = _rank(robot, stop.layer, before, position)
-        choice: Choice = "shortest_way" if stop.costs is None else "preferred"
+        choice: Choice = "shortest_path" if stop.costs is None else "preferred"
         choice = "continued" if motion else "only" if count == 1 else choice
         return SolvedWaypoint(waypoint.name, wanted, position, pose, *errors, count, taken, choice, motion)
 

@@ -38,8 +38,8 @@ def test_the_judge_sees_what_an_arm_touches_on_its_way(gap: float) -> None:
     start, end = np.zeros((2, arm.dof))
     start[0], end[0] = -0.5, 0.5
     bodies = CollisionChecker(arm).bodies
-    postures = bodies.at(np.linspace(start, end, 101))
-    ends = postures.spheres[..., [0, -1], :]
+    placements = bodies.at(np.linspace(start, end, 101))
+    ends = placements.spheres[..., [0, -1], :]
     far = (np.hypot(ends[..., 0], ends[..., 1]) + bodies.radii[:, None])[:, bodies.joints > 0].max()
     box = SceneObject("box", [Box([0.2, 0.2, 10.0])], Pose([far + gap + 0.1, 0.0, 0.0]))
     judge = Contacts(arm, Scene([box]), true_meshes=True)

@@ -132,7 +132,7 @@ def test_request_file_is_planned(name: str) -> None:
     is_derived = (EXAMPLES / "robots" / f"{request.robot}.json").exists()
     result = plan_request(request, derived_robot(request.robot) if is_derived else None)
     assert result.certificate.satisfied
-    assert sum(waypoint.choice != "way_around" for waypoint in result.path.waypoints) == waypoints
+    assert sum(waypoint.choice != "detour" for waypoint in result.path.waypoints) == waypoints
     assert max(waypoint.position_error for waypoint in result.path.waypoints) < 1e-6
     if duration is not None:
         assert result.trajectory.duration == duration

@@ -137,7 +137,7 @@ def test_truth(name: str) -> None:
 
 
 @pytest.mark.parametrize("arm", INSTALLED)
-def test_no_posture_reaches_further_than_all_links_end_to_end(arm: str) -> None:
+def test_no_joint_position_reaches_further_than_all_links_end_to_end(arm: str) -> None:
     """The infeasible jobs rely on this bound of the reach."""
     robot = places(arm)[0].robot
     rng = np.random.default_rng(0)

@@ -158,7 +158,7 @@ def test_menus_act_when_an_item_is_chosen_and_not_before(page: Page) -> None:
     button = page.get_by_role("button", name="+ Add")
     menu = page.get_by_role("menu", name="+ Add")
     button.press("ArrowDown")
-    expect(menu.get_by_role("menuitem", name="Current posture")).to_be_focused()
+    expect(menu.get_by_role("menuitem", name="Current joint position")).to_be_focused()
     expect(button).to_have_attribute("aria-expanded", "true")
     page.keyboard.press("ArrowDown")
     page.keyboard.press("ArrowDown")

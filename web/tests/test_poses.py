@@ -119,13 +119,13 @@ def test_the_ways_of_a_redundant_robot_are_chosen_by_keys(
         page.keyboard.press("ArrowUp")
         expect(buttons.nth(count - 2)).to_be_focused()
         expect(page.locator(".reach-note")).to_have_text(f"reached in {count} ways")
-        posture = [
+        jointPosition = [
             float(value) for value in re.findall(r"-?[\d.]+", buttons.nth(count - 2).locator("small").inner_text())
         ]
         page.keyboard.press("Enter")
         expect(page.locator("[data-waypoint='1']")).to_be_focused()
         chosen = [float(field.input_value()) for field in page.locator(".joints input[type=number]").all()]
-        assert chosen == pytest.approx(posture, abs=0.06)
+        assert chosen == pytest.approx(jointPosition, abs=0.06)
 
 
 def test_the_robot_has_the_tool_that_is_in_force(page: Page) -> None:

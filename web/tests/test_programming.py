@@ -112,7 +112,7 @@ def test_waypoints_are_added_moved_and_deleted_by_keys(page: Page) -> None:
     expect(names.nth(1)).to_have_text("P2")
     page.keyboard.press("Delete")
     expect(names).to_have_count(5)
-    for count, kind in enumerate(("Current posture", "Current pose", "Relative move"), 6):
+    for count, kind in enumerate(("Current joint position", "Current pose", "Relative move"), 6):
         add_waypoint(page, kind)
         expect(names).to_have_count(count)
     assert planned(page)
@@ -308,7 +308,7 @@ def test_a_scene_is_shown_with_what_comes_nearest(page: Page) -> None:
     assert f"Certified, {arrival.strip()}" in planned(page)
 
 
-def test_a_collision_is_shown_at_its_place_and_a_way_around_applies(page: Page, service: RunningService) -> None:
+def test_a_collision_is_shown_at_its_place_and_its_detour_applies(page: Page, service: RunningService) -> None:
     request = json.loads((ROOT / "examples/around_a_wall.json").read_text())
     del request["waypoints"][1]["motion"]
     problem = service.post("/v1/trajectories", request).json()

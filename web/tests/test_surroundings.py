@@ -86,7 +86,7 @@ def test_a_pose_that_only_collides_is_shown_as_such_while_it_is_dragged(
         expect(note).to_have_count(0)
 
 
-def test_a_way_around_is_made_better_for_a_time(page: Page) -> None:
+def test_a_detour_is_improved_for_the_given_time(page: Page) -> None:
     choose_example(page, "features/around_a_wall")
     page.locator("[data-waypoint='1']").click()
     budget = page.get_by_label("For at most (s)")

@@ -125,7 +125,7 @@ def test_nothing_jumps_when_a_position_is_added(page: Page) -> None:
     jogged(page, 1, "PageUp")
     position = shown_position(page)
     page.evaluate(WATCHED)
-    add_waypoint(page, "Current posture")
+    add_waypoint(page, "Current joint position")
     expect(page.locator("[data-waypoint]")).to_have_count(4)
     expect(page.locator("[data-waypoint='3'] .when")).to_contain_text("s")
     planned(page)

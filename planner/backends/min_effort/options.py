@@ -47,7 +47,7 @@ class MinEffortOptions:
     slowdown: float = field(
         default=1.0,
         metadata={
-            "description": "A motion without an asked duration takes this many times as long as the shortest quintic.",
+            "description": "Duration of a motion without a requested one, as a multiple of the shortest quintic's.",
             "ge": 1.0,
             "le": 100.0,
         },
@@ -55,17 +55,17 @@ class MinEffortOptions:
     time_weight: float | None = field(
         default=None,
         metadata={
-            "description": "Cost of a second, against the objective: then durations that are not asked are found so "
-            "that both together are least. Omitted: such a duration is the quintic's.",
+            "description": "Cost of a second, added to the objective: the durations that the request leaves open "
+            "minimise the sum. Omitted: such a duration is the quintic's.",
             "gt": 0.0,
         },
     )
     iterations: int | None = field(
         default=None,
         metadata={
-            "description": "After so many iterations from stop to stop the best motion found so far is the answer, "
+            "description": "The most iterations from stop to stop. The best motion found by then is the answer, "
             "never worse than the quintic, with the warning `suboptimal`; 0: the motion that the search begins with. "
-            "Omitted: as many as take 7 s or so.",
+            "Omitted: the number of iterations that take about 7 s.",
             "ge": 0,
             "le": 10_000,
         },
@@ -73,19 +73,19 @@ class MinEffortOptions:
     max_deviation: float | None = field(
         default=0.1,
         metadata={
-            "description": "The distance, m, that the tool may go from the straight joint motion between two stops, or "
-            "where waypoints are passed without stopping from the quintic through them; null: it goes any way. The "
-            "certificate's check `tool_deviation` says how far it went from straight joint motions.",
+            "description": "The largest deviation of the tool, m, from the straight joint motion between two stops. "
+            "Where waypoints are passed without stopping, it is the deviation from the quintic through them. Null: no "
+            "bound. The certificate's check `tool_deviation` has the deviation from straight joint motions.",
             "ge": LEAST_DEVIATION,
         },
     )
     max_joint_deviation: float | None = field(
         default=None,
         metadata={
-            "description": "The distance, rad (m of a joint that slides), that each joint may go from the straight "
-            "joint motion between two stops, or where waypoints are passed without stopping from the quintic through "
-            "them: every posture is so near to one of that motion, joint by joint. Omitted: joints go any way that "
-            "`max_deviation` lets the tool go. The certificate's check `joint_deviation` says how far they went.",
+            "description": "The largest deviation of each joint, rad (m of a prismatic joint), from the straight joint "
+            "motion between two stops. Where waypoints are passed without stopping, it is the deviation from the "
+            "quintic through them. Every joint position is this close to one of that motion, joint by joint. Omitted: "
+            "`max_deviation` alone bounds the motion. The certificate's check `joint_deviation` has the deviations.",
             "ge": LEAST_DEVIATION,
         },
     )

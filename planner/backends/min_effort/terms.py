@@ -32,7 +32,7 @@ RESTING = 3
 """Coefficients at each end that are the end position itself."""
 
 TOOL_SHARES = (0.25, 0.5, 0.75)
-"""Shares of an interval at which the tool's speed, and how near a way is, are held."""
+"""Shares of an interval at which the tool's speed and its deviation are limited."""
 
 
 class Layout(NamedTuple):
@@ -45,7 +45,7 @@ class Layout(NamedTuple):
         watches_tool: Whether the tool's speed is limited.
         holds_tool: Whether the tool's deviation from a path is limited.
         holds_joints: Whether the joints' deviations from a path are limited.
-        half_spaces: In how many half-spaces the joints are held at each instant.
+        half_spaces: Number of half-spaces that contain the joints at each instant.
         adds_jerk: Whether the jerk is part of the cost beside the objective.
     """
 

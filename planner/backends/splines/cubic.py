@@ -28,7 +28,7 @@ class Cubic:
     """
 
     kind: ClassVar[str] = "cubic"
-    summary: ClassVar[str] = "Third-order polynomial, rest to rest: the law of the seed documents, C1."
+    summary: ClassVar[str] = "Third-order polynomial, rest to rest: the polynomial of the seed documents, C1."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_BUT_JERK
     capabilities: ClassVar[Capabilities] = Capabilities(passes_with_velocities=True)
     scaling: ClassVar[PolynomialScaling] = PolynomialScaling((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)

@@ -83,7 +83,7 @@ class Toppra:
     jerk_limited: bool = field(
         default=False,
         metadata={
-            "description": "Keep the jerk limits, too: the fastest law found that does, along the same path, C2."
+            "description": "Keep the jerk limits, too, by the fastest time scaling found along the same path, C2."
         },
     )
     solver: Solver = field(

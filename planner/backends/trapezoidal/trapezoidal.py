@@ -41,7 +41,9 @@ class Trapezoidal:
     """
 
     kind: ClassVar[str] = "trapezoidal"
-    summary: ClassVar[str] = "Accelerate, cruise, brake: the fastest law from rest to rest without a jerk limit, C1."
+    summary: ClassVar[str] = (
+        "Accelerate, cruise, brake: the fastest time scaling from rest to rest without a jerk limit, C1."
+    )
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_BUT_JERK
     capabilities: ClassVar[Capabilities] = Capabilities()
 

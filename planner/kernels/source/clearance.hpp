@@ -1,4 +1,4 @@
-// Distances of the pieces of a robot from each other and from a scene: cheap bounds at postures, and proofs for whole
+// Distances of the pieces of a robot from each other and from a scene: cheap bounds at joint positions, and proofs for whole
 // motions, see planner/scene/continuous.py.
 #pragma once
 #include "convex.hpp"
@@ -53,7 +53,7 @@ template <class T> struct List {
     }
 };
 
-// A pair that is too near for its cheap bound, at one posture, and a plane that was found between its pieces.
+// A pair that is too near for its cheap bound, at one joint position, and a plane that was found between its pieces.
 struct Item {
     int64_t pair, kind;
     double near, motion, margin;  // bound of the distance, by how much it may shrink, and the least that is allowed
@@ -62,8 +62,8 @@ struct Item {
     bool has_plane() const { return dot(in_first, in_first) > 0.0; }
 };
 
-// The robot at one posture, and how far it may move from there.
-struct Posture {
+// The robot at one joint position, and how far it may move from there.
+struct PlacedRobot {
     const Scene& scene;
     Frame* frame;  // (joints + 1,), of the caller
     Scratch<double> levers, moves, sums;  // (bodies, joints) twice, (bodies,)
@@ -72,7 +72,7 @@ struct Posture {
     Scratch<char> is_placed;
     double* chords;  // (joints,)
 
-    Posture(const Scene& scene, Frame* frame)
+    PlacedRobot(const Scene& scene, Frame* frame)
         : scene(scene), frame(frame), levers(scene.bodies * scene.joints), moves(scene.bodies * scene.joints),
           sums(scene.bodies), ends(2 * scene.bodies), sines(3 * (scene.joints / W + 1)), is_placed(scene.bodies),
           chords(reinterpret_cast<double*>(sines.data) + 2 * W * (scene.joints / W + 1)) {}
@@ -271,8 +271,8 @@ struct Wanted {
     double of(int64_t kind, double margin) const { return largest(margin - contact, upper[kind] - tolerance); }
 };
 
-// Collect the pairs at a posture that cheap bounds leave too near, and the least bounds (KINDS,) of all others.
-static inline int gather(Posture& at, const Wanted& wanted, double own_margin, List<Item>& items, double* lower) {
+// Collect the pairs at a joint position that cheap bounds leave too near, and the least bounds (KINDS,) of all others.
+static inline int gather(PlacedRobot& at, const Wanted& wanted, double own_margin, List<Item>& items, double* lower) {
     const Scene& scene = at.scene;
     for (int64_t pair = 0; pair < scene.own && own_margin > -INFINITY; pair++) {
         Item item{pair, ITSELF, 0.0, 0.0, own_margin, {}, {}};
@@ -326,8 +326,8 @@ static inline int gather(Posture& at, const Wanted& wanted, double own_margin, L
 // stops the kernel.
 typedef int (*Measure)(int64_t pair, double* measured);
 
-// Tell whether a posture seems to be nearer than wanted to something; without a proof.
-static inline int sees_collision(Posture& at, const Wanted& wanted, List<Item>& items, Measure measure, bool& sees) {
+// Tell whether a joint position seems to be nearer than wanted to something; without a proof.
+static inline int sees_collision(PlacedRobot& at, const Wanted& wanted, List<Item>& items, Measure measure, bool& sees) {
     double lower[KINDS] = {};
     items.count = 0;
     if (const int code = gather(at, wanted, 0.0, items, lower)) return code;

@@ -337,7 +337,7 @@ int torque_squares(int64_t joints, const double* links, const double* load, int6
 }
 
 // Prove that a motion keeps clear, in a scene that is a table of sizes and addresses; `frames` (joints + 1) is filled with
-// the frames of the posture whenever `measure` is called.
+// the frames of the joint position whenever `measure` is called.
 int prove_clearance(const int64_t* scene, int64_t pieces, int64_t order, const double* lengths, const double* coefficients,
                     const double* breakpoints, const double* request, int64_t measure, double* frames, double* found) {
     const Scene& in = *reinterpret_cast<const Scene*>(scene);
@@ -347,18 +347,18 @@ int prove_clearance(const int64_t* scene, int64_t pieces, int64_t order, const d
     return proof.run();
 }
 
-// Find the pairs at postures whose bounds, less what `reach` (postures, joints) may change, are below their margins. The
+// Find the pairs at joint positions whose bounds, less what `reach` (joint positions, joints) may change, are below their margins. The
 // number of all is counted, and the first `room` are stored.
-int near_pairs(const int64_t* scene, int64_t postures, const double* positions, const double* reach, double own_margin,
+int near_pairs(const int64_t* scene, int64_t position_count, const double* positions, const double* reach, double own_margin,
                int64_t room, int64_t* rows, int64_t* pairs, double* bounds, double* motions, int64_t* count) {
     const Scene& in = *reinterpret_cast<const Scene*>(scene);
     Scratch<Frame> frames(in.joints + 1);
-    Posture at(in, frames.data);
+    PlacedRobot at(in, frames.data);
     List<Item> items;
     if (!frames || !at) return NO_MEMORY;
     const Wanted wanted{0.0, INFINITY, {-INFINITY, -INFINITY, -INFINITY}};
     *count = 0;
-    for (int64_t row = 0; row < postures; row++) {
+    for (int64_t row = 0; row < position_count; row++) {
         double lower[KINDS] = {};
         items.count = 0;
         at.put(positions + row * in.joints, reach + row * in.joints);
@@ -374,18 +374,18 @@ int near_pairs(const int64_t* scene, int64_t postures, const double* positions, 
     return OK;
 }
 
-// Find the first posture that seems to be nearer to something than its margin, plus some room, less the contact: -1 none.
-int first_collision(const int64_t* scene, int64_t postures, const double* positions, double contact, int64_t measure,
+// Find the first joint position that seems to be nearer to something than its margin, plus some room, less the contact: -1 none.
+int first_collision(const int64_t* scene, int64_t position_count, const double* positions, double contact, int64_t measure,
                     double* frames, int64_t* first) {
     const Scene& in = *reinterpret_cast<const Scene*>(scene);
-    Posture at(in, reinterpret_cast<Frame*>(frames));
+    PlacedRobot at(in, reinterpret_cast<Frame*>(frames));
     List<Item> items;
     Scratch<double> still(in.joints);
     if (!at || !still) return NO_MEMORY;
     for (int64_t j = 0; j < in.joints; j++) still[j] = 0.0;
     const Wanted wanted{contact, INFINITY, {-INFINITY, -INFINITY, -INFINITY}};
     *first = -1;
-    for (int64_t row = 0; row < postures && *first < 0; row++) {
+    for (int64_t row = 0; row < position_count && *first < 0; row++) {
         bool sees = false;
         at.put(positions + row * in.joints, still.data);
         if (const int code = sees_collision(at, wanted, items, reinterpret_cast<Measure>((intptr_t)measure), sees)) return code;

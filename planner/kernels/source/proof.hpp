@@ -69,7 +69,7 @@ static inline void excursions(const Motion& motion, double start, double end, co
 }
 
 // The request of a proof, PROOF_NUMBERS of planner/kernels/clearance.py.
-struct Request { double contact, tolerance, parts, least_share, postures, distances; };
+struct Request { double contact, tolerance, parts, least_share, positions, distances; };
 
 // What is known of a pair.
 struct Seen { double distance, time, pair; };
@@ -78,7 +78,7 @@ struct Seen { double distance, time, pair; };
 struct Found {
     double lower[KINDS];
     Seen nearest[KINDS], hit, undecided;
-    double hit_missing, postures, distances;
+    double hit_missing, positions, distances;
 };
 
 class Proof {
@@ -90,7 +90,7 @@ class Proof {
     const Request& request;
     Measure measure;
     Found& found;
-    Posture at;
+    PlacedRobot at;
     Wanted wanted;
     Scratch<double> q, v, reach, rest, matrix, local;
     List<Node> nodes;  // a heap
@@ -102,7 +102,7 @@ class Proof {
 
     bool is_measured() const { return request.tolerance < INFINITY; }
     bool has_hit() const { return found.hit.pair >= 0.0; }
-    bool has_budget() const { return found.postures < request.postures && found.distances < request.distances; }
+    bool has_budget() const { return found.positions < request.positions && found.distances < request.distances; }
     static bool is_before(const Node& a, const Node& b) {
         return a.urgency != b.urgency ? a.urgency < b.urgency : a.number < b.number;
     }
@@ -141,7 +141,7 @@ class Proof {
 
     void lower(const Item& item) { found.lower[item.kind] = smallest(found.lower[item.kind], item.low()); }
 
-    // Prove the distance of a pair at the posture, as far as is wanted.
+    // Prove the distance of a pair at the joint position, as far as is wanted.
     int look(Item& item) {
         const double enough = wanted.of(item.kind, item.margin) + item.motion;
         Apart apart = at.apart(item, enough);
@@ -321,7 +321,7 @@ class Proof {
 
     int step(const Node& node) {
         put(node.start, node.end);
-        found.postures += 1.0;
+        found.positions += 1.0;
         for (int64_t j = 0; j < scene.joints; j++)
             if (!(q[j] - q[j] == 0.0 && reach[j] - reach[j] == 0.0)) { finish(node); return OK; }  // an overflow
         if (const int code = collect(node)) return code;
@@ -430,7 +430,7 @@ public:
         for (int64_t kind = 0; kind < KINDS; kind++) { found.lower[kind] = INFINITY; found.nearest[kind] = {INFINITY, 0.0, -1.0}; }
         found.hit = found.undecided = {0.0, 0.0, -1.0};
         found.hit_missing = -INFINITY;
-        found.postures = found.distances = 0.0;
+        found.positions = found.distances = 0.0;
         const int code = search();
         for (int64_t i = 0; i < nodes.count; i++) {  // what was not looked at may be as near as anything
             finish(nodes[i]);

@@ -54,7 +54,7 @@ def draw_robot(figure: Figure, cell: SubplotSpec, plan: Planned, view: str) -> N
     finish_with_surroundings(space, plan)
 
 
-def draw_postures(figure: Figure, cell: SubplotSpec, robot: Robot, positions: FloatArray, view: str) -> None:
+def draw_positions(figure: Figure, cell: SubplotSpec, robot: Robot, positions: FloatArray, view: str) -> None:
     """Draw the stick model of a robot at joint positions (N, joints), and the frame of its tool."""
     space = Space(figure, cell, view)
     for number, position in enumerate(positions):

@@ -1,1 +1,1 @@
-"""What an owner makes of a robot: own limits, joints held still, external axes in front of the base."""
+"""Derived robots: own limits, fixed joints, external axes in front of the base."""

@@ -1,4 +1,4 @@
-"""What changes the joints of a robot: some are held still, others are put in front of its base."""
+"""Changes of the joints of a robot: some are fixed, others are put in front of its base."""
 
 from __future__ import annotations
 

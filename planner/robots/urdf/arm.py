@@ -1,4 +1,4 @@
-"""Which part of a tree of links is the arm: where it ends, which of its joints move, and which are held still."""
+"""The arm within a tree of links: its end, its moving joints and its fixed joints."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class PlanningGroup:
         base_frame: Link whose following joints move; None: the root.
         group: Name of the SRDF's group whose joints move.
         joints: Names of the joints that move.
-        locked: Positions by the names of joints that are held there, rad or m.
+        locked: Positions by the names of the fixed joints, rad or m.
     """
 
     tip_frame: str | None = None

@@ -86,13 +86,13 @@ def middle(robot: Robot) -> np.ndarray:
     """Draw joint positions amid the limits, and return the one farthest from singularities."""
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
     shares = np.random.default_rng(1).uniform(0.3, 0.7, (200, robot.dof))
-    return max(lower + shares * (upper - lower), key=lambda posture: manipulability(robot, posture))
+    return max(lower + shares * (upper - lower), key=lambda position: manipulability(robot, position))
 
 
-def manipulability(robot: Robot, posture: np.ndarray) -> float:
+def manipulability(robot: Robot, position: np.ndarray) -> float:
     """Return the least singular value of the Jacobian of the tool, or of its position."""
     data, rows = robot.model.createData(), 3 if robot.is_position_only or robot.dof < 6 else 6
-    jacobian = pin.computeFrameJacobian(robot.model, data, posture, robot.tip_frame_id, pin.LOCAL_WORLD_ALIGNED)
+    jacobian = pin.computeFrameJacobian(robot.model, data, position, robot.tip_frame_id, pin.LOCAL_WORLD_ALIGNED)
     return float(np.linalg.svd(jacobian[:rows], compute_uv=False)[-1])
 
 
@@ -129,18 +129,18 @@ class Combined(Plans):
         given: dict[str, Any] = {"tool": TOOLS[0], "mounting": MOUNTING, "payload": self.payload()}
         given |= {"start_tolerance": 1e-3}
         request |= {name: value for name, value in given.items() if self.has(name)}
-        postures = [self._near(np.array(self.robot.named_positions[f"{HOME}_0"]), 3.0 * STEP)]
+        positions = [self._near(np.array(self.robot.named_positions[f"{HOME}_0"]), 3.0 * STEP)]
         for k in range(1, COUNT):
-            postures.append(self._near(postures[-1], FAR if self._is_far(k) else STEP))
+            positions.append(self._near(positions[-1], FAR if self._is_far(k) else STEP))
         tool, waypoints = request.get("tool"), []
         for k in range(COUNT):
             if self.has(f"tool {k}"):
                 tool = TOOLS[1] if tool is TOOLS[0] else TOOLS[0]
-            waypoints.append(self._waypoint(k, postures, request, tool))
+            waypoints.append(self._waypoint(k, positions, request, tool))
             if self.has(f"tool {k}"):
                 waypoints[k]["tool"] = tool
         request["waypoints"] = waypoints
-        self._surround(request, postures, tool)
+        self._surround(request, positions, tool)
         if row["action"] != NONE:
             moment = {"waypoint": 1, "distance": 0.01, "time": 0.1}[row["moment"]]
             request["actions"] = [{**self._action(row["action"]), "at": {row["moment"]: moment}}]
@@ -198,25 +198,25 @@ class Combined(Plans):
                 made[name] = np.stack([-sides[0], sides[1]], axis=1).tolist() if form == "range" else sides[0].tolist()
         return made
 
-    def _near(self, posture: np.ndarray, step: float = STEP) -> np.ndarray:
-        way = self.random.normal(size=len(posture))
-        moved = posture + self.random.uniform(0.5, 1.0) * step * way / np.linalg.norm(way) * np.sqrt(len(way)) / 2.0
+    def _near(self, position: np.ndarray, step: float = STEP) -> np.ndarray:
+        way = self.random.normal(size=len(position))
+        moved = position + self.random.uniform(0.5, 1.0) * step * way / np.linalg.norm(way) * np.sqrt(len(way)) / 2.0
         return np.clip(moved, self.robot.limit("lower"), self.robot.limit("upper"))
 
     def _waypoint(
-        self, k: int, postures: list[np.ndarray], request: dict[str, Any], tool: dict[str, Any] | None
+        self, k: int, positions: list[np.ndarray], request: dict[str, Any], tool: dict[str, Any] | None
     ) -> dict[str, Any]:
         row = self.row
-        end, into = tool_at(self.robot, postures[k], tool), pin.SE3.Identity()
-        start = tool_at(self.robot, postures[k - 1] if k else postures[k], tool)
+        end, into = tool_at(self.robot, positions[k], tool), pin.SE3.Identity()
+        start = tool_at(self.robot, positions[k - 1] if k else positions[k], tool)
         made: dict[str, Any]
         match row[f"goal {k}"]:
             case "joint":
-                made = {"kind": "joint", "position": postures[k].tolist()}
+                made = {"kind": "joint", "position": positions[k].tolist()}
             case "named":
                 made = {"kind": "named", "name": f"{HOME}_{k}"}
-                postures[k] = np.array(self.robot.named_positions[made["name"]])
-                end = tool_at(self.robot, postures[k], tool)
+                positions[k] = np.array(self.robot.named_positions[made["name"]])
+                end = tool_at(self.robot, positions[k], tool)
             case "relative":
                 made = {"kind": "relative", "frame": row[f"axes {k}"], "move": self._move_of(row[f"move {k}"])}
             case kind:
@@ -227,11 +227,11 @@ class Combined(Plans):
                 if kind == "pose":
                     made |= self._region(row[f"free {k}"], "free")
                     if row[f"configuration {k}"] != NONE:
-                        [there] = configurations(self.robot, [postures[k]])
+                        [there] = configurations(self.robot, [positions[k]])
                         side = row[f"configuration {k}"]
                         made["configuration"] = {side: getattr(there, side)}
                 if self.has(f"external {k}"):
-                    made["external"] = {EXTERNAL: float(postures[k][0])}
+                    made["external"] = {EXTERNAL: float(positions[k][0])}
         if k:
             made["motion"] = self._motion(k, into.actInv(start), into.actInv(end))
             quantities = {"joints": ["velocity", "acceleration", "jerk"], "tool": list(TOOL_LIMITS)}
@@ -323,11 +323,11 @@ class Combined(Plans):
             "wait": {"kind": kind, "duration": 0.2},
         }[kind]
 
-    def _surround(self, request: dict[str, Any], postures: list[np.ndarray], tool: dict[str, Any] | None) -> None:
+    def _surround(self, request: dict[str, Any], positions: list[np.ndarray], tool: dict[str, Any] | None) -> None:
         """Add objects beside the path, objects that the robot holds, and objects that it takes."""
         row, scene = self.row, dict[str, Any]()
         if row["object"] != NONE:
-            there = tool_at(self.robot, postures[2], tool)
+            there = tool_at(self.robot, positions[2], tool)
             there.translation += there.rotation @ np.array([0.0, 0.0, 0.3])
             shape = self._solid(row["object"])
             if shape["kind"] == "half_space":

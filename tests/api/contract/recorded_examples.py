@@ -106,7 +106,7 @@ PROBLEMS: dict[str, tuple[str, str, Any]] = {
         KUKA
         | {
             "waypoints": [joint(0.0, -1.5, 1.5, 0.0, 0.5, 0.0), joint(0.0, -0.2, 0.9, 0.0, 0.9, 0.0)],
-            "scene": {"objects": request_examples()["check_collisions"]["two_postures"]["scene"]["objects"]},
+            "scene": {"objects": request_examples()["check_collisions"]["two_joint_positions"]["scene"]["objects"]},
         },
     ),
     "no_path_found": ("POST", PLAN, KUKA | {"waypoints": AROUND_A_WALL, "scene": {"objects": [WALL]}}),

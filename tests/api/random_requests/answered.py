@@ -76,4 +76,4 @@ def segments(request: dict[str, Any], answer: dict[str, Any]) -> Iterator[Segmen
 
 def times_of(answer: dict[str, Any]) -> dict[int, dict[str, Any]]:
     """Return the waypoints of an answer by their indices in the request, without the corners of detours."""
-    return {row["index"]: row for row in answer["waypoints"] if row["choice"] != "way_around"}
+    return {row["index"]: row for row in answer["waypoints"] if row["choice"] != "detour"}

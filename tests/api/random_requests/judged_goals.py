@@ -90,15 +90,15 @@ def _arrives(
     robot: Robot, request: dict[str, Any], k: int, tool: dict[str, Any] | None, times: dict[int, dict[str, Any]]
 ) -> None:
     """Check the joint position of a waypoint against the request there."""
-    asked, posture = request["waypoints"][k], np.array(times[k]["position"])
+    asked, joint_position = request["waypoints"][k], np.array(times[k]["position"])
     if asked["kind"] in ("joint", "named"):
         wanted = asked["position"] if asked["kind"] == "joint" else robot.named_positions[asked["name"]]
-        off = posture - np.array(wanted)
+        off = joint_position - np.array(wanted)
         off = np.where(robot.is_continuous, np.abs(np.mod(off + np.pi, 2.0 * np.pi) - np.pi), np.abs(off))
         inside = np.clip(wanted, robot.limit("lower"), robot.limit("upper")) == np.array(wanted)
         assert (off <= np.where(inside, 1e-6, 1.1e-4)).all(), f"waypoint {k} is another one"
         return
-    reached = tool_at(robot, posture, tool)
+    reached = tool_at(robot, joint_position, tool)
     ik = request.get("ik") or {}
     near = ik.get("tolerance_position", 1e-6) * 1.01 + 1e-9
     aligned = ik.get("tolerance_orientation", 1e-6) * 1.01 + 1e-8
@@ -110,7 +110,7 @@ def _arrives(
         assert turned <= aligned or _is_turn_open(robot, request["waypoints"], k), f"the turn to waypoint {k}: {turned}"
         return
     for name, position in (asked.get("external") or {}).items():
-        assert abs(posture[robot.joint_names.index(name)] - position) <= 1e-6, f"{name} at waypoint {k}"
+        assert abs(joint_position[robot.joint_names.index(name)] - position) <= 1e-6, f"{name} at waypoint {k}"
     pose = asked["pose"]
     goal = in_base(robot, request, asked.get("frame")) * placement(pose)
     if pose.get("orientation") is None:

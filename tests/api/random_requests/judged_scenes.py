@@ -94,7 +94,7 @@ def _within(times: np.ndarray, intervals: list[list[float]]) -> np.ndarray:
     return inside.any(axis=1)
 
 
-def collides(robot: Robot, request: dict[str, Any], found: dict[str, Any], posture: np.ndarray | None) -> None:
+def collides(robot: Robot, request: dict[str, Any], found: dict[str, Any], joint_position: np.ndarray | None) -> None:
     """Fail where a reported collision at a joint position clearly does not exist."""
     around = Surroundings(robot, request)
     names = {body.name for body in around.bodies} | {thing.name for thing in around.things}
@@ -106,12 +106,12 @@ def collides(robot: Robot, request: dict[str, Any], found: dict[str, Any], postu
     assert (found.get("time") or 0.0) >= 0.0
     bodies = [body for body in around.bodies if body.name in found["pair"] and body.is_line and body.joint]
     things = [thing for thing in around.things if thing.name in found["pair"] and thing.kind in CLOSED_FORMS]
-    if posture is None or len({thing.name for thing in around.things}) < len(around.things):
+    if joint_position is None or len({thing.name for thing in around.things}) < len(around.things):
         return
     of_pair = [body for body in around.bodies if body.name in found["pair"]]
     if things and len(bodies) == len(of_pair) > 0:
         rooms = [
-            around.apart(body, thing, posture[None])[0] - max(body.margin, thing.margin)
+            around.apart(body, thing, joint_position[None])[0] - max(body.margin, thing.margin)
             for body in bodies
             for thing in things
         ]
@@ -127,8 +127,8 @@ def validation_holds(
         limits_hold(robot, request, {"certificate": answer, **polynomials}, random)
     if collision := answer.get("collision"):
         assert not answer["satisfied"]
-        posture = Answered(request["polynomials"]).at(np.array([collision["time"] or 0.0]))[0][0]
-        collides(robot, request, collision, posture)
+        joint_position = Answered(request["polynomials"]).at(np.array([collision["time"] or 0.0]))[0][0]
+        collides(robot, request, collision, joint_position)
     else:
         is_free(robot, request, polynomials, answer.get("clearance"))
     speeds_hold(robot, request, polynomials, answer.get("speed_zones"))
@@ -153,8 +153,8 @@ def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -
             is_free(robot, request, {"polynomials": motion}, result["clearance"])
         else:
             time = result["collision"]["time"]
-            posture = Answered(motion).at(np.array([time or 0.0]))[0][0]
-            collides(robot, request, result["collision"], posture)
+            joint_position = Answered(motion).at(np.array([time or 0.0]))[0][0]
+            collides(robot, request, result["collision"], joint_position)
 
 
 def at_rest(robot: Robot, position: list[float]) -> list[dict[str, Any]]:

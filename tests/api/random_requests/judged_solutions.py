@@ -20,7 +20,7 @@ def solutions_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any]
         for one in [*found, *([result["nearest"]] if "nearest" in result else [])]:
             assert ("collision" in one) == _is_held(request)
             if "collision" in one:
-                _posture_holds(robot, request, one["position"], one["collision"])
+                _joint_position_is_right(robot, request, one["position"], one["collision"])
         free = [one.get("collision") is None for one in found]
         assert free == sorted(free, reverse=True)
 
@@ -42,15 +42,15 @@ def reachability_holds(robot: Robot, request: dict[str, Any], answer: dict[str, 
         assert depths == sorted(depths) and all(depth > 0.0 for depth in depths)
         if asked["kind"] == "joint" and reached:
             (collision,) = found["hindered_by"] or [None]
-            _posture_holds(robot, request, asked["position"], collision)
+            _joint_position_is_right(robot, request, asked["position"], collision)
 
 
 def _is_held(request: dict[str, Any]) -> bool:
     return "scene" in request or bool(request.get("self_collision"))
 
 
-def _posture_holds(robot: Robot, request: dict[str, Any], position: list[float], collision: Any) -> None:
+def _joint_position_is_right(robot: Robot, request: dict[str, Any], position: list[float], collision: Any) -> None:
     if collision is None:
         is_free(robot, request, {"polynomials": at_rest(robot, position)}, None)
     else:
-        collides(robot, request, collision | {"code": "collision", "detail": "of a posture"}, np.array(position))
+        collides(robot, request, collision | {"code": "collision", "detail": "of a joint position"}, np.array(position))

@@ -35,8 +35,8 @@ class Operations(Plans):
             return "collisions/check", self.check(request, planned)
         if self.chance(0.2):
             asked |= {key: request[key] for key in ("frames",) if key in request}
-            postures = [np.array(waypoint["position"]) for waypoint in planned["waypoints"]]
-            asked["scene"] = self.scene(asked, postures)
+            joint_positions = [np.array(waypoint["position"]) for waypoint in planned["waypoints"]]
+            asked["scene"] = self.scene(asked, joint_positions)
             if self.slows:
                 asked["speed_zones"] = self.speed_zones(asked["scene"])
         if name == "retime":
@@ -64,19 +64,19 @@ class Operations(Plans):
         if self.chance(0.3):
             asked["self_collision"] = self.chance(0.5)
         if planned is None or self.chance(0.4):
-            postures = [self.position(None) for _ in range(int(self.random.integers(1, 6)))]
-            asked["positions"] = [posture.tolist() for posture in postures]
+            joint_positions = [self.position(None) for _ in range(int(self.random.integers(1, 6)))]
+            asked["positions"] = [joint_position.tolist() for joint_position in joint_positions]
         elif self.chance(0.6):
             asked["polynomials"] = planned["polynomials"]
-            postures = [np.array(waypoint["position"]) for waypoint in planned["waypoints"]]
+            joint_positions = [np.array(waypoint["position"]) for waypoint in planned["waypoints"]]
         else:
             rows = planned["samples"]
             asked["samples"] = {"time": rows["time"], "position": rows["position"]}
             if self.chance(0.5):
                 asked["samples"]["velocity"] = rows["velocity"]
-            postures = [np.array(row) for row in rows["position"]]
+            joint_positions = [np.array(row) for row in rows["position"]]
         if not self.chance(0.1):
-            asked["scene"] = self.scene(asked, postures)
+            asked["scene"] = self.scene(asked, joint_positions)
             if self.slows and "positions" not in asked:
                 asked["speed_zones"] = self.speed_zones(asked["scene"])
         return asked
@@ -86,10 +86,10 @@ class Operations(Plans):
         asked: dict[str, Any] = {"robot": self.robot.id, "deadline": 30.0}
         shared = {"tool": (self.choice(TOOLS), 0.2), "mounting": (MOUNTING, 0.1), "frames": (FRAMES, 0.2)}
         asked |= {name: value for name, (value, share) in shared.items() if self.chance(share)}
-        postures = [self.position(None) for _ in range(int(self.random.integers(1, 5)))]
-        poses = [self._pose(tool_at(self.robot, posture, asked.get("tool"))) for posture in postures]
+        joint_positions = [self.position(None) for _ in range(int(self.random.integers(1, 5)))]
+        poses = [self._pose(tool_at(self.robot, row, asked.get("tool"))) for row in joint_positions]
         if not self.chance(0.15):
-            asked["scene"] = self.scene(asked, postures)
+            asked["scene"] = self.scene(asked, joint_positions)
         if self.chance(0.3):
             asked["self_collision"] = self.chance(0.5)
         if self.chance(0.5):
@@ -97,8 +97,8 @@ class Operations(Plans):
                 asked["reference"] = self.position(None).tolist()
             return "kinematics/inverse", asked | {"poses": poses, "solutions": self.choice(("best", "all"))}
         waypoints = [
-            {"kind": "pose", "pose": pose} if self.chance(0.7) else {"kind": "joint", "position": posture.tolist()}
-            for pose, posture in zip(poses, postures, strict=True)
+            {"kind": "pose", "pose": pose} if self.chance(0.7) else {"kind": "joint", "position": row.tolist()}
+            for pose, row in zip(poses, joint_positions, strict=True)
         ]
         return "kinematics/reachability", asked | {"waypoints": waypoints}
 

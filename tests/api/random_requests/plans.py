@@ -71,22 +71,22 @@ class Plans(Waypoints, Scenes):
             return self._passing_joints(request)
         near, tool = self.position(None), request.get("tool")
         waypoints: list[dict[str, Any]] = [{"kind": "joint", "position": near.tolist()}]
-        postures, count = [near], 2 + int(self.random.integers(3))
+        joint_positions, count = [near], 2 + int(self.random.integers(3))
         for k in range(1, count):
             made, near, tool = self.waypoint(near, request, tool)
             if "tool" in made and self.chance(0.95):
                 waypoints[-1].pop("transition", None)
             self._passage(made, is_last=k == count - 1)
-            postures.append(near)
+            joint_positions.append(near)
             waypoints.append(made)
         request["waypoints"] = waypoints
         if self.chance(0.25):
-            request["scene"] = self.scene(request, postures)
+            request["scene"] = self.scene(request, joint_positions)
             if self.chance(0.3):
                 request["speed_zones"] = self.speed_zones(request["scene"])
             self._leave_ways_open(waypoints)
             if self.handles:
-                self._handle(request, postures)
+                self._handle(request, joint_positions)
         if self.chance(0.1):
             request["self_collision"] = self.chance(0.5)
         self._of_the_whole(request)
@@ -144,7 +144,7 @@ class Plans(Waypoints, Scenes):
         objective = {"optimise": self.choice(("duration", "effort", "path_length"))} if self.chance(0.97) else {}
         return {**budget, **objective}
 
-    def _handle(self, request: dict[str, Any], postures: Sequence[np.ndarray]) -> None:
+    def _handle(self, request: dict[str, Any], joint_positions: Sequence[np.ndarray]) -> None:
         """Attach a part at the tool, or another object, at a waypoint, and mostly detach it at a later one."""
         waypoints, scene = request["waypoints"], request["scene"]
         if self.chance(0.7):
@@ -153,7 +153,9 @@ class Plans(Waypoints, Scenes):
         taken: dict[str, Any] = {"id": "part"}
         if scene["objects"] and self.chance(0.1):
             taken["id"] = self.choice(scene["objects"])["id"]
-        at_tool = in_base(self.robot, request, "world").actInv(tool_at(self.robot, postures[k], request.get("tool")))
+        at_tool = in_base(self.robot, request, "world").actInv(
+            tool_at(self.robot, joint_positions[k], request.get("tool"))
+        )
         at_tool.translation += at_tool.rotation @ np.array([0.0, 0.0, self.between(0.01, 0.1)])
         part = {"id": "part", "shape": self.choice(PARTS), "pose": written(at_tool, self.choice(NOTATIONS))}
         scene["objects"].append(part)

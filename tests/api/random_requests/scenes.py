@@ -23,7 +23,7 @@ GAPS = (-1e-3, -3e-5, 3e-5, 1e-4, 2e-3)
 class Scenes(Draws):
     """Random scenes around a robot."""
 
-    def scene(self, request: dict[str, Any], postures: list[np.ndarray]) -> dict[str, Any]:
+    def scene(self, request: dict[str, Any], joint_positions: list[np.ndarray]) -> dict[str, Any]:
         """Return a scene for a request that passes some joint positions."""
         scene: dict[str, Any] = {"objects": []}
         if self.chance(0.5):
@@ -37,7 +37,7 @@ class Scenes(Draws):
                 thing["margin"] = self.between(1e-4, 0.05)
             if self.chance(0.3):
                 margin = thing.get("margin", scene.get("margin", 0.0))
-                shape, where = self._grazing(self.choice(postures), margin)
+                shape, where = self._grazing(self.choice(joint_positions), margin)
             else:
                 shape, where = self.shape(self.choice(KINDS)), self._somewhere()
             there = in_base(self.robot, request, frame).actInv(where)
@@ -75,10 +75,10 @@ class Scenes(Draws):
             return pin.SE3(np.eye(3), np.round(position, 1))
         return pin.SE3(pin.exp3(self.random.normal(size=3)), position)
 
-    def _grazing(self, posture: np.ndarray, margin: float) -> tuple[dict[str, Any], pin.SE3]:
+    def _grazing(self, joint_position: np.ndarray, margin: float) -> tuple[dict[str, Any], pin.SE3]:
         """Return a ball or wall that a link end almost touches at a joint position, in the base frame."""
         data = self.robot.model.createData()
-        pin.forwardKinematics(self.robot.model, data, posture)
+        pin.forwardKinematics(self.robot.model, data, joint_position)
         bodies = [body for body in self.robot.collision_shapes if body.joint]
         body = bodies[int(self.random.integers(len(bodies)))]
         where = data.oMi[body.joint] * body.placement

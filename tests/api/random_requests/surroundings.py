@@ -89,12 +89,14 @@ class Surroundings:
     def _tool(self, request: dict[str, Any]) -> pin.SE3:
         return placement(request["tool"]) if request.get("tool") else self.robot.tool_in_tip
 
-    def let_near(self, posture: np.ndarray, moving: set[str], standing: str | None) -> None:
+    def let_near(self, joint_position: np.ndarray, moving: set[str], standing: str | None) -> None:
         """Let moving bodies approach a fixed object (None: all) as closely as at a joint position (joints,)."""
         for body in (body for body in self.bodies if body.name in moving):
             for thing in (thing for thing in self.things if standing in (None, thing.name)):
                 is_exact = body.is_line and thing.kind in CLOSED_FORMS
-                apart = float(self.apart(body, thing, posture[None])[0]) - ROOM_ON_THE_WAY if is_exact else -np.inf
+                apart = -np.inf
+                if is_exact:
+                    apart = float(self.apart(body, thing, joint_position[None])[0]) - ROOM_ON_THE_WAY
                 names = body.name, thing.name
                 self.near[names] = min(apart, self.near.get(names, np.inf))
 

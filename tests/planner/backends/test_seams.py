@@ -18,7 +18,7 @@ from planner.robots import load_robot
 from planner.spatial import rotation_from_quaternion
 from tests.sizes import SIZE
 
-POSTURES = {
+POSITIONS = {
     "ur5": ((0.0, -1.57, 1.57, -1.57, -1.57, 0.0), (0.0, -1.2, 1.9, -0.7, -1.57, 0.0)),
     "kuka_kr16_2": ((0.0, -1.57, 1.57, 0.0, 0.6, 0.0), (0.0, -1.2, 1.4, 0.0, -0.8, 0.0)),
     "kuka_kr16_l6_2": ((0.0, -np.pi / 2.0, np.pi / 2.0, 0.0, np.pi / 2.0, 0.0),),
@@ -82,8 +82,8 @@ def random_seam(rng: np.random.Generator) -> Seam:
 
     The symmetric ones lie along an axis of the base, in whole millimetres and with a common radius.
     """
-    arm = str(rng.choice(list(POSTURES)))
-    posture = np.array(POSTURES[arm][rng.integers(len(POSTURES[arm]))])
+    arm = str(rng.choice(list(POSITIONS)))
+    position = np.array(POSITIONS[arm][rng.integers(len(POSITIONS[arm]))])
     count, structured = int(rng.choice([1, 3, 5])), rng.uniform() < 0.5
     if structured:
         angle, speed = float(rng.integers(4)) * np.pi / 2.0, float(rng.choice([0.001, 0.002, 0.005, 0.01, 0.02]))
@@ -91,11 +91,11 @@ def random_seam(rng: np.random.Generator) -> Seam:
         legs[1::2] = float(rng.integers(10, 40)) / 1000.0
         radii = np.full(count, float(rng.choice([0.002, 0.005, 0.01])))
     else:
-        posture = posture + rng.uniform(-0.2, 0.2, len(posture))
+        position = position + rng.uniform(-0.2, 0.2, len(position))
         angle, speed = rng.uniform(0.0, 2.0 * np.pi), float(rng.uniform(0.001, 0.02))
         legs, radii = rng.uniform(0.02, 0.1, count), rng.uniform(0.002, 0.015, count)
         legs[1::2] = rng.uniform(0.01, 0.05) * rng.choice([-1.0, 1.0])
-    start = forward_kinematics(load_robot(arm), posture[None])[0]
+    start = forward_kinematics(load_robot(arm), position[None])[0]
     return seam(arm, start, angle, legs.tolist(), radii.tolist(), speed)
 
 

@@ -108,7 +108,7 @@ def test_a_relative_move_from_where_a_free_motion_ends_goes_on_from_there() -> N
         assert off_target(plan, index, np.array(move.move.translation)) < 2e-6
 
 
-def test_the_certificate_refuses_another_first_posture_than_the_move_started_from() -> None:
+def test_the_certificate_refuses_a_first_joint_position_that_differs_from_the_start_of_the_move() -> None:
     """The same plan is refused with another joint position at the first waypoint, all else unchanged."""
     problem = open_then_relative("ur10e", 0)
     plan = planner.plan(problem)

@@ -31,20 +31,20 @@ MARGIN = 0.02
 """The margin of random scenes, m."""
 
 
-def random_thing(rng: np.random.Generator, robot: Robot, posture: FloatArray) -> SceneObject:
+def random_thing(rng: np.random.Generator, robot: Robot, position: FloatArray) -> SceneObject:
     """Return a shape near a link at a joint position."""
     size = rng.uniform(0.1, 0.8, 3)
     kinds: list[Shape] = [Box(size), Cylinder(size[0] / 2.0, size[1]), Sphere(size[0] / 2.0)]
     where = planner.rotation_from_rpy(*rng.uniform(-3.0, 3.0, 3))
     data = robot.model.createData()
-    pin.forwardKinematics(robot.model, data, posture)
+    pin.forwardKinematics(robot.model, data, position)
     near = data.oMi[int(rng.integers(1, 4))].translation
     return SceneObject("thing", [kinds[int(rng.integers(3))]], Pose(near + rng.uniform(-0.2, 0.2, 3), where))
 
 
 @pytest.mark.sized
 @pytest.mark.parametrize("arm", ["kuka_kr16_2", "welding_arm"])
-def test_at_a_barrier_every_posture_collides(arm: str) -> None:
+def test_every_joint_position_at_a_barrier_collides(arm: str) -> None:
     """Random walls stand around the arm; on each side of the start with a barrier, other joints cannot avoid them."""
     robot = arm_of_capsules(arm)
     rng = np.random.default_rng(4)

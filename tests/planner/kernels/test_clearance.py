@@ -17,7 +17,7 @@ from planner.scene import (
     clearances,
 )
 from planner.scene.arrays import core_of, piece_arrays
-from planner.scene.postures import edge
+from planner.scene.joint_positions import edge
 from planner.scene.separations import Placed
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
@@ -147,8 +147,8 @@ def test_how_deep_a_pair_overlaps_is_measured_outside_of_the_kernel() -> None:
     checker = CollisionChecker(load_robot("kuka_kr16_2"), Scene([inside], margin=0.5))
     found = clearances(checker, still)
     assert found.hit is not None
-    postures = checker.bodies.at(np.zeros((1, 6)))
-    assert found.hit.distance == pytest.approx(checker.separate(postures, 0, found.hit.pair).distance, abs=1e-7)
+    placements = checker.bodies.at(np.zeros((1, 6)))
+    assert found.hit.distance == pytest.approx(checker.separate(placements, 0, found.hit.pair).distance, abs=1e-7)
 
 
 def two_boxes(depth: float) -> Distances:
@@ -204,7 +204,7 @@ def test_motions_and_arrays_of_other_shapes_are_refused() -> None:
         Distances(arrays._replace(members=arrays.members + 1), kernels._measure)
 
 
-def test_the_first_posture_that_collides_is_found() -> None:
+def test_the_first_joint_position_that_collides_is_found() -> None:
     robot = load_robot("ur5")
     rng = np.random.default_rng(6)
     things = [SceneObject(f"thing_{k}", [random_solid(rng, 0.2)], anywhere(rng, 0.6)) for k in range(4)]

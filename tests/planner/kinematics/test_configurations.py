@@ -189,7 +189,7 @@ def test_the_names_change_where_the_jacobian_is_singular(robot_id: str) -> None:
 
 
 @pytest.mark.parametrize("aside", [0.0, 1e-9, -1e-9])
-def test_singular_postures_belong_to_both(aside: float) -> None:
+def test_singular_joint_positions_belong_to_both(aside: float) -> None:
     robot = load_robot("kuka_kr16_l6_2")
     straight = configurations(robot, [[0.3, -1.2, 1.4, 0.0, aside, 0.0]])[0]
     assert straight == Configuration("right", "up", None)

@@ -46,7 +46,7 @@ def seven_joints() -> Robot:
     )
 
 
-def deep_as_it_is(scene: Scene, position: FloatArray, left: float, collision: planner.PostureCollision) -> None:
+def deep_as_it_is(scene: Scene, position: FloatArray, left: float, collision: planner.PositionCollision) -> None:
     """Fail if the pair or its depth differs from the closed forms, where these give depths."""
     (apart,) = distances_over_time(ARM, scene, np.zeros(1), at_rest(position))
     assert collision.pair[1] == "table"

@@ -108,12 +108,12 @@ def test_no_plane_proves_more_than_the_distance(made: list[tuple[planner.Plan, P
             times = np.array([float(t) for t in proof.begins[first : last + 1]])
             shares = (start - first, end - last + 1.0)
             ends = times[0] + shares[0] * (times[1] - times[0]), times[-2] + shares[1] * (times[-1] - times[-2])
-            postures = checker.bodies.at(plan.trajectory.evaluate(np.linspace(*ends, 5), [0])[0])
+            placements = checker.bodies.at(plan.trajectory.evaluate(np.linspace(*ends, 5), [0])[0])
             for pair, normal in planes:
                 if generator.random() > 0.2:
                     continue
                 number = pairs_of(checker)[pair]
-                nearest = min(checker.separate(postures, row, number).distance for row in range(5))
+                nearest = min(checker.separate(placements, row, number).distance for row in range(5))
                 own = [row.copy() for row in scene["pairs"]]
                 assert motion.keeps_apart(scene, pair, normal)
                 own[pair][2] = nearest + 2.0 * CONTACT

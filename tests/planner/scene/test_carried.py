@@ -80,8 +80,8 @@ def distances_of_pairs(
             requested = at_waypoint[body, 0] - ROOM_ON_THE_WAY if touches[body] else margin
             yield Apart(float(apart[:, body].min()), requested, bool(touches[body]))
     carried = (segments >= 1) & (segments < put_down)
-    (postures,) = trajectory.evaluate(times[carried], [0])
-    centers = np.array([tool.act(held_at) for tool in tool_in_base(robot, postures)])
+    (positions,) = trajectory.evaluate(times[carried], [0])
+    centers = np.array([tool.act(held_at) for tool in tool_in_base(robot, positions)])
     for thing in others:
         distance = point_distance(thing, robot.mounting)
         apart = distance(centers) - RADIUS

@@ -87,12 +87,12 @@ def test_bounds_never_exceed_distances() -> None:
     scene = Scene(things, allowed_pairs=[("link_3", "cloud")], margin=0.3)
     checker = CollisionChecker(KUKA, scene, self_collision=True)
     positions, reach = HOME + rng.uniform(-0.5, 0.5, (3, 6)), rng.uniform(0.0, 0.05, (3, 6))
-    postures = checker.bodies.at(positions)
-    moved = checker.bodies.displacements(postures, reach).sum(axis=2)
+    placements = checker.bodies.at(positions)
+    moved = checker.bodies.displacements(placements, reach).sum(axis=2)
     found = checker.near_items(positions, reach, checker.margins, -np.inf)
     shape = (3, *checker.margins.shape)
     low = np.array(
-        [checker.separate(postures, k, checker.own_pairs + n).proved for k, n in np.ndindex(3, shape[1] * shape[2])]
+        [checker.separate(placements, k, checker.own_pairs + n).proved for k, n in np.ndindex(3, shape[1] * shape[2])]
     )
     low = low.reshape(shape)
     bodies, obstacles = np.divmod(found.pairs - checker.own_pairs, shape[2])
@@ -107,7 +107,7 @@ def test_bounds_never_exceed_distances() -> None:
     assert (found.bounds <= low[found.rows, bodies, obstacles] + 1e-9).all()
     own = checker.near_items(positions, np.zeros((3, 6)), np.full(checker.margins.shape, -np.inf), 0.3)
     distances = np.array(
-        [[checker.separate(postures, k, n).proved for n in range(checker.own_pairs)] for k in range(3)]
+        [[checker.separate(placements, k, n).proved for n in range(checker.own_pairs)] for k in range(3)]
     )
     near_each_other = np.zeros(distances.shape, dtype=bool)
     near_each_other[own.rows, own.pairs] = True
@@ -123,10 +123,10 @@ def test_bounds_never_exceed_how_deep_things_overlap() -> None:
     things = [SceneObject(f"thing_{k}", [shape], pose) for k, (shape, pose) in enumerate(zip(deep, poses, strict=True))]
     checker = CollisionChecker(KUKA, Scene(things))
     positions = HOME + rng.uniform(-0.5, 0.5, (5, 6))
-    postures = checker.bodies.at(positions)
+    placements = checker.bodies.at(positions)
     found = checker.near_items(positions, np.zeros((5, 6)), np.where(np.isfinite(checker.margins), 10.0, -np.inf), 10.0)
     pairs = list(zip(found.rows.tolist(), found.pairs.tolist(), strict=True))
-    distances = np.array([checker.separate(postures, row, pair).distance for row, pair in pairs])
+    distances = np.array([checker.separate(placements, row, pair).distance for row, pair in pairs])
     obstacles = (found.pairs - checker.own_pairs) % len(things)
     deepest = [distances[(found.pairs >= checker.own_pairs) & (obstacles == k)].min() for k in range(len(things))]
     assert max(deepest) < -0.1
@@ -162,7 +162,7 @@ def test_names_that_mean_nothing_are_refused(scene: Scene, field: tuple[str | in
     assert [fault.field for fault in refusal.value.faults] == [field]
 
 
-def test_postures_that_are_none_are_refused_and_none_at_all_are_free() -> None:
+def test_invalid_joint_positions_are_refused_and_an_empty_list_is_free() -> None:
     """The position of an arm at NaN is unknown: it is not proved collision-free."""
     checker = CollisionChecker(KUKA, Scene([SceneObject("ball", [Sphere(0.02)], ahead(0.1))]))
     assert is_free(checker, [HOME.tolist()]).shape == (1,)

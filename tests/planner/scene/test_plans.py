@@ -109,13 +109,13 @@ def test_a_collision_says_when_and_where() -> None:
     assert error.time == pytest.approx(times[np.argmax(apart < 0.0)], abs=blind.duration / 499)
     assert error.time > 0.0
     assert error.depth > 0.0
-    (postures,) = blind.evaluate(times, [0])
-    there = np.argmin(np.abs(postures - error.position).max(axis=1))
+    (positions,) = blind.evaluate(times, [0])
+    there = np.argmin(np.abs(positions - error.position).max(axis=1))
     assert apart[there] == pytest.approx(-error.depth, abs=0.01)
 
 
 @pytest.mark.parametrize("motion", [PolylineMotion, planner.FreeMotion])
-def test_a_higher_approach_and_a_way_around_are_offered_that_work(motion: type) -> None:
+def test_a_higher_approach_and_a_detour_are_offered_as_working_remedies(motion: type) -> None:
     problem = in_scene(TABLE, WALL)
     with pytest.raises(Collision) as refusal:
         planner.plan(problem)

@@ -96,7 +96,7 @@ def test_a_fast_passage_between_two_samples_is_seen() -> None:
 def test_a_budget_leaves_a_motion_unproved() -> None:
     margin = 5.0 + least_distance(ARM, Scene([SceneObject("floor", [HalfSpace([0, 0, 1], -5.0)])]), turning(2.0)) - 5.0
     scene = Scene([SceneObject("floor", [HalfSpace([0.0, 0.0, 1.0], -5.0)])], margin=margin - 1e-6)
-    found = clearances(CollisionChecker(ARM, scene), turning(2.0), budget=Budget(postures=1, distances=1))
+    found = clearances(CollisionChecker(ARM, scene), turning(2.0), budget=Budget(positions=1, distances=1))
     assert not found.is_proved
     assert found.hit is None
     assert found.undecided is not None

@@ -293,7 +293,7 @@ def test_bounds_hold_on_random_motions(arm: str) -> None:
     robot = replace(arm_of_capsules(arm))  # a copy of its own, whose shapes are changed
     in_capsules(robot)
     for _ in range(max(2, SIZE.examples // 25)):
-        start, end = random_postures(robot, rng)
+        start, end = random_positions(robot, rng)
         motion, scene = motion_between(start, end), random_scene(rng, 1.5)
         checker, clearance = CollisionChecker(robot, scene), float(rng.uniform(0.01, 0.5))
         intervals = near_intervals(checker, motion, clearance, None)
@@ -314,15 +314,15 @@ def test_bounds_hold_on_random_motions(arm: str) -> None:
         )
 
 
-def random_postures(robot: Robot, rng: np.random.Generator) -> FloatArray:
+def random_positions(robot: Robot, rng: np.random.Generator) -> FloatArray:
     lower, upper = (np.clip(robot.limit(name), -3.0, 3.0) for name in ("lower", "upper"))
     return rng.uniform(lower, upper, (2, robot.dof))
 
 
 def test_rest_near_a_wall_takes_no_time_to_prove() -> None:
     wall = SceneObject("wall", [HalfSpace([0.0, 0.0, 1.0], -1.0)])
-    posture = np.array([0.3, -1.2, 1.4, 0.0, 1.0, 0.0])
-    motion = motion_between(posture, posture)
+    position = np.array([0.3, -1.2, 1.4, 0.0, 1.0, 0.0])
+    motion = motion_between(position, position)
     checker = CollisionChecker(KUKA, Scene([wall]))
     assert near_intervals(checker, motion, 10.0, None).tolist() == [[0.0, motion.duration]]
     assert most_speed(moving_bodies(KUKA, checker), motion, np.array([[0.0, 1.5]]))[0] == pytest.approx(0.0, abs=1e-12)

@@ -156,11 +156,11 @@ def test_no_corner_comes_nearer_than_is_bounded(arm: str, itself: bool) -> None:
         starts, ends = middles - halves, middles + halves
         reach = excursions(motion, starts, ends, positions)
         changes = Changes(velocities, halves, reach, excursions(motion, starts, ends, positions, velocities))
-        postures = checker.bodies.at(positions)
+        placements = checker.bodies.at(positions)
         normals = rng.normal(size=(8, 3))
         normals /= np.linalg.norm(normals, axis=1)[:, None]
         items = Items(np.arange(8), np.full(8, pair))
-        bounds = approaches(checker, postures, items, normals, changes)
+        bounds = approaches(checker, placements, items, normals, changes)
         for k in range(8):
             times = np.append(np.linspace(starts[k], ends[k], 301), middles[k])
             towards = -normals[k] if itself else normals[k]

@@ -39,7 +39,7 @@ class StraightWay:
         return float(self.distances(motion.evaluate(self.shares * motion.breakpoints[-1], [0])[0]).max())
 
 
-class StraightPostures:
+class StraightPositions:
     """The joint positions on that motion; the distance, rad or m, is that of the joint that is farthest."""
 
     def __init__(self, ends: FloatArray, shares: FloatArray = DENSE) -> None:

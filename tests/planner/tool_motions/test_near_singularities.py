@@ -161,7 +161,7 @@ def test_deviate_goes_right_through_within_the_tolerance(name: str, missed: floa
     made = planned(name, missed, "deviate", Cubic(), tolerance_orientation=0.03)
     distance, angle = off_the_line(made, start, end)
     assert distance < 1e-4
-    assert angle < missed * 1.01 + 1e-4  # no further than by what the line misses the posture
+    assert angle < missed * 1.01 + 1e-4  # no further than by the distance of the line from the joint position
     assert within_velocities(made)
     q = made.trajectory.evaluate(times_of(made), [0])[0]
     assert np.sign(q[0, 4]) == -np.sign(q[-1, 4])
@@ -216,13 +216,13 @@ def test_random_lines_past_singular_wrists() -> None:
     """Each goes through a random stretched joint position, off by a random angle, in a random direction of the tool."""
     robot, rng, tried = load_robot("kuka_kr16_l6_2"), np.random.default_rng(3), 0
     while tried < 8:
-        posture = np.concatenate([rng.uniform((-1.0, -1.5, 0.9, -1.0), (1.0, -0.9, 1.6, 1.0)), np.zeros(2)])
-        middle, missed = tool_at(robot, posture), 10.0 ** rng.uniform(-5.5, -1.0)
+        position = np.concatenate([rng.uniform((-1.0, -1.5, 0.9, -1.0), (1.0, -0.9, 1.6, 1.0)), np.zeros(2)])
+        middle, missed = tool_at(robot, position), 10.0 ** rng.uniform(-5.5, -1.0)
         way, turn, spin = 0.06 * unit(rng), missed * unit(rng), rng.uniform(0.05, 0.3) * unit(rng)
         first, last = (
             Pose(middle.position + s * way, pin.exp3(s * spin) @ pin.exp3(turn) @ middle.rotation) for s in (-1.0, 1.0)
         )
-        start = reach(robot, first, posture + np.array([0.0, 0.0, 0.0, 0.0, 0.1, 0.0]))
+        start = reach(robot, first, position + np.array([0.0, 0.0, 0.0, 0.0, 0.1, 0.0]))
         if start is None or not ((start > robot.limit("lower")) & (start < robot.limit("upper"))).all():
             continue
         tried += 1

@@ -9,7 +9,7 @@ from planner.robots import load_robot
 from planner.tool_motions.path_distances import CHORDS, farthest_from_path, joints_farthest_from_path
 from planner.trajectories.polynomials import PiecewisePolynomial
 from tests.planner.problems_of_tests import ARMS, random_position
-from tests.planner.tool_motions.dense_paths import StraightPostures, StraightWay
+from tests.planner.tool_motions.dense_paths import StraightPositions, StraightWay
 
 
 @pytest.mark.long_table
@@ -33,11 +33,11 @@ def test_it_is_the_largest_distance_or_a_little_more(robot_id: str, seed: int) -
         assert true - 1e-6 <= found <= true * 1.005 + 2e-4
         there = motion.evaluate(np.array([time]), [0])[0]
         assert way.distances(there)[0] >= 0.98 * true - 2e-4
-    postures = StraightPostures(ends)
-    true = postures.farthest(whole)
+    straight = StraightPositions(ends)
+    true = straight.farthest(whole)
     found, time = joints_farthest_from_path(whole, 0.0, 1.0, np.linspace(*ends, CHORDS + 1))
     assert true - 1e-9 <= found <= true * 1.005 + 1e-4
-    assert postures.distances(whole.evaluate(np.array([time]), [0])[0])[0] >= 0.98 * true - 1e-4
+    assert straight.distances(whole.evaluate(np.array([time]), [0])[0])[0] >= 0.98 * true - 1e-4
 
 
 def test_a_straight_motion_is_hardly_off_itself() -> None:

@@ -82,7 +82,7 @@ def test_a_line_begins_where_it_keeps_clear() -> None:
     assert all(keeps_clear(scene, position) for position in plan.path.positions)
 
 
-def test_an_arm_with_seven_joints_takes_a_free_posture_of_its_continuum() -> None:
+def test_an_arm_with_seven_joints_takes_a_free_joint_position_of_its_continuum() -> None:
     robot = load_robot("fr3")
     rng = np.random.default_rng(4)
     lower, upper = robot.limit("lower"), robot.limit("upper")

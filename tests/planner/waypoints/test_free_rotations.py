@@ -47,7 +47,7 @@ def has_its_axis(robot: Robot, q: FloatArray, requested: Pose) -> None:
 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("arm", ARMS)
-def test_no_turn_of_a_dense_sweep_leads_to_a_nearer_posture(arm: str, seed: int) -> None:
+def test_no_turn_of_a_dense_sweep_leads_to_a_nearer_joint_position(arm: str, seed: int) -> None:
     robot, rng = robot_of(arm), np.random.default_rng(seed)
     start = np.array(ARMS[arm])
     before = tool_at(robot, start)
@@ -140,4 +140,4 @@ def test_a_motion_with_freedom_is_given_up_after_some_starts(monkeypatch: pytest
     monkeypatch.setattr(choice, "follow_motion", follow)
     with pytest.raises(UnreachableWaypoint):
         solve_waypoints(robot, waypoints, InverseKinematicsOptions())
-    assert 3 <= len(starts) <= 6  # once more with a wider choice of postures
+    assert 3 <= len(starts) <= 6  # once more with a wider choice of joint positions

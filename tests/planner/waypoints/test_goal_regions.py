@@ -18,7 +18,7 @@ from planner.planning import plan
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.problems.regions import Region
 from planner.robots import Robot, load_robot
-from planner.robots.freedoms import with_freedoms
+from planner.robots.region_joints import with_region_joints
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 
 ARMS = {
@@ -74,7 +74,7 @@ def somewhere(robot: Robot, start: FloatArray, seed: int) -> Pose:
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("arm", ["kuka_kr16_l6_2", "ur5"])
 @pytest.mark.parametrize("name", REGIONS)
-def test_no_pose_of_a_dense_grid_has_a_nearer_posture(name: str, arm: str, seed: int) -> None:
+def test_no_pose_of_a_dense_grid_has_a_nearer_joint_position(name: str, arm: str, seed: int) -> None:
     robot, region, start = robot_of(arm), REGIONS[name], np.array(ARMS[arm])
     requested = somewhere(robot, start, seed)
     goal = PoseWaypoint(requested, free=region)
@@ -138,13 +138,13 @@ def test_a_line_goes_to_a_region_in_a_frame() -> None:
 
 
 @pytest.mark.parametrize("tool", [None, Pose.from_rpy([0.1, 0.0, 0.2], [0.3, -0.5, 0.7])])
-def test_freedoms_are_joints_behind_the_tool(tool: Pose | None) -> None:
+def test_region_coordinates_are_joints_behind_the_tool(tool: Pose | None) -> None:
     """The pose of the robot with free directions is T D: T of the arm, D by scipy."""
     robot, rng = load_robot("kuka_kr16_l6_2"), np.random.default_rng(0)
     robot = robot if tool is None else robot.with_tool(tool)
     ranges = {"y": (-0.1, 0.1), "z": (-0.2, 0.3), "rotation_x": (-0.5, 0.5), "rotation_y": (-1.0, 1.0)}
     ranges["rotation_z"] = (-np.pi, np.pi)
-    free = with_freedoms(robot, ranges)
+    free = with_region_joints(robot, ranges)
     assert (free.dof, free.joints[6].kind, free.joints[-1].upper) == (11, "continuous", 0.1)
     for _ in range(5):
         q = np.array(ARMS["kuka_kr16_l6_2"]) + rng.uniform(-0.3, 0.3, 6)

@@ -86,7 +86,7 @@ def self_motion(robot: Robot, pose: Pose, q: FloatArray, step: float = 0.05) -> 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("prefer", PREFERENCES)
 @pytest.mark.parametrize(("arm", "start"), [("panda", PANDA), ("xarm7", XARM7)])
-def test_no_posture_of_a_traced_self_motion_is_better(
+def test_no_joint_position_of_a_traced_self_motion_is_better(
     arm: str, start: tuple[float, ...], prefer: Preference, seed: int
 ) -> None:
     robot, rng = robot_of(arm), np.random.default_rng(seed)
@@ -116,7 +116,7 @@ def test_of_isolated_solutions_the_best_is_taken(prefer: Preference, seed: int) 
 
 
 @pytest.mark.parametrize("prefer", PREFERENCES)
-def test_a_free_turn_takes_the_preferred_posture(prefer: Preference) -> None:
+def test_a_free_turn_takes_the_preferred_joint_position(prefer: Preference) -> None:
     """A dense sweep of the turns gives the truth."""
     robot = load_robot("kuka_kr16_l6_2")
     goal, reference = tool_at(robot, np.array(KUKA) + 0.2), np.array(KUKA) - 0.2
@@ -139,7 +139,7 @@ def test_a_configuration_goes_before_what_is_preferred() -> None:
             assert configurations(robot, [q])[0].wrist == wrist
 
 
-def test_a_line_goes_on_from_the_preferred_posture() -> None:
+def test_a_line_goes_on_from_the_preferred_joint_position() -> None:
     robot = robot_of("panda")
     goal = tool_at(robot, np.array(PANDA))
     line = RelativeWaypoint(CartesianMove((0.0, 0.1, 0.0)), "base", motion=LinearMotion())

@@ -179,7 +179,7 @@ def test_the_nearest_branch_is_left_when_the_way_is_shorter_through_another() ->
     _, through, _ = solve_waypoints(robot, waypoints, OPTIONS)
     # By way of (0.4, -1.0): 0.9 + 2.6 s; by way of (-0.6, 1.0): 1.1 + 0.6 s.
     assert through.position == pytest.approx([-0.6, 1.0], abs=1e-6)
-    assert (through.solutions, through.solution, through.choice) == (2, 1, "shortest_way")
+    assert (through.solutions, through.solution, through.choice) == (2, 1, "shortest_path")
 
 
 def test_equal_ways_are_decided_by_the_limits() -> None:
@@ -207,7 +207,7 @@ def test_reasons() -> None:
     waypoints = (at(np.array([0.0, 0.1])), PoseWaypoint(pose=inner))
     given, free = solve_waypoints(robot, waypoints, OPTIONS)
     assert (given.solutions, given.solution, given.choice) == (None, None, "given")
-    assert (free.solutions, free.choice) == (2, "shortest_way")
+    assert (free.solutions, free.choice) == (2, "shortest_path")
     slider = planar(DHJoint("prismatic", lower=0.0, upper=1.0, velocity=1.0))
     waypoints = (at(np.array([0.1])), PoseWaypoint(pose=pose_at(slider, np.array([0.7]))))
     only = solve_waypoints(slider, waypoints, OPTIONS)[1]
@@ -339,7 +339,7 @@ def test_a_line_goes_on_in_the_branch_it_starts_in() -> None:
     follow = Dense(robot)
     solved = solved_by(follow, robot, waypoints)
     assert np.sign(solved[1].position[1]) == np.sign(solved[2].position[1]) == 1.0
-    assert [waypoint.choice for waypoint in solved] == ["given", "shortest_way", "continued", "given"]
+    assert [waypoint.choice for waypoint in solved] == ["given", "shortest_path", "continued", "given"]
     # Only the line from the chosen start was followed.
     assert [(index, start.tolist()) for index, start in follow.calls] == [(2, solved[1].position.tolist())]
 
@@ -394,7 +394,7 @@ def test_a_redundant_arm_goes_on_from_where_a_line_ends() -> None:
     waypoints = [at(q), *lines, PoseWaypoint(pose=Pose(corner + 0.1))]
     solved = solved_by(Dense(robot), robot, waypoints)
     assert_followed(robot, waypoints, solved)
-    assert [waypoint.choice for waypoint in solved] == ["given", "continued", "continued", "shortest_way"]
+    assert [waypoint.choice for waypoint in solved] == ["given", "continued", "continued", "shortest_path"]
 
 
 def assert_followed(robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]) -> None:

@@ -1,10 +1,10 @@
 // The choice among the ways in which a pose can be reached; the one that is pointed at is shown on the stage.
 import { useRef, useState } from 'preact/hooks';
 import { depthOf, factorOf, unitOf } from '../plan/units';
-import { configured, isPosture, sidesOf, unconfigured } from '../request/configurations';
+import { configured, isSolution, sidesOf, unconfigured } from '../request/configurations';
 import type { PlanRequest, PoseWaypoint, Robot, Solution } from '../service/types';
 import { show } from '../state/actions';
-import { askSolutions, plannedPosture, poseInBase, solutions } from '../state/configurations';
+import { askSolutions, plannedPosition, poseInBase, solutions } from '../state/configurations';
 import { endReach, freeOf, showReach } from '../state/reaching';
 import { texts } from '../texts';
 
@@ -57,7 +57,7 @@ interface WaysProps {
 // One stop of the tab key, however many there are: arrows lead from one to the next.
 function Ways({ all, robot, onChoose }: WaysProps) {
   const [focused, setFocused] = useState(0);
-  const planned = plannedPosture.value;
+  const planned = plannedPosition.value;
   const label = texts.configurations.label(all.length, freeOf(all));
   const point = (number: number): void => {
     setFocused(number);
@@ -74,7 +74,7 @@ function Ways({ all, robot, onChoose }: WaysProps) {
             <button
               type="button"
               tabIndex={number === focused ? 0 : -1}
-              aria-current={planned !== null && isPosture(planned, solution)}
+              aria-current={planned !== null && isSolution(planned, solution)}
               onMouseEnter={() => showReach(solution, all)}
               onFocus={() => point(number)}
               onBlur={endReach}
@@ -84,7 +84,7 @@ function Ways({ all, robot, onChoose }: WaysProps) {
                 texts.configurations.number(number, all.length),
                 ...sidesOf(solution).map(([part, side]) => texts.configurations.side(part, side)),
               ].join(', ')}
-              <small>{postureOf(solution, robot)}</small>
+              <small>{textOfPosition(solution, robot)}</small>
               {solution.collision && (
                 <small class="hindered">{texts.configurations.hindered(solution.collision.pair, depthOf(solution.collision))}</small>
               )}
@@ -106,7 +106,7 @@ function keys(event: KeyboardEvent): void {
 }
 
 // The unit stands once where all joints have the same.
-function postureOf({ position }: Solution, { joints }: Robot): string {
+function textOfPosition({ position }: Solution, { joints }: Robot): string {
   const units = joints.map((joint) => unitOf(joint, 'position'));
   const isSame = units.every((unit) => unit === units[0]);
   const values = position.map(

@@ -5,7 +5,7 @@ import { factorOf, short, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/units';
 import type { Joint, Robot } from '../service/types';
 import { insert } from '../state/actions';
-import { pose, posture } from '../state/posture';
+import { pose, jointPosition } from '../state/jointPosition';
 import { request, robot } from '../state/store';
 import { texts } from '../texts';
 import { RobotUpload } from './RobotUpload';
@@ -50,7 +50,7 @@ function Sliders({ arm }: { arm: Robot }) {
             {name}
           </button>
         ))}
-        <button type="button" class="primary" disabled={!request.value} onClick={() => insert(jointWaypoint(posture.value))}>
+        <button type="button" class="primary" disabled={!request.value} onClick={() => insert(jointWaypoint(jointPosition.value))}>
           {texts.robot.add}
         </button>
       </div>
@@ -62,9 +62,9 @@ function Sliders({ arm }: { arm: Robot }) {
 function Slider({ joint, index }: { joint: Joint; index: number }) {
   const factor = factorOf(joint, 'position');
   const [lower, upper] = rangeOf(joint);
-  const value = useComputed(() => (posture.value[index] ?? 0) * factor);
+  const value = useComputed(() => (jointPosition.value[index] ?? 0) * factor);
   const text = useComputed(() => `${value.value.toFixed(1)} ${unitOf(joint, 'position')}`);
-  const move = (to: number): void => pose(posture.value.map((old, i) => (i === index ? to / factor : old)));
+  const move = (to: number): void => pose(jointPosition.value.map((old, i) => (i === index ? to / factor : old)));
   return (
     <label>
       <span>{joint.name}</span>

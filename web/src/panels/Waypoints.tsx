@@ -7,7 +7,7 @@ import { seconds, short } from '../plan/units';
 import type { PlanRequest, Robot, Waypoint } from '../service/types';
 import { insert, insertPose, show } from '../state/actions';
 import { select } from '../state/selection';
-import { shownPosture } from '../state/posture';
+import { shownPosition } from '../state/jointPosition';
 import { isStale, problem, request, robot, selected, shownPlan } from '../state/store';
 import { texts } from '../texts';
 import { Menu } from './Menu';
@@ -151,8 +151,8 @@ function drop(shown: PlanRequest, to: number): void {
 function additions(arm: Robot): MenuGroup[] {
   const lift: Waypoint = { kind: 'relative', frame: 'base', move: { kind: 'cartesian', translation: [0, 0, 0.05] } };
   const usual = [
-    { text: texts.waypoints.addPosture, onChoose: () => insert(jointWaypoint(shownPosture(arm))) },
-    { text: texts.waypoints.addPose, onChoose: () => void insertPose(shownPosture(arm)) },
+    { text: texts.waypoints.addJointPosition, onChoose: () => insert(jointWaypoint(shownPosition(arm))) },
+    { text: texts.waypoints.addPose, onChoose: () => void insertPose(shownPosition(arm)) },
     { text: texts.waypoints.addRelative, onChoose: () => insert(lift) },
   ];
   const named = Object.keys(arm.named_positions).map((name) => ({ text: name, onChoose: () => insert({ kind: 'named', name }) }));

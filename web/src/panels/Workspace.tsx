@@ -1,7 +1,7 @@
 // Where the tool can be: a cloud on the stage, and how far it goes; the robot is shown at each of these figures.
 import { short } from '../plan/units';
 import type { WorkspaceAnswer } from '../service/types';
-import { pose } from '../state/posture';
+import { pose } from '../state/jointPosition';
 import { cutWorkspace, isCut, isShown, showWorkspace, workspace } from '../state/workspace';
 import { texts } from '../texts';
 

@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
 import type { PlanRequest, Solution } from '../service/types';
-import { configured, isPosture, unconfigured } from './configurations';
+import { configured, isSolution, unconfigured } from './configurations';
 
 const pose = { position: [1, 0, 0], orientation: null };
 const request = {
@@ -31,6 +31,6 @@ test.each([
 });
 
 test('an arm stands in a way to rounding error, and not a whole turn away', () => {
-  expect(isPosture([1.0000001], solution(1, 'up'))).toBe(true);
-  expect(isPosture([1 + 2 * Math.PI], solution(1, 'up'))).toBe(false);
+  expect(isSolution([1.0000001], solution(1, 'up'))).toBe(true);
+  expect(isSolution([1 + 2 * Math.PI], solution(1, 'up'))).toBe(false);
 });

@@ -29,6 +29,6 @@ export function unconfigured(request: PlanRequest, index: number): PlanRequest {
 const SAME = 1e-3; // rad or m
 
 // Whether the arm stands in one of the ways: not a whole turn away, either.
-export function isPosture(position: readonly number[], solution: Solution): boolean {
+export function isSolution(position: readonly number[], solution: Solution): boolean {
   return solution.position.every((value, joint) => Math.abs(value - position[joint]!) < SAME);
 }

@@ -3,7 +3,7 @@ import { toolAt } from '../plan/tools';
 import { placedOf } from '../scene/objects';
 import type { PlanRequest, Robot, Scene } from '../service/types';
 import { grownGeometry } from '../stage/geometry';
-import { firstPosture } from '../state/posture';
+import { firstPosition } from '../state/jointPosition';
 import { codeOf, LANGUAGES } from './code';
 import { handledNames } from './handled';
 import { motionsOf } from './motions';
@@ -167,7 +167,7 @@ function replaced(document: unknown, path: Path, value: unknown): unknown {
 
 // Reads a request as the page does before the service has answered.
 function read(request: PlanRequest): void {
-  firstPosture(request, arm);
+  firstPosition(request, arm);
   handledNames(request);
   for (const language of LANGUAGES) codeOf(language, request, 'http://host');
   for (const { objects } of zonesOf(request)) objects?.includes('thing');

@@ -7,7 +7,7 @@ import type { Robot } from '../service/types';
 import type { Planned } from '../state/store';
 import { depthOf, millimetres, short } from '../plan/units';
 import { select } from '../state/selection';
-import { firstPosture, shownPosture } from '../state/posture';
+import { firstPosition, shownPosition } from '../state/jointPosition';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
 import { goToNearest, nearest, setting, shownPair, shownTool } from '../state/surroundings';
 import { theme } from '../state/theme';
@@ -139,7 +139,7 @@ function follow(
   const stops = [
     effect(() => {
       const arm = robot.value;
-      if (arm) untracked(() => stage.setRobot(arm, links.value, firstPosture(request.peek(), arm)));
+      if (arm) untracked(() => stage.setRobot(arm, links.value, firstPosition(request.peek(), arm)));
       else stage.removeRobot();
     }),
     effect(() => {
@@ -190,7 +190,7 @@ function follow(
       stage.setProblem(problem.value);
     }),
     effect(() => {
-      if (robot.value) stage.setPosture(shownPosture(robot.value));
+      if (robot.value) stage.setJointPosition(shownPosition(robot.value));
     }),
   ];
   return () => {

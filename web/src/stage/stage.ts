@@ -74,14 +74,14 @@ export class Stage {
     this.replace('scene', undefined);
   }
 
-  setRobot(robot: Robot, links: readonly LinkShape[], posture: readonly number[]): void {
+  setRobot(robot: Robot, links: readonly LinkShape[], jointPosition: readonly number[]): void {
     this.removeRobot();
     this.robot = robot;
     this.shapes = shapesOf(robot, links);
     this.extent = Math.max(0.3, reach(robot));
     this.arm = new Arm(robot, this.shapes);
     this.world.add(this.arm.object);
-    this.arm.pose(posture);
+    this.arm.pose(jointPosition);
     this.isFitted = false;
     this.setGround();
     this.look('home');
@@ -152,7 +152,7 @@ export class Stage {
     this.replace('pair', isOfRobot && shapes.length > 0 ? this.ghost(pair.position, colour, shapes) : undefined);
   }
 
-  setPosture(position: readonly number[]): void {
+  setJointPosition(position: readonly number[]): void {
     this.arm?.pose(position);
     this.draw();
   }
@@ -188,12 +188,12 @@ export class Stage {
     this.replace('ghosts', group);
   }
 
-  // Shows where a refusal is: the posture there as a ghost, and the pose of the tool.
+  // Shows where a refusal is: the joint position there as a ghost, and the pose of the tool.
   setProblem(problem: Problem | null): void {
     const [place, nearest] = [problem?.place, problem?.nearest];
-    const posture = place?.position ?? nearest?.position ?? problem?.position ?? undefined;
+    const jointPosition = place?.position ?? nearest?.position ?? problem?.position ?? undefined;
     const colour = styleColour('--bad');
-    this.replace('ghost', posture && this.ghost(posture, colour));
+    this.replace('ghost', jointPosition && this.ghost(jointPosition, colour));
     const at = place?.pose.position ?? nearest?.pose.position ?? problem?.point;
     const mark = at ? ball(this.extent * 0.016, colour) : undefined;
     if (at) mark?.position.fromArray(at);
@@ -201,8 +201,8 @@ export class Stage {
   }
 
   // Shows where the arm would stand for a pose that is dragged: in red where it may not, or does not get there.
-  setReach(posture: readonly number[] | null, isFree: boolean): void {
-    this.replace('reach', posture ? this.ghost(posture, styleColour(isFree ? '--accent' : '--bad')) : undefined);
+  setReach(jointPosition: readonly number[] | null, isFree: boolean): void {
+    this.replace('reach', jointPosition ? this.ghost(jointPosition, styleColour(isFree ? '--accent' : '--bad')) : undefined);
   }
 
   // The handles at the chosen pose, with the tool that is to get there; a hand that holds them has put them where they are.
@@ -212,10 +212,10 @@ export class Stage {
     this.draw();
   }
 
-  private ghost(posture: readonly number[], colour: string, shapes = this.shapes): Object3D | undefined {
-    if (posture.length !== this.robot?.chain.length) return undefined;
+  private ghost(jointPosition: readonly number[], colour: string, shapes = this.shapes): Object3D | undefined {
+    if (jointPosition.length !== this.robot?.chain.length) return undefined;
     const arm = new Arm(this.robot, shapes, { colour, opacity: 0.32 });
-    arm.pose(posture);
+    arm.pose(jointPosition);
     return arm.object;
   }
 

@@ -13,7 +13,7 @@ export const solutions = computed(() =>
 );
 
 // Where the arm stands at the chosen waypoint as it is planned; null: it is not.
-export const plannedPosture = computed(() => {
+export const plannedPosition = computed(() => {
   const planned = isStale.value || !shownPlan.value ? undefined : plannedWaypoint(shownPlan.value.answer, selected.value);
   return planned?.position ?? null;
 });
@@ -30,7 +30,7 @@ export async function askSolutions(): Promise<void> {
   const [asked, index] = [request.value, selected.value];
   const pose = asked && poseInBase(asked, index);
   if (!pose || robot.value?.id !== asked.robot) return;
-  const { answer, problem: refused } = await waysTo(pose, asked, index, robot.value, plannedPosture.value ?? undefined);
+  const { answer, problem: refused } = await waysTo(pose, asked, index, robot.value, plannedPosition.value ?? undefined);
   if (request.value !== asked) return;
   if (answer) found.value = { request: asked, index, solutions: answer.solutions };
   else problem.value = refused;

@@ -4,7 +4,7 @@ import { effect } from '@preact/signals';
 import { withoutEmpty, withWaypoint } from '../request/edits';
 import { poseInBase } from '../request/frames';
 import { show } from './actions';
-import { pose, posture } from './posture';
+import { pose, jointPosition } from './jointPosition';
 import { askReach, endReach } from './reaching';
 import { select } from './selection';
 import { draft, request, robot, selected } from './store';
@@ -25,7 +25,7 @@ export function sketch(changes: object): void {
   draft.value = next;
   if (next.kind === 'joint') pose(next.position);
   const wanted = next.kind === 'pose' ? poseInBase(next, shown, arm) : null;
-  if (wanted) askReach(wanted, posture.value, pose);
+  if (wanted) askReach(wanted, jointPosition.value, pose);
 }
 
 // Puts changes of the chosen waypoint into the request.

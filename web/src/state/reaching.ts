@@ -1,6 +1,6 @@
 // Whether a pose that is dragged can be reached, asked of the service while the hand moves.
 import { signal } from '@preact/signals';
-import type { Pose, PostureCollision, Solution } from '../service/types';
+import type { Pose, PositionCollision, Solution } from '../service/types';
 import { waysTo } from './inverse';
 import { request, robot, selected } from './store';
 
@@ -9,7 +9,7 @@ const PAUSE = 40; // ms between two questions
 // Where the arm would stand, in how many ways, at how many of them nothing is in the way (null: nobody looked), and what is
 // in the way of this one; or how far away the nearest is, m.
 export type Reach =
-  | { kind: 'reached'; position: readonly number[]; solutions: number; free: number | null; collision: PostureCollision | null }
+  | { kind: 'reached'; position: readonly number[]; solutions: number; free: number | null; collision: PositionCollision | null }
   | { kind: 'missed'; position: readonly number[]; distance: number };
 
 export const reach = signal<Reach | null>(null);

@@ -3,7 +3,7 @@ export const ofWaypoints = {
   waypoints: {
     label: 'Waypoints',
     add: '+ Add',
-    addPosture: 'Current posture',
+    addJointPosition: 'Current joint position',
     addPose: 'Current pose',
     addRelative: 'Relative move',
     addNamed: 'Named positions',

@@ -121,7 +121,7 @@ def test_corners_of_a_detour_have_the_index_of_the_waypoint_that_they_lead_to() 
     corners = len(around.detours[0].positions) - 2
     assert corners > 0
     assert [waypoint["index"] for waypoint in answered] == [0, *[1] * corners, 1]
-    assert [waypoint["choice"] for waypoint in answered] == ["given", *["way_around"] * corners, "given"]
+    assert [waypoint["choice"] for waypoint in answered] == ["given", *["detour"] * corners, "given"]
     assert answered[-1]["name"] == "there"
 
 

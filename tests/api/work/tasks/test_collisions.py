@@ -83,7 +83,7 @@ def test_a_free_motion_goes_around(service: RunningService) -> None:
     left, right = [0.9, -0.9, 1.2, 0.0, 0.8, 0.0], [-0.9, -0.9, 1.2, 0.0, 0.8, 0.0]
     request = KUKA | {"waypoints": [joint(*left), joint(*right, motion={"kind": "free"})], "scene": {"objects": [wall]}}
     answer = checked(service.post(PLAN, request), answers.PlanAnswer)
-    assert [way["choice"] for way in answer["waypoints"]][1:-1] == ["way_around"] * (len(answer["waypoints"]) - 2)
+    assert [way["choice"] for way in answer["waypoints"]][1:-1] == ["detour"] * (len(answer["waypoints"]) - 2)
     assert [way["index"] for way in answer["waypoints"]] == [0] + [1] * (len(answer["waypoints"]) - 1)
     assert max(answer["samples"]["segment"]) == len(answer["waypoints"]) - 2 > 0
     assert answer["certificate"]["clearance"]["scene"]["lower"] > -1e-4
@@ -194,7 +194,7 @@ def test_scenes_that_make_no_sense_are_refused(service: RunningService, pointer:
         assert pointer in [error["pointer"] for error in reply.json()["errors"]]
 
 
-def test_postures_or_a_trajectory_are_needed(service: RunningService) -> None:
+def test_joint_positions_or_a_trajectory_are_required(service: RunningService) -> None:
     for request in (KUKA, KUKA | {"positions": [HOME], "samples": {"time": [0.0, 1.0], "position": [HOME, ASIDE]}}):
         assert service.post(CHECK, request).json()["code"] == "invalid_request"
 

@@ -101,7 +101,7 @@ def test_every_back_end_plans_pose_and_relative_waypoints(service: RunningServic
     given, pose, _ = plan["waypoints"]
     assert (given["solutions"], given["solution"], given["choice"]) == (None, None, "given")
     assert 0 <= pose["solution"] < pose["solutions"]
-    assert pose["choice"] in {"only", "shortest_way"}
+    assert pose["choice"] in {"only", "shortest_path"}
     assert plan["certificate"]["satisfied"] is True
 
 

@@ -33,8 +33,8 @@ def solutions_of(service: RunningService, request: dict[str, Any]) -> list[list[
 def test_each_solution_says_what_is_in_its_way_as_the_check_of_collisions_does(service: RunningService) -> None:
     request = example("inverse")
     for found in solutions_of(service, request):
-        postures = {"positions": [one["position"] for one in found]}
-        asked = {name: request[name] for name in ("robot", "scene")} | postures
+        positions = {"positions": [one["position"] for one in found]}
+        asked = {name: request[name] for name in ("robot", "scene")} | positions
         checks = service.post(CHECK, asked).json()["results"]
         assert [one["collision"] is None for one in found] == [True, True, False, False]
         for one, check in zip(found, checks, strict=True):

@@ -42,7 +42,7 @@ def test_the_answer_tells_where_in_its_region_a_waypoint_is(service: RunningServ
     assert refused.json()["errors"][0]["pointer"] == "/waypoints/1/free/y"
 
 
-def test_the_preferred_posture_is_taken(service: RunningService) -> None:
+def test_the_preferred_joint_position_is_chosen(service: RunningService) -> None:
     """By the robot's own limits: no joint of the arm is nearer to one of its limits than without the preference."""
     request = json.loads((ROOT / "examples" / "elbow_room.json").read_text(encoding="utf-8"))
     need_robot(request["robot"])
@@ -51,10 +51,10 @@ def test_the_preferred_posture_is_taken(service: RunningService) -> None:
     worst = []
     for prefer in ("far_from_limits", "continuous"):
         plan = checked(service.post("/v1/trajectories", {**request, "ik": {"prefer": prefer}}), answers.PlanAnswer)
-        postures = np.array([waypoint["position"] for waypoint in plan["waypoints"][1:]])
-        worst.append(np.abs((2.0 * postures - lower - upper) / (upper - lower)).max(axis=1))
+        positions = np.array([waypoint["position"] for waypoint in plan["waypoints"][1:]])
+        worst.append(np.abs((2.0 * positions - lower - upper) / (upper - lower)).max(axis=1))
     assert (worst[0] < worst[1]).all()
-    assert [waypoint["choice"] for waypoint in plan["waypoints"]] == ["given", "shortest_way", "shortest_way"]
+    assert [waypoint["choice"] for waypoint in plan["waypoints"]] == ["given", "shortest_path", "shortest_path"]
     refused = service.post("/v1/trajectories", {**request, "ik": {"prefer": "near_reference"}})
     assert refused.json()["errors"][0]["pointer"] == "/ik/reference"
 

@@ -150,7 +150,7 @@ def test_zones_that_cannot_be_are_refused(service: RunningService, change: dict[
     assert [error["pointer"] for error in answer.json()["errors"]] == [pointer]
 
 
-def test_postures_have_no_speed(service: RunningService) -> None:
+def test_joint_positions_have_no_speed(service: RunningService) -> None:
     answer = service.post("/v1/collisions/check", ASKED | {"positions": [[0.0, -1.5, 1.5, 0.0, 0.5, 0.0]]})
     assert answer.status_code == 422
     assert [error["pointer"] for error in answer.json()["errors"]] == ["/speed_zones"]

@@ -20,7 +20,7 @@ from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import load_robot
 from tests.planner.problems_of_tests import problem_of
-from tests.planner.tool_motions.dense_paths import StraightPostures, StraightWay, tool_positions
+from tests.planner.tool_motions.dense_paths import StraightPositions, StraightWay, tool_positions
 
 ROBOT = load_robot("kuka_kr16_l6_2")
 REACHING = PlanningProblem(
@@ -53,13 +53,13 @@ def true_deviation(planned: Plan) -> float:
 
 def true_joint_deviation(planned: Plan) -> float:
     """Return the largest deviation of a joint on the only segment, rad."""
-    return StraightPostures(planned.path.positions, DENSE).farthest(planned.trajectory)
+    return StraightPositions(planned.path.positions, DENSE).farthest(planned.trajectory)
 
 
 def farthest_joints(planned: Plan) -> set[str]:
     """Return the joints farthest from the straight motion, by brute force; often several are equally far."""
     (joints,) = planned.trajectory.evaluate(DENSE * planned.trajectory.duration, [0])
-    worst = joints[StraightPostures(planned.path.positions, DENSE).distances(joints).argmax()]
+    worst = joints[StraightPositions(planned.path.positions, DENSE).distances(joints).argmax()]
     start, goal = planned.path.positions
     away = np.abs(worst - start - np.linspace(0.0, 1.0, 10_001)[:, None] * (goal - start))
     nearest = away[away.max(axis=1).argmin()]

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.robots import Robot
 from planner.scene import CollisionChecker, Scene
-from planner.scene.bodies import SPHERES, Postures
+from planner.scene.bodies import SPHERES, Placements
 from planner.scene.obstacles import Obstacles
 from planner.scene.point_cloud import Cluster
 from planner.shapes import Shape
@@ -148,9 +148,9 @@ class ReferenceChecker(CollisionChecker):
         rows, pairs = np.divmod(np.arange(count * self.own_pairs), max(self.own_pairs, 1))
         return Items(rows, pairs)
 
-    def nearest_item(self, postures: Postures, wanted: FloatArray) -> tuple[int, int]:
+    def nearest_item(self, placements: Placements, wanted: FloatArray) -> tuple[int, int]:
         """Return row and number of the pair with an obstacle whose bound is the least."""
-        centers, radii = self._spheres(postures)
+        centers, radii = self._spheres(placements)
         low = self.obstacles.group_distances(centers) - radii[..., None]
         low[:, ~np.isfinite(self.obstacles.group_margins(wanted))] = np.inf
         nearest = _least(low.ravel(), MOST_LOOKED_AT)
@@ -162,12 +162,12 @@ class ReferenceChecker(CollisionChecker):
         nearest = _least(low, MOST_LOOKED_AT)
         pairs = self.own_pairs + bodies * len(self.obstacles.all) + obstacles
         items = Items(rows[nearest], pairs[nearest])
-        best = np.argmin(self._scene_bounds(postures, items, np.full(len(nearest), np.inf)))
+        best = np.argmin(self._scene_bounds(placements, items, np.full(len(nearest), np.inf)))
         return int(items.rows[best]), int(items.pairs[best])
 
-    def numpy_near_items(self, postures: Postures, moved: FloatArray, wanted: FloatArray) -> tuple[Items, float]:
+    def numpy_near_items(self, placements: Placements, moved: FloatArray, wanted: FloatArray) -> tuple[Items, float]:
         """Find the pairs with obstacles that spheres about groups, and then about obstacles, leave too near."""
-        centers, radii = self._spheres(postures)
+        centers, radii = self._spheres(placements)
         reach = radii + moved
         low = self.obstacles.group_distances(centers) - reach[..., None]
         wanted_of_groups = self.obstacles.group_margins(wanted)
@@ -183,26 +183,26 @@ class ReferenceChecker(CollisionChecker):
         pairs = self.own_pairs + bodies[left] * len(self.obstacles.all) + obstacles[left]
         return Items(rows[left], pairs), float(least)
 
-    def _spheres(self, postures: Postures) -> tuple[FloatArray, FloatArray]:
+    def _spheres(self, placements: Placements) -> tuple[FloatArray, FloatArray]:
         """Return the centers (N, bodies, 3) and radii (N, bodies) of spheres about the bodies, m."""
-        ends = postures.spheres[:, :, [0, -1]]
+        ends = placements.spheres[:, :, [0, -1]]
         centers = ends.sum(axis=2) / 2.0
         return centers, np.linalg.norm(ends[:, :, 1] - centers, axis=-1) + self.bodies.radii
 
-    def bounds(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
+    def bounds(self, placements: Placements, items: Items, enough: FloatArray) -> FloatArray:
         """Bound the signed distances of pairs from below."""
         low = np.empty(len(items.rows))
         own = items.pairs < self.own_pairs
         if own.any():
-            low[own] = self._own_bounds(postures, Items(items.rows[own], items.pairs[own]))
+            low[own] = self._own_bounds(placements, Items(items.rows[own], items.pairs[own]))
         if not own.all():
-            low[~own] = self._scene_bounds(postures, Items(items.rows[~own], items.pairs[~own]), enough[~own])
+            low[~own] = self._scene_bounds(placements, Items(items.rows[~own], items.pairs[~own]), enough[~own])
         return low
 
-    def _scene_bounds(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
+    def _scene_bounds(self, placements: Placements, items: Items, enough: FloatArray) -> FloatArray:
         """Bound the distances of pairs with obstacles: by boxes first, then by the balls of undecided clusters."""
         bodies, obstacles = np.divmod(items.pairs - self.own_pairs, len(self.obstacles.all))
-        spheres = covering_spheres(postures)[items.rows, bodies]
+        spheres = covering_spheres(placements)[items.rows, bodies]
         low = np.empty(len(items.rows))
         boxed = obstacles < len(self.obstacles.pieces)
         near = self.obstacles.box_distances(spheres[boxed], obstacles[boxed]).min(axis=1)
@@ -218,9 +218,9 @@ class ReferenceChecker(CollisionChecker):
         low[left] = np.maximum(low[left], balls - self.bodies.radii[bodies[left]])
         return low
 
-    def _own_bounds(self, postures: Postures, items: Items) -> FloatArray:
+    def _own_bounds(self, placements: Placements, items: Items) -> FloatArray:
         first, second = self.first[items.pairs], self.second[items.pairs]
-        ends = (postures.spheres[items.rows, body][:, k] for body in (first, second) for k in (0, -1))
+        ends = (placements.spheres[items.rows, body][:, k] for body in (first, second) for k in (0, -1))
         radii: FloatArray = self.bodies.radii[first] + self.bodies.radii[second]
         return segment_distances(*ends) - radii
 
@@ -250,9 +250,9 @@ class ReferenceChecker(CollisionChecker):
         return 0, obstacle.rotation, obstacle.translation, obstacle.shape
 
 
-def covering_spheres(postures: Postures) -> FloatArray:
+def covering_spheres(placements: Placements) -> FloatArray:
     """Return the centers (N, bodies, SPHERES, 3) of spheres along the axes of the bodies' capsules."""
-    starts, ends = postures.spheres[:, :, 0], postures.spheres[:, :, -1]
+    starts, ends = placements.spheres[:, :, 0], placements.spheres[:, :, -1]
     shares = np.linspace(0.0, 1.0, SPHERES)[:, None]
     return np.asarray(starts[:, :, None] + shares * (ends - starts)[:, :, None])
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.scene.bodies import Postures
+from planner.scene.bodies import Placements
 from planner.scene.point_cloud import Cluster
 from planner.shapes import HalfSpace, Shape
 from planner.spatial import FloatArray
@@ -14,17 +14,17 @@ from planner.tolerances import ROUNDING
 from tests.planner.scene.reference.bounds import Items, ReferenceChecker
 
 
-def normals_at(checker: ReferenceChecker, postures: Postures, items: Items, normals: FloatArray) -> FloatArray:
+def normals_at(checker: ReferenceChecker, placements: Placements, items: Items, normals: FloatArray) -> FloatArray:
     """Return the normals (n, 3) of planes between n pairs in both joints' frames: (n, 2, 3)."""
     joints = checker.joints_of(items.pairs)
-    turned: FloatArray = (normals[:, None, None] @ postures.rotations[items.rows[:, None], joints])[:, :, 0]
+    turned: FloatArray = (normals[:, None, None] @ placements.rotations[items.rows[:, None], joints])[:, :, 0]
     return turned
 
 
-def plane_bounds(checker: ReferenceChecker, postures: Postures, items: Items, normals: FloatArray) -> FloatArray:
+def plane_bounds(checker: ReferenceChecker, placements: Placements, items: Items, normals: FloatArray) -> FloatArray:
     """Bound the distances of pairs from below by planes from other joint positions."""
     joints = checker.joints_of(items.pairs)
-    rotations = postures.rotations[items.rows[:, None], joints]
+    rotations = placements.rotations[items.rows[:, None], joints]
     in_base = (rotations @ normals[..., None])[..., 0]
     shapes = checker.numbers_of(items.pairs)
     count = len(items.rows)
@@ -33,8 +33,9 @@ def plane_bounds(checker: ReferenceChecker, postures: Postures, items: Items, no
         side = np.argwhere(shapes == number)
         rows, ends = side[:, 0], side[:, 1]
         joint, rotation, translation, shape = checker.placed_shape(number)
-        turn = postures.rotations[items.rows[rows], joint] @ rotation
-        origin = postures.rotations[items.rows[rows], joint] @ translation + postures.origins[items.rows[rows], joint]
+        at_joint = placements.rotations[items.rows[rows], joint]
+        turn = at_joint @ rotation
+        origin = at_joint @ translation + placements.origins[items.rows[rows], joint]
         towards = in_base[rows] * np.where(ends == 0, 1.0, -1.0)[:, None, None]
         reach[rows] += _supports(shape, (towards @ turn).reshape(-1, 3)).reshape(-1, 2)
         reach[rows] += (towards @ origin[..., None])[..., 0]
@@ -53,7 +54,7 @@ class Changes(NamedTuple):
 
 
 def approaches(
-    checker: ReferenceChecker, postures: Postures, items: Items, normals: FloatArray, changes: Changes
+    checker: ReferenceChecker, placements: Placements, items: Items, normals: FloatArray, changes: Changes
 ) -> FloatArray:
     """Bound the approach of pairs along planes within intervals of time, to second order."""
     rows, own, numbers = items.rows, items.pairs < checker.own_pairs, checker.numbers_of(items.pairs)
@@ -66,8 +67,8 @@ def approaches(
     on_plane = ~own & (half_space >= 0)
     d = np.where(own, -1.0, 1.0)[:, None] * normals
     d[on_plane] = -checker.obstacles.normals[half_space[on_plane]]
-    axes = postures.rotations[rows, 1:, :, 2]
-    origins = postures.origins[rows, 1:]
+    axes = placements.rotations[rows, 1:, :, 2]
+    origins = placements.origins[rows, 1:]
     is_angle = checker.bodies.is_angle
     rates = changes.velocities[rows] * joints
     turning, sliding = rates * is_angle, rates * ~is_angle
@@ -81,12 +82,12 @@ def approaches(
         joint, rotation, translation, shape = checker.placed_shape(number)
         if isinstance(shape, Cluster):
             raise TypeError("balls stand still")
-        turn = postures.rotations[rows[mine], joint]
-        origin = (turn @ translation + postures.origins[rows[mine], joint])[..., None]
+        turn = placements.rotations[rows[mine], joint]
+        origin = (turn @ translation + placements.origins[rows[mine], joint])[..., None]
         local = directions[mine] @ (turn @ rotation)
         supports[mine] += shape.support(local.reshape(-1, 3)).reshape(-1, 3) + (directions[mine] @ origin)[..., 0]
     first_order = np.maximum(supports[:, 1], supports[:, 2]) - supports[:, 0]
-    levers = postures.levers[rows, movers] * joints
+    levers = placements.levers[rows, movers] * joints
     bounds = changes.reach[rows] * joints
     moved = levers * bounds  # no less than the chords
     beyond = moved[:, ::-1].cumsum(axis=1)[:, ::-1] - moved

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.scene.bodies import Postures
+from planner.scene.bodies import Placements
 from planner.scene.checker import CONTACT_TOLERANCE
 from planner.scene.continuous import DEFAULT_BUDGET, KINDS, LEAST_SHARE, MOST_PARTS, Budget, Nearest
 from planner.scene.excursions import excursions
@@ -39,7 +39,7 @@ class Found:
     nearest: list[Nearest | None] = field(default_factory=lambda: [None] * len(KINDS))
     hit: Nearest | None = None
     undecided: Nearest | None = None
-    postures: int = 0
+    positions: int = 0
     distances: int = 0
 
     @property
@@ -117,7 +117,7 @@ class _Search:
     @property
     def has_budget(self) -> bool:
         """Whether the budget allows another interval."""
-        return self.found.postures < self.budget.postures and self.found.distances < self.budget.distances
+        return self.found.positions < self.budget.positions and self.found.distances < self.budget.distances
 
     def start(self, starts: FloatArray, ends: FloatArray) -> None:
         """Begin with intervals on which all pairs are unfinished."""
@@ -135,20 +135,20 @@ class _Search:
         starts, ends, items, normals = self.waiting.pop(0)
         middles = (starts + ends) / 2.0
         positions = self.motion.evaluate(middles, [0])[0]
-        postures = self.checker.bodies.at(positions)
+        placements = self.checker.bodies.at(positions)
         reach = excursions(self.motion, starts, ends, positions)
-        displacements = self.checker.bodies.displacements(postures, reach)
-        self.found.postures += len(starts)
+        displacements = self.checker.bodies.displacements(placements, reach)
+        self.found.positions += len(starts)
         if items is None:
-            items = self._all_items(postures, displacements, middles)
+            items = self._all_items(placements, displacements, middles)
             normals = np.zeros((len(items.rows), 2, 3))
         motions = self.checker.motions(displacements, items)
         kinds, margins = self.checker.kinds(items.pairs), self.checker.margins_of(items.pairs)
         wanted = self.wanted(kinds, margins)
-        near = self.checker.bounds(postures, items, wanted + motions)
+        near = self.checker.bounds(placements, items, wanted + motions)
         seen = (near - motions < wanted) & normals.any(axis=(1, 2))
         if seen.any():
-            bounds = plane_bounds(self.checker, postures, Items(items.rows[seen], items.pairs[seen]), normals[seen])
+            bounds = plane_bounds(self.checker, placements, Items(items.rows[seen], items.pairs[seen]), normals[seen])
             near[seen] = np.maximum(near[seen], bounds)
         low = near - motions
         left = np.flatnonzero((low < wanted) & (near - wanted < motions / ENOUGH_PARTS))
@@ -161,7 +161,7 @@ class _Search:
             if not self.has_budget:
                 break
             row, pair = int(items.rows[item]), int(items.pairs[item])
-            apart = self._look(postures, row, pair, float(middles[row]), int(kinds[item]), float(margins[item]))
+            apart = self._look(placements, row, pair, float(middles[row]), int(kinds[item]), float(margins[item]))
             near[item] = apart.proved
             low[item] = apart.proved - motions[item]
             looked.append(item)
@@ -173,13 +173,13 @@ class _Search:
                 wanted = self.wanted(kinds, margins)
         if looked:
             these = Items(items.rows[looked], items.pairs[looked])
-            normals[looked] = normals_at(self.checker, postures, these, np.array(planes))
+            normals[looked] = normals_at(self.checker, placements, these, np.array(planes))
             slides = [k for k, item in enumerate(looked) if low[item] < wanted[item] <= near[item]]
             if slides:
                 slow = np.array(looked)[slides]
                 pairs = Items(items.rows[slow], items.pairs[slow])
                 changes = self._changes(starts, ends, positions, reach)
-                nearer = approaches(self.checker, postures, pairs, np.array(planes)[slides], changes)
+                nearer = approaches(self.checker, placements, pairs, np.array(planes)[slides], changes)
                 low[slow] = np.maximum(low[slow], near[slow] - nearer)
         self._split(_Batch(starts, ends, items, normals), near, low, wanted, kinds)
 
@@ -189,24 +189,24 @@ class _Search:
         remainders = excursions(self.motion, starts, ends, positions, velocities)
         return Changes(velocities, (ends - starts) / 2.0, reach, remainders)
 
-    def _look(self, postures: Postures, row: int, pair: int, time: float, kind: int, margin: float) -> Separation:
-        apart = self.checker.separate(postures, row, pair)
+    def _look(self, placements: Placements, row: int, pair: int, time: float, kind: int, margin: float) -> Separation:
+        apart = self.checker.separate(placements, row, pair)
         self.found.distances += 1
         self.found.see(kind, Nearest(apart.distance, time, pair, apart.point, margin))
         return apart
 
-    def _all_items(self, postures: Postures, displacements: FloatArray, middles: FloatArray) -> Items:
+    def _all_items(self, placements: Placements, displacements: FloatArray, middles: FloatArray) -> Items:
         """Return the pairs that spheres about the pieces leave undecided."""
         found = [self.checker.own_items(len(middles))]
         for kind, requested in self.checker.requested.items():
             wanted = np.where(requested, self.checker.margins - CONTACT_TOLERANCE, -np.inf)
             if self.tolerance is not None:
-                row, pair = self.checker.nearest_item(postures, wanted)
+                row, pair = self.checker.nearest_item(placements, wanted)
                 margin = float(self.checker.margins_of(np.array([pair]))[0])
-                self._look(postures, row, pair, float(middles[row]), kind, margin)
+                self._look(placements, row, pair, float(middles[row]), kind, margin)
                 least = self.found.upper[kind] - self.tolerance
                 wanted = np.where(requested, np.maximum(wanted, least), -np.inf)
-            near, least = self.checker.numpy_near_items(postures, displacements.sum(axis=2), wanted)
+            near, least = self.checker.numpy_near_items(placements, displacements.sum(axis=2), wanted)
             self._done(kind, np.array([least]))
             found.append(near)
         return Items(*(np.concatenate(part) for part in zip(*found, strict=True)))

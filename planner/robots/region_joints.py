@@ -18,7 +18,7 @@ GOAL_FRAME = "goal"
 """Name of the link behind the joints of the region, whose pose must be the requested pose."""
 
 
-def with_freedoms(robot: Robot, ranges: dict[str, tuple[float, float]]) -> Robot:
+def with_region_joints(robot: Robot, ranges: dict[str, tuple[float, float]]) -> Robot:
     """Return a robot whose last joints are the coordinates of a tolerance region, each within its range.
 
     With the tool at T D, D the offset of `planner.problems.regions.Region`, this robot's tip frame is at T = (T D)
@@ -41,8 +41,8 @@ def with_freedoms(robot: Robot, ranges: dict[str, tuple[float, float]]) -> Robot
     if robot.tool_frame_id != robot.tip_frame_id:
         model.frames[robot.tool_frame_id].parentJoint = parent
         model.frames[robot.tool_frame_id].placement = placement
-    freedoms = tuple(_joint(name, *ends) for name, ends in reversed(ranges.items()))
-    return replace(robot, model=model, joints=robot.joints + freedoms, tip_frame=GOAL_FRAME, named_positions={})
+    region_joints = tuple(_joint(name, *ends) for name, ends in reversed(ranges.items()))
+    return replace(robot, model=model, joints=robot.joints + region_joints, tip_frame=GOAL_FRAME, named_positions={})
 
 
 def _joint(name: str, lower: float, upper: float) -> Joint:

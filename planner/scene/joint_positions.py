@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PostureCollision:
+class PositionCollision:
     """The collision at a joint position: the pair furthest below its margin.
 
     Attributes:
@@ -29,7 +29,7 @@ class PostureCollision:
 
     Examples:
         >>> import planner
-        >>> planner.PostureCollision(("link_5", "table"), 0.02).pair
+        >>> planner.PositionCollision(("link_5", "table"), 0.02).pair
         ('link_5', 'table')
     """
 
@@ -62,7 +62,7 @@ def is_free(checker: CollisionChecker, positions: ArrayLike) -> np.ndarray:
     return np.array([clearances(checker, edge(row, row)).is_proved for row in rows], dtype=bool)
 
 
-def collisions_at(checker: CollisionChecker, positions: ArrayLike) -> tuple[PostureCollision | None, ...]:
+def collisions_at(checker: CollisionChecker, positions: ArrayLike) -> tuple[PositionCollision | None, ...]:
     """Find the collisions at joint positions: for each the pair furthest below its margin.
 
     Args:
@@ -85,13 +85,13 @@ def collisions_at(checker: CollisionChecker, positions: ArrayLike) -> tuple[Post
         'block'
     """
     checked = _checked(checker, positions)
-    postures = checker.bodies.at(checked)
+    placements = checker.bodies.at(checked)
     deepest: list[tuple[float, int]] = [(0.0, -1)] * len(checked)
     for row, pair, bound, least in zip(*(each.tolist() for each in near_pairs(checker, checked)), strict=True):
         if bound < 0.0 or least - bound > deepest[row][0]:  # a bound that is negative says nothing
-            deepest[row] = max(deepest[row], (least - checker.separate(postures, row, pair).proved, pair))
+            deepest[row] = max(deepest[row], (least - checker.separate(placements, row, pair).proved, pair))
     return tuple(
-        None if depth <= 0.0 else PostureCollision(checker.names(pair), depth + CONTACT_TOLERANCE)
+        None if depth <= 0.0 else PositionCollision(checker.names(pair), depth + CONTACT_TOLERANCE)
         for depth, pair in deepest
     )
 

@@ -1,4 +1,4 @@
-// The posture in which a person has put the robot by its sliders; null: it is where the plan has it.
+// The joint position that a person set with the sliders; null: the robot follows the plan.
 import { computed, effect, signal } from '@preact/signals';
 import { positionAt } from '../plan/samples';
 import type { PlanRequest, Robot } from '../service/types';
@@ -23,15 +23,15 @@ export function pose(position: readonly number[]): void {
 }
 
 // Where the robot stands.
-export function shownPosture(arm: Robot): readonly number[] {
+export function shownPosition(arm: Robot): readonly number[] {
   if (posed.value) return posed.value;
-  return shownPlan.value ? positionAt(shownPlan.value.answer, time.value) : firstPosture(request.value, arm);
+  return shownPlan.value ? positionAt(shownPlan.value.answer, time.value) : firstPosition(request.value, arm);
 }
 
-export const posture = computed(() => (robot.value ? shownPosture(robot.value) : []));
+export const jointPosition = computed(() => (robot.value ? shownPosition(robot.value) : []));
 
 // Where the robot stands while there is no plan: at the first waypoint if that says so, else at zero.
-export function firstPosture(shown: PlanRequest | null, arm: Robot): readonly number[] {
+export function firstPosition(shown: PlanRequest | null, arm: Robot): readonly number[] {
   const first = shown?.waypoints[0];
   const isOfArm = first?.kind === 'joint' && first.position.length === arm.joints.length;
   return isOfArm ? first.position : arm.joints.map(() => 0);
