@@ -45,7 +45,8 @@ RobotOption = Annotated[
     typer.Option(
         "--robot",
         metavar="ROBOT",
-        help="Robot in place of the request's: one of the catalogue, a URDF file, or a JSON file for POST /v1/robots.",
+        help="Robot in place of the request's: one of the catalogue, a URDF, xacro or MJCF file, or a JSON file for "
+        "POST /v1/robots.",
         autocompletion=_robot_ids,
     ),
 ]
@@ -232,17 +233,66 @@ def robots(
         str | None,
         typer.Argument(
             metavar="[ROBOT]",
-            help="Show the joints and limits of this one, of the catalogue or in a URDF file.",
+            help="Show the joints and limits of this one, of the catalogue or in a URDF, xacro or MJCF file.",
             autocompletion=_robot_ids,
         ),
     ] = None,
     srdf: SrdfOption = None,
     tip: TipOption = None,
+    argument: Annotated[
+        list[str] | None, typer.Option("--argument", metavar="NAME:=VALUE", help="Argument of a xacro file.")
+    ] = None,
+    packages: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--packages",
+            metavar="FOLDER",
+            help="Folder that has the folders of ROS packages.",
+            show_default="folders above the file",
+            exists=True,
+            file_okay=False,
+        ),
+    ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            "--calibration",
+            metavar="FILE",
+            help="Calibration file of an arm of Universal Robots.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    joint_limits: Annotated[
+        Path | None,
+        typer.Option(
+            "--joint-limits",
+            metavar="FILE",
+            help="joint_limits.yaml of MoveIt or of a driver; its limits replace the limits in the file.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Write the robot of a file as a request of POST /v1/robots, for a service or for --robot.",
+        ),
+    ] = None,
 ) -> None:
-    """List the robots of the catalogue, or show one with its limits and where they come from."""
-    from cli.work.robots import show_robots
+    """List the robots of the catalogue, or show one with its limits and where they come from.
 
-    show_robots(robot, srdf, tip)
+    A xacro file is a program: open only files that you trust.
+    """
+    from cli.work.robot_files import FileOptions
+    from cli.work.robots import show_robots, xacro_arguments
+
+    arguments = xacro_arguments(argument or ())
+    options = FileOptions(srdf, tip, arguments, tuple(packages or ()), calibration, joint_limits)
+    show_robots(robot, options, output)
 
 
 @app.command()

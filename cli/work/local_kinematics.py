@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cli.work.robot_files import FileOptions
 from cli.work.shared import refusals, robot_named
 from cli.work.terminal import solutions_table, terminal
 from planner.kinematics import all_solutions
@@ -27,7 +28,7 @@ def list_solutions(
 ) -> None:
     """List the joint positions that bring the tool to a pose; see `planner ik`."""
     with refusals():
-        model = robot_named(robot, srdf, tip).load()
+        model = robot_named(robot, FileOptions(srdf, tip)).load()
         pose = Pose(np.array(position), None if rpy is None else rotation_from_rpy(*rpy))
         (reached,) = reachability(model, [PoseWaypoint(pose)], InverseKinematicsOptions())
         if reached.error is not None:

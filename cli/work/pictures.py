@@ -66,7 +66,7 @@ def draw_file(
                 wanted = own | {name: value for name, value in given.items() if value is not None}
                 picture = draw_plan(plan_request(asked), **wanted)
             else:
-                picture = _picture_of_robot(robot_named(drawn, None, None).load(), show, view or "isometric", title)
+                picture = _picture_of_robot(robot_named(drawn).load(), show, view or "isometric", title)
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
     write(output, picture.svg() if output.suffix == ".svg" else picture.png(), terminal())

@@ -13,6 +13,7 @@ import typer
 from api.work.answers.formats import FORMATS
 from cli.work.local_plan import format_of, plan_request, read_request, render, report_of
 from cli.work.pictures import SUFFIXES, draw
+from cli.work.robot_files import FileOptions
 from cli.work.shared import read, refusals, robot_named, write
 from cli.work.terminal import plan_summary, terminal
 from planner.backends import BACKENDS
@@ -44,7 +45,7 @@ def plan_file(
         raise typer.BadParameter(f"the back ends are {', '.join(BACKENDS)}", param_hint="--backend")
     text = read(request)
     with refusals():
-        named = None if robot is None else robot_named(robot, srdf, tip)
+        named = None if robot is None else robot_named(robot, FileOptions(srdf, tip))
         asked = read_request(text, backend, None if named is None else named.id)
         start = time.perf_counter()
         solved = plan_request(asked, None if named is None else named.load())

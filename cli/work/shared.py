@@ -12,7 +12,7 @@ import typer
 
 from api.base.errors import ServiceError
 from api.work.answers.problem_documents import problem_document
-from cli.work.robot_files import named_robot
+from cli.work.robot_files import NO_OPTIONS, named_robot
 from cli.work.terminal import problem_panel, terminal
 from planner.errors import PlanningError
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from cli.work.robot_files import NamedRobot
+    from cli.work.robot_files import FileOptions, NamedRobot
 
 
 def read(name: str, parameter: str = "REQUEST") -> bytes:
@@ -43,10 +43,10 @@ def write(path: Path, content: bytes, console: Console) -> None:
     console.print(f"wrote {path} ({len(content) / 1e3:.0f} kB)")
 
 
-def robot_named(name: str, srdf: Path | None, tip: str | None) -> NamedRobot:
-    """Find the robot of a name: a URDF file, or an id of the catalogue."""
+def robot_named(name: str, options: FileOptions = NO_OPTIONS) -> NamedRobot:
+    """Find the robot of a name: a file, or an id of the catalogue."""
     try:
-        return named_robot(name, srdf, tip)
+        return named_robot(name, options)
     except OSError as error:
         raise typer.BadParameter(f"{error.filename}: {error.strerror}", param_hint="ROBOT") from None
     except UnicodeDecodeError as error:

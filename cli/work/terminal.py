@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from planner.certificate.checks import Certificate, Check
     from planner.certificate.clearance import Clearance
     from planner.certificate.speed_zones import SpeedZoneCheck
+    from planner.errors import Finding
     from planner.kinematics import FloatArray
     from planner.plans.result import Plan
     from planner.robots import Joint, Robot
@@ -162,8 +163,21 @@ def robot_summary(robot: Robot) -> Group:
             joint.name, joint.kind, _position_range(joint), *(_limit(joint, q) for q in LIMITED_QUANTITIES[1:])
         )
         origins.add_row(joint.name, *(_origin(joint.provenance.get(quantity)) for quantity in LIMITED_QUANTITIES))
-    notes = [Padding(Text(f"- {note}"), (0, 0, 0, 2)) for note in robot.notes]
+    notes = [Padding(Text(f"- {note}"), (0, 0, 0, 2)) for note in (*robot.notes, *_remarks(robot))]
     return Group(Text(), head, Text(robot.source, style="dim"), *notes, Text(), limits, Text(), origins, Text())
+
+
+def _remarks(robot: Robot) -> list[str]:
+    """Return the findings of the reader of a file; findings that differ only in the joint or link become one."""
+    kinds: dict[tuple[str, str], list[Finding]] = {}
+    for finding in (*robot.findings, *robot.collision_findings):
+        text = finding.message.replace(finding.subject or "", "", 1)
+        kinds.setdefault((finding.severity, text), []).append(finding)
+    remarks = []
+    for (severity, _), alike in kinds.items():
+        others = ", ".join(str(finding.subject) for finding in alike[1:])
+        remarks.append(f"{severity}: {alike[0].message}" + (f" (likewise {others})" if others else ""))
+    return remarks
 
 
 def _waypoint_table(plan: Plan) -> Table:

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from api.base.errors import invalid, invalid_request
 from api.contract.requests import ValidateRequest
 from api.work.tasks.trajectories import certified
-from cli.work.robot_files import NamedRobot
+from cli.work.robot_files import FileOptions, NamedRobot
 from cli.work.shared import read, refusals, robot_named
 from cli.work.terminal import certificate_table, terminal
 
@@ -90,7 +90,7 @@ def validate_file(
     """Check the trajectory in a file against the limits of its robot; see `planner validate`."""
     text = read(trajectory, "TRAJECTORY")
     with refusals():
-        named = None if robot is None else robot_named(robot, srdf, tip)
+        named = None if robot is None else robot_named(robot, FileOptions(srdf, tip))
         asked = read_trajectory(text, None if named is None else named.id, interpolation)
         model = (named or NamedRobot(asked.robot)).load()
         law, certificate = certified(asked, model)

@@ -279,6 +279,67 @@ def test_a_robot_of_a_file_is_planned_for(tmp_path: Path) -> None:
     assert answers[0]["request_hash"] != answers[1]["request_hash"]
 
 
+XACRO = """
+<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="reach" default="0.4"/>
+  <link name="base"/>
+  <joint name="turn" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>
+    <limit lower="-1.5" upper="1.5" velocity="2" effort="30"/></joint>
+  <link name="tip"><collision><geometry><mesh filename="package://arm/wedge.obj" scale="$(arg reach) 1 1"/></geometry>
+  </collision></link>
+</robot>
+"""
+
+
+def test_a_xacro_file_becomes_a_request_with_its_meshes(tmp_path: Path, service: RunningService) -> None:
+    """Its shape is as long as the argument says; a plan with the request is slower than one with the file alone."""
+    (tmp_path / "arm").mkdir()
+    (tmp_path / "arm/arm.xacro").write_text(XACRO)
+    (tmp_path / "arm/wedge.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n")
+    (tmp_path / "limits.yaml").write_text("joint_limits: {turn: {max_velocity: !degrees 60}}")
+    made, options = tmp_path / "arm.json", ("--argument", "reach:=0.7", "--joint-limits", tmp_path / "limits.yaml")
+    result = planner("robots", tmp_path / "arm/arm.xacro", *options, "-o", made)
+    assert result.exit_code == 0, result.stderr
+    assert "1.047 rad/s" in result.stdout
+    added = service.post("/v1/robots", json.loads(made.read_text()))
+    assert added.status_code == 201, added.text
+    assert added.json()["joints"][0]["velocity"] == pytest.approx(np.pi / 3)
+    (shape,) = service.client.get("/v1/robots/arm/geometry").json()["shapes"]
+    service.client.delete("/v1/robots/arm").raise_for_status()
+    assert np.max(shape["shape"]["vertices"], axis=0)[0] == pytest.approx(0.7)
+    request = {"robot": "x", "waypoints": [{"kind": "joint", "position": [end]} for end in (0.0, 1.0)]}
+    plans = [
+        planner("plan", "-", "--robot", robot, "--format", "json", "-o", "-", stdin=json.dumps(request))
+        for robot in (made, tmp_path / "arm/arm.xacro")
+    ]
+    durations = [json.loads(plan.stdout)["duration"] for plan in plans]
+    assert durations[0] > durations[1] > 0.5
+
+
+def test_findings_that_differ_only_in_the_joint_are_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf"
+    joints = "".join(
+        f'<joint name="j{k}" type="{kind}"><parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" effort="5"/></joint>'
+        for k, kind in enumerate(["revolute", "revolute", "prismatic", "revolute"])
+    )
+    links = "".join(f'<link name="l{k}"/>' for k in range(5))
+    file.write_text(f'<robot name="arm">{links}{joints}</robot>')
+    shown = " ".join(planner("robots", file).stdout.split())
+    assert "limits of j0 by the default rule, in SI units: velocity 3.14159" in shown
+    assert "(likewise j1, j3)" in shown
+    assert "limits of j2 by the default rule, in SI units: velocity 1" in shown
+
+
+def test_an_option_of_a_file_without_a_file_is_a_problem(tmp_path: Path) -> None:
+    (tmp_path / "limits.yaml").write_text("joint_limits: {turn: {max_velocity: 1}}")
+    result = planner("robots", "ur5e", "--joint-limits", tmp_path / "limits.yaml")
+    assert result.exit_code == 1
+    assert "ur5e is none" in result.stderr
+    assert planner("robots", "ur5e", "--argument", "x=1").exit_code == 2
+    assert planner("robots", "ur5e", "-o", tmp_path / "out.json").exit_code == 2
+
+
 def test_a_robot_that_is_derived_in_a_file_is_planned_for(tmp_path: Path) -> None:
     rail = EXAMPLES / "robots" / "ur5e_on_rail.json"
     result = planner("plan", EXAMPLES / "along_a_rail.json", "--robot", rail, "-o", tmp_path / "out.json")

@@ -219,7 +219,7 @@ class UrdfReader:
         lower, upper = -math.inf, math.inf
         if limit is not None and not (limit.get("lower") is None and limit.get("upper") is None):
             lower, upper = (self.number(limit, side, 0.0, subject) for side in ("lower", "upper"))
-        velocity = math.inf if limit is None else self.number(limit, "velocity", 0.0, subject)
+        velocity = self.number(limit, "velocity", math.inf, subject)
         effort = math.inf if limit is None else self.number(limit, "effort", 0.0, subject)
         acceleration, jerk = self.acceleration(limit, subject), self.number(limit, "jerk", math.inf, subject)
         joint = Joint(name, KINDS[written], lower, upper, velocity, acceleration, jerk, effort)

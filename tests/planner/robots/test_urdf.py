@@ -175,7 +175,7 @@ REMARKS = [
     ("suspicious_mass", "warning", two_links(inertial(mass="1e-6"))),
     ("too_many_shapes", "warning", two_links("<visual><geometry><sphere radius='1'/></geometry></visual>" * 1001)),
     ("zero_limit", "warning", two_links(limit=LIMIT.replace('velocity="2"', 'velocity="0"'))),
-    ("zero_limit", "warning", two_links(limit=LIMIT.replace('velocity="2"', ""))),
+    ("default_limits", "info", two_links(limit=LIMIT.replace('velocity="2"', ""))),
 ]
 
 

@@ -1,0 +1,1 @@
+"""Robots in files of other programs: xacro, MJCF, joint limits of MoveIt, calibrations of Universal Robots."""

@@ -1,0 +1,99 @@
+"""Reads a robot from a file of any format as a URDF document with its meshes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import ParseError
+
+from defusedxml.ElementTree import fromstring
+
+from planner.robots.collision.mesh_files import meshes_in_folder
+from planner.robots.files.calibration import with_calibration
+from planner.robots.files.documents import RobotFiles, package_folder
+from planner.robots.files.joint_limits import with_joint_limits
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+    from xml.etree.ElementTree import Element
+
+PACKAGE_SCHEMES = ("package", "model")
+"""Schemes of addresses that begin with the name of a package."""
+
+
+def read_robot_files(
+    path: Path,
+    *,
+    arguments: Mapping[str, str] | None = None,
+    packages: Sequence[Path] = (),
+    calibration: Path | None = None,
+    joint_limits: Path | None = None,
+) -> RobotFiles:
+    """Read a robot from a URDF, xacro or MJCF file.
+
+    Meshes of `package://NAME/...` and `$(find NAME)` are looked for in the folder NAME: in `packages`, or else above
+    the file or beside a folder above it. A xacro file is a program: expand only files that you trust.
+
+    Args:
+        path: The file. `.xacro` is expanded (package xacro); an XML document `<mujoco>` is compiled by MuJoCo (package
+            mujoco-core); any other file is a URDF document.
+        arguments: Arguments of a xacro file, by name.
+        packages: Folders that have the folders of ROS packages.
+        calibration: The calibration file of an arm of Universal Robots, as `ur_calibration` extracts it.
+        joint_limits: A `joint_limits.yaml` of MoveIt or of a driver; its limits replace the limits in the file.
+
+    Raises:
+        OSError: A file cannot be read.
+        InvalidRobotModel: A file cannot be expanded or compiled, or a package for it is not installed.
+    """
+    if path.suffix == ".xacro":
+        from planner.robots.files.xacro_files import expand_xacro
+
+        text = expand_xacro(path, arguments or {}, packages)
+    else:
+        text = path.read_text(encoding="utf-8")
+    root = _root(text)
+    if root is not None and root.tag == "mujoco":
+        from planner.robots.files.mjcf import read_mjcf
+
+        files = read_mjcf(path)
+    else:
+        files = RobotFiles(text, meshes={} if root is None else _meshes(root, path, packages))
+    urdf = files.urdf if calibration is None else with_calibration(files.urdf, calibration)
+    urdf = urdf if joint_limits is None else with_joint_limits(urdf, joint_limits)
+    return replace(files, urdf=urdf)
+
+
+def _root(text: str) -> Element | None:
+    """Return the root element of a document; None: it is not plain XML, which the reader of URDF reports."""
+    try:
+        element: Element = fromstring(text, forbid_dtd=True)
+    except (ParseError, ValueError):
+        return None
+    return element
+
+
+def _meshes(root: Element, file: Path, packages: Sequence[Path]) -> dict[str, bytes]:
+    """Return the collision meshes that a URDF names and that are there."""
+    found: dict[str, bytes] = {}
+    for mesh in root.iterfind(".//collision/geometry/mesh"):
+        name = mesh.get("filename", "")
+        scheme, separator, rest = name.partition("://")
+        package, _, relative = rest.partition("/")
+        if separator and scheme in PACKAGE_SCHEMES:
+            own = package_folder(package, file, packages)
+            folders = [] if own is None else [own]
+        else:
+            relative, folders = name, [file.resolve().parent, *_workspace(file), *packages]
+        read = (meshes_in_folder(folder)(relative) for folder in folders)
+        data = next((each for each in read if each is not None), None)
+        if data is not None:
+            found[name] = data
+    return found
+
+
+def _workspace(file: Path) -> list[Path]:
+    """Return the folder that has the ROS package of a file; empty if the file is in none."""
+    found = [folder.parent for folder in file.resolve().parents if (folder / "package.xml").is_file()]
+    return found[:1]

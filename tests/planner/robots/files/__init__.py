@@ -1,0 +1,1 @@
+"""Robots in files of other programs."""
