@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from planner.certificate.checks import Check
 from planner.problems.problem import JointMotion
 from planner.problems.transitions import StopTransition
-from planner.tool_motions.path_distances import CHORDS, farthest_from_path, joints_farthest_from_path
+from planner.tool_motions.path_distances import CHORDS, farthest_from_path
+from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from planner.guarantees import LeavesStraightMotions
     from planner.problems.problem import AnyWaypoint
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial
     from planner.trajectories.trajectory import Trajectory
 
 TOOL_DEVIATION = "tool_deviation"
@@ -60,11 +62,12 @@ def certify_joint_motions(
         straight = np.linspace(positions[segment], positions[segment + 1], CHORDS + 1)
         stops = not (passed[segment] or passed[segment + 1])
         found = farthest_from_path(robot, trajectory, first, last, straight)
-        of_tool.append(_check(TOOL_DEVIATION, None, found, allowed.max_deviation, stops))
-        found = joints_farthest_from_path(trajectory, first, last, straight)
-        away = np.abs(trajectory.evaluate(np.array([found[1]]), [0])[0] - straight)
-        joint = robot.joint_names[int(away[away.max(axis=1).argmin()].argmax())]
-        of_joints.append(_check(JOINT_DEVIATION, joint, found, allowed.max_joint_deviation, stops))
+        of_tool.append(_check(TOOL_DEVIATION, None, found, allowed.max_deviation, stops, "sampled"))
+        pieces = trajectory.segments == segment
+        away, since, farthest = farthest_joint(trajectory.of(pieces), *positions[segment : segment + 2])
+        found = away, float(trajectory.breakpoints[pieces.argmax()]) + since
+        joint = robot.joint_names[farthest]
+        of_joints.append(_check(JOINT_DEVIATION, joint, found, allowed.max_joint_deviation, stops, "exact"))
     return [
         max(checks, key=lambda check: (check.enforced and not check.satisfied, check.peak))
         for checks in (of_tool, of_joints)
@@ -72,7 +75,52 @@ def certify_joint_motions(
     ]
 
 
-def _check(quantity: str, joint: str | None, found: tuple[float, float], limit: float | None, stops: bool) -> Check:
+def farthest_joint(motion: PiecewisePolynomial, start: FloatArray, end: FloatArray) -> tuple[float, float, int]:
+    """Find the largest distance of any joint from the straight motion between two joint positions, exactly.
+
+    Let r be the joint position less `start`, and d the straight motion. A distance is enough if for each joint some u
+    from 0 to 1 has |r_i - u d_i| within it. These u are an interval for each joint, and intervals have a common point
+    if any two of them have one (Helly's theorem). So the distance is the largest of |r_i d_j - r_j d_i| / (|d_i| +
+    |d_j|) for two joints, and of the distances of r_i from the range of u d_i for one joint: polynomials of time.
+
+    Args:
+        motion: Joint positions by time.
+        start: (joints,), rad or m.
+        end: (joints,), another joint position, rad or m.
+
+    Returns:
+        The distance, rad or m, its time since the start of the motion, s, and the index of the joint.
+    """
+    way = end - start
+    size, moving, fixed = np.abs(way), np.flatnonzero(way), np.flatnonzero(way == 0.0)
+    one = np.eye(len(way))
+    first, second = moving[np.column_stack(np.triu_indices(len(moving), 1))].T
+    pairs = (one[first] * way[second, None] - one[second] * way[first, None]) / (size[first] + size[second])[:, None]
+    ahead = one[moving] * np.sign(way[moving])[:, None]
+    rows = np.concatenate([pairs, one[fixed], -ahead, ahead])
+    beyond = np.zeros(len(rows))
+    beyond[len(rows) - len(moving) :] = size[moving]
+    positions = derivatives_on_unit_time(motion, 1)[0].minus(start)
+    distances = UnitPolynomials(rows @ positions.coefficients, rows @ positions.bernstein).minus(beyond)
+    # Before the start and beyond the end only positive values are distances.
+    directions = np.ones((2, *distances.bernstein.shape[:2]))
+    directions[0, :, len(rows) - 2 * len(moving) :] = 0.0
+    found = largest_magnitudes(distances, directions[1], np.zeros(len(motion.lengths), dtype=int), directions)
+    piece, row, unit = int(found.pieces[0]), int(found.joints[0]), float(found.units[0])
+    time = float(motion.breakpoints[piece] + unit * motion.lengths[piece])
+    joint = int(np.concatenate([first, fixed, moving, moving])[row])
+    is_distance = directions[0, 0, row] or found.values[0] > 0.0
+    return abs(float(found.values[0])) if is_distance else 0.0, time, joint
+
+
+def _check(
+    quantity: str,
+    joint: str | None,
+    found: tuple[float, float],
+    limit: float | None,
+    stops: bool,
+    method: Literal["exact", "sampled"],
+) -> Check:
     """Return the check of a segment from its largest distance and time; enforced from stop to stop only."""
     away, time = found
     return Check(
@@ -82,7 +130,7 @@ def _check(quantity: str, joint: str | None, found: tuple[float, float], limit: 
         limit=limit,
         ratio=None if limit is None else away / limit,
         time=time,
-        method="sampled",
+        method=method,
         enforced=stops,
         bounded=True,
     )

@@ -34,6 +34,12 @@ KIND_OF: Mapping[Constraint, int] = {
 BOUND_KNOWN_TO = 1e-6
 """Relative amount by which the bound on a peak may exceed a value that is reached."""
 
+TOO_FAR_OFF = (
+    "`waypoints` must be so near that the deviation of the tool from its path can be bounded; a joint travels too far. "
+    "Add waypoints between them, or ask for shorter motions."
+)
+"""Message for a motion whose deviation from requested paths would need too many intervals."""
+
 MOST_INTERVALS = 1_000_000
 """Number of intervals evaluated in addition to the pieces of a motion; they take about 2 s."""
 
@@ -101,7 +107,7 @@ def bound_by_robot(
             robot = dynamics.robots[index]
             found = bound_peaks(_tool_chain(robot), pieces, of_robot, wish, peaks, _pieces_of_curves(robot), own)
         except TooManySamples:
-            raise InvalidProblem([(("limits",), TOO_FAR)]) from None
+            raise InvalidProblem([(("limits",), TOO_FAR) if paths is None else (("waypoints",), TOO_FAR_OFF)]) from None
         higher, at = found.reached > peaks.reached, peaks.pieces.copy()
         at[higher] = rows[found.pieces[higher]]
         peaks = found._replace(pieces=at)
