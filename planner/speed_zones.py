@@ -39,16 +39,16 @@ Such an interval is closer than the requested distance plus twice this value.
 FIRST_PARTS = 32
 """Number of intervals that a motion is cut into at first."""
 
-KNOWN_TO = 5e-3
+SPEED_BOUND_EXCESS = 5e-3
 """Relative amount by which the bound on a speed may exceed the largest speed that was seen."""
 
 DECIDED_TO = 1e-4
 """The same where that decides whether a limit is kept."""
 
-FINEST = 1e-3
+ZONE_TIME_ACCURACY = 1e-3
 """Accuracy of the times at which a motion is too fast, as a fraction of its duration."""
 
-MOST_INTERVALS = 50_000
+MOST_ZONE_INTERVALS = 50_000
 """The largest number of intervals with bounds on speeds.
 
 Beyond it, the bounds found so far stand.
@@ -278,7 +278,8 @@ def most_speed(
     A joint j moves a point with J_j(q) q_j'. Within an interval, the Bernstein coefficients bound the deviation of q_j'
     from its value in the middle. The joints before j turn J_j by at most the sum of their excursions. The joint j and
     the joints after it move the point by at most the bound in the proof of clearances. The function halves intervals
-    until the bound of each is within `KNOWN_TO` of a reached speed, or `DECIDED_TO` if the limit lies between the two.
+    until the bound of each is within `SPEED_BOUND_EXCESS` of a reached speed, or `DECIDED_TO` if the limit lies between
+    the two.
 
     Args:
         bodies: The moving bodies.
@@ -301,10 +302,10 @@ def most_speed(
         fastest = int(speeds.max(axis=1).argmax())
         if (speed := float(speeds[fastest].max())) > seen:
             seen, time = speed, float(starts[fastest] + ends[fastest]) / 2.0
-        is_open = most > seen * (1.0 + KNOWN_TO)
+        is_open = most > seen * (1.0 + SPEED_BOUND_EXCESS)
         if seen <= limit:
             is_open |= most > max(limit, seen * (1.0 + DECIDED_TO))
-        is_open &= looked_at < MOST_INTERVALS
+        is_open &= looked_at < MOST_ZONE_INTERVALS
         is_open &= ends - starts > ROUNDING * float(motion.breakpoints[-1])
         bound = max(bound, float(most[~is_open].max(initial=0.0)))
         waiting = np.concatenate([waiting, _halved(now[is_open])])
@@ -321,18 +322,19 @@ def fast_intervals(bodies: Bodies, motion: PiecewisePolynomial, intervals: Float
         limit: The speed, m/s.
 
     Returns:
-        Intervals (M, 2), s, ascending and apart from each other; at their ends up to `FINEST` of the motion too long.
+        Intervals (M, 2), s, ascending and apart from each other; at their ends up to `ZONE_TIME_ACCURACY` of the
+        motion too long.
     """
     rates = PiecewisePolynomial(motion.lengths, motion.derivative_coefficients(1))
     waiting, fast, looked_at = _without_jumps(rates, intervals), [np.empty((0, 2))], 0
-    shortest = FINEST * float(motion.breakpoints[-1])
+    shortest = ZONE_TIME_ACCURACY * float(motion.breakpoints[-1])
     while len(waiting):
         now, waiting = waiting[:INTERVALS_AT_ONCE], waiting[INTERVALS_AT_ONCE:]
         looked_at += len(now)
         speeds, changes = _speeds_within(bodies, motion, rates, now)
         may_be = (speeds + changes).max(axis=1, initial=0.0) * (1.0 + ROUNDING) > limit
         is_fast = (speeds - changes).max(axis=1, initial=0.0) > limit
-        is_fast |= (now[:, 1] - now[:, 0] <= shortest) | (looked_at >= MOST_INTERVALS)
+        is_fast |= (now[:, 1] - now[:, 0] <= shortest) | (looked_at >= MOST_ZONE_INTERVALS)
         fast.append(now[may_be & is_fast])
         waiting = np.concatenate([waiting, _halved(now[may_be & ~is_fast])])
     found = np.concatenate(fast)

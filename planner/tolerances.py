@@ -48,3 +48,6 @@ the multiples of a period.
 ROUNDING = 1e-12
 """Relative difference of two numbers that rounding alone makes: some thousand units in the last place, as after a few
 hundred operations."""
+
+BISECTIONS = 60
+"""Steps of bisection after which a number is as exact as a floating-point number of 53 bits."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.proofs.checker import JOINT_CLAIMS, PARTS, Motion, Proof, digest
+from planner.proofs.checker import DIGESTED, JOINT_CLAIMS, Motion, Proof, digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -20,7 +20,7 @@ NOTICEABLE = 1e-3
 
 def with_digests(content: Content) -> Content:
     """Write the digests anew, as a forger would."""
-    content["digests"] = {name: digest(content[name]) for name in PARTS}
+    content["digests"] = {name: digest(content[name]) for name in DIGESTED}
     return content
 
 
@@ -203,7 +203,7 @@ def numbers_of(value: Any) -> Iterator[tuple[Any, Any]]:
 def with_any_number_changed(content: Content, generator: np.random.Generator) -> Content:
     """Change any number of the file, by its last bit or by much; the claims may still be true."""
     changed = copy.deepcopy(content)
-    found = list(numbers_of({name: changed[name] for name in PARTS}))
+    found = list(numbers_of({name: changed[name] for name in DIGESTED}))
     where, key = found[int(generator.integers(len(found)))]
     factor = generator.choice([0.0, -1.0, 0.5, 1.1, 2.0, 1e6])
     where[key] = float(np.nextafter(where[key], np.inf)) if generator.random() < 0.5 else where[key] * float(factor)

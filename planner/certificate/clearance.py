@@ -30,7 +30,7 @@ CLEARANCE_TOLERANCE = 1e-3
 SAMPLES_BEFORE_CONTACT = 256
 """Number of times at which a pair that is too near is looked at to tell when it first is."""
 
-BISECTIONS = 30
+CONTACT_TIME_HALVINGS = 30
 """Number of halvings of the time of first contact: to a billionth of a step between two samples."""
 
 
@@ -328,7 +328,7 @@ def _first_contact(checker: CollisionChecker, trajectory: Trajectory, hit: Neare
     seen = (k for k in range(1, len(times)) if is_near(checker.separate(placements, k, hit.pair).distance))
     near = next(seen, len(times) - 1)  # rounding may put a pair on the other side of the tolerance there
     low, high = times[near - 1], times[near]
-    for _ in range(BISECTIONS):
+    for _ in range(CONTACT_TIME_HALVINGS):
         middle = (low + high) / 2.0
         placement = checker.bodies.at(trajectory.evaluate(np.array([middle]), [0])[0])
         if is_near(checker.separate(placement, 0, hit.pair).distance):

@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial
 
-LOOKS = 64
+CURVE_CHORDS = 64
 """Number of chords that stand for each piece of a curve until the parameters are refined."""
 
-STEPS = 6
+GAUSS_NEWTON_STEPS = 6
 """Number of Gauss-Newton steps towards the nearest point on the curve: its pieces hardly bend."""
 
 SECTIONS = 20
@@ -25,10 +25,10 @@ SECTIONS = 20
 ON_CURVE = 1e-5
 """Distance of a sample from the curve, rad or m, up to which its parameter is found: time takes joints 1e-6 off it."""
 
-ROWS = 256
+COMPARED_SAMPLES = 256
 """Number of samples that are compared with the whole curve at once, which bounds the memory that it takes."""
 
-TINY = 1e-300
+LEAST_SQUARE = 1e-300
 """Square of a slope, rad^2 or m^2, by which nothing is divided: there the curve stands still."""
 
 
@@ -42,14 +42,17 @@ def parameters_on(curve: PiecewisePolynomial, samples: FloatArray) -> FloatArray
         curve: Joint positions over u from 0 to 1.
         samples: Joint positions, in order.
     """
-    u = np.append((curve.breakpoints[:-1, None] + curve.lengths[:, None] * np.arange(LOOKS) / LOOKS).ravel(), 1.0)
+    u = np.append(
+        (curve.breakpoints[:-1, None] + curve.lengths[:, None] * np.arange(CURVE_CHORDS) / CURVE_CHORDS).ravel(),
+        1.0,
+    )
     (positions,) = curve.evaluate(u, [0])
     gone, travel = (
         np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))]) for q in (samples, positions)
     )
-    found, away = _refined(curve, samples, np.interp(gone / max(float(gone[-1]), TINY) * travel[-1], travel, u))
+    found, away = _refined(curve, samples, np.interp(gone / max(float(gone[-1]), LEAST_SQUARE) * travel[-1], travel, u))
     missed = np.flatnonzero(away > ON_CURVE)
-    for rows in np.split(missed, range(ROWS, len(missed), ROWS)):
+    for rows in np.split(missed, range(COMPARED_SAMPLES, len(missed), COMPARED_SAMPLES)):
         nearest = _nearest_chords(samples[rows], positions)
         first, last = u[np.maximum(nearest - 1, 0)], u[np.minimum(nearest + 2, len(u) - 1)]
         found[rows] = _refined(curve, samples[rows], _between(curve, samples[rows], first, last))[0]
@@ -58,9 +61,10 @@ def parameters_on(curve: PiecewisePolynomial, samples: FloatArray) -> FloatArray
 
 def _refined(curve: PiecewisePolynomial, samples: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return parameters (N,) nearest to samples (N, joints) from guesses (N,) on, and the distances (N,) from there."""
-    for _ in range(STEPS):
+    for _ in range(GAUSS_NEWTON_STEPS):
         q, slope = curve.evaluate(u, [0, 1])
-        u = np.clip(u + ((samples - q) * slope).sum(axis=1) / np.maximum((slope * slope).sum(axis=1), TINY), 0.0, 1.0)
+        squares = np.maximum((slope * slope).sum(axis=1), LEAST_SQUARE)
+        u = np.clip(u + ((samples - q) * slope).sum(axis=1) / squares, 0.0, 1.0)
     away: FloatArray = np.linalg.norm(samples - curve.evaluate(u, [0])[0], axis=1)
     return u, away
 
@@ -68,7 +72,7 @@ def _refined(curve: PiecewisePolynomial, samples: FloatArray, u: FloatArray) -> 
 def _nearest_chords(samples: FloatArray, corners: FloatArray) -> np.ndarray:
     """Return the chord (N,) of the polygon through corners (M, joints) that is nearest to each sample (N, joints)."""
     chords = np.diff(corners, axis=0)
-    squares = np.maximum((chords**2).sum(axis=1), TINY)
+    squares = np.maximum((chords**2).sum(axis=1), LEAST_SQUARE)
     # Of s - a and a chord w: |s - a|^2 and (s - a) w, without an array of samples by chords by joints.
     products = samples @ chords.T - (corners[:-1] * chords).sum(axis=1)
     shares = np.clip(products / squares, 0.0, 1.0)

@@ -33,7 +33,7 @@ accelerations.
 ROS 2's joint_trajectory_controller chooses it by the columns that it receives.
 """
 
-SHORTEST_STEP = 1e-20
+LEAST_SAMPLE_PERIOD = 1e-20
 """The shortest time between two samples, s: times near 1 s differ by ten thousand times as much. The derivatives over
 much shorter steps overflow."""
 
@@ -186,9 +186,9 @@ def _sample_faults(
         return [(("samples", "time"), "at least two samples are needed")]
     if not np.isfinite(time).all():
         faults.append((("samples", "time"), "must be finite numbers"))
-    backwards = np.flatnonzero(np.diff(time) < SHORTEST_STEP)
+    backwards = np.flatnonzero(np.diff(time) < LEAST_SAMPLE_PERIOD)
     if len(backwards):
-        message = f"time must increase strictly, by {SHORTEST_STEP:g} s at least"
+        message = f"time must increase strictly, by {LEAST_SAMPLE_PERIOD:g} s at least"
         faults.append((("samples", "time", int(backwards[0]) + 1), message))
     for name, values in (("position", position), ("velocity", velocity), ("acceleration", acceleration)):
         if values is not None and values.shape != (len(time), robot.dof):

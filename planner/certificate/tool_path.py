@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
     from planner.waypoints.solve import SolvedWaypoint
 
-SAMPLES = np.linspace(0.0, 1.0, 9)
+PATH_SAMPLE_TIMES = np.linspace(0.0, 1.0, 9)
 """Unit times on each piece at which the deviation from paths other than lines and circles is sampled."""
 
 PATH_DEVIATIONS = ("path_position_deviation", "path_orientation_deviation")
@@ -146,7 +146,7 @@ def _deviations(
         motion, requested = solved[segment + 1].tool_motion, waypoints[segment + 1].motion
         free = requested.free if isinstance(requested, CartesianMotion) else None
         if motion and (free or isinstance(motion.path, Polyline | PoseSpline)):
-            of_curve = sampled(pieces, SAMPLES)
+            of_curve = sampled(pieces, PATH_SAMPLE_TIMES)
             if len(of_curve.times):
                 u = parameters_on(motion.curve, of_curve.joints)
                 if isinstance(motion.path, Polyline | PoseSpline):

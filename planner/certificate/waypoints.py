@@ -15,6 +15,7 @@ from planner.certificate.checks import Check
 from planner.certificate.goal_regions import nearest_in_region
 from planner.certificate.lines_and_circles import angles_of
 from planner.kinematics.forward import tool_pose
+from planner.kinematics.turns import TURN
 from planner.problems.motion_around import as_requested
 from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, ViaWaypoint
 from planner.problems.regions import region_of
@@ -36,9 +37,6 @@ PASSING_VELOCITY = "passing_velocity_error"
 
 CLOSE_ENOUGH = 1e-6
 """Rounding error of a requested velocity, relative to the largest of all joints there."""
-
-TURN = 2.0 * np.pi
-"""A whole turn, rad."""
 
 
 @dataclass(frozen=True, eq=False)

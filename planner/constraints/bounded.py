@@ -40,7 +40,7 @@ TOO_FAR_OFF = (
 )
 """Message for a motion whose deviation from requested paths would need too many intervals."""
 
-MOST_INTERVALS = 1_000_000
+MOST_BOUND_PARTS = 1_000_000
 """Number of intervals evaluated in addition to the pieces of a motion; they take about 2 s."""
 
 MOST_INTERVALS_OF_PIECE = 24
@@ -94,7 +94,12 @@ def bound_by_robot(
     """
     derivatives, lengths = motion
     wish = np.array(
-        [known_to, 1.0 + LIMIT_TOLERANCE, TIGHTEST_BEND, MOST_INTERVALS + MOST_INTERVALS_OF_PIECE * len(lengths)]
+        [
+            known_to,
+            1.0 + LIMIT_TOLERANCE,
+            TIGHTEST_BEND,
+            MOST_BOUND_PARTS + MOST_INTERVALS_OF_PIECE * len(lengths),
+        ]
     )
     robots = dynamics.indices_on(segments)
     peaks = BoundedPeaks.nothing(int(columns.quantities.max()) + 1)

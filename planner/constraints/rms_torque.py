@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.constraints.bounded import MOST_INTERVALS, MOST_INTERVALS_OF_PIECE
+from planner.constraints.bounded import MOST_BOUND_PARTS, MOST_INTERVALS_OF_PIECE
 from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidProblem
 from planner.kernels.bounded_peaks import Motion
@@ -63,7 +63,7 @@ def bound_rms_torque(
     robots = np.broadcast_to(
         0 if len(dynamics.robots) == 1 else dynamics.indices[trajectory.segments], trajectory.segments.shape
     )
-    most = MOST_INTERVALS + MOST_INTERVALS_OF_PIECE * len(robots)
+    most = MOST_BOUND_PARTS + MOST_INTERVALS_OF_PIECE * len(robots)
     for index in np.unique(robots).tolist():
         rows, robot = np.flatnonzero(robots == index), dynamics.robots[index]
         if not robot.has_dynamics:

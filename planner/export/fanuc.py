@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 MILLISECOND = 1e-3
 """The unit of the times of motions, s."""
 
-MOST_EXTERNAL = 3
+FANUC_EXTERNAL_AXES = 3
 """The most external axes of a group, E1 to E3."""
 
 MOST_POINTS = 32_000
@@ -43,7 +43,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
             rest. Or the arm does not have six revolute joints, has too many external axes, or the plan has too many
             points.
     """
-    motions = moves(plan, "LS", options.sample_period, MOST_EXTERNAL)
+    motions = moves(plan, "LS", options.sample_period, FANUC_EXTERNAL_AXES)
     units = ["deg"] * JOINTS + units_of(plan.path.robot)
     statements, points = [f"!{remark} ;" for remark in REMARKS], [motions[0].position[0]]
     statements += ["UFRAME_NUM=0 ;", "UTOOL_NUM=1 ;", "J P[1] 5% FINE ;"]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from planner.export.programs import Move
     from planner.plans.result import Plan
 
-MOST_EXTERNAL = 6
+KRL_EXTERNAL_AXES = 6
 """The most external axes that KRL has, E1 to E6."""
 
 OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,23}"
@@ -33,7 +33,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
             rest. Or the arm does not have six revolute joints, or has too many external axes.
     """
     robot = plan.path.robot
-    motions = moves(plan, "KRL", options.sample_period, MOST_EXTERNAL)
+    motions = moves(plan, "KRL", options.sample_period, KRL_EXTERNAL_AXES)
     start = numbers(motions[0].position[0])
     near = zip(_axes(start), tolerances_of(robot), strict=True)
     away = " OR ".join(f"(ABS($AXIS_ACT.{axis} - ({value})) > {most:.3f})" for (axis, value), most in near)

@@ -32,7 +32,7 @@ APPROACH = 1.0
 MILLIMETRES = 1e3
 """Millimetres in a metre: the unit in which programs have axes that slide."""
 
-SHORTEST_PERIOD = 0.004
+PROGRAM_SAMPLE_PERIOD = 0.004
 """The shortest sample period that programs take, s: controllers interpolate points no faster than that."""
 
 
@@ -82,8 +82,8 @@ def moves(plan: Plan, language: str, period: float, most_external: int = 0) -> l
     if robot.dof - external != JOINTS or not robot.is_angle[external:].all() or external > most_external:
         axes = f" and {most_external} external axes at most" if most_external else ""
         raise UnsupportedFormat(f"{language} moves arms of {JOINTS} joints that turn{axes}, which {robot.id} is not")
-    if period < SHORTEST_PERIOD:
-        raise UnsupportedFormat(f"{language} takes points {SHORTEST_PERIOD:g} s apart or more, not {period:g} s")
+    if period < PROGRAM_SAMPLE_PERIOD:
+        raise UnsupportedFormat(f"{language} takes points {PROGRAM_SAMPLE_PERIOD:g} s apart or more, not {period:g} s")
     return list(_between(plan, stops(plan, language), period, _outputs(plan), language))
 
 

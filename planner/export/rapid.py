@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from planner.kinematics import FloatArray
     from planner.plans.result import Plan
 
-MOST_EXTERNAL = 6
+RAPID_EXTERNAL_AXES = 6
 """The most external axes that RAPID has, eax_a to eax_f."""
 
 NO_AXIS = "9E9"
@@ -38,7 +38,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
             rest. Or the arm does not have six revolute joints, or has too many external axes.
     """
     robot = plan.path.robot
-    motions = moves(plan, "RAPID", options.sample_period, MOST_EXTERNAL)
+    motions = moves(plan, "RAPID", options.sample_period, RAPID_EXTERNAL_AXES)
     start, period = numbers(motions[0].position[0]), options.sample_period
     near = zip(NAMES, start, tolerances_of(robot), strict=False)
     away = " OR ".join(f"Abs(actual.{name}-({value}))>{most:.3f}" for name, value, most in near)
@@ -79,7 +79,7 @@ def _statements(move: Move) -> Iterator[str]:
 def _move(position: FloatArray, seconds: float, zone: str) -> str:
     """Return the motion to a position of all axes, in degrees and millimetres, the arm's first, in a time."""
     values = numbers(position)
-    external = [*values[JOINTS:], *[NO_AXIS] * MOST_EXTERNAL][:MOST_EXTERNAL]
+    external = [*values[JOINTS:], *[NO_AXIS] * RAPID_EXTERNAL_AXES][:RAPID_EXTERNAL_AXES]
     target = f"[[{','.join(values[:JOINTS])}],[{','.join(external)}]]"
     return f"MoveAbsJ {target},v1000\\T:={seconds:.6f},{zone},tool0;"
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.kinematics.turns import TURN
 from planner.scene import CONTACT_TOLERANCE
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
 
-STEP = 0.01
+BARRIER_STEP = 0.01
 """Distance between checked positions of the first joint, rad or m."""
 
 MOST_POSITIONS = 1000
@@ -28,9 +29,6 @@ FINEST_INTERVAL = 0.01
 
 OVERLAP = 2.0 * CONTACT_TOLERANCE
 """Distance below its margin at which a pair collides beyond doubt, m."""
-
-TURN = 2.0 * np.pi
-"""Angle after which a joint is back at the same place, rad."""
 
 
 class Barrier(NamedTuple):
@@ -77,7 +75,7 @@ def find_barrier(
 
 def _blocking_objects(robot: Robot, checker: CollisionChecker, start: FloatArray, end: float, joints: int) -> set[str]:
     """Return the names of the objects at a barrier between a start (joints,) and a position of the first joint."""
-    count = min(int(np.ceil(abs(end - start[0]) / STEP)) + 1, MOST_POSITIONS)
+    count = min(int(np.ceil(abs(end - start[0]) / BARRIER_STEP)) + 1, MOST_POSITIONS)
     first = np.linspace(start[0], end, count)
     names: list[set[str]] = [set() for _ in first]
     middle, half = (0.0, 0.0) if joints == 1 else _second_range(robot)

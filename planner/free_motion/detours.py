@@ -24,7 +24,7 @@ from planner.problems.motion_around import FixedWaypoint, FreeMotion, as_request
 from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, ViaWaypoint, Waypoint
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.scene import is_free
-from planner.waypoints.goal_regions import MOST_TRIED, positions_in_region
+from planner.waypoints.goal_regions import MOST_TRIED_POSITIONS, positions_in_region
 from planner.waypoints.pinned import pinned_robots
 from planner.waypoints.targets import first_fixing
 
@@ -54,7 +54,7 @@ LONGEST_TRAVEL = 1e3
 A motion is checked at ten joint positions per radian, and a million radians would exceed the memory.
 """
 
-MOST_GOALS = 12
+MOST_REGION_GOALS = 12
 """Largest number of end positions of a free motion in a tolerance region, besides the chosen pose."""
 
 GOALS_APART = 0.4
@@ -296,12 +296,12 @@ def apart(
         positions: (N, joints), rad or m.
         start: (joints,).
         leads_on: Tells whether the motions of the tool that follow a joint position (joints,) keep clear. It is called
-            `MOST_TRIED` times at most. None: no such motion follows.
+            `MOST_TRIED_POSITIONS` times at most. None: no such motion follows.
     """
     left = positions[np.linalg.norm(positions - start, axis=1).argsort(kind="stable")]
     found: list[FloatArray] = []
-    for _ in range(MOST_TRIED):
-        if not len(left) or len(found) == MOST_GOALS:
+    for _ in range(MOST_TRIED_POSITIONS):
+        if not len(left) or len(found) == MOST_REGION_GOALS:
             break
         position, left = left[0], left[1:]
         if leads_on is None or leads_on(position):

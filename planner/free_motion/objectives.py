@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.trajectory import Trajectory
 
-LEAST_TIME = 1e-3
+LEAST_UNIT_TIME = 1e-3
 """The least time for a radian or a metre, s, assumed for joints without a velocity limit."""
 
 
@@ -83,7 +83,7 @@ class Estimate:
             return 0.0
         corners = positions[np.append(moving, True)]
         steps = np.diff(corners, axis=0)
-        times = np.maximum((np.abs(steps) / self._velocity).max(axis=1), LEAST_TIME * legs[moving])
+        times = np.maximum((np.abs(steps) / self._velocity).max(axis=1), LEAST_UNIT_TIME * legs[moving])
         still = np.zeros((1, steps.shape[1]))
         changes = np.diff(np.concatenate([still, steps / times[:, None], still]), axis=0)
         turns = (np.abs(changes) / self._acceleration).max(axis=1)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from planner.free_motion.edges import FreeEdges
     from planner.spatial import FloatArray
 
-LEAST_GAIN = 1e-3
+LEAST_CHANGE_GAIN = 1e-3
 """The smallest relative gain of a change that is worth a check."""
 
 MOVED = 0.5
@@ -76,7 +76,7 @@ def refined(
         if len(positions) < 3 or not edges.has_budget:
             break
         change = _changed(positions, within, rng)
-        if change is None or (costs := cost(change.positions)) > (1.0 - LEAST_GAIN) * least:
+        if change is None or (costs := cost(change.positions)) > (1.0 - LEAST_CHANGE_GAIN) * least:
             continue
         new = change.positions[change.first : change.last + 1]
         if all(edges.seems_free(*new[k : k + 2]) for k in range(len(new) - 1)):

@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from planner.free_motion.edges import FreeEdges
     from planner.spatial import FloatArray
 
-STEP = 0.75
+LONGEST_EDGE = 0.75
 """The longest edge, rad (a metre counts as a radian): about the free space around a joint position in the open."""
 
-FIRST_RADIUS = 4.0 * STEP
+FIRST_RADIUS = 4.0 * LONGEST_EDGE
 """Largest distance of random positions from a node, rad or m, after a motion from the node was blocked."""
 
-LEAST_RADIUS = STEP
+LEAST_RADIUS = LONGEST_EDGE
 """Smallest such distance."""
 
 CHANGE = 0.1
@@ -151,7 +151,7 @@ class Trees:
         """Go one step from the position of a row of a tree towards a target (joints,)."""
         start = tree.positions[origin]
         distance = float(np.linalg.norm(target - start))
-        end = target if distance <= STEP else start + (target - start) * (STEP / distance)
+        end = target if distance <= LONGEST_EDGE else start + (target - start) * (LONGEST_EDGE / distance)
         return tree.add(end, origin) if self.edges.seems_free(start, end) else None
 
     def _connect(self, tree: Tree, target: FloatArray) -> int | None:

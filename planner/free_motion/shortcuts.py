@@ -16,7 +16,7 @@ MOST_CUTS = 100
 FRUITLESS_CUTS = 20
 """The number of cuts in a row without a gain after which a path counts as short."""
 
-LEAST_GAIN = 0.01
+LEAST_CUT_GAIN = 0.01
 """The smallest relative gain of a cut that is worth a proof."""
 
 LEAST_LEG = 0.05
@@ -87,7 +87,7 @@ def _cut(edges: FreeEdges, positions: FloatArray, first: float, second: float) -
         return None
     shares = (where - passed[[i, j]]) / legs[[i, j]]
     start, end = positions[[i, j]] + (positions[[i + 1, j + 1]] - positions[[i, j]]) * shares[:, None]
-    if np.linalg.norm(end - start) > (1.0 - LEAST_GAIN) * (where[1] - where[0]) or not edges.seems_free(start, end):
+    if np.linalg.norm(end - start) > (1.0 - LEAST_CUT_GAIN) * (where[1] - where[0]) or not edges.seems_free(start, end):
         return None
     return np.concatenate([positions[: i + 1], [start, end], positions[j + 1 :]])
 

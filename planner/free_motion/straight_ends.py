@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
 
-LINES = (0.3, 0.2, 0.1, 0.05)
+RETRACT_LENGTHS = (0.3, 0.2, 0.1, 0.05)
 """Lengths of the lines along which the tool may retract, m; the longest free one is used."""
 
 LEG = 0.02
 """Length of the straight joint motions that approximate such a line within 0.1 mm, m."""
 
-MOST_GOALS = 4
+MOST_RETRACTED_GOALS = 4
 """Largest number of goals from which the tool retracts."""
 
 SHARE = 0.25
@@ -58,7 +58,7 @@ def find_path_with_straight_ends(
     """
     edges = FreeEdges(checker, inf)
     out = _line_back(edges, robots[0], start, options)
-    lines = [_line_back(edges, robots[1], goal, options) for goal in goals[:MOST_GOALS]]
+    lines = [_line_back(edges, robots[1], goal, options) for goal in goals[:MOST_RETRACTED_GOALS]]
     for first in [start[None], out][: len(out)]:
         if len(first) == 1 and all(len(line) == 1 for line in lines):
             continue  # that is the search without lines
@@ -74,7 +74,7 @@ def find_path_with_straight_ends(
 def _line_back(edges: FreeEdges, robot: Robot, position: FloatArray, options: InverseKinematicsOptions) -> FloatArray:
     """Return joint positions (positions, joints) back along the tool's axis; the first one alone where none is free."""
     here = tool_pose(robot, position)
-    for length in LINES:
+    for length in RETRACT_LENGTHS:
         there = Pose(here.position - length * np.asarray(here.rotation)[:, 2], here.rotation)
         waypoint = PoseWaypoint(there, motion=LinearMotion())
         followed = follow_motion(RequestedMotion(robot, options, 0, waypoint, here, there), position)

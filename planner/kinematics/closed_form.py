@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
     ComplexArray = NDArray[np.complex128]
 
-NEARLY = 1e-3
+NEARLY_REAL = 1e-3
 """A candidate that exists but for so little (imaginary part, cosine beyond 1) is kept: polishing decides."""
 
-FLAT = 1e-6
+PARALLEL_SINGULAR_VALUE = 1e-6
 """Singular value, relative to the largest, below which the first two axes of three count as meeting or parallel."""
 
 OFFSET = 1.0
@@ -41,7 +41,7 @@ EPSILON = 1e-9
 LEAST = 1e-15
 """Least leading coefficient of a quartic, relative to the others."""
 
-SAMPLES = 24
+CHECKED_CONFIGURATIONS = 24
 """Number of random configurations that a form must find again from their poses."""
 
 FOUND_AGAIN = 1e-2
@@ -71,7 +71,7 @@ def closed_form(screws: Screws, point: FloatArray | None) -> ClosedForm | None:
             forms = [SphericalWrist(screws, TurnAndSlides)]
     elif screws.is_angle.all() and point is not None and joints == 3:
         forms = [ThreeJoints(screws, screws.position + screws.rotation @ point)]
-    samples = np.random.default_rng(0).uniform(-np.pi, np.pi, (SAMPLES, joints))
+    samples = np.random.default_rng(0).uniform(-np.pi, np.pi, (CHECKED_CONFIGURATIONS, joints))
     for form in forms:
         positions, rotations, _ = screws.reach(samples, np.zeros(3) if point is None else point)
         with np.errstate(divide="ignore", invalid="ignore"):  # of an arm that has not what the form needs
@@ -199,7 +199,7 @@ class ThreeJoints:
         # Of u as the first axis sees it: what d gives, what the part along the second axis gives, and the part across.
         self.d_seen, self.along_seen, self.across_seen = (v @ self.first.across for v in (self.d, h2, self.across))
         self.left, self.values, self.right = np.linalg.svd(np.array([h1, self.d]) @ self.across.T)
-        self.is_flat = bool(self.values[1] <= FLAT * self.values[0])
+        self.is_flat = bool(self.values[1] <= PARALLEL_SINGULAR_VALUE * self.values[0])
         self.v_along, self.v_across = h2 @ self.v, self.across @ self.v
         offset, link = self.v[:, 2], self.v[:, :2]
         squared = np.array([*(2.0 * offset @ link), offset @ offset + link[:, 0] @ link[:, 0]])  # |v|^2
@@ -246,7 +246,7 @@ class TurnAndSlides:
         """Find up to two candidates."""
         wanted = positions - self.origin
         _, (lift,), (rising, level) = np.linalg.svd((self.slides @ self.axis)[None])
-        rising = rising / max(lift, FLAT) * np.sign(rising @ self.slides @ self.axis)
+        rising = rising / max(lift, PARALLEL_SINGULAR_VALUE) * np.sign(rising @ self.slides @ self.axis)
         shift = ((wanted - self.arm) @ self.axis)[:, None] * rising
         # Along `level` the slides keep the height: the distance is a quadratic in how far.
         start, way = self.arm + shift @ self.slides, level @ self.slides
@@ -350,7 +350,7 @@ def _angles_to_height(number: ComplexArray, height: FloatArray) -> FloatArray:
     """Return the angles q (..., 2) with Re(number exp(i q)) = height."""
     with np.errstate(divide="ignore", invalid="ignore"):
         cosine = height / np.abs(number)
-    half = np.arccos(np.minimum(np.maximum(np.where(np.abs(cosine) < 1.0 + NEARLY, cosine, np.nan), -1.0), 1.0))
+    half = np.arccos(np.minimum(np.maximum(np.where(np.abs(cosine) < 1.0 + NEARLY_REAL, cosine, np.nan), -1.0), 1.0))
     middle = -_argument(number)
     angles = np.empty((*half.shape, 2))
     angles[..., 0], angles[..., 1] = middle + half, middle - half
@@ -373,7 +373,7 @@ def _argument(numbers: ComplexArray) -> FloatArray:
 
 def _root(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the root of a - b; 0 where it lacks but little."""
-    exists = a - b > -NEARLY * (np.abs(a) + np.abs(b))
+    exists = a - b > -NEARLY_REAL * (np.abs(a) + np.abs(b))
     return np.sqrt(np.maximum(np.where(exists, a - b, np.nan), 0.0))
 
 
@@ -391,5 +391,5 @@ def _roots(forms: FloatArray) -> FloatArray:
     lower = [Q[:, 0, 0], 2.0 * Q[:, 0, 1], 2.0 * Q[:, 0, 2] + Q[:, 1, 1], 2.0 * Q[:, 1, 2]]
     companion[:, :, 3] = -np.stack(lower, axis=1) / leading[:, None]
     t = np.linalg.eigvals(companion)
-    real = np.abs(t.imag) < NEARLY * (1.0 + t.real**2)
+    real = np.abs(t.imag) < NEARLY_REAL * (1.0 + t.real**2)
     return np.where(real, OFFSET + 2.0 * np.arctan(t.real), np.nan)

@@ -41,7 +41,7 @@ It is about the accuracy of the inverse kinematics.
 NO_SIDES = np.array([SINGULAR_SIDE, 0.5 * SAME_SOLUTION, SINGULAR_SIDE])
 """The quantities of shoulder, m, elbow and wrist up to which a joint position is on neither side."""
 
-NEARLY = 1e-4
+PARALLEL_AXES_SINE = 1e-4
 """Sine of the angle of axes that count as parallel, and relative distance of axes that count as meeting.
 
 Robot models give angles with few digits (1.5708).
@@ -51,8 +51,8 @@ SHIFT = 0.03
 """Distance from a singular joint position that proves a configuration: an angle, rad, and a fraction of the arm's
 length.
 
-It exceeds the shift of singular joint positions by axes that are parallel or meet only up to `NEARLY`, some square root
-of it.
+It exceeds the shift of singular joint positions by axes that are parallel or meet only up to `PARALLEL_AXES_SINE`,
+some square root of it.
 """
 
 POINT_JOINTS = 3
@@ -67,13 +67,13 @@ WRIST = 4
 BYTES = 1024
 """Memory of what tells the configurations of one robot apart, bytes, about."""
 
-MOST_BYTES = 2**18
+CONFIGURATION_CACHE_BYTES = 2**18
 """Largest memory of cached data of the robots last used, bytes."""
 
 BEHIND = ("left", "down", "flip")
 """The names of shoulder, elbow and wrist where their quantities are negative."""
 
-AHEAD = ("right", "up", "no_flip")
+POSITIVE_NAMES = ("right", "up", "no_flip")
 """The names of shoulder, elbow and wrist where their quantities are positive."""
 
 
@@ -142,7 +142,7 @@ def configurations(robot: Robot, positions: ArrayLike) -> list[Configuration]:
     q = np.asarray(positions, dtype=np.float64).reshape(-1, robot.dof)
     named: list[Configuration] = []
     for row in _parts_of(robot).sides(q[:, len(robot.external_axes) :]).tolist():
-        names = [AHEAD[i] if side > 0.0 else BEHIND[i] if side < 0.0 else None for i, side in enumerate(row)]
+        names = [POSITIVE_NAMES[i] if side > 0.0 else BEHIND[i] if side < 0.0 else None for i, side in enumerate(row)]
         named.append(Configuration(*names))  # type: ignore[arg-type] # the names stand in the order of the fields
     return named
 
@@ -219,10 +219,10 @@ class _Links:
             None: their axes are not parallel, or the arm stands like a SCARA with all axes upright.
         """
         origin, (first, second), turning = screws.points[0], screws.axes[:2], screws.axes[1 : len(points)]
-        upwards = -first if first @ up < -NEARLY * np.linalg.norm(up) else first
+        upwards = -first if first @ up < -PARALLEL_AXES_SINE * np.linalg.norm(up) else first
         vertical = upwards - (upwards @ second) * second
         height = float(np.linalg.norm(vertical))
-        if height <= NEARLY or np.abs(np.cross(turning, second)).max() > NEARLY:
+        if height <= PARALLEL_AXES_SINE or np.abs(np.cross(turning, second)).max() > PARALLEL_AXES_SINE:
             return None
         frame = (np.cross(vertical, second) + 1j * vertical) / height
         seen = (np.array(points) - origin) @ frame
@@ -238,7 +238,7 @@ class _Links:
     def right(self) -> float:
         """The sign of x where the shoulder is right."""
         radial, aside = self.offset.real, self.aside
-        if max(abs(radial), abs(aside)) <= NEARLY * self.length:
+        if max(abs(radial), abs(aside)) <= PARALLEL_AXES_SINE * self.length:
             return 1.0
         return float(np.sign(radial if abs(radial) >= abs(aside) else aside))
 
@@ -301,7 +301,7 @@ class _Slide(NamedTuple):
         slides, rises = screws.axes[1:3], screws.axes[1:3] @ screws.axes[0]
         outwards = rises[0] * slides[1] - rises[1] * slides[0]
         length = float(np.linalg.norm(outwards)) * np.sign(rises[0] or 1.0)
-        if abs(length) <= NEARLY:
+        if abs(length) <= PARALLEL_AXES_SINE:
             return None
         outwards = outwards / length
         return cls(float((centre - screws.points[0]) @ outwards), slides @ outwards)
@@ -368,7 +368,7 @@ def _common_point(screws: Screws, first: int) -> FloatArray | None:
     centre = np.asarray(np.linalg.lstsq(across.reshape(-1, 3), right_side, rcond=None)[0], dtype=np.float64)
     away = np.linalg.norm((across @ (centre - points)[:, :, None])[..., 0], axis=1).max()
     reach = np.linalg.norm(np.diff(screws.points, axis=0), axis=1).sum()
-    return centre if away <= NEARLY * reach else None
+    return centre if away <= PARALLEL_AXES_SINE * reach else None
 
 
 def _straight(screws: Screws) -> float:
@@ -377,7 +377,7 @@ def _straight(screws: Screws) -> float:
     normal = np.cross(fourth, fifth)
     angle = float(np.arctan2(-(normal @ sixth), normal @ np.cross(fifth, sixth)))
     angle -= np.pi * round(angle / np.pi)
-    return angle - np.pi if angle > np.pi / 2.0 - NEARLY else angle
+    return angle - np.pi if angle > np.pi / 2.0 - PARALLEL_AXES_SINE else angle
 
 
-_known: LastUsed[_Parts] = LastUsed(MOST_BYTES, lambda parts: BYTES)
+_known: LastUsed[_Parts] = LastUsed(CONFIGURATION_CACHE_BYTES, lambda parts: BYTES)

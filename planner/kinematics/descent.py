@@ -37,7 +37,7 @@ MOST_SLIDES = 20
 SLID = 0.03
 """Share of the way to the reference that a continuum may still have in its tangent space: 5e-4 of the distance."""
 
-LEAST_SHARE = 3e-3
+LEAST_STEP_SHARE = 3e-3
 """Share of a step along a continuum that is tried last, each being a third of the one before."""
 
 LONGEST_SLIDE = 1.5
@@ -49,7 +49,7 @@ LEAST_DAMPING = 1e-13
 STEADY_SLIDE = Patience(slow=2, most=10)
 """The descent that brings the tool back after a step along a continuum."""
 
-SOLVED = 1e-9
+DESCENT_ERROR = 1e-9
 """Error (m, rad) up to which that has succeeded."""
 
 AT_LIMIT = 1e-6
@@ -133,12 +133,12 @@ class Target:
             ahead = np.where(step > 0.0, box.upper - q, q - box.lower)
             over = float((np.abs(step) / np.maximum(ahead, AT_LIMIT)).max())
             step /= max(1.0, over, float(np.abs(step).max()) / LONGEST_SLIDE)
-            while share > LEAST_SHARE:
+            while share > LEAST_STEP_SHARE:
                 trial = np.minimum(np.maximum(q + share * step, box.lower), box.upper)
                 (error,), (trial,) = self.descend(trial[None], box, STEADY_SLIDE)
                 missing_there = (reference - trial) / velocity
                 distance_there = float(missing_there.dot(missing_there)) ** 0.5
-                if error < SOLVED and distance_there < distance:
+                if error < DESCENT_ERROR and distance_there < distance:
                     break
                 share /= 3.0
             else:

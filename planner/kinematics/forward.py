@@ -47,6 +47,9 @@ OF_BENDS = (VELOCITIES[0], ACCELERATIONS[0])
 OF_PATH_SPEED = (*VELOCITIES, CENTRIPETAL)
 """The quantities that follow from the speed along a path alone."""
 
+LEAST_MANIPULABILITY = 1e-12
+"""Manipulability, in its own unit, below which a joint position counts as singular."""
+
 
 @overload
 def forward_kinematics(robot: Robot, positions: Sequence[float]) -> Pose: ...

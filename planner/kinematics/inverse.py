@@ -13,7 +13,7 @@ import numpy as np
 
 from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.forward import forward_kinematics, manipulability, tool_pose
-from planner.kinematics.nearest import MANY, nearest_in_turn, nearest_solution
+from planner.kinematics.nearest import MANY_POSES, nearest_in_turn, nearest_solution
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import Search, errors_of_many, is_isolated, pose_errors, search_all, wide_spread
 from planner.kinematics.turns import by_distance, nearest_turn
@@ -250,7 +250,7 @@ def _results(
 ) -> list[InverseKinematicsResult]:
     """Build results with the poses, by Pinocchio's forward kinematics, and the manipulability of solutions."""
     solved = [k for k, solution in enumerate(solutions) if solution is not None]
-    if len(solved) < MANY:
+    if len(solved) < MANY_POSES:
         return [_answer(search, solution) for search, solution in zip(searches, solutions, strict=True)]
     q = np.array([solutions[k] for k in solved])
     reached = forward_kinematics(robot, q)

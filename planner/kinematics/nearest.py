@@ -28,10 +28,10 @@ JUMP = 0.5
 It applies to arms without a closed form for all isolated solutions.
 """
 
-CLOSE = 0.02
+CLOSE_TO_POSE = 0.02
 """m and rad: where the reference misses the pose by more, no descent from it can prove that it found the nearest."""
 
-NEAR = 0.3
+CLOSE_TO_CONFIGURED_POSE = 0.3
 """m and rad: the same for arms whose solutions have named configurations."""
 
 FAR = 1.0
@@ -64,7 +64,7 @@ FURTHER = 1.2
 CONFIRMED = 1e-5
 """Error, m or rad, up to which a candidate that is not singular counts as a solution without a descent."""
 
-MANY = 8
+MANY_POSES = 8
 """Number of poses above which finding all candidates together is faster."""
 
 HELD_AT = 32
@@ -100,7 +100,7 @@ def _near_by(search: Search, reference: FloatArray, *, proved: bool) -> FloatArr
     start = np.minimum(np.maximum(reference, search.lower), search.upper)
     velocity = counted_velocity(search.robot.limit("velocity"))
     named = proved and search.rows == 6 and keeps_configuration(search.robot, reference, velocity, 0.0)
-    if search.miss(start) > (NEAR if named else CLOSE if proved else FAR):
+    if search.miss(start) > (CLOSE_TO_CONFIGURED_POSE if named else CLOSE_TO_POSE if proved else FAR):
         return None
     solution = search.solve(start, QUICK)
     if solution is None:
@@ -243,7 +243,7 @@ def nearest_in_turn(searches: Sequence[Search], reference: FloatArray | None) ->
         reference: (joints,), of the first; None: the first solution found is its answer.
     """
     solutions: list[FloatArray | None] = []
-    together = _Together(searches) if len(searches) >= MANY else None
+    together = _Together(searches) if len(searches) >= MANY_POSES else None
     chosen: list[int] = []
     for k, search in enumerate(searches):
         if reference is None:

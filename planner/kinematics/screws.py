@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 
-MOST_BYTES = 2**20
+SCREW_CACHE_BYTES = 2**20
 """Memory of the screws that a process keeps, those last used, bytes: some hundred robots with about 2 kB each."""
 
 
@@ -131,4 +131,4 @@ def _with_z(axis: FloatArray) -> FloatArray:
     return np.array([x, np.cross(axis, x), axis]).T
 
 
-_known: LastUsed[Screws] = LastUsed(MOST_BYTES, bytes_of_arrays)
+_known: LastUsed[Screws] = LastUsed(SCREW_CACHE_BYTES, bytes_of_arrays)

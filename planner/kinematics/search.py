@@ -40,7 +40,7 @@ POLISH = Patience(slow=300, most=300)
 NO_STEP = Patience(slow=1, most=0)
 """The patience of a descent that ends where it starts."""
 
-STARTS = 28
+SEARCH_STARTS = 28
 """Number of starts from the table for all solutions."""
 
 MORE_STARTS = 256
@@ -61,7 +61,7 @@ MOST_SPREAD = 16
 BEYOND = 1e-3
 """rad or m, by which a candidate may leave the limits: polishing brings it back, or not."""
 
-SINGULAR = 1e-6
+SINGULAR_JACOBIAN = 1e-6
 """Singular value of the Jacobian, m and rad alike, below which a solution is no isolated one."""
 
 
@@ -202,7 +202,7 @@ def wide_spread(search: Search) -> list[FloatArray]:
 def is_isolated(robot: Robot, pose: Pose, position: FloatArray) -> bool:
     """Return whether no joint motion keeps the tool at its pose."""
     J = jacobian(robot, position)[: 3 if pose.rotation is None else 6]
-    return bool(np.linalg.matrix_rank(J, tol=SINGULAR) == robot.dof)
+    return bool(np.linalg.matrix_rank(J, tol=SINGULAR_JACOBIAN) == robot.dof)
 
 
 def pose_errors(pose: Pose, reached: Pose) -> tuple[float, float | None]:
@@ -253,7 +253,7 @@ def _by_closed_form(group: list[Search], reference: FloatArray) -> dict[Search, 
 def _by_descents(group: list[Search], reference: FloatArray, thorough: bool) -> dict[Search, list[FloatArray]]:
     """Find solutions by many descents, from the reference and from the table; where in doubt, again from more."""
     robot, first = group[0].robot, np.clip(reference, group[0].lower, group[0].upper)
-    ends = _descend(group, [np.vstack([first, search.table_starts(STARTS)]) for search in group])
+    ends = _descend(group, [np.vstack([first, search.table_starts(SEARCH_STARTS)]) for search in group])
     if thorough and (doubtful := [search for search in group if _misses_some(search, ends[search])]):
         starts = [np.vstack([first, s.table_starts(MORE_STARTS), s.blind_starts(BLIND_STARTS)]) for s in doubtful]
         ends |= _descend(doubtful, starts)
@@ -296,10 +296,10 @@ def _are_singular(target: Target, positions: FloatArray) -> np.ndarray:
     J = target.screws.reach(positions, target.point)[2][:, : target.rows]
     if J.shape[1] == J.shape[2]:  # the least singular value is no less than the determinant by a power of the norm
         norms = np.sqrt((J * J).sum(axis=(1, 2)))
-        singular = np.abs(np.linalg.det(J)) < SINGULAR * norms ** (len(J[0]) - 1)
+        singular = np.abs(np.linalg.det(J)) < SINGULAR_JACOBIAN * norms ** (len(J[0]) - 1)
     else:
         singular[:] = True
-    singular[singular] = np.linalg.svd(J[singular], compute_uv=False).min(axis=1) < SINGULAR
+    singular[singular] = np.linalg.svd(J[singular], compute_uv=False).min(axis=1) < SINGULAR_JACOBIAN
     return singular
 
 

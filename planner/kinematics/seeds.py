@@ -19,23 +19,23 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-ROWS = 4096
+TABLE_ROWS = 4096
 """Configurations in a table: about 2 MB and 15 ms for a robot with six joints."""
 
 TURN_IN_REACHES = 0.5
 """Weight of a turn by 1 rad against a distance, in standard deviations of the tip's position."""
 
-LEAST_REACH = 1e-6
+LEAST_TIP_TRAVEL = 1e-6
 """m: of a tip that moves by less the position does not matter."""
 
 DAMPING = 1e-4
 """Damping of the Newton step of every row, so that a row at a singularity predicts no wild step."""
 
-OUTSIDE = 2.0
+OUTSIDE_COST = 2.0
 """Cost of a predicted joint position outside the limits, for each rad or m of the predicted step."""
 
 
-MOST_BYTES = 2**26
+SEED_CACHE_BYTES = 2**26
 """Memory of the tables that a process keeps, those last used, bytes: some twenty of arms with six joints."""
 
 
@@ -50,18 +50,18 @@ class SeedTable:
 
     def __init__(self, robot: Robot) -> None:
         self.lower, self.upper = robot.limit("lower"), robot.limit("upper")
-        self.configurations = random_configurations(robot, ROWS, seed=0)
+        self.configurations = random_configurations(robot, TABLE_ROWS, seed=0)
         self.screws = screws_of(robot)
         self.positions, self.rotations, jacobians = self.screws.reach(self.configurations, np.zeros(3))
         self._closed_form = closed_form(self.screws, None)
         self.levers = self.screws.levers(self.lower, self.upper)
         self.redundant_form = redundant_form(self.screws)
         reach = float(np.sqrt(self.positions.var(axis=0).sum()))
-        reach = reach if reach > LEAST_REACH else 1.0
+        reach = reach if reach > LEAST_TIP_TRAVEL else 1.0
         # |p - p*|^2 / reach^2 + (0.5 |R - R*|_F)^2, without the terms that are the same in every row
         likeness = [
             self.positions / reach**2,
-            TURN_IN_REACHES**2 * self.rotations.reshape(ROWS, 9),
+            TURN_IN_REACHES**2 * self.rotations.reshape(TABLE_ROWS, 9),
             -0.5 * (self.positions**2).sum(axis=1, keepdims=True) / reach**2,
         ]
         self._likeness = np.hstack(likeness).astype(np.float32)
@@ -79,10 +79,10 @@ class SeedTable:
         """Return starts (count, joints) for this pose of the tip, the predicted nearest first."""
         pose = np.empty(13, dtype=np.float32)
         pose[:3], pose[3:12], pose[12] = tip.translation, tip.rotation.ravel(), 1.0
-        rows = np.argpartition(self._likeness @ pose, ROWS - count)[ROWS - count :]
+        rows = np.argpartition(self._likeness @ pose, TABLE_ROWS - count)[TABLE_ROWS - count :]
         predicted = (self._prediction.take(rows, axis=0) @ pose).astype(np.float64)
         within = np.minimum(np.maximum(predicted, self.lower), self.upper)
-        cost = np.abs(predicted - self.configurations[rows]) + OUTSIDE * np.abs(predicted - within)
+        cost = np.abs(predicted - self.configurations[rows]) + OUTSIDE_COST * np.abs(predicted - within)
         best_first: FloatArray = within[cost.max(axis=1).argsort(kind="stable")]
         return best_first
 
@@ -123,4 +123,4 @@ def _errors_per_pose(positions: FloatArray, rotations: FloatArray) -> FloatArray
     return errors
 
 
-_tables: LastUsed[SeedTable] = LastUsed(MOST_BYTES, bytes_of_arrays)
+_tables: LastUsed[SeedTable] = LastUsed(SEED_CACHE_BYTES, bytes_of_arrays)

@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 DRAWS = 1000
 """Random positions to look for starts in, at least: the figures are as good with a small cloud as with a large one."""
 
-STARTS = 8
+ASCENT_STARTS = 8
 """Ascents for each figure; the best of their ends counts."""
 
 ITERATIONS = 100
 """Newton steps of one ascent; ten are the rule."""
 
-HALVINGS = 40
+MOST_ASCENT_HALVINGS = 40
 """Halvings of a step before the ascent ends."""
 
-FLAT = 1e-9
+LEAST_BOUNDARY_CURVATURE = 1e-9
 """Curvature (relative to the largest) that counts as none: the step there goes as far as it may."""
 
 TIE = 1e-6
@@ -109,7 +109,7 @@ def workspace(robot: Robot, samples: int = DRAWS, seed: int = 0) -> Workspace:
     longest = float((upper - lower).max())
 
     def best(objective: Objective) -> FloatArray:
-        starts = positions[np.argsort(-objective.value(points), kind="stable")[:STARTS]]
+        starts = positions[np.argsort(-objective.value(points), kind="stable")[:ASCENT_STARTS]]
         ends = [_ascend(robot, objective, start, longest) for start in starts]
         return max(ends, key=lambda q: float(objective.value(tool_pose(robot, q).position)))
 
@@ -160,10 +160,10 @@ def _ascend(robot: Robot, objective: Objective, q: FloatArray, longest: float) -
             break
         curvatures, axes = np.linalg.eigh(hessian[np.ix_(free, free)])
         curvatures = np.abs(curvatures)
-        floor = FLAT * max(float(curvatures.max()), 1.0)
+        floor = LEAST_BOUNDARY_CURVATURE * max(float(curvatures.max()), 1.0)
         step = np.zeros_like(q)
         step[free] = axes @ np.clip(axes.T @ gradient[free] / np.maximum(curvatures, floor), -longest, longest)
-        for halving in range(HALVINGS):
+        for halving in range(MOST_ASCENT_HALVINGS):
             candidate = np.clip(q + step * 0.5**halving, lower, upper)
             there = objective.value(tool_pose(robot, candidate).position)
             if there > value:

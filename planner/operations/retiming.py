@@ -47,7 +47,7 @@ SHARE_OF_TIMING = 0.05
 MOST_KNOTS = 16
 """Number of intervals, at most, on each of which a back end chooses a speed, without intervals of no length."""
 
-STRAIGHT = 1e-9
+STRAIGHT_CURVATURE = 1e-9
 """Second derivative by the curve's length of 1, rad or m, below which a curve of one piece is a straight motion."""
 
 
@@ -180,7 +180,7 @@ def _keeps_straight_lines(backend: BackEnd) -> bool:
 
 def _is_straight(curve: PiecewisePolynomial) -> bool:
     bends = np.abs(curve.coefficients[0, :, 2:]) * curve.lengths[0] ** np.arange(2, curve.coefficients.shape[2])
-    return bool(bends.max() <= STRAIGHT)
+    return bool(bends.max() <= STRAIGHT_CURVATURE)
 
 
 def _along(path: JointPath, curve: PiecewisePolynomial, waypoint_knots: np.ndarray, tolerance: float) -> JointPath:

@@ -40,7 +40,7 @@ PROBES = np.arange(1, 8) / 8.0
 MOST_INSERTIONS = 12
 """Number of times that points are inserted on the chords where the curve leaves them between the points."""
 
-MOST_HALVINGS = 14
+MOST_SMOOTHING_HALVINGS = 14
 """Number of times that pieces are halved where they do not show the smoothing spline."""
 
 
@@ -201,7 +201,7 @@ def _with_few_pieces(spline: PiecewisePolynomial, polyline: _Polyline, most: flo
     """Draw a spline with few pieces, halved only where they differ from it or leave the tolerance."""
     knots = np.array([0.0, float(spline.breakpoints[-1])])
     near = (1.0 - OF_POINTS) * most / 2.0
-    for _ in range(MOST_HALVINGS):
+    for _ in range(MOST_SMOOTHING_HALVINGS):
         drawn = _spline(_Polyline(knots, spline.evaluate(knots, [0])[0]), np.ones(len(knots)), 0.0)
         u = (knots[:-1, None] + np.diff(knots)[:, None] * PROBES).ravel()
         away = np.abs(drawn.evaluate(u, [0])[0] - spline.evaluate(u, [0])[0]).max(axis=1)

@@ -12,7 +12,7 @@ from planner.guarantees import QUANTITIES, EndStates
 from planner.limits import Limits, limit_faults, segment_limits
 from planner.operations.certified import CertifiedTrajectory, JointState, certified
 from planner.paths.joint_path import SHORTEST_REST
-from planner.tolerances import LIMIT_TOLERANCE, NEGLIGIBLE_SHARE
+from planner.tolerances import BISECTIONS, LIMIT_TOLERANCE, NEGLIGIBLE_SHARE
 from planner.trajectories.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from planner.limits import SegmentLimits
     from planner.robots import Robot
     from planner.spatial import FloatArray
-
-BISECTIONS = 60
-"""Steps of bisection until a time of braking is as exact as a floating-point number."""
 
 GENTLEST = 2.0**-8
 """Least share of the limits of acceleration and jerk with which a stop within torques and tool speeds is tried."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 OFF_LINE = 1e-9
 """Distance from the straight line, rad or m, or share of an acceleration across it, that counts as rounding."""
 
-SHARES = np.linspace(0.0, 1.0, 9)
+PROGRESS_SHARES = np.linspace(0.0, 1.0, 9)
 """Fractions of the duration of a piece at which the trajectory's progress along the line is measured."""
 
 
@@ -70,6 +70,6 @@ def _follows(trajectory: Trajectory, start: FloatArray, direction: FloatArray, w
         along = direction @ powers
         if np.abs(powers - np.outer(direction, along)).max() > OFF_LINE:
             return False
-        if (SHARES[:, None] ** np.arange(len(along)) @ along).max() >= way - OFF_LINE:
+        if (PROGRESS_SHARES[:, None] ** np.arange(len(along)) @ along).max() >= way - OFF_LINE:
             return True
     return False

@@ -54,19 +54,19 @@ if TYPE_CHECKING:
 FIRST = 0.1
 """Share of the rest of the path in which a stop is tried first."""
 
-PIECES = 48
+LEAST_STOP_PIECES = 48
 """Number of pieces of the time scaling of a stop, at least."""
 
-MOST_TRIALS = 16
+MOST_STOP_DISTANCES = 16
 """Number of distances in which a stop is tried, at most."""
 
-CLOSE = 1.01
+STOP_DISTANCE_RATIO = 1.01
 """Ratio up to which the distance that is taken exceeds one that is too short."""
 
-HASTE = 0.5
+STOP_DURATION_WEIGHT = 0.5
 """Weight of the duration beside the speed at the start: of stops in the same distance the quicker one is found."""
 
-GAP = 1e-3
+STOP_SPEED_GAP = 1e-3
 """Relative gap to the highest speed that may be left."""
 
 FREE = 0.25
@@ -153,7 +153,7 @@ def _shortest(
     bounds = LimitsOnCurve(robot, limits, curve)
     shortest, longest, found = 0.0, np.inf, None
     distance = FIRST * rest.duration
-    for _ in range(MOST_TRIALS):
+    for _ in range(MOST_STOP_DISTANCES):
         speed, stop = _fastest(bounds, distance, margin, is_smooth=is_smooth)
         if speed >= 1.0:
             longest, found = distance, stop
@@ -161,7 +161,7 @@ def _shortest(
             return None
         else:
             shortest = distance
-        if longest <= CLOSE * shortest:
+        if longest <= STOP_DISTANCE_RATIO * shortest:
             break
         if found is None:
             distance = min(2.0 * distance, rest.duration)
@@ -182,7 +182,7 @@ def _slowing(curve: SegmentedPolynomial, distance: float, *, is_smooth: bool) ->
     knots = knots[knots < distance * (1.0 - ROUNDING)]
     scaling = split_at_knots(whole, knots, np.zeros(len(knots) + 1, dtype=int))
     scaling.coefficients[1:, 0, 0] = knots
-    return scaling.split(np.ceil(scaling.lengths * PIECES).astype(int)).stretched(2.0 * distance)
+    return scaling.split(np.ceil(scaling.lengths * LEAST_STOP_PIECES).astype(int)).stretched(2.0 * distance)
 
 
 def _fastest(
@@ -209,9 +209,9 @@ def _fastest(
     within = within.narrowed(1.0 / allowed)
     for part in (within.by_b, within.by_a, within.by_c):
         part[within.inverse[:, 0] == 0.0, 0] = 0.0  # but for the jerk, what is there at the start is given
-    weights = of_duration(scaling.lengths).weights * HASTE / scaling.breakpoints[-1]
+    weights = of_duration(scaling.lengths).weights * STOP_DURATION_WEIGHT / scaling.breakpoints[-1]
     weights[0] += 1.0
-    found = best_retiming(scaling.lengths, within, Objective(weights), None, GAP, begins_evenly=is_smooth)
+    found = best_retiming(scaling.lengths, within, Objective(weights), None, STOP_SPEED_GAP, begins_evenly=is_smooth)
     unknowns = found.unknowns
     speed = float(unknowns[0] ** 0.5)
     return speed, retimed(scaling, unknowns / max(speed, 1.0) ** 2)

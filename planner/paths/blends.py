@@ -14,19 +14,19 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-MOST = 0.48
+MOST_BLENDED_SHARE = 0.48
 """Share of a segment that the blend at one of its ends may take; as much is for the other end, a little stays."""
 
-SAMPLES = 48
+BLEND_POINTS = 48
 """Points on a curve at which the tool's distance from the waypoint is looked at."""
 
-LOOKS = 3
+BLEND_SEARCHES = 3
 """Number of looks at these points, finer each time; there are more where the radius is tiny."""
 
-SHRINK = 0.8
+BLEND_DECREASE = 0.8
 """Factor by which the way to the waypoint is cut while the blend swings out beyond its radius."""
 
-SHORT = 0.1
+SHORT_SEGMENT_RATIO = 0.1
 """Length of a segment, relative to its blended length on the other side of the corner, below which the blend takes all
 of it.
 
@@ -84,8 +84,8 @@ class _Blends(NamedTuple):
     def shorter(self, rows: np.ndarray) -> _Blends:
         """Return some of them (rows,) made shorter, but where they have to reach a waypoint."""
         before, after = self.before.copy(), self.after.copy()
-        before[rows] *= np.where(self.from_waypoint[rows], 1.0, SHRINK)
-        after[rows] *= np.where(self.to_waypoint[rows], 1.0, SHRINK)
+        before[rows] *= np.where(self.from_waypoint[rows], 1.0, BLEND_DECREASE)
+        after[rows] *= np.where(self.to_waypoint[rows], 1.0, BLEND_DECREASE)
         return self._replace(before=before, after=after)
 
 
@@ -105,7 +105,7 @@ def cut_corners(robot: Robot, curve: SegmentedPolynomial, waypoint_knots: np.nda
     behind = np.searchsorted(waypoint_knots, corners.knots)
     lengths = np.diff(curve.breakpoints[waypoint_knots])
     before, after = (
-        _ways_within(robot, curve, corners, direction, MOST * lengths[segments])
+        _ways_within(robot, curve, corners, direction, MOST_BLENDED_SHARE * lengths[segments])
         for direction, segments in ((-1.0, behind - 1), (1.0, behind))
     )
     from_waypoint = _is_whole(robot, curve, corners, -1.0, lengths[behind - 1], after, np.isin(behind - 1, behind))
@@ -143,7 +143,7 @@ def _is_whole(
         beyond: (corners,), largest lengths of the blends on the other side.
         blended: (corners,), whether the segment ends at another corner.
     """
-    whole: np.ndarray = (lengths <= SHORT * beyond) & ~blended
+    whole: np.ndarray = (lengths <= SHORT_SEGMENT_RATIO * beyond) & ~blended
     rows = np.flatnonzero(whole)
     near = Corners(*(part[rows] for part in corners))
     whole[rows] = _ways_within(robot, curve, near, direction, lengths[rows]) == lengths[rows]
@@ -167,7 +167,7 @@ def _ways_within(
     rows = np.arange(len(most))
     while len(rows):  # each time finer, between the last point inside and the first outside
         looks += 1
-        ways = np.linspace(inside[rows], beyond[rows], SAMPLES, axis=1)
+        ways = np.linspace(inside[rows], beyond[rows], BLEND_POINTS, axis=1)
         at = origins[rows, None] + direction * ways
         positions = curve.evaluate(at.ravel(), [0])[0].reshape(*at.shape, -1)
         out = _distances(robot, positions, corners.positions[rows]) > WITHIN * corners.radii[rows, None]
@@ -175,7 +175,7 @@ def _ways_within(
         number = np.arange(len(rows))
         inside[rows] = np.where(leaves, ways[number, np.maximum(first - 1, 0)], beyond[rows])
         beyond[rows] = np.where(leaves, ways[number, first], beyond[rows])
-        rows = rows[leaves & ((looks < LOOKS) | (inside[rows] == 0.0))]
+        rows = rows[leaves & ((looks < BLEND_SEARCHES) | (inside[rows] == 0.0))]
     return inside
 
 
@@ -204,7 +204,7 @@ def _blends(robot: Robot, curve: SegmentedPolynomial, corners: Corners, blends: 
             rests = (away <= NEGLIGIBLE_SHARE * spans)[:, None]
             own[1], own[2] = np.where(rests, chords, own[1]), np.where(rests, 0.0, own[2])
         coefficients[rows] = quintic_hermite(spans, *(tuple(own) for own in states))
-        at = np.linspace(np.zeros_like(spans), spans, SAMPLES, axis=1)
+        at = np.linspace(np.zeros_like(spans), spans, BLEND_POINTS, axis=1)
         positions = horner(coefficients[rows][:, None], at[..., None])
         swing = _distances(robot, positions, corners.positions[rows]).max(axis=1)
         rows = rows[swing > WITHIN * corners.radii[rows]]

@@ -14,19 +14,19 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-MOST = 0.4
+MOST_EASED_SHARE = 0.4
 """Share of either curve that is eased at most: as much is for its other end, and some stays."""
 
-SHARE_OF_TOLERANCE = 0.5
+EASING_TOLERANCE_SHARE = 0.5
 """Share of the tolerances that easing may use up, besides the quarter that following the path does."""
 
-SHRINK = 0.7
+EASING_DECREASE = 0.7
 """Factor by which the eased parts are made shorter until they keep to the tolerance."""
 
 MOST_SHRINKS = 60
 """The most times that they are: to a billionth, where a curve deviates by less than rounding."""
 
-SAMPLES = 9
+EASING_POINTS = 9
 """Number of points on either part at which the tool is compared with where it was; a quintic's error has one peak."""
 
 
@@ -47,7 +47,7 @@ def eased(
     ends, starts = before.evaluate(before.breakpoints[-1:]), after.evaluate(np.zeros(1))
     middle = (starts[0], *((end + start) / 2.0 for end, start in zip(ends[1:], starts[1:], strict=True)))
     lengths = before.breakpoints[-1], after.breakpoints[-1]
-    reach = MOST * float(min(lengths))
+    reach = MOST_EASED_SHARE * float(min(lengths))
     for _ in range(MOST_SHRINKS):
         away = [lengths[0] - reach, reach]
         first, last = before.evaluate(np.array(away[:1])), after.evaluate(np.array(away[1:]))
@@ -56,14 +56,14 @@ def eased(
             for start, end in ((first, middle), (middle, last))
         )
         pieces = [PiecewisePolynomial(np.array([reach]), part) for part in (into, out)]
-        at = np.linspace(0.0, reach, SAMPLES)
+        at = np.linspace(0.0, reach, EASING_POINTS)
         kept = [before.evaluate(away[0] + at, [0])[0], after.evaluate(at, [0])[0]]
         if all(
             _is_close(robot, piece.evaluate(at, [0])[0], own, tolerances)
             for piece, own in zip(pieces, kept, strict=True)
         ):
             break
-        reach *= SHRINK
+        reach *= EASING_DECREASE
     return (
         before.between(0.0, away[0]).followed_by(pieces[0]),
         pieces[1].followed_by(after.between(away[1], float(lengths[1]))),
@@ -75,4 +75,4 @@ def _is_close(robot: Robot, positions: FloatArray, requested: FloatArray, tolera
     (points, turned), (wanted, axes) = tool_poses(robot, positions), tool_poses(robot, requested)
     distances = np.linalg.norm(points - wanted, axis=1)
     angles = np.linalg.norm(rotation_vectors(axes.transpose(0, 2, 1) @ turned), axis=1)
-    return bool((np.array([distances.max(), angles.max()]) <= SHARE_OF_TOLERANCE * tolerances).all())
+    return bool((np.array([distances.max(), angles.max()]) <= EASING_TOLERANCE_SHARE * tolerances).all())

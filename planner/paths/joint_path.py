@@ -38,7 +38,7 @@ SHORTEST_REST = 0.01
 A trajectory needs a positive duration; this is one step of a controller at 100 Hz.
 """
 
-SHORT = 0.03
+SHORT_MOTION_RATIO = 0.03
 """Duration at full speed, relative to the longest of the next motions, up to which a motion is too short to turn in."""
 
 SHARP = 0.3
@@ -288,7 +288,7 @@ def _with_stops_where_sharp(
             continue
         for k in np.flatnonzero(turns[first : last - 1] & np.array(passed, dtype=bool)).tolist():
             around = times[first:last][max(0, k - 1) : k + 3]
-            if any(joint[k : k + 2]) and times[first + k : first + k + 2].min() <= SHORT * around.max():
+            if any(joint[k : k + 2]) and times[first + k : first + k + 2].min() <= SHORT_MOTION_RATIO * around.max():
                 result[first + k] = StopTransition()
     return result
 

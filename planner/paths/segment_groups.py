@@ -36,7 +36,7 @@ ALMOST_TANGENT = 0.02
 """The relative difference of the joints' directions up to which two motions of the tool are joined within their
 tolerances: of a line and a circle whose poses are rounded to a tenth of a millimetre. More is a corner."""
 
-STEEP = 4.0
+MOST_END_SLOPE = 4.0
 """Slope at the end of a joint motion beside one of the tool, as a multiple of its mean slope, that is not exceeded:
 near a singularity a motion of the tool ends as steeply as can be, and the joints would swing far beyond where they go.
 The joint motion is made shorter in s."""
@@ -56,7 +56,7 @@ It bends by less than 1e-10, and its direction is rounding.
 RADIUS = 0.01
 """The radius of the blend that is offered where a corner cannot be passed, m."""
 
-SHARE_OF_TOLERANCE = 0.02
+JOINT_TOLERANCE_SHARE = 0.02
 """The share of a tolerance of the tool (m, rad) that each joint may use up, in rad or m, when time is put on."""
 
 
@@ -233,7 +233,7 @@ class _Builder:
                 if 0 <= beside < len(segments) and beside not in self.tool and self.passed[min(k, beside)]:
                     derivatives = np.concatenate(curve.evaluate(np.array([at]), [1, 2]))
                     slope, bend = (np.abs(derivatives) / self.speeds[beside]).max(axis=1)
-                    self.times[beside] /= max(1.0, slope / STEEP, np.sqrt(bend * self.times[beside] / BENT))
+                    self.times[beside] /= max(1.0, slope / MOST_END_SLOPE, np.sqrt(bend * self.times[beside] / BENT))
 
     def path_knots(self, curve: SegmentedPolynomial) -> np.ndarray:
         """Return indices of the breakpoints of a curve where a tool's path goes from one piece to the next.
@@ -315,7 +315,7 @@ def _leaves_limits_error(
 
 def _joint_tolerance(waypoints: Sequence[AnyWaypoint]) -> float:
     requested = [min(_tolerances(waypoint)) for waypoint in waypoints if not isinstance(waypoint.motion, JointMotion)]
-    return min([JOINT_TOLERANCE, *(SHARE_OF_TOLERANCE * tolerance for tolerance in requested)])
+    return min([JOINT_TOLERANCE, *(JOINT_TOLERANCE_SHARE * tolerance for tolerance in requested)])
 
 
 def _tolerances(waypoint: AnyWaypoint) -> tuple[float, float]:

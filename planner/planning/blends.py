@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planner.planning.attempts import Proposals
     from planner.problems.problem import PlanningProblem
 
-LEAST_SHARE = 1.0 / 32.0
+LEAST_RADII = 1.0 / 32.0
 """Share of the requested radius below which no blend is tried: a robot that turns as sharply as that nearly stops."""
 
 FINENESS = 0.1

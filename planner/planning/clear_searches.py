@@ -17,10 +17,10 @@ from planner.trajectories.trajectory import PlanWarning
 if TYPE_CHECKING:
     from planner.planning.attempts import Attempt, Outcome, Proposals
 
-NEARER = (0.3, 0.1)
+DEVIATION_SHARES = (0.3, 0.1)
 """Shares of the deviation allowed within which a search is held, one after the other, where it would collide."""
 
-AHEAD = (0.001, 0.002, 0.004, 0.008)
+EXTRA_MARGINS = (0.001, 0.002, 0.004, 0.008)
 """Distances, m, by which pairs that were too near are kept further away than their margins, search after search."""
 
 
@@ -44,7 +44,7 @@ def kept_clear(attempt: Attempt) -> Proposals[Outcome]:
     cut_off = yield from _in_half_spaces(outcome, first)
     if cut_off is not None:
         return cut_off
-    for share in NEARER:
+    for share in DEVIATION_SHARES:
         nearer = yield replace(outcome.attempt, backend=backend.held_nearer(share))
         if isinstance(nearer, Planned):
             return _replacing(outcome.attempt, nearer, f"the result stays within {share:g} of the allowed deviation")
@@ -61,7 +61,7 @@ def _in_half_spaces(refused: Refused, first: Planned) -> Proposals[Planned | Non
     attempt, free, found = refused.attempt, first.plan.trajectory, refused.trajectory
     path, half_spaces = attempt.solved, None
     checkers = segment_checkers(attempt.with_detours, path.positions)
-    for ahead in AHEAD:
+    for ahead in EXTRA_MARGINS:
         if found is None or np.array_equal(found.coefficients, free.coefficients):
             return None
         cut = half_spaces_between(checkers, free, found, ahead)

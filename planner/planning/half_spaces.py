@@ -16,20 +16,20 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.trajectory import Trajectory
 
-SHARES = 129
+HALF_SPACE_TIMES = 129
 """Number of shares of a segment's time at which there may be half-spaces."""
 
-REACH = 0.05
+EXTRA_PAIR_DISTANCE = 0.05
 """Distance, m, beyond the required one, below which a pair that is too near elsewhere also gets half spaces.
 
 Otherwise a motion would be too near just a little earlier or later.
 """
 
-HALVINGS = 12
+DISTANCE_BISECTIONS = 12
 """Number of halvings of the straight motion between two joint positions, in search of the allowed distance of a pair.
 """
 
-STEP = 1e-4
+DISTANCE_DIFFERENCE_STEP = 1e-4
 """Step of finite differences of distances, rad or m: distances are good to a millionth of it."""
 
 LEAST_SLOPE = 1e-3
@@ -53,7 +53,7 @@ def half_spaces_between(
         other: A motion through the same waypoints.
         ahead: Distance that pairs keep in addition to their margins, m, or half of their reserve in the free motion.
     """
-    shares = np.linspace(0.0, 1.0, SHARES)
+    shares = np.linspace(0.0, 1.0, HALF_SPACE_TIMES)
     found = [
         _cuts(checker, _at(free, segment, shares), _at(other, segment, shares), ahead)
         for segment, checker in enumerate(checkers)
@@ -73,8 +73,8 @@ def _cuts(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the normals (N, AT_ONCE, joints) and offsets (N, AT_ONCE) at both motions' joint positions (N, joints)."""
     normals, offsets = np.zeros((len(free), AT_ONCE, checker.dof)), np.full((len(free), AT_ONCE), -1.0)
-    rows, pairs, bounds, far = near_pairs(checker, other, ahead + REACH)
-    near = bounds < far - REACH
+    rows, pairs, bounds, far = near_pairs(checker, other, ahead + EXTRA_PAIR_DISTANCE)
+    near = bounds < far - EXTRA_PAIR_DISTANCE
     too_near = _distances(checker, other[rows[near]], pairs[near]) < checker.margins_of(pairs[near]) + ahead
     held = np.isin(pairs, pairs[near][too_near])
     rows, pairs = rows[held], pairs[held]
@@ -82,14 +82,14 @@ def _cuts(
     room, seen = (_distances(checker, ends, pairs) for ends in (start, end))
     wanted = margins + np.clip((room - margins) / 2.0, 0.0, ahead)
     low, high = np.where(seen < wanted, 0.0, 1.0), np.ones(len(rows))
-    for _ in range(HALVINGS):
+    for _ in range(DISTANCE_BISECTIONS):
         middle = (low + high) / 2.0
         keeps = _distances(checker, start + middle[:, None] * (end - start), pairs) >= wanted
         low, high = np.where(keeps, middle, low), np.where(keeps, high, middle)
     edge = start + low[:, None] * (end - start)
-    steps = STEP * np.eye(checker.dof)
+    steps = DISTANCE_DIFFERENCE_STEP * np.eye(checker.dof)
     rises = [_distances(checker, edge + step, pairs) - _distances(checker, edge - step, pairs) for step in steps]
-    slopes = np.stack(rises, axis=1) / (2.0 * STEP)
+    slopes = np.stack(rises, axis=1) / (2.0 * DISTANCE_DIFFERENCE_STEP)
     lengths = np.linalg.norm(slopes, axis=1)
     left_over = _distances(checker, edge, pairs) - wanted
     taken = np.zeros(len(free), dtype=int)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner.errors import Collision, InvalidProblem
 from planner.planning.attempts import Refused, is_unmade
-from planner.planning.blends import LEAST_SHARE, larger_blends, warnings_of
+from planner.planning.blends import LEAST_RADII, larger_blends, warnings_of
 from planner.planning.clear_searches import kept_clear
 from planner.problems.blend_radii import blend_radii
 
@@ -54,7 +54,7 @@ def _variant_of(refused: Refused, blamed: Blamed) -> Attempt | None:
     changed = {detour: other for detour, other in able.items() if detour.waypoint in ends[1:]}
     radii = {}
     if isinstance(refusal, Collision):
-        radii = {i: LEAST_SHARE * r for i, r in blend_radii(attempt.problem).items() if i in ends and i not in blamed}
+        radii = {i: LEAST_RADII * r for i, r in blend_radii(attempt.problem).items() if i in ends and i not in blamed}
         blamed |= dict.fromkeys(radii, refusal.pair)
     if not changed and not radii:
         changed = able

@@ -41,7 +41,7 @@ SAME_RATE = 0.01
 their values.
 """
 
-SAMPLES = 17
+LINE_SAMPLES = 17
 """Number of samples of each piece, both ends included, at which the tool is compared with its polynomial.
 
 A piece is a quintic, whose error has few extrema.
@@ -137,7 +137,7 @@ def _line_polynomial(plan: Plan, group: SegmentGroup, k: int, line: Line) -> Lin
 def _deviation(plan: Plan, robot: Robot, rows: np.ndarray, breakpoints: FloatArray, position: FloatArray) -> float:
     """Return the largest distance of the tool, m, on pieces (rows,) of the trajectory from its polynomials."""
     trajectory = plan.trajectory
-    since = np.linspace(0.0, 1.0, SAMPLES) * trajectory.lengths[rows, None]
+    since = np.linspace(0.0, 1.0, LINE_SAMPLES) * trajectory.lengths[rows, None]
     joints = horner(trajectory.coefficients[rows][:, None], since[..., None])
     reached = tool_poses(robot, joints.reshape(-1, joints.shape[-1]))[0].reshape(*since.shape, 3)
     starts = trajectory.breakpoints[rows]

@@ -24,7 +24,7 @@ HELD = 0.99
 A weld seam or a bead of glue shows no difference of 1 %.
 """
 
-SAMPLES = 17
+TOOL_SAMPLES = 17
 """Number of samples of each piece of a trajectory, both ends included."""
 
 SLOWEST_PART = 0.1
@@ -128,7 +128,7 @@ def _sampled(plan: Plan, segment: int) -> _Samples:
     begins, ends = trajectory.departures[segment], trajectory.arrivals[segment + 1]
     middles = trajectory.breakpoints[:-1] + trajectory.lengths / 2.0
     rows = np.flatnonzero((middles > begins) & (middles < ends))
-    since = np.linspace(0.0, 1.0, SAMPLES) * trajectory.lengths[rows, None]
+    since = np.linspace(0.0, 1.0, TOOL_SAMPLES) * trajectory.lengths[rows, None]
     q, v, a, j = (
         horner(differentiate(trajectory.coefficients[rows], order)[:, None], since[..., None]).reshape(since.size, -1)
         for order in range(4)

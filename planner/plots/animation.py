@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 FRAMES_PER_SECOND = 20.0
 """Joint positions computed for a second of the trajectory; the animation interpolates between them."""
 
-MOST_FRAMES = 400
+ANIMATION_FRAMES = 400
 """The most joint positions of an animation, which is some tens of kilobytes large."""
 
-SHORTEST = 0.01
+LEAST_ANIMATION_DURATION = 0.01
 """Least duration of an animation, s: of a robot that rests, too."""
 
 WIDTH = 640.0
@@ -41,7 +41,7 @@ HEIGHT = 480.0
 EDGE = 40.0
 """Space around the moving picture, points."""
 
-SAME_POINT = 8.0
+SHARED_NAME_DISTANCE = 8.0
 """Distance, points, below which two waypoints have their names on one line."""
 
 PAGE = """\
@@ -86,7 +86,7 @@ def animate(plan: Planned, *, view: str = "isometric", speed: float = 1.0) -> An
     if not 0.0 < speed < np.inf:
         raise ValueError(f"a trajectory cannot be played at {speed} times its speed")
     trajectory = plan.trajectory
-    count = int(np.clip(np.ceil(trajectory.duration * FRAMES_PER_SECOND / speed), 2, MOST_FRAMES)) + 1
+    count = int(np.clip(np.ceil(trajectory.duration * FRAMES_PER_SECOND / speed), 2, ANIMATION_FRAMES)) + 1
     times = np.linspace(0.0, trajectory.duration, count)
     (positions,) = trajectory.evaluate(times, (0,))
     segments = trajectory.segments[trajectory.locate(times)[0]].tolist()
@@ -96,7 +96,7 @@ def animate(plan: Planned, *, view: str = "isometric", speed: float = 1.0) -> An
             for segment, position in zip(segments, positions, strict=True)
         ]
     )  # (times, points, 3)
-    duration = max(trajectory.duration / speed, SHORTEST)
+    duration = max(trajectory.duration / speed, LEAST_ANIMATION_DURATION)
     timing = f'dur="{duration:.4f}s" repeatCount="indefinite"'
     points = models.reshape(-1, 3)
     things = surroundings(plan)
@@ -146,7 +146,7 @@ def _svg(plan: Planned, frames: FloatArray, times: FloatArray, timing: str, pain
     stops = stops_of(plan)
     marks = np.array([[np.interp(stop.arrival, times, tool[:, k]) for k in (0, 1)] for stop in stops])
     rows += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#0072B2"/>' for x, y in marks.tolist()]
-    for row, names in joined_names(marks, [stop.name for stop in stops], SAME_POINT):
+    for row, names in joined_names(marks, [stop.name for stop in stops], SHARED_NAME_DISTANCE):
         x, y = marks[row] + (6.0, -6.0)
         name = escape(", ".join(names))
         rows.append(f'<text x="{x:.1f}" y="{y:.1f}" font-family="sans-serif" font-size="12">{name}</text>')

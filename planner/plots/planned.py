@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 DRAWN_SAMPLES = 1000
 """The number of samples that curves are drawn with: about as many as a picture has columns."""
 
-SHORTEST_PERIOD = 1e-6
+LEAST_PICTURE_PERIOD = 1e-6
 """The least time between two of them, s, for motions that take no time."""
 
 
@@ -70,4 +70,4 @@ def stops_of(plan: Planned) -> list[NamedStop]:
 
 def drawn_times(plan: Planned) -> FloatArray:
     """Return the times (N,), s, at which curves are evaluated."""
-    return plan.trajectory.sample_times(max(plan.trajectory.duration / DRAWN_SAMPLES, SHORTEST_PERIOD))
+    return plan.trajectory.sample_times(max(plan.trajectory.duration / DRAWN_SAMPLES, LEAST_PICTURE_PERIOD))

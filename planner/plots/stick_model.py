@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-SAME_POINT = 1e-9
+SAME_JOINT_DISTANCE = 1e-9
 """Distance, m, up to which two points of a stick model are one: joints whose axes meet."""
 
 
@@ -29,6 +29,6 @@ def stick_model(robot: Robot, position: FloatArray) -> FloatArray:
 
 def distinct_points(points: FloatArray) -> FloatArray:
     """Return the points (N, 3) of a stick model without repetitions of the previous point."""
-    apart = np.linalg.norm(np.diff(points, axis=0), axis=1) > SAME_POINT
+    apart = np.linalg.norm(np.diff(points, axis=0), axis=1) > SAME_JOINT_DISTANCE
     kept: FloatArray = points[np.concatenate([[True], apart])]
     return kept

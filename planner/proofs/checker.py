@@ -24,7 +24,7 @@ Vector = list[Model]  # three coordinates
 Values = dict[str, Any]  # a JSON object
 FORMAT = "planner-proof/1"
 """Name and version of the format."""
-PARTS = ("statement", "trajectory", "evidence")
+DIGESTED = ("statement", "trajectory", "evidence")
 """Parts of a file that have a digest."""
 JOINT_CLAIMS = ("position", "velocity", "acceleration", "jerk")
 """Claims about the joints, by the order of the derivative."""
@@ -385,8 +385,8 @@ class Proof:
 
     def __init__(self, content: Values):
         require(content["format"] == FORMAT, f"the format is not {FORMAT}")
-        self.statement, self.trajectory, self.evidence = parts = [content[name] for name in PARTS]
-        self.digests = dict(zip(PARTS, map(digest, parts), strict=True))
+        self.statement, self.trajectory, self.evidence = parts = [content[name] for name in DIGESTED]
+        self.digests = dict(zip(DIGESTED, map(digest, parts), strict=True))
         require(content["digests"] == self.digests, "a digest does not match")
         self.claims: list[str] = self.statement["claims"]
         require(set(self.claims) <= set(CLAIMS) and len(set(self.claims)) == len(self.claims), "a claim is unknown")
@@ -587,7 +587,7 @@ def check_file(file: Any, expected: Any = None) -> Proof:
 def main(arguments: list[str]) -> int:
     """Check the file that the arguments name, with expected digests after it; 0: accepted, 1: rejected."""
     try:
-        proof = check_file(Path(arguments[0]).read_text(encoding="utf-8"), zip(PARTS, arguments[1:], strict=False))
+        proof = check_file(Path(arguments[0]).read_text(encoding="utf-8"), zip(DIGESTED, arguments[1:], strict=False))
     except (ProofRejected, OSError, UnicodeDecodeError) as error:
         sys.exit(f"rejected: {error}")
     lines = [f"accepted: {', '.join(proof.claims)}", *(f"not covered: {x}" for x in proof.statement["not_covered"])]

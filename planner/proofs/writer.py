@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
-from planner.proofs.checker import BOUNDED_CLAIMS, FORMAT, PARTS, Proof, check_file, digest
+from planner.proofs.checker import BOUNDED_CLAIMS, DIGESTED, FORMAT, Proof, check_file, digest
 from planner.proofs.statement import motion_of, pairs_of, statement_of
 from planner.scene.separations import UNIT_ERROR
 
@@ -50,7 +50,7 @@ def write_proof(plan: Plan) -> dict[str, Any]:
     for claim, reason in finder.left_out.items():
         content["statement"]["claims"].remove(claim)
         content["statement"]["not_covered"].append(f"{claim}: {reason}")
-    content["digests"] = {name: digest(content[name]) for name in PARTS}
+    content["digests"] = {name: digest(content[name]) for name in DIGESTED}
     return content
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planner.robots.build import MovingJoint
     from planner.robots.findings import Findings
 
-LEAST_REACH = 1e-3
+LEAST_ARM_REACH = 1e-3
 """m."""
 USUAL_RADII_OF_GYRATION = (1e-3, 1.0)
 """m; outside of them, and beyond the reach of the arm, an inertia does not go with its mass."""
@@ -28,7 +28,7 @@ def check_chain(chain: Sequence[MovingJoint], tip: str, findings: Findings) -> N
     if reach > MAX_LENGTH:
         text = f"stretched out, the arm is {reach:g} m long: are its lengths in metres?"
         findings.warning("suspicious_length", None, text)
-    elif reach < LEAST_REACH:
+    elif reach < LEAST_ARM_REACH:
         findings.warning("no_reach", None, f"no joint moves the origin of {shown(tip)}: all lengths of the arm are 0")
     _check_masses(chain, findings)
     _check_inertias(chain, max(reach, USUAL_RADII_OF_GYRATION[1]), findings)
@@ -42,7 +42,7 @@ def _reach(chain: Sequence[MovingJoint], tip: str) -> float:
         if not joint.is_angle and math.isfinite(joint.upper):
             lengths.append(max(abs(joint.lower), abs(joint.upper)))
         elif not joint.is_angle:
-            lengths.append(LEAST_REACH)
+            lengths.append(LEAST_ARM_REACH)
     return sum(lengths)
 
 

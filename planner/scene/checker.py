@@ -39,7 +39,7 @@ AMONG_OBJECTS = 1
 CONTACTS = 2
 """Number of those among them that have a least distance of their own, since they may touch: `Scene.pair_margins`."""
 
-MOST_KEPT = 16
+KEPT_CHECKERS = 16
 """Number of checkers that a process keeps: remedies are tried, and edges planned, with the same few."""
 
 
@@ -265,7 +265,7 @@ class CollisionChecker:
         return margins, of_pairs
 
 
-@lru_cache(maxsize=MOST_KEPT)
+@lru_cache(maxsize=KEPT_CHECKERS)
 def checker_of(robot: Robot, scene: Scene | None, self_collision: bool | None) -> CollisionChecker:
     """Return the checker of a robot in a scene, from a cache for the same objects."""
     return CollisionChecker(robot, scene, self_collision=self_collision)

@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial
 
-MOST_PARTS = 32
+MOST_FIRST_INTERVALS = 32
 """The most intervals that a motion is cut into at first: later ones are cut where it is needed."""
 
 KINDS = (ITSELF, AMONG_OBJECTS, CONTACTS)
 """The kinds of pairs, each of which has a clearance of its own."""
 
-LEAST_SHARE = 1e-12
+LEAST_INTERVAL_SHARE = 1e-12
 """The least share of a motion that an interval is split down to: below, times are rounding."""
 
 
@@ -126,7 +126,7 @@ def clearances(
     if checker.is_empty:
         return Clearances()
     measured = np.inf if tolerance is None else tolerance
-    request = (CONTACT_TOLERANCE, measured, MOST_PARTS, LEAST_SHARE, *budget)
+    request = (CONTACT_TOLERANCE, measured, MOST_FIRST_INTERVALS, LEAST_INTERVAL_SHARE, *budget)
     found = checker.distances.prove(motion.lengths, motion.coefficients, motion.breakpoints, request)
 
     def seen(row: FloatArray) -> Nearest | None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SEGMENTS = 24
 """Number of sides of a drawn circle; their middles are 1 % of the radius inside."""
 
-MOST_KEPT = 128
+KEPT_SURFACES = 128
 """The largest number of shapes whose surfaces a process keeps; carried objects are drawn at every waypoint."""
 
 
@@ -33,7 +33,7 @@ class Surface(NamedTuple):
     faces: np.ndarray
 
 
-@lru_cache(maxsize=MOST_KEPT)
+@lru_cache(maxsize=KEPT_SURFACES)
 def surface(shape: Shape) -> Surface:
     """Return the surface of a shape in its frame, with so many sides where it is round.
 

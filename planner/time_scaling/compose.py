@@ -9,7 +9,7 @@ import numpy as np
 from planner.constraints.rows import path_speed_shares
 from planner.kernels.polynomials import follow_scaling
 from planner.kinematics.forward import JointStates
-from planner.tolerances import ROUNDING
+from planner.tolerances import BISECTIONS, ROUNDING
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
@@ -25,11 +25,8 @@ if TYPE_CHECKING:
 PROBES = np.array([0.25, 0.5, 0.75])
 """Shares of the time of a piece at which it is compared with the curve that it follows; at its ends it is on it."""
 
-MOST_HALVINGS = 12
+MOST_PIECE_HALVINGS = 12
 """Number of times that pieces are halved, at most, until they follow the curve: errors shrink by 2^6 each time."""
-
-BISECTIONS = 55
-"""Steps of bisection until a time is as exact as a floating-point number of 53 bits."""
 
 SPEED_SAMPLES = 17
 """Gridpoints on each piece of a curve at which the tool's speed is computed."""
@@ -95,7 +92,7 @@ def compose(
     # The ends of the curve are no knots: rounding at the start of a time scaling would make a piece of length zero.
     of, start, end = _split_pieces(scaling, curve.breakpoints[1:-1], s)
     motion, on = ScaledCurve(curve, scaling), curve.locate(horner(scaling.coefficients[of, 0], (start + end) / 2.0))[0]
-    for halvings in range(MOST_HALVINGS + 1):
+    for halvings in range(MOST_PIECE_HALVINGS + 1):
         states = [tuple(motion.derivatives(of, on, t, 2)[3:]) for t in (start, end)]
         coefficients = quintic_hermite(end - start, *states)
         rough = np.zeros(len(of), dtype=bool)
@@ -103,7 +100,7 @@ def compose(
             t = probe * (end - start)
             exact = motion.derivatives(of, on, start + t, 0)[3]
             rough |= np.abs(horner(coefficients, t[:, None]) - exact).max(axis=1) > tolerance
-        if not rough.any() or halvings == MOST_HALVINGS:
+        if not rough.any() or halvings == MOST_PIECE_HALVINGS:
             break
         middle = (start + end) / 2.0
         halves = np.repeat(np.arange(len(of)), 1 + rough)

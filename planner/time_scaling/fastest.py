@@ -28,17 +28,17 @@ if TYPE_CHECKING:
     from planner.time_scaling.linear_limits import LinearLimits
     from planner.time_scaling.retiming import RequestedDurations
 
-ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
+TIME_ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
 """Rounds of the search: the number of pieces of the time scaling, additional pieces of each segment, and the largest
 relative gap to the optimum.
 
 The last round is for short lists: without it five blended lines took up to 2 % longer.
 """
 
-NEAR = 0.5
+IDLE_LIMIT_SHARE = 0.5
 """Share of a limit that a time scaling uses at most where the limit is left out of the next round."""
 
-MOST_REFINEMENTS = 10
+MOST_EXTRA_ROUNDS = 10
 """Rounds after these, while a limit is exceeded by more than it may be."""
 
 ENOUGH = 1.003
@@ -54,10 +54,10 @@ One factor on all times costs up to 1.6 %, and each further round takes seconds.
 DENSE_PARTS = 4
 """Number of pieces of the time scaling on each piece of such a curve: with 2 or 3 it is slower by 2 and 1 %."""
 
-REFINED = 1.001
+HALVING_EXCESS = 1.001
 """Share of a limit above which a piece that uses it is cut in two."""
 
-COARSE = 1.05
+QUARTERING_EXCESS = 1.05
 """Share of a limit above which a piece is cut in four: the jerk may end long before such a piece does."""
 
 IDLE = 0.9
@@ -66,7 +66,7 @@ IDLE = 0.9
 MOST_IDLE = 0.03
 """Share of the duration that idle pieces may fill: for more of them alone, one round is made."""
 
-FINEST = 400
+MOST_IDLE_PIECES = 400
 """Number of its like in the duration above which an idle piece stays whole: little time can be gained on it."""
 
 GAUSS_POINTS = 5
@@ -105,19 +105,21 @@ def fastest_scaling(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial
     scaling, limits = _quintic(group), limits_on(path, group)
     if not np.isfinite(limits.along(scaling).scale(np.array([[1.0], [0.0], [0.0]]))):
         return limits.on_segments(scaling)  # nothing limits: any time scaling will do
-    counts = [count + each * len(group.segments) for count, each, _ in ROUNDS]
+    counts = [count + each * len(group.segments) for count, each, _ in TIME_ROUNDS]
     is_dense = len(scaling.lengths) > max(counts)
     if is_dense:  # a time scaling that has nothing to do with its limits would be cut everywhere, time and again
-        scaling = retimed(scaling, fastest_retiming(scaling.lengths, limits.along(scaling), ROUNDS[0][2]))
+        scaling = retimed(scaling, fastest_retiming(scaling.lengths, limits.along(scaling), TIME_ROUNDS[0][2]))
         scaling = scaling.split(np.full(len(scaling.lengths), DENSE_PARTS))
-        scaling = retimed(scaling, fastest_retiming(scaling.lengths, near_limits(limits.along(scaling)), ROUNDS[1][2]))
-    for number, ((_, _, gap), wanted) in enumerate(zip(ROUNDS, counts, strict=True)):
+        scaling = retimed(
+            scaling, fastest_retiming(scaling.lengths, near_limits(limits.along(scaling)), TIME_ROUNDS[1][2])
+        )
+    for number, ((_, _, gap), wanted) in enumerate(zip(TIME_ROUNDS, counts, strict=True)):
         if wanted < len(scaling.lengths):
             continue
         scaling = scaling.split(np.ceil(scaling.lengths / scaling.lengths.sum() * wanted).astype(int))
         within = limits.along(scaling)
         scaling = retimed(scaling, fastest_retiming(scaling.lengths, near_limits(within) if number else within, gap))
-    enough, gap = (ENOUGH_OF_DENSE, ROUNDS[1][2]) if is_dense else (ENOUGH, ROUNDS[-1][2])
+    enough, gap = (ENOUGH_OF_DENSE, TIME_ROUNDS[1][2]) if is_dense else (ENOUGH, TIME_ROUNDS[-1][2])
     return limits.on_segments(refined(limits, scaling, gap, enough))
 
 
@@ -138,17 +140,17 @@ def refined(
         requested: The requested durations of parts of a time scaling; None: none.
     """
     best, shortest = scaling, np.inf
-    for refinement in range(MOST_REFINEMENTS + 1):
+    for refinement in range(MOST_EXTRA_ROUNDS + 1):
         most, least = limits.used(scaling)
         stretched = float(scaling.lengths.sum() * max(1.0, most.max()) ** 0.5)
         best, shortest = (scaling, stretched) if stretched < shortest else (best, shortest)
-        idle = (least < IDLE) & (scaling.lengths > scaling.lengths.sum() / FINEST)
+        idle = (least < IDLE) & (scaling.lengths > scaling.lengths.sum() / MOST_IDLE_PIECES)
         is_done = most.max() < enough and (
             refinement or scaling.lengths[idle].sum() < MOST_IDLE * scaling.lengths.sum()
         )
-        if is_done or refinement == MOST_REFINEMENTS:
+        if is_done or refinement == MOST_EXTRA_ROUNDS:
             break
-        scaling = scaling.split(np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
+        scaling = scaling.split(np.where(most > QUARTERING_EXCESS, 4, np.where((most > HALVING_EXCESS) | idle, 2, 1)))
         scaling = retimed(
             scaling, fastest_retiming(scaling.lengths, near_limits(limits.along(scaling)), gap, requested(scaling))
         )
@@ -160,7 +162,7 @@ def near_limits(limits: LinearLimits) -> LinearLimits:
 
     Whether the others are kept is looked at after each round. With requested durations it may be slow everywhere.
     """
-    near = limits.used().max(axis=1) > NEAR
+    near = limits.used().max(axis=1) > IDLE_LIMIT_SHARE
     return limits.of(near) if near.any() else limits
 
 

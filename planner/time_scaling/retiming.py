@@ -48,7 +48,7 @@ LARGEST_START = 1e6
 WORTH_A_START = 0.8
 """Duration of such a start, relative to that of the best before it, that makes it worth to begin with it."""
 
-MOST_STEPS = 80
+MOST_RETIMING_STEPS = 80
 """Newton steps in one search; 15 to 25 are common."""
 
 
@@ -139,7 +139,7 @@ def best_retiming(
     objective: Objective,
     requested: RequestedDurations | None,
     tolerance: float,
-    steps: int = MOST_STEPS,
+    steps: int = MOST_RETIMING_STEPS,
     start: FloatArray | None = None,
     *,
     begins_evenly: bool = False,

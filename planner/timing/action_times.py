@@ -10,7 +10,7 @@ import numpy as np
 from planner.errors import InvalidProblem
 from planner.kinematics import tool_velocities
 from planner.problems.actions import AtDistance, AtTime, AtWaypoint, Wait
-from planner.tolerances import NEGLIGIBLE_SHARE
+from planner.tolerances import BISECTIONS, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,9 +30,6 @@ LEAST_PARTS = 400
 The tool's speed has a kink where the tool almost reverses. A quadrature rule for smooth functions is wrong there by
 less than 1e-6 of the length.
 """
-
-HALVINGS = 50
-"""The number of times that the interval of a moment is halved: to rounding error."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +122,7 @@ class _WayOfTheTool:
         low, high = self._breakpoints[piece], self._breakpoints[piece + 1]
         if distance <= self._reached[piece]:
             return float(low)
-        for _ in range(HALVINGS):
+        for _ in range(BISECTIONS):
             middle = (low + high) / 2.0
             low, high = (middle, high) if self.distance_at(middle) < distance else (low, middle)
         return float(high)

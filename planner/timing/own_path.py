@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.trajectory import Trajectory
 
-PIECES = 200
+LEAST_TIME_SCALING_PIECES = 200
 """Number of pieces of the time-scaling function, at least, before its refinement."""
 
-GAP = 1e-3
+PATH_GAP = 1e-3
 """Largest relative gap to the fastest time-scaling function."""
 
 CLOSEST = 0.05
@@ -144,8 +144,10 @@ def _slowed(
             scaling.lengths, segments == np.array([*requested])[:, None], np.array([*requested.values()])
         )
 
-    scaling = retimed(scaling, fastest_retiming(scaling.lengths, bounds.along(scaling), GAP, requested_of(scaling)))
-    scaling = bounds.on_segments(refined(bounds, scaling, GAP, requested=requested_of))
+    scaling = retimed(
+        scaling, fastest_retiming(scaling.lengths, bounds.along(scaling), PATH_GAP, requested_of(scaling))
+    )
+    scaling = bounds.on_segments(refined(bounds, scaling, PATH_GAP, requested=requested_of))
     timed, of = compose(curve, scaling, group.tolerance)
     row = scaling.segments[of]
     pieces = timed.of_segments(motion.segments[under[row]])
@@ -160,7 +162,7 @@ def _slowed(
 def _cut(motion: PiecewisePolynomial, parts: Sequence[FloatArray]) -> PiecewisePolynomial:
     """Return a motion in short pieces that end where its own and where intervals (N, 2) of parts do, s."""
     nodes = motion.breakpoints.tolist()
-    even = np.linspace(0.0, nodes[-1], PIECES + 1)
+    even = np.linspace(0.0, nodes[-1], LEAST_TIME_SCALING_PIECES + 1)
     for at in np.concatenate([*map(np.ravel, parts), even]).tolist():
         k = bisect(nodes, at)
         if min(abs(at - node) for node in nodes[max(k - 1, 0) : k + 1]) > CLOSEST * even[1]:

@@ -17,7 +17,7 @@ from planner.certificate.clearance import segment_checkers
 from planner.errors import InfeasibleDuration, InvalidProblem, Remedy
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states
-from planner.speed_zones import DECIDED_TO, KNOWN_TO, PointSpeed, most_speed, moving_bodies, near_intervals
+from planner.speed_zones import DECIDED_TO, SPEED_BOUND_EXCESS, PointSpeed, most_speed, moving_bodies, near_intervals
 from planner.timing.durations import in_longer_durations, in_requested_durations
 from planner.timing.own_path import Part, slow_down
 from planner.tolerances import DURATION_TOLERANCE
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 WIDER = 4e-3
 """Distance, m, by which zones are widened for slowing, so that they contain the certificate's zones."""
 
-SHARE = 1.0 - 1.5 * KNOWN_TO
+SHARE = 1.0 - 1.5 * SPEED_BOUND_EXCESS
 """Fraction of a zone's speed to which motions are slowed; the certificate's bound exceeds the speed by that much."""
 
 RAMP_OPTIONS = ("acceleration_time", "deceleration_time")

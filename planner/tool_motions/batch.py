@@ -10,12 +10,12 @@ import numpy as np
 from planner.kinematics.screws import screws_of
 from planner.spatial import rotation_vectors
 from planner.tool_motions.follow import (
-    AHEAD,
+    DIFFERENCE_STEP,
+    KNOT_ERROR,
     LONGEST_STEP,
     MOST_CORRECTION,
+    PROBE_TOLERANCE_SHARE,
     PROBES,
-    SHARE_OF_TOLERANCE,
-    SOLVED,
 )
 from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY
 from planner.trajectories.polynomials import PiecewisePolynomial, horner, quintic_hermite
@@ -88,7 +88,7 @@ class Batch:
         self.rows, self.turns, self.idle = rows, rows > 3, robot.dof - rows
         count, self.lengths = len(lengths), lengths
         self.free = np.zeros((count, max(0, self.idle), robot.dof))
-        self.tolerances, self.steepest = SHARE_OF_TOLERANCE * tolerances, steepest
+        self.tolerances, self.steepest = PROBE_TOLERANCE_SHARE * tolerances, steepest
         self.starts = np.repeat(start[None], count, axis=0)
         self.ends = self.starts.copy()
 
@@ -161,7 +161,7 @@ class Batch:
         q = guesses.copy()
         for _ in range(MOST_NEWTON_STEPS):
             missing, J = self._missing(lines, u, q)
-            solved = np.abs(missing).max(axis=1) < SOLVED
+            solved = np.abs(missing).max(axis=1) < KNOT_ERROR
             step, fine = _inverse(J, missing)
             q = q + step
             if (solved | ~fine).all():
@@ -191,7 +191,7 @@ class Batch:
         J = self._augmented(lines, self.screws.reach(q, self.point)[2])
         first, fine = _inverse(J, change)
         fine &= np.abs(first).max(axis=1) < self.steepest[lines] * np.abs(change).max(axis=1)
-        ahead = AHEAD / np.maximum(self.lengths[lines], np.abs(first).max(axis=1))
+        ahead = DIFFERENCE_STEP / np.maximum(self.lengths[lines], np.abs(first).max(axis=1))
         rates = []
         for at in (-ahead, ahead):
             J_there = self._augmented(lines, self.screws.reach(q + at[:, None] * first, self.point)[2])

@@ -9,7 +9,7 @@ import numpy as np
 from planner.errors import ConfigurationChange, JointPositionLimit, PlanningError, SingularPath, UnreachableWaypoint
 from planner.kinematics.forward import jacobian
 from planner.kinematics.inverse import inverse_kinematics
-from planner.tool_motions.follow import STEEP
+from planner.tool_motions.follow import SINGULAR_TRAVEL
 
 if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
@@ -25,8 +25,8 @@ LOOK_AHEAD = 2e-3
 LOOKS_AHEAD = 8
 """The number of poses on the rest of the way that are tried for it, too."""
 
-STEEPEST = 1e7
-"""The same as `STEEP` where the tool may be slowed down as much as it takes.
+SINGULAR_TRAVEL_SLOWED = 1e7
+"""The same as `SINGULAR_TRAVEL` where the tool may be slowed down as much as it takes.
 
 More, and rounding decides where the joint is.
 """
@@ -61,7 +61,7 @@ def lost_error(
             where = where if u == ahead else f"before {u:.1%} of the way"
             return UnreachableWaypoint(f"{name} leaves what {robot.id} can reach {where}")
     joint = robot.joint_names[_idle_joint(robot, lost.position)]
-    steepest = STEEPEST if singularity == "slow" else STEEP
+    steepest = SINGULAR_TRAVEL_SLOWED if singularity == "slow" else SINGULAR_TRAVEL
     far = f"would have to jump, or go further than {steepest:g} rad (or m) for 1 m or 1 rad of the tool"
     return SingularPath(f"{name} meets a singularity {where}, where {joint} {far}", joint=joint)
 

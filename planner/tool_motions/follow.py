@@ -28,19 +28,19 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray, Pose
     from planner.tool_motions.pose_paths import PosePath
 
-SHARE_OF_TOLERANCE = 0.25
+PROBE_TOLERANCE_SHARE = 0.25
 """The share of the tolerance that the joint path may use up at the probes; time needs some, too."""
 
 PROBES = np.array([0.25, 0.5, 0.75])
 """Shares of the way between two knots at which the curve is compared with the path; its error is like u^3 (1 - u)^3."""
 
-FIRST_STEP = 0.125
+FIRST_KNOT_STEP = 0.125
 """The first step from knot to knot, as a share of the first piece of the path."""
 
 LONGEST_STEP = 0.25
 """The longest step from knot to knot, as a share of a piece of the path, so that no detour is missed."""
 
-SHORT = 0.05
+SHORT_TRAVEL = 0.05
 """Largest travel of a joint, rad or m, for which one step may cover a whole piece: the Jacobian hardly changes."""
 
 SHORTEST_TURN = 1e-2
@@ -52,24 +52,24 @@ GROWTH = 1.6
 MOST_CORRECTION = 0.15
 """Largest distance of a joint from the extrapolation of the last knot, rad or m; beyond may be another branch."""
 
-NEAR_END = 1e-3
+CLOSE_TO_END = 1e-3
 """Distance of a joint from a given end, rad or m, below which the last knot is sought from that end. At a singular
 joint position, the pose alone does not determine the idle joints."""
 
-SOLVED = 1e-11
+KNOT_ERROR = 1e-11
 """The error, m and rad, at which a knot is solved."""
 
 MOST_ITERATIONS = 12
 """The most Newton steps until a knot is solved."""
 
-AHEAD = 1e-4
+DIFFERENCE_STEP = 1e-4
 """The step in u of the difference quotient for the second derivative, and the largest travel of a joint in it, rad or
 m."""
 
 FAR_AHEAD = 1e-2
 """The same at a singular joint position: far enough to leave the singularity."""
 
-STEEP = 1e3
+SINGULAR_TRAVEL = 1e3
 """Travel of a joint, rad or m, for 1 m or 1 rad of the tool above which the path counts as singular. A joint of 3 rad/s
 would limit the tool to 3 mm/s."""
 
@@ -108,7 +108,7 @@ class Track:
     start: FloatArray
     end: FloatArray | None
     tolerance: tuple[float, float]
-    steepest: float = STEEP
+    steepest: float = SINGULAR_TRAVEL
 
     @property
     def rows(self) -> int:
@@ -194,14 +194,14 @@ class Follower:
         free: (n, joints), joint motions kept besides the tool's motion; None: the null space of the start.
     """
 
-    near_end = NEAR_END
+    near_end = CLOSE_TO_END
     """How near to its end, rad or m, the last knot is sought from there."""
 
     def __init__(self, track: Track, free: FloatArray | None = None) -> None:
         self.robot, self.path, self.start, self.end = track.robot, track.path, track.start, track.end
         self.rows, self.steepest, self.shortest_step = track.rows, track.steepest, SHORTEST_TURN / track.steepest
         self.rank = min(RANK, 1.0 / track.steepest)
-        self.distance, self.angle = (SHARE_OF_TOLERANCE * allowed for allowed in track.tolerance)
+        self.distance, self.angle = (PROBE_TOLERANCE_SHARE * allowed for allowed in track.tolerance)
         if free is None:
             free = kept_motions(self.robot, self._jacobian(self.start))[: max(0, self.robot.dof - self.rows)]
         self.free, self.drift = free, free @ track.way
@@ -212,11 +212,11 @@ class Follower:
         if first is None:
             return Lost(0.0, self.start, PiecewisePolynomial(np.empty(0), np.empty((0, self.robot.dof, 6))))
         breakpoints = self.path.breakpoints
-        knots, step = [first], FIRST_STEP * float(breakpoints[1])
+        knots, step = [first], FIRST_KNOT_STEP * float(breakpoints[1])
         while (last := knots[-1]).u < 1.0:
             end = int(np.searchsorted(breakpoints, last.u, side="right"))
             piece_end, piece = float(breakpoints[end]), float(breakpoints[end] - breakpoints[end - 1])
-            longest = max(LONGEST_STEP * piece, SHORT / max(float(np.abs(last.first).max()), SHORT))
+            longest = max(LONGEST_STEP * piece, SHORT_TRAVEL / max(float(np.abs(last.first).max()), SHORT_TRAVEL))
             ahead = last.u + min(step, longest)
             if ahead > piece_end - self.shortest_step * piece:
                 ahead = piece_end
@@ -263,7 +263,7 @@ class Follower:
         for _ in range(MOST_ITERATIONS):
             missing = self._missing(u, pose, q)
             step = np.linalg.lstsq(self._augmented(q), missing, rcond=NEAR_SINGULARITY)[0]
-            if np.abs(step).max() < SOLVED:
+            if np.abs(step).max() < KNOT_ERROR:
                 return bool(np.abs(missing).max() < CROSSED)
             q = q + step
         return False
@@ -288,10 +288,10 @@ class Follower:
             if error < SOLVED_NEAR_SINGULARITY:
                 return q
             step, is_near_singularity = inverse_step(J, missing, self.rank)
-            if error < SOLVED and not is_near_singularity:
+            if error < KNOT_ERROR and not is_near_singularity:
                 return q
             q = q + step
-            if np.abs(step).max() < SOLVED and (self.rows > self.robot.dof or error < SOLVED):
+            if np.abs(step).max() < KNOT_ERROR and (self.rows > self.robot.dof or error < KNOT_ERROR):
                 return q  # nearest to the pose: whether that is near enough is seen between the knots
         return None
 
@@ -319,7 +319,7 @@ class Follower:
         if values[-1] < self.rank * values[0]:
             second = self._second_at_singularity(u, q, first)
             return None if second is None else _Knot(u, q, first, second, 0.0)
-        ahead = AHEAD / max(1.0, steepness)
+        ahead = DIFFERENCE_STEP / max(1.0, steepness)
         before, after = self._rate(u - ahead, q - ahead * first), self._rate(u + ahead, q + ahead * first)
         if before is None or after is None:
             return None
@@ -362,7 +362,7 @@ class Follower:
             lost: (n, rows), the directions in which no joint moves the tool.
             idle: (n, joints), the joint motions that do not move the tool.
         """
-        acceleration = (self._change(u + AHEAD) - self._change(u - AHEAD)) / (2.0 * AHEAD)
+        acceleration = (self._change(u + DIFFERENCE_STEP) - self._change(u - DIFFERENCE_STEP)) / (2.0 * DIFFERENCE_STEP)
         for _ in range(MOST_ITERATIONS):
             turning = self._jacobian_rate(q, rate)
             missing = lost @ (acceleration - turning @ rate)
@@ -377,7 +377,7 @@ class Follower:
 
     def _jacobian_rate(self, q: FloatArray, rate: FloatArray) -> FloatArray:
         """Return the change (rows, joints) of the Jacobian by u as the joints go at a rate (joints,)."""
-        ahead = AHEAD / max(float(np.abs(rate).max()), AHEAD)
+        ahead = DIFFERENCE_STEP / max(float(np.abs(rate).max()), DIFFERENCE_STEP)
         rates: FloatArray = (self._augmented(q + ahead * rate) - self._augmented(q - ahead * rate)) / (2.0 * ahead)
         return rates
 

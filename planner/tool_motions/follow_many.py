@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from planner.tool_motions.pose_paths import Line
 
 MANY_PIECES = 16
-"""Number of pieces of a path up to which each is followed in `STEPS`."""
+"""Number of pieces of a path up to which each is followed in `BATCH_FOLLOWING_STEPS`."""
 
-STEPS = 4
+BATCH_FOLLOWING_STEPS = 4
 """Number of steps in which the pieces of a path of few are followed."""
 
 
@@ -90,7 +90,7 @@ def follow_at_once(track: Track) -> PiecewisePolynomial | None:
     if not isinstance(path, Polyline | PoseSpline):
         return None
     count = len(path.breakpoints)
-    steps = 1 if count > MANY_PIECES else STEPS
+    steps = 1 if count > MANY_PIECES else BATCH_FOLLOWING_STEPS
     bounds = np.interp(np.arange(steps * (count - 1) + 1) / steps, np.arange(count), path.breakpoints)
     batch = _Pieces(track, path, bounds)
     if batch.idle != len(batch.drift) or batch.solve_ends(end) < len(batch.lengths):

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
     from planner.kinematics.search import Search
     from planner.spatial import FloatArray
 
-FIRST_STEP = 0.5
+LONGEST_DESCENT_STEP = 0.5
 """The longest step along the solutions, rad or m."""
 
-SHORTEST_STEP = 1e-5
+LEAST_DESCENT_STEP = 1e-5
 """The step, rad or m, below which the search ends; no controller resolves smaller ones."""
 
-HALVINGS = 0.5 ** np.arange(6)
+COMPARED_STEPS = 0.5 ** np.arange(6)
 """The steps that are compared at once, by the longest of them."""
 
 RANDOM_WAYS = 24
 """Number of random directions besides the basis: where costs have kinks, all directions of the basis may ascend."""
 
-MOST_STEPS = 200
+MOST_DESCENT_STEPS = 200
 """The most steps: about forty are needed."""
 
 NO_GAIN = 1e-9
@@ -53,16 +53,16 @@ def least_cost(
         costs: The costs (N,) of joint positions (N, joints); infinite where they are not allowed.
         allowed: Tells which solutions (N, joints) may be returned, where that takes longer than their costs; None: all.
     """
-    q, cost, step = start, float(costs(start[None])[0]), FIRST_STEP
+    q, cost, step = start, float(costs(start[None])[0]), LONGEST_DESCENT_STEP
     rng = np.random.default_rng(0)
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_DESCENT_STEPS):
         idle = null_space(jacobian(search.robot, q)[: search.rows])
-        if not len(idle) or step < SHORTEST_STEP:
+        if not len(idle) or step < LEAST_DESCENT_STEP:
             break
         ways = np.vstack([np.eye(len(idle)), -np.eye(len(idle)), rng.normal(size=(RANDOM_WAYS, len(idle)))])
         ways = ways / np.linalg.norm(ways, axis=1, keepdims=True) @ idle
-        lengths = np.repeat(step * HALVINGS, len(ways))
-        ahead = np.clip(q + lengths[:, None] * np.tile(ways, (len(HALVINGS), 1)), search.lower, search.upper)
+        lengths = np.repeat(step * COMPARED_STEPS, len(ways))
+        ahead = np.clip(q + lengths[:, None] * np.tile(ways, (len(COMPARED_STEPS), 1)), search.lower, search.upper)
         predicted = costs(ahead)
         best = int(predicted.argmin())
         solved = search.solve(ahead[best], QUICK) if predicted[best] < cost - NO_GAIN else None
@@ -70,7 +70,7 @@ def least_cost(
             solved = None
         found = np.inf if solved is None else float(costs(solved[None])[0])
         if solved is not None and found < cost - NO_GAIN:
-            q, cost, step = solved, found, min(2.0 * float(lengths[best]), FIRST_STEP)
+            q, cost, step = solved, found, min(2.0 * float(lengths[best]), LONGEST_DESCENT_STEP)
         else:
             step = min(step, float(lengths[best])) / 2.0
     return q

@@ -21,13 +21,13 @@ CHORDS = 512
 A turn of an arm of 1 m has chords of 12 mm with an error of 0.02 mm, which the bounds include.
 """
 
-ROWS = 1024
+POSITION_ROWS = 1024
 """Number of positions whose distances are computed at once, which bounds the memory that it takes."""
 
 FIRST_SAMPLES = 65
 """Number of samples of a motion to begin with, so many that none of its turns is missed."""
 
-KNOWN_TO = 1e-4
+DISTANCE_ERROR = 1e-4
 """Distance, m, by which the bound may exceed the true distance; it is below all requested accuracies."""
 
 KNOWN_SHARE = 0.005
@@ -36,10 +36,10 @@ KNOWN_SHARE = 0.005
 KNOWN_OF_PATH = 1e-5
 """The same as a share of the length of the path: of a joint that turns fifty times it would take a million samples."""
 
-HALVINGS = 20
+CHORD_BISECTIONS = 20
 """Number of times that the part of a chord with the point nearest to another is halved: to 1e-6 of it."""
 
-MOST_HALVINGS = 24
+MOST_TIME_HALVINGS = 24
 """Times that steps are halved at most: then one of a second is 60 nanoseconds long."""
 
 
@@ -99,19 +99,19 @@ def _farthest(
         path: (`CHORDS` + 1, joints), positions along the path.
     """
     corners = points_at(path)
-    known_to = max(KNOWN_TO, KNOWN_OF_PATH * float(np.linalg.norm(np.diff(corners, axis=0), order, axis=1).sum()))
+    known_to = max(DISTANCE_ERROR, KNOWN_OF_PATH * float(np.linalg.norm(np.diff(corners, axis=0), order, axis=1).sum()))
     sag = float(np.linalg.norm(np.diff(corners, 2, axis=0), order, axis=1).max()) / 8.0
 
     def sampled(times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Find the points (N, dimensions) at times (N,), and their distances (N,) from the path."""
         points = points_at(motion.evaluate(times, [0])[0])
-        parts = [distances(points[row : row + ROWS], corners) for row in range(0, len(points), ROWS)]
+        parts = [distances(points[row : row + POSITION_ROWS], corners) for row in range(0, len(points), POSITION_ROWS)]
         return points, np.concatenate(parts)
 
     inside = motion.breakpoints[(motion.breakpoints > first) & (motion.breakpoints < last)]
     times = np.union1d(np.linspace(first, last, FIRST_SAMPLES), inside)
     points, away = sampled(times)
-    for _ in range(MOST_HALVINGS):
+    for _ in range(MOST_TIME_HALVINGS):
         bounds = np.maximum(away[:-1], away[1:]) + np.linalg.norm(np.diff(points, axis=0), order, axis=1) / 2.0
         farthest = float(away.max())
         rough = np.flatnonzero(bounds > farthest + max(known_to, KNOWN_SHARE * farthest))
@@ -150,7 +150,7 @@ def _largest_distances(points: FloatArray, corners: FloatArray) -> FloatArray:
     for chord in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(steps) - 1)):
         since, along = points - corners[chord], steps[chord]
         share, step = np.zeros(len(points)), 1.0
-        for _ in range(HALVINGS):  # the distance is convex: it falls as long as that of the farthest joint does
+        for _ in range(CHORD_BISECTIONS):  # the distance is convex: it falls as long as that of the farthest joint does
             step /= 2.0
             gaps = since - (share + step)[:, None] * along
             farthest = np.abs(gaps).argmax(axis=1)

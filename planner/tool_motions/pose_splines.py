@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 GAUSS = np.polynomial.legendre.leggauss(12)
 """Gauss's nodes on [-1, 1] and their weights, for the length of a part of the curve."""
 
-PARTS = 8
+CURVE_PARTS = 8
 """Number of parts of the curve from pose to pose whose lengths are found: in so many its speed by the chords' length
 hardly changes."""
 
@@ -32,7 +32,7 @@ NEWTON_STEPS = 8
 FOUND = 1e-13
 """The step, as a share of the whole curve, at which the parameter is found."""
 
-SLOWEST = 0.05
+LEAST_CURVE_SPEED = 0.05
 """Least speed of the curve over the chords' length, relative to its mean, below which it counts as turning back.
 
 The tool would have to turn on the spot.
@@ -48,7 +48,7 @@ class PoseSpline:
 
     Attributes:
         curve: Positions (m), and quaternions x, y, z, w that are still to be normalised, over the length of the chords.
-        lengths: (pieces, `PARTS`), m, of the parts of the curve.
+        lengths: (pieces, `CURVE_PARTS`), m, of the parts of the curve.
     """
 
     curve: PiecewisePolynomial
@@ -82,7 +82,7 @@ class PoseSpline:
     @cached_property
     def breakpoints(self) -> FloatArray:
         """The parameters (pieces + 1,), from 0 to 1, at which the poses are."""
-        breakpoints: FloatArray = self._ends[::PARTS] / self._ends[-1]
+        breakpoints: FloatArray = self._ends[::CURVE_PARTS] / self._ends[-1]
         return breakpoints
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
@@ -126,7 +126,7 @@ class PoseSpline:
     @cached_property
     def _speeds_at_ends(self) -> FloatArray:
         """The speeds (2, pieces * parts) at the beginnings and the ends of the parts, by the chords' length."""
-        at = np.arange(PARTS + 1) * self.curve.lengths[:, None] / PARTS
+        at = np.arange(CURVE_PARTS + 1) * self.curve.lengths[:, None] / CURVE_PARTS
         speeds = np.linalg.norm(horner(self._derivatives[1][:, None, :3], at[..., None]), axis=2)
         return np.array([speeds[:, :-1].ravel(), speeds[:, 1:].ravel()])
 
@@ -134,8 +134,8 @@ class PoseSpline:
         """Return curve and its derivatives by the chords' length, (N, 3 or 7) each, at parameters (N,) of the path."""
         along = u * self._ends[-1]
         rows = np.clip(np.searchsorted(self._ends, along, side="right") - 1, 0, self.lengths.size - 1)
-        pieces, parts = np.divmod(rows, PARTS)
-        spans = self.curve.lengths[pieces] / PARTS
+        pieces, parts = np.divmod(rows, CURVE_PARTS)
+        spans = self.curve.lengths[pieces] / CURVE_PARTS
         starts, wanted = parts * spans, along - self._ends[rows]
         whole, (before, behind) = self.lengths.ravel()[rows], self._speeds_at_ends[:, rows]
         share = wanted / whole
@@ -153,10 +153,10 @@ class PoseSpline:
 
     def _ill_pieces(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the pieces where the curve almost stops, and the pieces whose quaternions are too short."""
-        shares = np.linspace(0.0, 1.0, 2 * PARTS + 1)
+        shares = np.linspace(0.0, 1.0, 2 * CURVE_PARTS + 1)
         at = (self.curve.lengths[:, None] * shares)[..., None]
         speeds = np.linalg.norm(horner(self._derivatives[1][:, None, :3], at), axis=2)
-        slow = np.flatnonzero(speeds.min(axis=1) < SLOWEST)
+        slow = np.flatnonzero(speeds.min(axis=1) < LEAST_CURVE_SPEED)
         if self.curve.coefficients.shape[1] == 3:
             return slow, slow[:0]
         norms = np.linalg.norm(horner(self.curve.coefficients[:, None, 3:], at), axis=2)
@@ -183,7 +183,7 @@ def _length(speeds: FloatArray, pieces: np.ndarray, starts: FloatArray, spans: F
 
 
 def _lengths_of_parts(curve: PiecewisePolynomial) -> FloatArray:
-    """Return the lengths (pieces, `PARTS`), m."""
-    pieces, parts = np.divmod(np.arange(len(curve.lengths) * PARTS), PARTS)
-    spans = curve.lengths[pieces] / PARTS
-    return _length(_speeds(curve), pieces, parts * spans, spans).reshape(-1, PARTS)
+    """Return the lengths (pieces, `CURVE_PARTS`), m."""
+    pieces, parts = np.divmod(np.arange(len(curve.lengths) * CURVE_PARTS), CURVE_PARTS)
+    spans = curve.lengths[pieces] / CURVE_PARTS
+    return _length(_speeds(curve), pieces, parts * spans, spans).reshape(-1, CURVE_PARTS)

@@ -6,16 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.tolerances import LIMIT_TOLERANCE, POSITION_TOLERANCE
+from planner.tolerances import BISECTIONS, LIMIT_TOLERANCE, POSITION_TOLERANCE
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 
 if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial
-
-BISECTIONS = 50
-"""Steps of the search for the crossing of a limit: after so many it is as exact as a floating-point number."""
 
 
 def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, FloatArray, int] | None:

@@ -26,8 +26,8 @@ from planner.robots.region_joints import with_region_joints
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.deviations import by_region_joints, through_singular_wrist
-from planner.tool_motions.errors import STEEPEST, configuration_error, limit_error, lost_error
-from planner.tool_motions.follow import STEEP, Lost, Track, follow
+from planner.tool_motions.errors import SINGULAR_TRAVEL_SLOWED, configuration_error, limit_error, lost_error
+from planner.tool_motions.follow import SINGULAR_TRAVEL, Lost, Track, follow
 from planner.tool_motions.follow_many import follow_any, follow_lines
 from planner.tool_motions.pose_paths import Line, NoPath, Reversed
 from planner.tool_motions.position_limits import first_beyond
@@ -54,7 +54,7 @@ WORTH_A_WARNING = 100.0
 With a joint at 3 rad/s, the tool moves at 30 mm/s.
 """
 
-SLOWEST = 1e-9
+LEAST_TOOL_TRAVEL = 1e-9
 """The smallest motion of the tool, m and rad, by which that of a joint is divided."""
 
 GENTLE = 20.0
@@ -322,7 +322,7 @@ def _followed(
 ) -> tuple[PiecewisePolynomial | Lost, float]:
     """Follow the path from a joint position (joints,); return its deliberate rotation from the path, rad, too."""
     motion = requested.motion
-    steepest = STEEPEST if motion.singularity == "slow" else STEEP
+    steepest = SINGULAR_TRAVEL_SLOWED if motion.singularity == "slow" else SINGULAR_TRAVEL
     track = Track(robot, path, start, end, (motion.tolerance_position, motion.tolerance_orientation), steepest)
     if motion.singularity == "deviate":
         near = follow_any(replace(track, steepest=GENTLE))
@@ -352,7 +352,7 @@ def _warning(
     if angle > 0.0:
         how = "goes right through a singularity of the wrist"
         return PlanWarning("orientation_deviates", f"{requested.name} {how}, for which it turns off by {angle:.3g} rad")
-    rates = np.abs(curve.coefficients[:, :, 1]) / max(float(np.abs(path.twist(0.0)).max()), SLOWEST)
+    rates = np.abs(curve.coefficients[:, :, 1]) / max(float(np.abs(path.twist(0.0)).max()), LEAST_TOOL_TRAVEL)
     knot, joint = np.unravel_index(rates.argmax(), rates.shape)
     if rates[knot, joint] < WORTH_A_WARNING:
         return None
@@ -374,7 +374,7 @@ def _allowed(waypoints: Sequence[AnyWaypoint]) -> tuple[FloatArray, FloatArray]:
     """Return the tolerances (lines, 2), m and rad, of lines to waypoints, and how steep (lines,) joints may be."""
     motions = [waypoint.motion for waypoint in waypoints if isinstance(waypoint.motion, CartesianMotion)]
     tolerances = np.array([(motion.tolerance_position, motion.tolerance_orientation) for motion in motions])
-    return tolerances, np.array([GENTLE if motion.singularity == "deviate" else STEEP for motion in motions])
+    return tolerances, np.array([GENTLE if motion.singularity == "deviate" else SINGULAR_TRAVEL for motion in motions])
 
 
 def _stands_still(path: PosePath) -> bool:

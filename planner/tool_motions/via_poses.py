@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from planner.spatial import FloatArray
 
-SHORTEST = 1e-6
+LEAST_POSE_DISTANCE = 1e-6
 """Distance of two different poses, m, relative to the whole path.
 
 Closer ones, with the tool turned, would make it turn on the spot.
@@ -74,7 +74,7 @@ def via_poses(start: Pose, between: Sequence[Pose], end: Pose) -> ViaPoses:
             kept[-1] = pose
     positions = np.array([pose.position for pose in kept])
     lengths = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    for k in np.flatnonzero(lengths <= SHORTEST * lengths.sum()).tolist():
+    for k in np.flatnonzero(lengths <= LEAST_POSE_DISTANCE * lengths.sum()).tolist():
         message = "the tool would have to turn where it is: leave this pose out, or make it a waypoint"
         raise NoPath(message, "poses", min(indices[k + 1], len(between) - 1))
     if len(kept) < 2:

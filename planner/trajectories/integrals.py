@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 GAUSS_RULE = np.polynomial.legendre.leggauss(4)
 """Gauss-Legendre points (4,) and weights (4,) on [-1, 1] for integrals over each part of a piece."""
 
-PARTS = 400
+INTEGRAL_PARTS = 400
 """The number of parts that a trajectory is cut into for integrals, since absolute values have kinks."""
 
 
@@ -35,7 +35,7 @@ class Nodes(NamedTuple):
     @classmethod
     def of(cls, trajectory: Trajectory) -> Nodes:
         """Return the nodes of a trajectory with a positive duration."""
-        counts = np.ceil(PARTS * trajectory.lengths / trajectory.duration).astype(int)
+        counts = np.ceil(INTEGRAL_PARTS * trajectory.lengths / trajectory.duration).astype(int)
         pieces = np.repeat(np.arange(len(counts)), counts)
         part = np.arange(len(pieces)) - np.repeat(np.cumsum(counts) - counts, counts)
         lengths = (trajectory.lengths / counts)[pieces]

@@ -40,19 +40,19 @@ SAMPLES_PER_RADIAN = 25
 FEWEST_PARTS = 2
 """Parts that a piece has at least, of two samples each."""
 
-MOST_PARTS = 512
+MOST_PEAK_PARTS = 512
 """Parts that a piece has at most for its velocities and accelerations; where a joint travels far, it has more."""
 
 OFF_PARABOLA = 3e-4
 """Share of their peaks by which a joint's velocity and acceleration may be off parabolas on a part."""
 
-LEAST_SHARE = 0.01
+LEAST_PEAK_SHARE = 0.01
 """Share of the largest peak of any joint that a joint's own peak counts as at least: smaller motions do not matter."""
 
 COARSER = 4
 """Factor by which the first samples are further apart than parts ask for; then motions are off parabolas by 2 %."""
 
-KNOWN_TO = 1e-4
+PEAK_ACCURACY = 1e-4
 """Relative amount by which the true peak may exceed the largest sample."""
 
 BROKEN = 1.0 + LIMIT_TOLERANCE
@@ -70,8 +70,8 @@ MOST_SAMPLES = 600_000
 MOST_SAMPLES_OF_PIECE = 24
 """Allowance of samples for each piece of a motion with many: its steps, all cut twice."""
 
-EASY_TRAVEL = MOST_PARTS / SAMPLES_PER_RADIAN
-"""Travel of a joint, rad or m, that takes a piece to `MOST_PARTS` parts where it moves at twice its mean speed."""
+EASY_TRAVEL = MOST_PEAK_PARTS / SAMPLES_PER_RADIAN
+"""Travel of a joint, rad or m, that takes a piece to `MOST_PEAK_PARTS` parts where it moves at twice its mean speed."""
 
 MOST_TRAVEL = MOST_SAMPLES * COARSER / (2 * SAMPLES_PER_RADIAN * (FINER - 1))
 """Travel, rad or m, beyond `EASY_TRAVEL` of each segment, for which torque and tool motion can be sampled: 2,500 turns.
@@ -123,7 +123,7 @@ def parts_of(derivatives: UnitPolynomials, lengths: FloatArray) -> np.ndarray:
         derivatives: The motion and its derivatives by time, `DERIVATIVES` of them.
         lengths: (pieces,), s.
     """
-    density = np.array([LEAST_SHARE, OFF_PARABOLA, MOST_PARTS, SAMPLES_PER_RADIAN, FEWEST_PARTS])
+    density = np.array([LEAST_PEAK_SHARE, OFF_PARABOLA, MOST_PEAK_PARTS, SAMPLES_PER_RADIAN, FEWEST_PARTS])
     return count_parts(derivatives.bernstein, lengths, density)
 
 
@@ -155,11 +155,11 @@ def sampled_peaks(
     Raises:
         InvalidProblem: A joint travels so far that the peaks would take too many samples.
     """
-    if np.maximum(-(-parts // COARSER) - MOST_PARTS // COARSER, 0).sum() > MOST_SAMPLES / 2:
+    if np.maximum(-(-parts // COARSER) - MOST_PEAK_PARTS // COARSER, 0).sum() > MOST_SAMPLES / 2:
         raise InvalidProblem([(("limits",), TOO_FAR)])
     column, power = (-1, 1.0) if bend is None else bend
     most_samples = max(MOST_SAMPLES, MOST_SAMPLES_OF_PIECE * len(parts))
-    of_rounds = COARSER, FINER, MOST_ROUNDS, CAUTION, OFF_PARABOLA, KNOWN_TO, decided_at
+    of_rounds = COARSER, FINER, MOST_ROUNDS, CAUTION, OFF_PARABOLA, PEAK_ACCURACY, decided_at
     accuracy = np.array([*of_rounds, SLOWING, LEAST_BEND, most_samples, column, power])
     lowest = np.broadcast_to(above, int(groups.max()) + 1)
     more = 0 if bend is None else BEND_COLUMNS

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kinematics.configurations import Configuration, in_configuration
-from planner.kinematics.forward import manipulability
+from planner.kinematics.forward import LEAST_MANIPULABILITY, manipulability
 from planner.kinematics.search import QUICK, Search
 from planner.kinematics.turns import TURN, turns_within
 from planner.tolerances import POSITION_TOLERANCE, ROUNDING
@@ -28,9 +28,6 @@ MOST_TURNED = 32
 
 TURNS = np.array([0.0, -TURN, TURN])
 """Turns of one joint from its position nearest to the joint position before, rad."""
-
-TINY = 1e-12
-"""A manipulability that is as good as none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +89,7 @@ class Layer:
         """
         branches = np.array(solutions)
         measure = manipulability(robot, branches)
-        conditioning = measure / max(float(measure.max()), TINY)
+        conditioning = measure / max(float(measure.max()), LEAST_MANIPULABILITY)
         fewest, most = _turns_within(robot, branches)
         if not (most > fewest).any():
             return cls(branches, fewest, most, conditioning, solutions=len(branches))
@@ -118,7 +115,7 @@ class Layer:
     ) -> Layer:
         """Return the layer of a pose with a continuum of solutions, of which `solutions` are a spread."""
         layer = replace(cls.isolated(robot, solutions, ahead), wanted=wanted)
-        best = max(float(manipulability(robot, np.array(solutions)).max()), TINY)
+        best = max(float(manipulability(robot, np.array(solutions)).max()), LEAST_MANIPULABILITY)
         lower, upper = robot.limit("lower"), robot.limit("upper")
         search = Search(robot, pose, options)
 

@@ -9,7 +9,7 @@ import numpy as np
 from planner.errors import JointPositionLimit, Remedy, UnreachableWaypoint, distinct
 from planner.kinematics.configurations import Configuration, configurations, in_configuration
 from planner.kinematics.search import QUICK, Search, is_isolated
-from planner.kinematics.seeds import ROWS
+from planner.kinematics.seeds import TABLE_ROWS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,7 +49,7 @@ def solutions_in(
     if len(fitting) == len(solutions) or is_isolated(robot, pose, solutions[0]):
         return fitting
     search, found = Search(robot, pose, options), list(fitting)
-    for start in in_configuration(robot, search.table_starts(ROWS - 1), wanted)[:MOST_STARTS]:
+    for start in in_configuration(robot, search.table_starts(TABLE_ROWS - 1), wanted)[:MOST_STARTS]:
         if len(found) >= MOST_OF_CONTINUUM:
             break
         q = search.solve(start, QUICK)

@@ -45,10 +45,10 @@ FEWEST = 9
 TOGETHER = 128
 """Number of offsets tried first in a region with several coordinates."""
 
-REFINED = 3
+REFINED_POSITIONS = 3
 """Number of the best joint positions that are refined: the best branches, and neighbours on them."""
 
-MOST_TRIED = 100
+MOST_TRIED_POSITIONS = 100
 """The most joint positions of a region whose following tool motions are tried, each some 10 ms."""
 
 
@@ -280,10 +280,10 @@ def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinem
         return least_cost(search, start, costs, selection.is_free if is_free.any() else None)
 
     if is_free.any() and selection.judges_motions:
-        for solution in selection.pose_by_pose(waypoint, solutions)[:MOST_TRIED]:
+        for solution in selection.pose_by_pose(waypoint, solutions)[:MOST_TRIED_POSITIONS]:
             if (settled := selection.leads_on(waypoint, solution)) is not None:
                 return selection.leads_on(waypoint, refined(solution)) or settled
-    best = np.array([refined(solution) for solution in solutions[:REFINED]])
+    best = np.array([refined(solution) for solution in solutions[:REFINED_POSITIONS]])
     return selection.with_pose(waypoint, best[int(costs(best).argmin())])
 
 

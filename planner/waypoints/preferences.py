@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kinematics.configurations import Configuration, configurations
-from planner.kinematics.forward import manipulability
+from planner.kinematics.forward import LEAST_MANIPULABILITY, manipulability
 from planner.kinematics.search import Search, wide_spread
 from planner.kinematics.turns import counted_velocity
 from planner.tool_motions.least_cost import least_cost
@@ -26,10 +26,7 @@ if TYPE_CHECKING:
 SIDE = 0.01
 """The weight of the sum over all joints beside the worst one: it decides where that leaves the others open."""
 
-SINGULAR = 1e-12
-"""A manipulability that is as good as none, in its own unit."""
-
-STARTS = 6
+CONTINUUM_STARTS = 6
 """Number of the best solutions that are known of a continuum from which a better one is sought."""
 
 
@@ -73,7 +70,7 @@ def best_of_continuum(
     allowed = partial(_in_configuration, robot, wanted, costs)
     starts = np.array([*known, *wide_spread(search)])
     found = allowed(starts)
-    best = [row for row in found.argsort(kind="stable")[:STARTS].tolist() if np.isfinite(found[row])]
+    best = [row for row in found.argsort(kind="stable")[:CONTINUUM_STARTS].tolist() if np.isfinite(found[row])]
     return [least_cost(search, starts[row], allowed) for row in best]
 
 
@@ -94,7 +91,7 @@ def _away(robot: Robot, reference: FloatArray, positions: FloatArray) -> FloatAr
 
 def _singular(robot: Robot, positions: FloatArray) -> FloatArray:
     """Return the negative logarithms (N,) of the manipulability."""
-    costs: FloatArray = -np.log(np.maximum(manipulability(robot, positions[:, : robot.dof]), SINGULAR))
+    costs: FloatArray = -np.log(np.maximum(manipulability(robot, positions[:, : robot.dof]), LEAST_MANIPULABILITY))
     return costs
 
 

@@ -7,15 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.rest_to_rest import unit_scalings
-from planner.tolerances import LIMIT_TOLERANCE, ROUNDING
+from planner.tolerances import BISECTIONS, LIMIT_TOLERANCE, ROUNDING
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import SegmentedPolynomial
-
-
-BISECTIONS = 60
-"""Steps of bisection until a highest velocity is as exact as a floating-point number of 53 bits."""
 
 
 def s_curves(

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Objective = Literal["effort", "mechanical_work", "jerk"]
 
-SAMPLES = 400
+COST_SAMPLES = 400
 """Number of samples of a motion, about."""
 
 FEWEST_ON_A_PIECE = 9
@@ -97,7 +97,7 @@ def has_massless_links(robot: Robot) -> bool:
 
 def _integral(pieces: SegmentedPolynomial, rate: Callable[..., FloatArray]) -> float:
     """Return the integral of a rate over a motion; by Simpson's rule on each piece."""
-    count = max(FEWEST_ON_A_PIECE, SAMPLES // len(pieces.lengths) // 2 * 2 + 1)
+    count = max(FEWEST_ON_A_PIECE, COST_SAMPLES // len(pieces.lengths) // 2 * 2 + 1)
     rates = rate(*sampled(pieces, count)).reshape(-1, count)
     simpson = np.full(count, 2.0)
     simpson[1::2] = 4.0

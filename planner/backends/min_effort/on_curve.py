@@ -20,7 +20,7 @@ import numpy as np
 from planner.backends.min_effort.stage import SMOOTHING
 from planner.constraints import TORQUE
 from planner.kernels.retiming import Objective, PathCost
-from planner.time_scaling.fastest import COARSE, retimed, retimed_lengths
+from planner.time_scaling.fastest import QUARTERING_EXCESS, retimed, retimed_lengths
 from planner.time_scaling.limits_on_curve import limits_on
 from planner.time_scaling.linear_limits import QuadraticSpline
 from planner.time_scaling.retiming import RequestedDurations, best_retiming, of_duration
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from planner.time_scaling.limits_on_curve import LimitsOnCurve
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
-ROUNDS = (1e-2, 1e-4)
+ROUND_GAPS = (1e-2, 1e-4)
 """Rounds of the search: the gap to the optimum, relative to the cost, that may be left after each of them."""
 
-NEARLY = 1e-2
+MISSED_DURATION_SHARE = 1e-2
 """Share of a requested duration by which the search may miss it; a correction follows the search."""
 
 CORRECTIONS = 10
@@ -84,14 +84,14 @@ class Search:
             margin: Factor by which all limits are narrower.
         """
         limits = limits_on(self.path, self.group, knows_torques=self.cost.objective != "jerk")
-        for gap in ROUNDS:
+        for gap in ROUND_GAPS:
             even = np.ceil(self.knots * scaling.lengths / scaling.lengths.sum()).astype(int)
             most = limits.used(scaling)[0]
-            scaling = scaling.split(np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
+            scaling = scaling.split(np.maximum(even, np.where(most > QUARTERING_EXCESS, 4, np.where(most > 1.0, 2, 1))))
             requested, within = self._requested(limits.on_segments(scaling)), limits.along(scaling).narrowed(margin)
             found = best_retiming(scaling.lengths, within, self._objective(limits, scaling), requested, gap, self.steps)
             missed = requested.missed(QuadraticSpline(scaling.lengths).states(found.unknowns)[0])
-            if (np.abs(missed) > NEARLY * requested.durations).any():
+            if (np.abs(missed) > MISSED_DURATION_SHARE * requested.durations).any():
                 return None
             scaling = retimed(scaling, _on_time(scaling, found.unknowns, requested))
         return FoundScaling(limits.on_segments(scaling), found.converged)

@@ -21,7 +21,7 @@ from planner.guarantees import QUANTITIES, TCP_ORDERS
 from planner.kinematics.forward import VELOCITIES
 from planner.time_scaling.compose import follow_curve
 from planner.time_scaling.fastest import fastest_scaling
-from planner.time_scaling.retiming import MOST_STEPS
+from planner.time_scaling.retiming import MOST_RETIMING_STEPS
 from planner.time_scaling.sampled_limits import SampledLimits
 from planner.time_scaling.uniform import scaled_to_duration, slowest, time_scalings
 from planner.tolerances import DURATION_TOLERANCE, ROUNDING
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, SegmentGroup
     from planner.spatial import FloatArray
 
-FEWEST_INTERVALS = 8
+LEAST_SPLINE_INTERVALS = 8
 """Intervals of the spline on a segment that is passed without stopping; fewer restrict it too much."""
 
 MOST_TURN = 2.0
@@ -46,19 +46,19 @@ less.
 FIRST_MARGIN = 1.003
 """Factor by which limits of torque and tool speed are narrowed at first, for excesses between instants."""
 
-MOST_REPAIRS = 8
+MOST_MARGIN_REPAIRS = 8
 """Number of solutions with wider margins, at most, until the limits are kept between the instants, too."""
 
 REPAIR = 1.5
 """Multiple of the excess on a piece that is added to its margin."""
 
-NEAR = 0.5
+MOVED_SHARE = 0.5
 """Share of the excess on a neighbouring piece that counts on a piece, to which that excess would move."""
 
 LEAST_REPAIR = 2e-3
 """Least amount that is added to the margin of a piece with an excess."""
 
-COARSE = 1.05
+REFINING_EXCESS = 1.05
 """Use of a limit between the breakpoints above which the spline gets twice as many intervals."""
 
 FINE = 32
@@ -79,7 +79,7 @@ WORK_OF_PATH = 0.5
 WORK_OF_HALF_SPACE = 0.07
 """Additional time of an iteration for each half-space at an instant, as a share."""
 
-NEARER = 1.002
+DEVIATION_EXCESS = 1.002
 """Factor by which the deviation allowed is narrowed beyond its excess."""
 
 HOPELESS = 30
@@ -208,15 +208,15 @@ class OnCurve(Optimum):
         parts = np.eye(len(durations), dtype=bool)[~self.free]
         if self.free.any() and weight is None:
             parts = np.vstack([parts, self.free])
-        knots = max(self.options.knots, FEWEST_INTERVALS * len(durations))
+        knots = max(self.options.knots, LEAST_SPLINE_INTERVALS * len(durations))
         (positions,) = self.group.curve.evaluate(self.group.curve.breakpoints, [0])
         if self.turn(positions).sum(axis=0).max(initial=0.0) > MOST_TURN * knots:
             return None
         scaling = scaling.stretched(float(durations.sum() / scaling.lengths.sum()))
-        steps = min(self.options.iterations or MOST_STEPS, MOST_STEPS)
+        steps = min(self.options.iterations or MOST_RETIMING_STEPS, MOST_RETIMING_STEPS)
         search = Search(self.path, self.group, self.cost, weight or 0.0, parts, parts @ durations, knots, steps)
         margin = FIRST_MARGIN
-        for _ in range(MOST_REPAIRS):
+        for _ in range(MOST_MARGIN_REPAIRS):
             found = search.improved(scaling, margin)
             if found is None:
                 return None
@@ -227,7 +227,7 @@ class OnCurve(Optimum):
             if factor <= 1.0 + DURATION_TOLERANCE:
                 self.converged = found.converged
                 return pieces
-            scaling, margin = found.scaling, margin * min(factor**3, COARSE)
+            scaling, margin = found.scaling, margin * min(factor**3, REFINING_EXCESS)
         return None
 
 
@@ -288,7 +288,7 @@ class ThroughWaypoints(Optimum):
             TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool
         ):
             return None  # the program knows no accelerations of the tool, and no further quantities
-        intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
+        intervals = max(-(-self.options.knots // segments), LEAST_SPLINE_INTERVALS)
         if self.turn(self.positions).max(initial=0.0) > MOST_TURN * intervals:
             return None  # between its instants torques would come and go unseen
         tool = np.hstack([limits.magnitudes(quantity) for quantity in VELOCITIES])
@@ -322,7 +322,7 @@ class ThroughWaypoints(Optimum):
         objective, adds_jerk = self.options.objective, self.cost.adds_jerk
         layout = Layout(segments, intervals, objective, watches_tool, *holds, cuts, adds_jerk)
         left = MOST_WORK if self.options.iterations is None else self.options.iterations * _work(layout)
-        for _ in range(MOST_REPAIRS):
+        for _ in range(MOST_MARGIN_REPAIRS):
             if left <= 0:
                 return None
             rows = np.repeat(np.arange(segments), layout.intervals)
@@ -348,7 +348,7 @@ class ThroughWaypoints(Optimum):
             if max(away, use.max()) <= 1.0:
                 self.converged = motion.converged
                 return pieces
-            if max(away, use.max()) > COARSE and len(rows) < FINE:
+            if max(away, use.max()) > REFINING_EXCESS and len(rows) < FINE:
                 layout, again = layout._replace(intervals=2 * layout.intervals), None
                 margins = np.repeat(margins, 2, axis=0)
             else:
@@ -357,9 +357,16 @@ class ThroughWaypoints(Optimum):
                     fastest = fastest * (
                         1.0 + np.maximum.reduceat(excess, np.searchsorted(rows, range(segments)))[:, None]
                     )
-                excess = np.max([excess, NEAR * np.append(excess[1:], 0.0), NEAR * np.append(0.0, excess[:-1])], axis=0)
+                excess = np.max(
+                    [
+                        excess,
+                        MOVED_SHARE * np.append(excess[1:], 0.0),
+                        MOVED_SHARE * np.append(0.0, excess[:-1]),
+                    ],
+                    axis=0,
+                )
                 margins = margins * (1.0 + REPAIR * excess + LEAST_REPAIR * (excess > 0.0))[:, None]
-                nearer, again = nearer * max(NEARER * away, 1.0), motion
+                nearer, again = nearer * max(DEVIATION_EXCESS * away, 1.0), motion
         return None
 
     def _velocities(self, first: SegmentedPolynomial) -> Bounds:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial
 
-INSIDE = 1.0 - 1e-7
+SOLVER_LIMIT_SHARE = 1.0 - 1e-7
 """Share of a limit that the solver may use, so that its own tolerance stays within the limit."""
 
 IPOPT: dict[str, Any] = {
@@ -146,7 +146,7 @@ class Motion(NamedTuple):
     multipliers: tuple[Any, Any]
 
 
-LEAST_TIME = 0.25
+LEAST_DURATION_RATIO = 0.25
 """Lower bound on a free duration, as a multiple of its first guess."""
 
 MOST_TIME = 10.0
@@ -220,10 +220,10 @@ class Program:
             **known,
             x0=begin,
             p=p,
-            lbx=np.concatenate([box[0], np.where(m.free, LEAST_TIME, 1.0) * durations]),
+            lbx=np.concatenate([box[0], np.where(m.free, LEAST_DURATION_RATIO, 1.0) * durations]),
             ubx=np.concatenate([box[1], np.where(m.free, MOST_TIME, 1.0) * durations]),
-            lbg=np.concatenate([-INSIDE * sides[0], via, total[:1]]),
-            ubg=np.concatenate([INSIDE * sides[1], via, total[1:]]),
+            lbg=np.concatenate([-SOLVER_LIMIT_SHARE * sides[0], via, total[:1]]),
+            ubg=np.concatenate([SOLVER_LIMIT_SHARE * sides[1], via, total[1:]]),
         )
         stats = solver.stats()
         if stats["return_status"] == "Insufficient_Memory":

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 FEW_SEGMENTS = 20
 """Number of segments up to which each joint's own time scaling is always tried; 50 dense segments take 1 s."""
 
-STRAIGHT = 0.6
+STRAIGHT_LIST = 0.6
 """Straightness of a list of waypoints above which one time scaling along a curve is tried.
 
 It was faster for 56 of 500 random lists without torque and tool speed limits. None of the 56 was below 0.65. Random
@@ -121,7 +121,7 @@ class Ruckig:
         free = not moves and bool(np.isnan(path.durations[group.segments]).all())
         passes = free and len(group.segments) > 1
         found: list[SegmentedPolynomial] = []
-        if passes and _straightness(path, group) > (STRAIGHT if len(group.segments) > 2 else STRAIGHT_PAST_ONE):
+        if passes and _straightness(path, group) > (STRAIGHT_LIST if len(group.segments) > 2 else STRAIGHT_PAST_ONE):
             found = _along_curve(path, group)
             if found and len(group.segments) > FEW_SEGMENTS:
                 stopping = along_lines(path.straight_motions(group.segments))

@@ -38,10 +38,10 @@ MOST_SLOWINGS = 10
 ENOUGH_SLOWINGS = 4
 """Number of times after which a motion is accepted that keeps them once it is stretched as a whole."""
 
-HASTE = 1.0 + 1e-4
+SLOWING_EXCESS = 1.0 + 1e-4
 """Factor by which segments are slowed beyond their need, so that the search ends."""
 
-MOST_TRIALS = 4
+MOST_DURATION_TRIALS = 4
 """Number of trials of longer durations before the durations of a motion with stops become the remedy."""
 
 SURELY = 1.0 + 1e-6
@@ -226,12 +226,12 @@ class _JointGroup:
                 total = motion.durations * worst
                 whole = _Candidate(pieces.stretched(worst), total, total, motion, needed, slowed)
                 best = whole if best is None or whole.durations.sum() < best.durations.sum() else best
-                if worst <= HASTE:
+                if worst <= SLOWING_EXCESS:
                     return best
             # The tool's speed takes slower joints, but no gentler ones; torque and its acceleration take both.
             limits = [needed[segment].binding.quantity for segment in self.segments.tolist()]
             by_tool = np.array([quantity in self.of_speed for quantity in limits])
-            excess = np.maximum(factors * HASTE, 1.0)
+            excess = np.maximum(factors * SLOWING_EXCESS, 1.0)
             slowness = slowness * np.where(by_tool, 1.0, excess)
             fastest = largest_speeds(pieces)
             fastest = np.array([fastest[pieces.segments == segment].max(axis=0) for segment in self.segments])
@@ -333,7 +333,7 @@ class _JointGroup:
         """Return durations (segments,) with which a motion exists: the requested ones, or longer."""
         needed = self.requested
         if len(self.requested) > 1 or not self.at_rest:
-            for _ in range(MOST_TRIALS):
+            for _ in range(MOST_DURATION_TRIALS):
                 needed = np.where(durations > needed * (1.0 + DURATION_TOLERANCE), durations * SURELY, needed)
                 tried = self._slowed(needed, stopping=False, stop_times=stop_times)
                 if tried is None:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.ruckig.state_to_state import Passage, Passages, Rates, ShortestTimes, cubic_pieces
-from planner.backends.ruckig.via_problem import LATE, OUTSIDE, ViaMotion, ViaProblem
+from planner.backends.ruckig.via_problem import LATE, OUTSIDE_WEIGHT, ViaMotion, ViaProblem
 from planner.tolerances import LIMIT_TOLERANCE
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
-SLOWER = (0.75, 0.5, 0.25, 0.0)
+VIA_STATE_FACTORS = (0.75, 0.5, 0.25, 0.0)
 """Factors on a joint's velocity and acceleration at a waypoint that are tried where a segment is to be mended."""
 
 MOST_MENDINGS = 24
@@ -69,7 +69,7 @@ class MendedPassages:
             return np.inf
         requested = self.problem.requested[segment]
         time = passage.duration if np.isnan(requested) else LATE * max(passage.duration - requested, 0.0)
-        return float(time + OUTSIDE * self._outside(segment, passage).sum())
+        return float(time + OUTSIDE_WEIGHT * self._outside(segment, passage).sum())
 
     def _outside(self, segment: int, passage: Passage) -> FloatArray:
         """Return the excess (joints,) of each joint over its position limits, plus 1 if there is any."""
@@ -88,7 +88,7 @@ class MendedPassages:
         late = passage.duration - least
         if late <= 1e-6 * least:
             late = 0.0
-        return late + OUTSIDE * outside.sum(), everyone if late > 0.0 else np.flatnonzero(outside)
+        return late + OUTSIDE_WEIGHT * outside.sum(), everyone if late > 0.0 else np.flatnonzero(outside)
 
     def mend(self) -> None:
         """Slow one joint at one waypoint or at two, the best choice each time, until nothing can be gained."""
@@ -114,7 +114,7 @@ class MendedPassages:
             for waypoints in choices:
                 if not any(rate[waypoints, joint].any() for rate in self.rates):
                     continue
-                for factor in SLOWER:
+                for factor in VIA_STATE_FACTORS:
                     rates = Rates(*(rate.copy() for rate in self.rates))
                     for rate in rates:
                         rate[waypoints, joint] *= factor

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 LATE = 30.0
 """Weight of the time beyond a requested duration, against the duration."""
 
-OUTSIDE = 30.0
+OUTSIDE_WEIGHT = 30.0
 """Weight of the travel beyond a position limit, in units of the search, against the duration."""
 
 NO_TRAVEL = 1e-7

@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from planner.backends.ruckig.via_problem import ViaProblem
     from planner.spatial import FloatArray
 
-PIECES = 8
+PIECES_PER_SEGMENT = 8
 """Number of pieces of constant jerk in each segment."""
 
-SLOWER = 1.05
+FIRST_DURATION_RATIO = 1.05
 """Ratio of the durations that the search begins with to the shortest from rest to rest: it has to begin inside."""
 
 NO_LIMIT = 1e6
@@ -67,7 +67,7 @@ def passing_states(problem: ViaProblem) -> Rates:
     Args:
         problem: The problem, in units in which everything is about 1.
     """
-    grid, travels, free = _grid(PIECES), problem.travels, np.isnan(problem.requested)
+    grid, travels, free = _grid(PIECES_PER_SEGMENT), problem.travels, np.isnan(problem.requested)
     count, joints = travels.shape
     bounds = np.empty((2, count, joints, len(grid.powers)))
     for power, quantity in enumerate(JOINT_DERIVATIVES[1:], 1):
@@ -89,7 +89,7 @@ def passing_states(problem: ViaProblem) -> Rates:
         states[at] = np.stack(rates, axis=-1)
     shortest = np.where(free, 0.0, problem.requested)
     program = PassingProblem(*grid, travels, bounds, shortest, np.where(free, 1.0, LATE))
-    found = best_states(program, np.maximum(times, shortest) * SLOWER, states)
+    found = best_states(program, np.maximum(times, shortest) * FIRST_DURATION_RATIO, states)
     return Rates(found[..., 0], found[..., 1])
 
 

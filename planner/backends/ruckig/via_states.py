@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from planner.backends.ruckig.via_problem import ViaMotion, ViaProblem
     from planner.spatial import FloatArray
 
-INSIDE = 1.0 - 1e-4
+USED_SHARE = 1.0 - 1e-4
 """Share of the possible velocities and accelerations that a waypoint is passed with."""
 
 
@@ -60,11 +60,11 @@ class _PossibleRates:
         # No faster than a joint can be that travels all the way in one direction, which bounds infinite limits.
         way = np.maximum(np.abs(travels).sum(axis=0), 1.0)
         most = np.minimum(np.cbrt(4.0 * jerk * way**2), 2.0 * np.sqrt(np.maximum(gaining, braking) * way))
-        velocity, upward, downward = (np.minimum(limit, most) * INSIDE for limit in (velocity, upward, downward))
+        velocity, upward, downward = (np.minimum(limit, most) * USED_SHARE for limit in (velocity, upward, downward))
         # It must not lead beyond the velocity limit of either direction.
         eased = np.sqrt(2.0 * jerk * velocity)
         self._gaining, self._braking = (
-            np.where(np.isfinite(jerk), np.minimum(limit, eased) * INSIDE, 0.0) for limit in (gaining, braking)
+            np.where(np.isfinite(jerk), np.minimum(limit, eased) * USED_SHARE, 0.0) for limit in (gaining, braking)
         )
         inner = problem.positions[1:-1]
         above, below = limits.position.upper - inner, inner - limits.position.lower

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, SegmentGroup
     from planner.trajectories.polynomials import SegmentedPolynomial
 
-SHARES = (1.0, 0.5, 0.25, 0.0)
+SPLINE_SHARES = (1.0, 0.5, 0.25, 0.0)
 """Shares of the spline in a joint's curve; the first one is taken with which it keeps its position limits."""
 
 
@@ -34,8 +34,8 @@ def smooth_curve(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
     coefficients = np.zeros_like(group.curve.coefficients)
     coefficients[..., : spline.shape[2]] = spline
     attempt = np.zeros(positions.shape[1], dtype=int)
-    while attempt.max() < len(SHARES):
-        share = np.array(SHARES)[attempt][:, None]
+    while attempt.max() < len(SPLINE_SHARES):
+        share = np.array(SPLINE_SHARES)[attempt][:, None]
         mixed = share * coefficients + (1.0 - share) * group.curve.coefficients
         curve = replace(group.curve, coefficients=mixed if attempt.any() else spline)
         beyond = first_beyond(path.robot, curve)

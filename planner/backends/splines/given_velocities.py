@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from planner.limits import SegmentLimits
     from planner.spatial import FloatArray
 
-STEP = 1.12
+DURATION_TRIAL_FACTOR = 1.12
 """Factor on the time of a part from one trial to the next. Narrower ranges of durations that keep the limits are
 searched for where the trials come near to their limits and go away again."""
 
 PROMISING = 0.2
 """Excess, in the logarithm, up to which a search begins at a trial that is nearer to the limits than its neighbours."""
 
-HALVINGS = 14
+TIME_BISECTIONS = 14
 """Steps of bisection between a time that is too short and one that is not: to 1e-5 of it."""
 
 LARGEST_REACH = 4.0
@@ -155,8 +155,8 @@ class PassingSpline:
         needed = np.divide(travels, average, out=np.zeros_like(travels), where=moves).max(axis=1)
         kept, own = (np.bincount(parts, weights=np.where(mask, least, 0.0)) for mask in (~free, free))
         factors = np.divide(needed - kept, own, out=np.ones_like(own), where=own > 0.0)
-        steps = np.floor(np.log(np.maximum(factors, 1.0)) / np.log(STEP))
-        return np.where(free, least * STEP ** steps[parts], least)
+        steps = np.floor(np.log(np.maximum(factors, 1.0)) / np.log(DURATION_TRIAL_FACTOR))
+        return np.where(free, least * DURATION_TRIAL_FACTOR ** steps[parts], least)
 
     def _longest_durations(self) -> FloatArray:
         """Return durations (segments,), s, at which rates are as low as durations can make them."""
@@ -189,11 +189,11 @@ class PassingSpline:
         can_change = np.bincount(parts, weights=free) > 0.0
 
         def durations(steps: FloatArray) -> FloatArray:
-            return np.where(free, least * STEP ** steps[parts], least)
+            return np.where(free, least * DURATION_TRIAL_FACTOR ** steps[parts], least)
 
         ratio = float((self._longest_durations() / least)[free].max(initial=1.0))
         seen: list[FloatArray] = []
-        for step in range(int(np.ceil(np.log(max(ratio, 1.0)) / np.log(STEP))) + 2):
+        for step in range(int(np.ceil(np.log(max(ratio, 1.0)) / np.log(DURATION_TRIAL_FACTOR))) + 2):
             seen.append(self.excesses(durations(np.full(len(can_change), float(step)))))
             if ((np.min(seen, axis=0) <= 0.0) | ~can_change).all():
                 break
@@ -206,7 +206,7 @@ class PassingSpline:
         dips &= ~within.cumsum(axis=0, dtype=bool)
         dip = np.where(dips.any(axis=0), np.where(dips, trials, np.inf).argmin(axis=0), np.nan)
         low = np.where(found, np.maximum(high - 1.0, 0.0), high)
-        for _ in range(HALVINGS if (low < high).any() else 0):
+        for _ in range(TIME_BISECTIONS if (low < high).any() else 0):
             middle = (low + high) / 2.0
             kept = self.excesses(durations(middle)) <= 0.0
             low, high = np.where(kept, low, middle), np.where(kept, middle, high)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 UNITS = np.linspace(0.0, 1.0, 24)
 """Unit times at which the search samples a time scaling on each interval; the final shape is then checked exactly."""
 
-SHARES = np.linspace(0.0, 1.0, 9)
+PACE_SHARES = np.linspace(0.0, 1.0, 9)
 """Shares, tried in turn, by which free intervals adopt the pace of slow ones until the time scaling ascends."""
 
 LEAST_FACTOR = 1e-9
@@ -41,7 +41,7 @@ LEAST_FACTOR = 1e-9
 BACKWARDS = 1e-9
 """Backward speed along the curve, relative to the mean speed, that counts as rounding of the coefficients."""
 
-MOST_LENGTHENINGS = 30
+MOST_OPEN_LENGTHENINGS = 30
 """Largest number of times that segments without a requested duration are lengthened beside segments with one."""
 
 LONGEST = 1e6
@@ -93,7 +93,7 @@ class _Timing(ABC):
         durations, free = self.first_durations(), np.isnan(self.requested)
         longest = self.longest * durations.sum()
         needed: dict[int, TimeScaling] = {}
-        for _ in range(MOST_LENGTHENINGS):
+        for _ in range(MOST_OPEN_LENGTHENINGS):
             pieces = self.pieces(durations)
             try:
                 needed = time_scalings(self.path, pieces, self.enforced)
@@ -283,7 +283,7 @@ class _CurveTiming(_Timing):
         quick = self._shortest(shape, requested)
         # A spline swings back where a quick interval meets a slow one: free intervals then adopt the requested pace.
         slow = np.where(free, shape * np.nanmax(requested / shape), requested)
-        paces = (quick ** (1.0 - share) * slow**share for share in SHARES)
+        paces = (quick ** (1.0 - share) * slow**share for share in PACE_SHARES)
         return next((durations for durations in paces if self._ascends(durations)), slow)
 
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:

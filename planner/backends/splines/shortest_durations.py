@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
     from planner.spatial import FloatArray
 
-MOST_STEPS = 45
+MOST_QUADRATIC_PROGRAMS = 45
 """Most quadratic programs in one search. Ten to fifty waypoints far apart need fewer than 14. Dense waypoints on one
 line need more: after 14 their motions take up to 1.7 times as long, and rounding decides the factor."""
 
-LEAST_GAIN = 3e-3
+LEAST_MERIT_GAIN = 3e-3
 """Decrease of the merit (the logarithm of the total duration) that a step must promise to be worth it."""
 
 LARGEST_STEP = 0.8
@@ -38,16 +38,16 @@ PENALTY = 20.0
 MARGIN = 5e-4
 """Excess below 0 that is aimed at where scaling all durations does not mend a broken limit."""
 
-GAP = 0.05
+DUALITY_GAP = 0.05
 """Duality gap, as a share of the gain, at which a quadratic program counts as solved."""
 
 DIFFERENCE = 1e-6
 """Relative change of a duration by which its effect is measured."""
 
-REACH = 7
+EFFECT_REACH = 7
 """Segments apart whose effects on a motion are measured at once: a spline forgets as fast as 0.43^segments."""
 
-NEAR = 0.5
+NEAR_RATIO = 0.5
 """Share of the largest ratio above which measured ratios are looked into."""
 
 GROWS_ABOVE = 0.7
@@ -111,7 +111,7 @@ def shortest_durations(
     """Find durations of least sum at which a motion keeps its rate limits; of any motion, by its ratios alone.
 
     A segment's ratio may depend on all durations, mostly on its few neighbours' durations. Slopes are measured, about
-    `REACH` evaluations each time.
+    `EFFECT_REACH` evaluations each time.
 
     Args:
         evaluate: A function from durations (segments,) to the ratios of the motion that has them.
@@ -148,17 +148,17 @@ class _MeasuredMotion:
         segments = np.arange(len(self.durations))
         excess, slopes = np.log(self.ratios), np.zeros((len(segments), len(segments)))
         total = np.zeros(len(segments))
-        for first in range(min(REACH, len(segments))):
-            changed = segments[first::REACH]
+        for first in range(min(EFFECT_REACH, len(segments))):
+            changed = segments[first::EFFECT_REACH]
             stretched = self.durations.copy()
             stretched[changed] *= 1.0 + DIFFERENCE
-            nearest = changed[np.clip((segments - first + REACH // 2) // REACH, 0, len(changed) - 1)]
+            nearest = changed[np.clip((segments - first + EFFECT_REACH // 2) // EFFECT_REACH, 0, len(changed) - 1)]
             effects = (np.log(self.near(stretched)) - excess) / DIFFERENCE
             slopes[segments, nearest] = effects
             total += effects
         # All durations times k divide every ratio by k: a segment's own has to make up for what is out of reach.
         slopes[segments, segments] -= 1.0 + total
-        near = excess > excess.max() + np.log(NEAR)
+        near = excess > excess.max() + np.log(NEAR_RATIO)
         return LinearisedLimits(excess[near], slopes[near], np.ones(np.count_nonzero(near), bool))
 
 
@@ -187,9 +187,9 @@ def search_durations(
     best = assess(start)
     value = merit(best)
     radius = np.full(len(start), LARGEST_STEP)
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_QUADRATIC_PROGRAMS):
         step, promised = _best_step(best, free, radius, scalable=scalable)
-        if promised < LEAST_GAIN:
+        if promised < LEAST_MERIT_GAIN:
             break
         trial = assess(best.durations * np.exp(step))
         excess = np.log(trial.ratios) - (np.log(best.ratios.max()) if scalable else 0.0)
@@ -258,7 +258,7 @@ def _best_change(
         upper=np.append(radius, 100.0 * (worst + 1.0)),
     )
 
-    gap = Gap(0.1 * LEAST_GAIN, GAP, PENALTY * worst)
+    gap = Gap(0.1 * LEAST_MERIT_GAIN, DUALITY_GAP, PENALTY * worst)
     d = solve_quadratic_program(program, np.append(np.zeros(variables), worst + 0.1), gap)[:-1]
     after = max(0.0, float((excess + slopes @ d).max(initial=0.0)))
     return d, PENALTY * (worst - after) - float(shares @ (d + 0.5 * d * d))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 HIGHEST_LIMITED_ORDER = {3: 2, 5: 3}
 """Order of the highest derivative, by degree of the spline, that has no jumps and whose limits the spline keeps."""
 
-NEAR = 0.65
+NEAR_RATE = 0.65
 """Share of the worst rate (all brought to first order) above which rates are looked into."""
 
 NEAR_POSITION = 0.1
@@ -148,7 +148,9 @@ class SplineAgainstLimits:
 
     def linearise(self) -> LinearisedLimits:
         """Return the peaks that a change of the durations could bring over their limits, and those over them."""
-        near = np.where(self.order > 0, self.excess > np.log(NEAR * self.ratios.max()), self.excess > -NEAR_POSITION)
+        near = np.where(
+            self.order > 0, self.excess > np.log(NEAR_RATE * self.ratios.max()), self.excess > -NEAR_POSITION
+        )
         peaks = (self.segment[near], self.joint[near], self.order[near], self.u[near])
         slopes = self.spline.sensitivities(*peaks) * self.weight[near, None]
         return LinearisedLimits(self.excess[near], slopes, self.order[near] > 0)
@@ -202,6 +204,6 @@ def hold_against_limits(
         np.where(span > 0.0, span, 1.0),
         (np.stack([bounds.lower for bounds in rates]), np.stack([bounds.upper for bounds in rates])),
         limits.position,
-        (NEAR, NEAR_POSITION, AT_WAYPOINT, ROOT_TOLERANCE, MOST_ROOT_STEPS),
+        (NEAR_RATE, NEAR_POSITION, AT_WAYPOINT, ROOT_TOLERANCE, MOST_ROOT_STEPS),
     )
     return SplineAgainstLimits(spline, limits, segment, joint, order, u, value, excess, weight)

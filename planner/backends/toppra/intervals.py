@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial
 
-TURN = 0.25
+MOST_INTERVAL_TURN = 0.25
 """Largest turn of a curve's direction on one interval, rad, joints measured by their velocity limits. With 0.3 random
 splines lose another 0.1 % of the time."""
 
-FEWEST_INTERVALS = 20
+LEAST_GRID_INTERVALS = 20
 """Least number of intervals between two waypoints.
 
 Intervals that lose time are split later. With 10, so many were split that motions were 0.01 % slower.
@@ -32,7 +32,7 @@ Intervals that lose time are split later. With 10, so many were split that motio
 FEWEST_OF_A_RUN = 40
 """Least number of intervals between two places of rest: lines of the tool lost 0.15 % with half as many."""
 
-MOST_INTERVALS = 40
+MOST_TURN_INTERVALS = 40
 """Largest number of intervals on one piece of a curve, however sharply it turns."""
 
 PROBES = np.linspace(0.0, 1.0, 5)
@@ -121,7 +121,7 @@ def cut(
     groups: Sequence[SegmentGroup],
     curves: Sequence[PiecewisePolynomial],
     velocity: FloatArray,
-    fewest: int = FEWEST_INTERVALS,
+    fewest: int = LEAST_GRID_INTERVALS,
 ) -> Intervals:
     """Cut the curves of groups into intervals, more of them where the curves turn.
 
@@ -147,6 +147,6 @@ def cut(
     turns = rates.mean(axis=0) * whole.lengths
     spans = np.bincount(whole.segments, whole.lengths)[whole.segments]
     lengths = np.bincount(whole.groups, whole.lengths)[whole.groups]
-    shares = np.maximum(whole.lengths / spans, FEWEST_OF_A_RUN / FEWEST_INTERVALS * whole.lengths / lengths)
-    parts = np.ceil(fewest * np.maximum(turns / (TURN * FEWEST_INTERVALS), shares) - ROUNDING)
-    return whole.split(np.clip(parts, 1, MOST_INTERVALS).astype(int)).graded()
+    shares = np.maximum(whole.lengths / spans, FEWEST_OF_A_RUN / LEAST_GRID_INTERVALS * whole.lengths / lengths)
+    parts = np.ceil(fewest * np.maximum(turns / (MOST_INTERVAL_TURN * LEAST_GRID_INTERVALS), shares) - ROUNDING)
+    return whole.split(np.clip(parts, 1, MOST_TURN_INTERVALS).astype(int)).graded()

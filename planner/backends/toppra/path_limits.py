@@ -34,7 +34,7 @@ certificate."""
 MOST_SQUARE = 1e12
 """Bound on x, 1/s^2 of a curve about as long as it takes in s, where nothing limits it."""
 
-STEEP = 4.0
+MOST_BOUND_RATIO = 4.0
 """Largest ratio of the bounds on x within an interval; above the least of them by more, x would overshoot between the
 probes."""
 
@@ -144,5 +144,5 @@ def _bounds(
         (by_constraints,) = dynamics.by_robot(shares, at, *states, at.astype(np.float64))
         used = np.maximum(used, by_constraints.reshape(used.shape))
     bounds = 1.0 / np.maximum(used, MOST_SQUARE**-0.5) ** 2
-    limited: FloatArray = np.minimum(bounds, STEEP * bounds.min(axis=0))
+    limited: FloatArray = np.minimum(bounds, MOST_BOUND_RATIO * bounds.min(axis=0))
     return limited

@@ -11,7 +11,7 @@ import numpy as np
 from planner.backends.toppra.intervals import shares_between
 from planner.backends.toppra.path_limits import path_limits
 from planner.kernels.profile import fastest_crossings, fastest_profile, use_of_limits
-from planner.time_scaling.compose import MOST_HALVINGS
+from planner.time_scaling.compose import MOST_PIECE_HALVINGS
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial, horner, quintic_hermite
 
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from planner.paths import JointPath
     from planner.spatial import FloatArray
 
-MOST_REFINEMENTS = 3
+MOST_GRID_REFINEMENTS = 3
 """Largest number of times that intervals are split."""
 
-MOST_REPAIRS = 3
+MOST_PROFILE_REPAIRS = 3
 """Largest number of further solutions that repair limits still exceeded."""
 
 NEGLECTED = 0.001
@@ -43,10 +43,10 @@ These intervals slow their neighbours, too.
 WASTE = 0.01
 """Share of the mean time of an interval that an interval may waste before it is split."""
 
-STEEPEST = 1e6
+MOST_PATH_ACCELERATION = 1e6
 """Largest path acceleration that is no jump, as a multiple of the highest bound of s'^2 by the interval's length."""
 
-LEAST_SHARE = 1e-4
+LEAST_SPLIT_SHARE = 1e-4
 """Smallest part of a split interval, as a share of the interval."""
 
 TOLERATED = 1.001
@@ -58,10 +58,10 @@ MENDED_BY_PARTS = 1.02
 The excess between two points that keep the limit shrinks with the square of their distance.
 """
 
-PARTS = 4
+SPLIT_PARTS = 4
 """Number of parts for splitting an interval on which no path acceleration follows the limits."""
 
-MANY = 10_000
+MOST_SPLITTABLE_INTERVALS = 10_000
 """Number of intervals of a path above which no interval is split to gain time, since that would take seconds.
 
 Only noisy curves with thousands of sharp turns have so many intervals.
@@ -138,7 +138,7 @@ class Profile:
     def has_many_intervals(self) -> bool:
         """Whether the path has too many intervals for a further split."""
         segments = int(np.count_nonzero(np.diff(self.intervals.segments, prepend=-1)))
-        return len(self.x) > max(MANY, MANY_OF_A_SEGMENT * segments)
+        return len(self.x) > max(MOST_SPLITTABLE_INTERVALS, MANY_OF_A_SEGMENT * segments)
 
     @cached_property
     def mean_times(self) -> FloatArray:
@@ -157,8 +157,8 @@ def fastest_on(
     path: JointPath,
     intervals: Intervals,
     factors: FloatArray,
-    refinements: int = MOST_REFINEMENTS,
-    repairs: int = MOST_REPAIRS,
+    refinements: int = MOST_GRID_REFINEMENTS,
+    repairs: int = MOST_PROFILE_REPAIRS,
     solver: Solver = "kernel",
 ) -> Profile:
     """Return the fastest profile on intervals.
@@ -194,7 +194,7 @@ def solved_again(
     intervals, new = profile.intervals.split(parts), changed[own]
     limits = before.limits.with_new(own, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
     again = SolvedLimits(limits, before.throughout[own] & ~new)
-    return _solved(path, intervals, factors, again, 0, MOST_REPAIRS, solver)
+    return _solved(path, intervals, factors, again, 0, MOST_PROFILE_REPAIRS, solver)
 
 
 def _solved(
@@ -264,15 +264,15 @@ def _refined(profile: Profile, limits: PathLimits, coarse: np.ndarray) -> tuple[
     Some intervals could be crossed faster by acceleration, cruise and braking: the phases become their parts. Intervals
     that are too coarse for the limits are split into equal parts.
     """
-    times, inner = fastest_crossings(limits, profile.x, STEEPEST)
+    times, inner = fastest_crossings(limits, profile.x, MOST_PATH_ACCELERATION)
     wasteful = (profile.times - times > WASTE * profile.mean_times) & ~coarse
-    inner[inner < LEAST_SHARE] = 0.0
-    inner[inner > 1.0 - LEAST_SHARE] = 1.0
-    inner[inner[:, 1] - inner[:, 0] < LEAST_SHARE, 1] = 1.0
+    inner[inner < LEAST_SPLIT_SHARE] = 0.0
+    inner[inner > 1.0 - LEAST_SPLIT_SHARE] = 1.0
+    inner[inner[:, 1] - inner[:, 0] < LEAST_SPLIT_SHARE, 1] = 1.0
     inner[(inner[:, 0] == 0.0) & (inner[:, 1] == 1.0), 0] = 0.5
     inner[~wasteful] = [0.0, 1.0]
-    inner = np.column_stack([inner, np.zeros((len(inner), PARTS - 3))])
-    inner[coarse] = np.arange(1, PARTS) / PARTS
+    inner = np.column_stack([inner, np.zeros((len(inner), SPLIT_PARTS - 3))])
+    inner[coarse] = np.arange(1, SPLIT_PARTS) / SPLIT_PARTS
     return shares_between(inner)
 
 
@@ -285,7 +285,7 @@ def pieces_of(profile: Profile, tolerances: FloatArray) -> SegmentedPolynomial:
         profile: The profile of the path velocity.
         tolerances: (groups,), rad or m.
     """
-    for _ in range(MOST_HALVINGS):
+    for _ in range(MOST_PIECE_HALVINGS):
         intervals, times = profile.intervals, profile.times
         q, first, second = intervals.at(np.array([0.0, 0.5, 1.0]))
         x, u = (rows[..., None] for rows in profile.at(np.array([[0.0], [0.5], [1.0]])))

@@ -38,7 +38,7 @@ LEAST_LENGTH = 1e-6
 The absolute tolerance of the solver, 1e-10, would leave its path acceleration undecided.
 """
 
-NEARLY = 1e-9
+REACHABLE_TOLERANCE = 1e-9
 """Share of a limit within which what can be reached at most counts as reaching it."""
 
 POINT_SHARES = np.array([0.0, 0.5, 1.0])
@@ -85,7 +85,7 @@ class LinearRows(NamedTuple):
         upper = np.where(binds_u & (a > 0.0), reach, MOST_SQUARE).min(axis=1)[:, None]
         lower = np.where(binds_u & (a < 0.0), reach, -MOST_SQUARE).max(axis=1)[:, None]
         farthest = np.maximum(a * upper, a * lower) + np.maximum(b, 0.0) * highest[:, None]
-        binding = farthest >= -c * (1.0 - NEARLY)
+        binding = farthest >= -c * (1.0 - REACHABLE_TOLERANCE)
         width = max(int(binding.sum(axis=1).max(initial=0)), 1)
         order = np.argsort(~binding, axis=1, kind="stable")[:, :width]
         kept = np.take_along_axis(binding, order, axis=1)

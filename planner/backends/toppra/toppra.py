@@ -14,8 +14,14 @@ from planner.backends.jerk_limited.through_waypoints import time_through_waypoin
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.smooth_curve import smooth_curve
 from planner.backends.shared.straight_lines import time_lines
-from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
-from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of, solved_again
+from planner.backends.toppra.intervals import LEAST_GRID_INTERVALS, cut
+from planner.backends.toppra.profile import (
+    MOST_GRID_REFINEMENTS,
+    MOST_PROFILE_REPAIRS,
+    fastest_on,
+    pieces_of,
+    solved_again,
+)
 from planner.backends.toppra.solvers import Solver, SolverFailed  # Solver: the schema of the options is made from it
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids, reciprocal_accelerations
 from planner.guarantees import ALL_BUT_JERK, ALL_HARD, Capabilities, Guarantee
@@ -201,8 +207,8 @@ def _fastest(path: JointPath, groups: Sequence[SegmentGroup], solver: Solver) ->
     def fastest(
         of: Sequence[SegmentGroup],
         curves: Sequence[PiecewisePolynomial],
-        fewest: int = FEWEST_INTERVALS,
-        steps: tuple[int, int] = (MOST_REFINEMENTS, MOST_REPAIRS),
+        fewest: int = LEAST_GRID_INTERVALS,
+        steps: tuple[int, int] = (MOST_GRID_REFINEMENTS, MOST_PROFILE_REPAIRS),
     ) -> Profile:
         intervals = cut(of, curves, path.limits.velocity.narrower, fewest)
         return fastest_on(path, intervals, np.ones(len(path.durations)), *steps, solver=solver)
@@ -211,7 +217,7 @@ def _fastest(path: JointPath, groups: Sequence[SegmentGroup], solver: Solver) ->
     profile = fastest(groups, curves)
     durations = profile.durations
     rivals = [k for k, group in enumerate(groups) if group.is_spline and curves[k] is not group.curve]
-    in_earnest = FEWEST_INTERVALS, (MOST_REFINEMENTS, MOST_REPAIRS)
+    in_earnest = LEAST_GRID_INTERVALS, (MOST_GRID_REFINEMENTS, MOST_PROFILE_REPAIRS)
     for how, handicap in (((FEW_INTERVALS, (0, 0)), HANDICAP), (in_earnest, 1.0)):
         if rivals:
             rival = fastest([groups[k] for k in rivals], [groups[k].curve for k in rivals], *how)

@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, SegmentGroup
     from planner.spatial import FloatArray
 
-SAMPLES = 64
+CURVE_GRIDPOINTS = 64
 """Number of gridpoints on each interval of the curve at which speed and acceleration along it are limited."""
 
-SHARES = np.linspace(0.05, 0.95, 19)
+CURVATURE_SHARES = np.linspace(0.05, 0.95, 19)
 """Shares of the acceleration limits for the curvature, the rest being for gaining speed; the best one is taken."""
 
-STEP = 1.001
+LEAST_RAMP_RATIO = 1.001
 """Least ratio of the speeds that a ramp leads between."""
 
-MOST_LENGTHENINGS = 60
+MOST_RAMP_LENGTHENINGS = 60
 """Number of times that a segment group with given ramps is lengthened, at most, until it keeps its limits."""
 
-HASTE = 1.0 + 1e-6
+LENGTHENING_EXCESS = 1.0 + 1e-6
 """Factor by which such a group is lengthened beyond its need, so that the search ends."""
 
 
@@ -89,11 +89,11 @@ def time_group_with_ramps(
 
     duration = ramps if np.isnan(requested) else max(requested, ramps)
     binding = BindingLimit(RAMPS)
-    for _ in range(MOST_LENGTHENINGS):
+    for _ in range(MOST_RAMP_LENGTHENINGS):
         pieces, now = at(duration)
         if now.factor <= 1.0 + DURATION_TOLERANCE:
             break
-        duration, binding = duration * now.factor * HASTE, now.binding
+        duration, binding = duration * now.factor * LENGTHENING_EXCESS, now.binding
     else:
         raise ramps_error(binding)
     if requested < duration * (1.0 - DURATION_TOLERANCE):
@@ -102,23 +102,23 @@ def time_group_with_ramps(
 
 
 def _fastest(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
-    """Return the fastest time scaling over all `SHARES` of the acceleration limits for the curvature."""
+    """Return the fastest time scaling over all `CURVATURE_SHARES` of the acceleration limits for the curvature."""
     knots, segments = group.curve.breakpoints[group.knots], group.curve.segments[group.knots[:-1]]
     lengths = np.diff(knots)
-    unit = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    unit = (np.arange(CURVE_GRIDPOINTS) + 0.5) / CURVE_GRIDPOINTS
     at = (knots[:-1, None] + unit * lengths[:, None]).ravel()
-    first, second = (np.abs(x).reshape(len(lengths), SAMPLES, -1) for x in group.curve.evaluate(at, [1, 2]))
+    first, second = (np.abs(x).reshape(len(lengths), CURVE_GRIDPOINTS, -1) for x in group.curve.evaluate(at, [1, 2]))
     velocity, acceleration = (path.limits.magnitudes(name)[segments][:, None] for name in ("velocity", "acceleration"))
     with np.errstate(divide="ignore"):
         plain = 1.0 / np.max(first / velocity, axis=(1, 2))
         plain = np.minimum(
-            plain, 1.0 / ToolSpeeds(path, group).shares_at(at).reshape(len(lengths), SAMPLES).max(axis=1)
+            plain, 1.0 / ToolSpeeds(path, group).shares_at(at).reshape(len(lengths), CURVE_GRIDPOINTS).max(axis=1)
         )
         curved = 1.0 / np.max(second / acceleration, axis=(1, 2))
         straight = 1.0 / np.max(first / acceleration, axis=(1, 2))
     scalings = [
         _trapezoids(lengths, np.minimum(plain, np.sqrt(share * curved)), (1.0 - share) * straight, segments)
-        for share in SHARES
+        for share in CURVATURE_SHARES
     ]
     return min(scalings, key=lambda scaling: float(scaling.lengths.sum()))
 
@@ -127,7 +127,7 @@ def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segment
     """Compute the fastest time scaling with speeds up to `most` and accelerations up to `gain`."""
     most = np.where(np.isfinite(most) | np.isfinite(gain), most, 1.0)  # nothing limits: any shape serves, stretched
     # Speeds that hardly differ are made the same: a ramp between them would be too short to be put on the curve.
-    most = STEP ** np.floor(np.log(most) / np.log(STEP))
+    most = LEAST_RAMP_RATIO ** np.floor(np.log(most) / np.log(LEAST_RAMP_RATIO))
     # Without an acceleration limit the fastest time scaling jumps; ramps of a third of each interval replace it.
     gain = np.where(np.isfinite(gain), gain, 1.5 * most**2 / lengths)
     ends = np.minimum(np.append(most, 0.0), np.insert(most, 0, 0.0))

@@ -11,7 +11,7 @@ import numpy as np
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, segment_checkers
 from planner.errors import Collision, Remedy
 from planner.free_motion.detours import last_of
-from planner.kinematics.configurations import AHEAD, BEHIND, Configuration, named_parts
+from planner.kinematics.configurations import BEHIND, POSITIVE_NAMES, Configuration, named_parts
 from planner.planning.attempts import Planned
 from planner.planning.proofs import QUICK_CHECKS, first_proved, plan_with, proved
 from planner.problems.motion_around import FreeMotion
@@ -39,7 +39,7 @@ DRAWN_BACK = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
 SHARES_OF_THE_WAY = (0.99, 0.95, 0.9, 0.8, 0.5)
 """Shares of the straight way to a joint position in collision after which the robot may stay."""
 
-MOST_TRIED = 10
+MOST_TRIED_CHANGES = 10
 """Number of changes that are tried, each of which is a whole plan."""
 
 MOST_HELPING = 3
@@ -56,7 +56,7 @@ def collision_remedies(refused: Refused, refusal: Collision | ClearanceUnproved)
     helping: list[Remedy] = []
     tried = 0
     for alternatives in _candidates(refused, refusal):
-        if tried >= MOST_TRIED or len(helping) >= MOST_HELPING:
+        if tried >= MOST_TRIED_CHANGES or len(helping) >= MOST_HELPING:
             break
         tried += len(alternatives)
         helping += yield from first_proved([[remedy] for remedy in alternatives], refused.attempt)
@@ -130,7 +130,7 @@ def _allowed_contacts(problem: PlanningProblem, pair: tuple[str, str]) -> Iterat
 def _other_configurations(problem: PlanningProblem, ends: Iterable[int]) -> Iterator[Remedy]:
     """Yield the configurations that a pose at an end of the motion may be reached in besides."""
     parts = named_parts(problem.robot)
-    sides = dict(zip(("shoulder", "elbow", "wrist"), zip(BEHIND, AHEAD, strict=True), strict=True))
+    sides = dict(zip(("shoulder", "elbow", "wrist"), zip(BEHIND, POSITIVE_NAMES, strict=True), strict=True))
     for i in ends:
         waypoint = problem.waypoints[i]
         if not isinstance(waypoint, PoseWaypoint) or waypoint.configuration.names:

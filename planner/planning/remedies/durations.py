@@ -37,13 +37,13 @@ if TYPE_CHECKING:
     from planner.trajectories.polynomials import SegmentedPolynomial
     from planner.trajectories.trajectory import Trajectory
 
-SHARES = (1.0 - 1e-9, 0.995, 0.95)
+LIMIT_SHARES = (1.0 - 1e-9, 0.995, 0.95)
 """Shares of the limits that the motion may take; the first is offered with which the back end finds a motion."""
 
-SAMPLES = 65
+PIECE_SAMPLES = 65
 """The number of samples of torque and tool speeds on each piece."""
 
-HALVINGS = 4
+SCALE_BISECTIONS = 4
 """Number of times that a change of limits that suffices is halved, in search of the smallest."""
 
 LIMITS_EXPLAINED = "wide enough for the requested durations, together with any other change of a limit"
@@ -142,7 +142,7 @@ class _Motion:
         sampled = SampledConstraints(self.dynamics, limits.constraints, len(limits.torque.upper))
         if sampled.constraints:
             values = np.abs(sampled.values(self.segments(), self.samples())[0])
-            most = values.reshape(-1, SAMPLES, len(sampled.joints)).max(axis=1)
+            most = values.reshape(-1, PIECE_SAMPLES, len(sampled.joints)).max(axis=1)
             for k, name, column in zip(sampled.of_column.tolist(), sampled.joints, most.T, strict=True):
                 joint = 0 if name is None else robot.joint_names.index(name)
                 note(sampled.constraints[k].name, segment_of, joint, column)
@@ -150,11 +150,11 @@ class _Motion:
 
     def samples(self) -> tuple[FloatArray, ...]:
         """Return positions, velocities, accelerations and jerks, each (pieces x SAMPLES, joints)."""
-        return sampled(self.pieces, SAMPLES)
+        return sampled(self.pieces, PIECE_SAMPLES)
 
     def segments(self) -> np.ndarray:
         """Return the segment (pieces x SAMPLES,) of each sample."""
-        return np.repeat(self.pieces.segments, SAMPLES)
+        return np.repeat(self.pieces.segments, PIECE_SAMPLES)
 
     def torques(self, robot: Robot, rows: np.ndarray) -> FloatArray:
         """Return the torques (rows, joints), N m or N, at samples given by their mask (pieces x SAMPLES,)."""
@@ -181,9 +181,9 @@ def _within_own_limits(attempt: Attempt) -> Proposals[_Motion | None]:
 
 def _higher_limits(attempt: Attempt, limits: SegmentLimits, needs: Needs) -> Proposals[list[Remedy]]:
     """Raise limits as a motion needs, if that suffices, and by less if less suffices, too."""
-    enough = yield from first_proved(higher_limits(attempt, needs, SHARES, LIMITS_EXPLAINED), attempt)
+    enough = yield from first_proved(higher_limits(attempt, needs, LIMIT_SHARES, LIMITS_EXPLAINED), attempt)
     too_little, sufficient = 0.0, 1.0
-    for _ in range(HALVINGS if enough else 0):
+    for _ in range(SCALE_BISECTIONS if enough else 0):
         part = (too_little + sufficient) / 2.0
         less = {key: part * value + (1.0 - part) * limit_of(limits, *key) for key, value in needs.items()}
         smaller = yield from first_proved(higher_limits(attempt, less, (1.0,), LIMITS_EXPLAINED), attempt)
@@ -197,4 +197,4 @@ def _higher_limits(attempt: Attempt, limits: SegmentLimits, needs: Needs) -> Pro
 def _lighter_payload(attempt: Attempt, limits: SegmentLimits, motion: _Motion) -> Iterator[Change]:
     segments = motion.segments()
     limit = limits.torque.narrower[segments]
-    return lighter_payload(attempt.with_detours, motion.torques, segments, limit, SHARES, PAYLOAD_EXPLAINED)
+    return lighter_payload(attempt.with_detours, motion.torques, segments, limit, LIMIT_SHARES, PAYLOAD_EXPLAINED)

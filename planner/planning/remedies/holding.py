@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-SHARES = (0.99, 0.9, 0.5)
+GRAVITY_SHARES = (0.99, 0.9, 0.5)
 """Shares of a torque limit that gravity may take; the first is offered that leaves enough for the motion."""
 
-SAMPLES = 200
+GRAVITY_POSITIONS = 200
 """The number of positions on each group for which gravity is computed."""
 
 MOVED = "a torque limit that holds the arm and leaves some to move it"
@@ -55,8 +55,8 @@ def holding_remedies(attempt: Attempt) -> Proposals[list[Remedy]]:
         needs[key] = max(float(taken[row, joint]), needs.get(key, 0.0))
     if not needs:
         return []
-    higher = yield from first_proved(higher_limits(attempt, needs, SHARES, MOVED), attempt)
-    lighter = lighter_payload(attempt.with_detours, gravity, segments, limit, SHARES, HELD)
+    higher = yield from first_proved(higher_limits(attempt, needs, GRAVITY_SHARES, MOVED), attempt)
+    lighter = lighter_payload(attempt.with_detours, gravity, segments, limit, GRAVITY_SHARES, HELD)
     return higher + (yield from first_proved(lighter, attempt))
 
 
@@ -69,7 +69,7 @@ def _positions_along(path: JointPath) -> tuple[FloatArray, np.ndarray]:
     positions, segments = [path.positions[resting]], [resting]
     for group in path.every_group:
         curve = group.curve
-        s = np.linspace(0.0, curve.breakpoints[-1], SAMPLES)
+        s = np.linspace(0.0, curve.breakpoints[-1], GRAVITY_POSITIONS)
         own = curve.segments[curve.locate(s)[0]]
         positions += [curve.evaluate(s, [0])[0], curve.evaluate(curve.breakpoints[1:], [0])[0]]
         segments += [own, curve.segments]

@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 
 from planner.plots.quantities import MILLIMETRES
 from planner.plots.space.solids import CARRIED, MOST_CLOUD_POINTS, PLANE, STANDING, VEIL, Thing
-from planner.plots.space.space import BEHIND, LINES
+from planner.plots.space.space import BEHIND, LINE_LAYER
 from planner.plots.space.surroundings import names_of, painted_order, points_along, shown_points, surroundings
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SPECK = 0.004
 """Share of the extent of a view below which a thing is drawn as a dot, too: less than two points of a picture."""
 
-NEAR_END = 0.08
+BORDER_SHARE = 0.08
 """Width of the border, as a share of the picture, in which names are aligned inwards so that they fit."""
 
 UPPER_HALF = 0.5
@@ -57,7 +57,7 @@ def _paint(space: Space, things: Sequence[Thing]) -> None:
     for number, thing in enumerate(things):
         style, order, gid = thing.style, BEHIND, f"scene.{thing.name}.{number}"
         if thing.style != CARRIED and thing.is_over(robot, space.view):
-            style, order = style._replace(opacity=VEIL * style.opacity), LINES + 0.5
+            style, order = style._replace(opacity=VEIL * style.opacity), LINE_LAYER + 0.5
         if len(thing.points):
             space.cloud(thing.points[::stride], style.edge, f"points.{gid}")
         elif np.ptp(thing.vertices, axis=0).max() < speck:
@@ -78,7 +78,7 @@ def _write_names(space: Space, things: Sequence[Thing]) -> None:
             point,
             names[0] + others if others else ", ".join(names),
             "top" if names[0] in planes and at[1] > UPPER_HALF else "bottom",
-            "left" if at[0] < NEAR_END else "right" if at[0] > 1.0 - NEAR_END else "center",
+            "left" if at[0] < BORDER_SHARE else "right" if at[0] > 1.0 - BORDER_SHARE else "center",
         )
 
 

@@ -37,7 +37,7 @@ MOST_TICKS = 6
 BEHIND = 1.6
 """The layer (matplotlib's zorder) of things: over the grid, under the robot."""
 
-LINES = 3.0
+LINE_LAYER = 3.0
 """The layer of the robot and of the path of its tool."""
 
 DOTS = 4.0
@@ -97,7 +97,7 @@ class Space:
     def line(self, points: FloatArray, **style: Any) -> None:
         """Draw a line through points (N, 3), m."""
         self.lines.append(points)
-        self.axes.plot(*self.shown(points), zorder=LINES, **style)
+        self.axes.plot(*self.shown(points), zorder=LINE_LAYER, **style)
 
     def coloured(self, points: FloatArray, values: FloatArray, label: str, gid: str) -> None:
         """Draw a line through points (N, 3), m, coloured by values (N,), with a scale unless all are 0."""
@@ -105,7 +105,7 @@ class Space:
         coordinates = self.shown(points).T
         pieces = np.stack([coordinates[:-1], coordinates[1:]], axis=1)
         kind: Any = Line3DCollection if self.is_solid else LineCollection
-        line = kind(pieces, cmap="viridis", linewidth=2.6, capstyle="round", gid=gid, zorder=LINES)
+        line = kind(pieces, cmap="viridis", linewidth=2.6, capstyle="round", gid=gid, zorder=LINE_LAYER)
         line.set_array(0.5 * (values[:-1] + values[1:]))
         line.set_clim(0.0, max(float(values.max()), np.finfo(float).tiny))
         self.axes.add_collection(line)

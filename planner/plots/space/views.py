@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-MOST_FRAMES = 9
+DRAWN_TOOL_FRAMES = 9
 """Largest number of tool frames drawn along the path."""
 
 NAME_SHARE = 0.02
@@ -37,7 +37,7 @@ def draw_path(figure: Figure, cell: SubplotSpec, plan: Planned, view: str) -> No
     space = Space(figure, cell, view)
     points, rotations = _tool_path(space, plan)
     length = FRAME_SHARE * float(np.ptp(points, axis=0).max())
-    for row in np.linspace(0, len(points) - 1, MOST_FRAMES).astype(int).tolist():
+    for row in np.linspace(0, len(points) - 1, DRAWN_TOOL_FRAMES).astype(int).tolist():
         space.frame(points[row], rotations[row], length)
     finish_with_surroundings(space, plan)
 

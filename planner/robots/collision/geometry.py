@@ -34,7 +34,7 @@ BODY = pin.FrameType.BODY
 LONGEST_MESH = 20.0
 """Length of a mesh, m, above which a remark calls it long: it was probably meant in millimetres."""
 
-COARSE = 1.5
+COARSE_VOLUME_RATIO = 1.5
 """Volume of a mesh's pieces relative to the mesh above which a remark calls them coarse."""
 
 
@@ -186,7 +186,7 @@ class CollisionGeometry(PickledByFields):
         if pieces.size.max() > LONGEST_MESH:
             text = f"the mesh {name} of {subject} is {pieces.size.max():g} m long: is it in millimetres?"
             findings.warning("suspicious_length", subject, text)
-        if pieces.excess > COARSE:
+        if pieces.excess > COARSE_VOLUME_RATIO:
             times = "the mesh is not closed" if pieces.excess == math.inf else f"{pieces.excess:.1f} times its volume"
             text = f"the {len(pieces.hulls)} convex pieces of the mesh {name} of {subject} are coarse: {times}"
             findings.info("coarse_pieces", subject, text)

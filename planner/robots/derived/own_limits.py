@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 WIDENABLE = ("default", "estimate")
 """Provenances of limits that an owner may widen: nobody has published them."""
 
-ROUNDING = 1e-9
+EQUAL_LIMIT_TOLERANCE = 1e-9
 """Relative amount by which a limit may be wider than the robot's own one and count as equal."""
 
 
@@ -132,7 +132,7 @@ def _narrowed(joint: Joint, quantity: str, field: str, value: float, findings: F
     beyond = before - value if field == "lower" else value - before
     if not beyond > 0.0:
         return value
-    if beyond <= ROUNDING * max(1.0, abs(before)):
+    if beyond <= EQUAL_LIMIT_TOLERANCE * max(1.0, abs(before)):
         return before
     origin, name = joint.provenance.get(quantity, "default"), shown(joint.name)
     if origin in WIDENABLE:

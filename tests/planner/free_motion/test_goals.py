@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import planner
-from planner.free_motion.detours import MOST_GOALS, apart, ends_of_detour, find_detours
+from planner.free_motion.detours import MOST_REGION_GOALS, apart, ends_of_detour, find_detours
 from planner.problems.regions import Free, Region
 from planner.robots import load_robot
 from planner.scene import AttachedObject, Scene, SceneObject
@@ -71,7 +71,7 @@ def test_goals_are_apart_and_few() -> None:
     rng = np.random.default_rng(3)
     positions = rng.uniform(-3.0, 3.0, (400, 6))
     found = apart(positions, np.zeros(6))
-    assert len(found) == MOST_GOALS
+    assert len(found) == MOST_REGION_GOALS
     nearest = positions[np.linalg.norm(positions, axis=1).argmin()]
     assert (found[0] == nearest).all()
     assert len(apart(np.tile(positions[:1], (50, 1)), np.zeros(6))) == 1

@@ -12,12 +12,12 @@ from planner.trajectories.sampled_peaks import (
     COARSER,
     FEWEST_PARTS,
     FINER,
-    KNOWN_TO,
     LEAST_BEND,
-    LEAST_SHARE,
-    MOST_PARTS,
+    LEAST_PEAK_SHARE,
+    MOST_PEAK_PARTS,
     MOST_ROUNDS,
     OFF_PARABOLA,
+    PEAK_ACCURACY,
     SAMPLES_PER_RADIAN,
     SLOWING,
     Peaks,
@@ -42,10 +42,10 @@ def parts_of(bernstein: FloatArray, lengths: FloatArray) -> np.ndarray:
     half = np.zeros_like(lengths)
     for order in (1, 2):
         peaks = largest[order].max(axis=0)
-        peaks = np.maximum(peaks, LEAST_SHARE * peaks.max()) + np.finfo(float).tiny
+        peaks = np.maximum(peaks, LEAST_PEAK_SHARE * peaks.max()) + np.finfo(float).tiny
         bends = (largest[order + 3] / peaks).max(axis=1) / (9.0 * np.sqrt(3.0) * OFF_PARABOLA)
         half = np.maximum(half, lengths * np.cbrt(bends))
-    half = np.minimum(half, 2.0 * MOST_PARTS)
+    half = np.minimum(half, 2.0 * MOST_PEAK_PARTS)
     half = np.maximum(half, SAMPLES_PER_RADIAN * by_parts(bernstein[1]).max(axis=1) * lengths)
     return np.asarray(np.ceil(np.maximum(half / 2.0, FEWEST_PARTS)), dtype=int)
 
@@ -55,7 +55,7 @@ def sampled_peaks(
     parts: np.ndarray,
     quantities: np.ndarray,
     groups: np.ndarray,
-    known_to: float = KNOWN_TO,
+    known_to: float = PEAK_ACCURACY,
     decided_at: float = np.inf,
     above: FloatArray | float = 0.0,
     bend: tuple[int, float] | None = None,

@@ -7,7 +7,7 @@ import pytest
 import ruckig
 from scipy.optimize import minimize
 
-from planner.backends.ruckig.via_program import PIECES, _grid
+from planner.backends.ruckig.via_program import PIECES_PER_SEGMENT, _grid
 from planner.kernels.passing import PassingProblem, best_states
 
 NEAR = 0.25
@@ -19,7 +19,7 @@ NEARER = 0.9
 
 def program(seed: int, segments: int, joints: int) -> tuple[PassingProblem, np.ndarray]:
     """Make a random program with limits on jerk, acceleration and velocity, and durations that begin inside."""
-    rng, grid = np.random.default_rng(seed), _grid(PIECES)
+    rng, grid = np.random.default_rng(seed), _grid(PIECES_PER_SEGMENT)
     travels = rng.uniform(0.3, 1.0, (segments, joints)) * rng.choice([-1.0, 1.0], (segments, joints))
     bounds = np.full((2, segments, joints, len(grid.powers)), 1e6)
     for power, most in ((1, 2.0), (2, 4.0), (3, 20.0)):

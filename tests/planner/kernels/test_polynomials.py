@@ -20,14 +20,14 @@ from planner.kernels.polynomials import (
 from planner.tolerances import ROUNDING
 from planner.trajectories.sampled_peaks import (
     FEWEST_PARTS,
-    LEAST_SHARE,
-    MOST_PARTS,
+    LEAST_PEAK_SHARE,
+    MOST_PEAK_PARTS,
     OFF_PARABOLA,
     SAMPLES_PER_RADIAN,
 )
 from tests.planner.kernels import reference
 
-DENSITY = np.array([LEAST_SHARE, OFF_PARABOLA, MOST_PARTS, SAMPLES_PER_RADIAN, FEWEST_PARTS])
+DENSITY = np.array([LEAST_PEAK_SHARE, OFF_PARABOLA, MOST_PEAK_PARTS, SAMPLES_PER_RADIAN, FEWEST_PARTS])
 
 
 def random_pieces(order: int, pieces: int = 7, joints: int = 3) -> tuple[np.ndarray, np.ndarray]:

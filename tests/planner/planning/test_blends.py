@@ -10,7 +10,7 @@ import pytest
 import planner
 from planner.errors import Collision
 from planner.paths import solve_path
-from planner.planning.blends import FINENESS, LEAST_SHARE
+from planner.planning.blends import FINENESS, LEAST_RADII
 from planner.problems.blend_radii import blend_radii, with_blend_radii
 from planner.scene import CONTACT_TOLERANCE, Scene, SceneObject
 from planner.shapes import Sphere
@@ -59,7 +59,7 @@ def is_largest_that_is_free(plan: planner.Plan, corner: int) -> None:
     assert scene is not None
     taken = radii.pop(corner)
     assert list(radii.values()) == [ASKED]
-    assert LEAST_SHARE * ASKED < taken < ASKED
+    assert LEAST_RADII * ASKED < taken < ASKED
     assert room(scene, plan.trajectory, corner) > -CONTACT_TOLERANCE
     blind = replace(plan.problem, scene=None)
     for radius in np.linspace(taken * (1.0 + FINENESS), ASKED, 3):

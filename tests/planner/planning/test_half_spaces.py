@@ -11,7 +11,7 @@ import planner
 from planner.paths import solve_path
 from planner.paths.half_spaces import HalfSpaces
 from planner.planning import clear_searches
-from planner.planning.half_spaces import SHARES, half_spaces_between
+from planner.planning.half_spaces import HALF_SPACE_TIMES, half_spaces_between
 from planner.robots import Robot, load_robot
 from planner.scene import CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, Sphere
@@ -28,7 +28,7 @@ def test_they_hold_what_is_free_and_cut_off_what_is_not() -> None:
     problem = planner.PlanningProblem(KUKA, [REST, GOAL])
     free, other = (planner.plan(problem, by).trajectory for by in (planner.Quintic(), SEARCHING))
     found = half_spaces_between([CollisionChecker(KUKA, scene)], free, other, 0.002)
-    shares = np.linspace(0.0, 1.0, SHARES)
+    shares = np.linspace(0.0, 1.0, HALF_SPACE_TIMES)
     inside = []
     for motion in (free, other):
         (positions,) = motion.evaluate(shares * motion.duration, [0])
@@ -59,9 +59,9 @@ def test_a_search_keeps_to_them_at_their_share(sign: float) -> None:
     joint = int(np.argmax(np.abs(away)))
     assert abs(away[joint]) > 1e-3
     bound = halfway(quintic)[joint] + (0.5 if sign < 0.0 else -0.5) * away[joint]
-    normals, offsets = np.zeros((2, SHARES, 1, 6)), np.full((2, SHARES, 1), -1.0)
-    normals[1, SHARES // 2, 0, joint] = side = -np.sign(away[joint])
-    offsets[1, SHARES // 2, 0] = side * bound
+    normals, offsets = np.zeros((2, HALF_SPACE_TIMES, 1, 6)), np.full((2, HALF_SPACE_TIMES, 1), -1.0)
+    normals[1, HALF_SPACE_TIMES // 2, 0, joint] = side = -np.sign(away[joint])
+    offsets[1, HALF_SPACE_TIMES // 2, 0] = side * bound
     held = SEARCHING.parametrize(replace(path, half_spaces=HalfSpaces(normals, offsets)))
     if sign < 0.0:
         assert side * halfway(held)[joint] >= side * bound - 1e-7
@@ -109,7 +109,7 @@ def test_it_costs_little_to_keep_clear(monkeypatch: pytest.MonkeyPatch) -> None:
         assert problem.scene is not None
         clear, quintic = (planner.plan(problem, by) for by in (SEARCHING, SEARCHING.without_search()))
         with monkeypatch.context() as patch:
-            patch.setattr(clear_searches, "AHEAD", ())
+            patch.setattr(clear_searches, "EXTRA_MARGINS", ())
             near = planner.plan(problem, SEARCHING)
         assert least_distance(KUKA, problem.scene, clear.trajectory) >= problem.scene.margin - 2e-5
         costs = [effort(KUKA, motion) for motion in (blind, clear.trajectory, near.trajectory, quintic.trajectory)]

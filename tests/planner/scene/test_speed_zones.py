@@ -20,9 +20,9 @@ from planner.scene import CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, HalfSpace, Sphere
 from planner.spatial import FloatArray, Pose
 from planner.speed_zones import (
-    FINEST,
-    KNOWN_TO,
     RESOLUTION,
+    SPEED_BOUND_EXCESS,
+    ZONE_TIME_ACCURACY,
     SpeedZone,
     most_speed,
     moving_bodies,
@@ -258,7 +258,7 @@ def test_it_is_told_when_a_zone_is_broken(speed: float) -> None:
     assert not check.satisfied
     times = plain.sample_times(2e-3)
     speeds, edges = speeds_over_time(KUKA, times, plain), np.array(check.exceeded)
-    apart = FINEST * plain.duration
+    apart = ZONE_TIME_ACCURACY * plain.duration
     outer = ((times[:, None] >= edges[:, 0]) & (times[:, None] <= edges[:, 1])).any(axis=1)
     inner = ((times[:, None] >= edges[:, 0] + apart) & (times[:, None] <= edges[:, 1] - apart)).any(axis=1)
     assert outer[speeds > speed * (1.0 + 1e-9)].all()
@@ -305,7 +305,7 @@ def test_bounds_hold_on_random_motions(arm: str) -> None:
         bound, _ = most_speed(moving_bodies(robot, checker), motion, np.array([[0.0, motion.duration]]))
         truth = speeds_over_time(robot, times, motion).max()
         assert truth <= bound * (1.0 + 1e-9)
-        assert bound <= 1.15 * truth * (1.0 + KNOWN_TO)
+        assert bound <= 1.15 * truth * (1.0 + SPEED_BOUND_EXCESS)
         at = float(rng.uniform(0.0, motion.duration))
         lower, _ = speed_reached(moving_bodies(robot, checker), motion, at)
         there = speeds_over_time(robot, np.array([at]), motion, RING)[0]

@@ -14,7 +14,7 @@ from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProble
 from planner.problems.transitions import BlendTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose, rotation_from_rpy
-from planner.tool_motions.follow import STEEP, Track, follow
+from planner.tool_motions.follow import SINGULAR_TRAVEL, Track, follow
 from planner.tool_motions.follow_many import follow_at_once, follow_lines
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_paths import Line
@@ -34,7 +34,7 @@ GUESS = 3e-8
 
 
 def allowed(count: int) -> tuple[np.ndarray, np.ndarray]:
-    return np.tile(TOLERANCE, (count, 1)), np.full(count, STEEP)
+    return np.tile(TOLERANCE, (count, 1)), np.full(count, SINGULAR_TRAVEL)
 
 
 def robot_of(arm: str) -> Robot:

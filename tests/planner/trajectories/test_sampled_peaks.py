@@ -22,7 +22,7 @@ from planner.problems.problem import PlanningProblem
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.trajectories.polynomials import cumulative_sums, quintic_hermite
-from planner.trajectories.sampled_peaks import MOST_PARTS, sampled_peaks
+from planner.trajectories.sampled_peaks import MOST_PEAK_PARTS, sampled_peaks
 from planner.trajectories.trajectory import Trajectory
 from tests.planner.backends.toppra.toppra_problems import KUKA, robot_limits, through, tool_problem
 from tests.planner.problems_of_tests import random_position
@@ -201,4 +201,4 @@ def test_peaks_that_would_take_millions_of_samples_are_refused_and_none_is_left_
         return np.cos(1e6 * units)[:, None]
 
     with pytest.raises(InvalidProblem, match="limits: on a motion on which a joint travels this far"):
-        sampled_peaks(wave, one + MOST_PARTS, one, one)
+        sampled_peaks(wave, one + MOST_PEAK_PARTS, one, one)

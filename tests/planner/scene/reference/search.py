@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.scene.bodies import Placements
 from planner.scene.checker import CONTACT_TOLERANCE
-from planner.scene.continuous import DEFAULT_BUDGET, KINDS, LEAST_SHARE, MOST_PARTS, Budget, Nearest
+from planner.scene.continuous import DEFAULT_BUDGET, KINDS, LEAST_INTERVAL_SHARE, MOST_FIRST_INTERVALS, Budget, Nearest
 from planner.scene.excursions import excursions
 from planner.scene.separations import Separation
 from planner.spatial import FloatArray
@@ -83,9 +83,9 @@ def numpy_clearances(
 
 def _parts(motion: PiecewisePolynomial) -> int:
     """Return the number of first intervals, by the travel of the joints between samples."""
-    times = np.linspace(0.0, float(motion.breakpoints[-1]), MOST_PARTS + 1)
+    times = np.linspace(0.0, float(motion.breakpoints[-1]), MOST_FIRST_INTERVALS + 1)
     ways = np.abs(np.diff(motion.evaluate(times, [0])[0], axis=0)).sum(axis=0)
-    return int(np.clip(np.ceil(ways.max(initial=0.0) / ARC_OF_PART), 1, MOST_PARTS))
+    return int(np.clip(np.ceil(ways.max(initial=0.0) / ARC_OF_PART), 1, MOST_FIRST_INTERVALS))
 
 
 class _Batch(NamedTuple):
@@ -111,7 +111,7 @@ class _Search:
         self.checker, self.motion, self.tolerance, self.found = checker, motion, tolerance, found
         self.budget = budget
         self.waiting: list[_Batch] = []
-        self.least = LEAST_SHARE * float(motion.breakpoints[-1])
+        self.least = LEAST_INTERVAL_SHARE * float(motion.breakpoints[-1])
         self.stuck: list[tuple[float, int, float]] = []
 
     @property
