@@ -357,14 +357,8 @@ class ThroughWaypoints(Optimum):
                     fastest = fastest * (
                         1.0 + np.maximum.reduceat(excess, np.searchsorted(rows, range(segments)))[:, None]
                     )
-                excess = np.max(
-                    [
-                        excess,
-                        MOVED_SHARE * np.append(excess[1:], 0.0),
-                        MOVED_SHARE * np.append(0.0, excess[:-1]),
-                    ],
-                    axis=0,
-                )
+                from_next, from_last = np.append(excess[1:], 0.0), np.append(0.0, excess[:-1])
+                excess = np.max([excess, MOVED_SHARE * from_next, MOVED_SHARE * from_last], axis=0)
                 margins = margins * (1.0 + REPAIR * excess + LEAST_REPAIR * (excess > 0.0))[:, None]
                 nearer, again = nearer * max(DEVIATION_EXCESS * away, 1.0), motion
         return None
