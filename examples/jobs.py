@@ -25,7 +25,7 @@ DOWN = {"kind": "rpy", "rpy": [pi, 0.0, pi]}
 
 
 def pose(position: list[float], **more: Any) -> JSON:
-    """Return a waypoint where the tool points down, to which the joints move straight; `more` says otherwise."""
+    """Return a waypoint where the tool points down, reached by a joint motion unless `more` says otherwise."""
     orientation = more.pop("orientation", DOWN)
     return {"kind": "pose", "pose": {"position": position, "orientation": orientation}, **more}
 
@@ -49,7 +49,7 @@ THROUGH = {"kind": "through"}
 
 
 def palletising() -> JSON:
-    """Six boxes of 5 kg from a belt onto a pallet, two by three: down and up in straight lines, corners cut."""
+    """Stack six boxes of 5 kg on a pallet, two by three: straight down and up, with cut corners."""
     belt, waypoints = [0.9, -0.9, 0.7], [HOME]
     for k in range(6):
         place = [1.1 + 0.25 * (k // 3), 0.3 + 0.25 * (k % 3), 0.5]
@@ -59,7 +59,7 @@ def palletising() -> JSON:
 
 
 def reach(at: list[float], lift: float, carries: JSON | None, name: str) -> list[JSON]:
-    """Return above a point, straight down to it, half a second for the gripper, straight up again."""
+    """Return straight lines to a point and back, with half a second for the gripper at the point."""
     x, y, z = at
     above = [x, y, z + lift]
     return [
@@ -70,7 +70,7 @@ def reach(at: list[float], lift: float, carries: JSON | None, name: str) -> list
 
 
 def pick_and_place() -> JSON:
-    """Return one part of 4 kg from here to there, jerk-limited, so that it does not swing."""
+    """Carry a part of 4 kg from here to there within jerk limits, so that it does not swing."""
     part = {"mass": 4.0, "center_of_mass": [0.0, 0.0, 0.1]}
     waypoints = [HOME, *reach([1.2, -0.6, 0.5], 0.2, part, "pick"), *reach([1.0, 0.7, 0.6], 0.2, None, "place"), HOME]
     return {"robot": KUKA, "waypoints": waypoints, "backend": {"kind": "ruckig"}}
@@ -95,7 +95,7 @@ def machine_tending() -> JSON:
 
 
 def seam() -> JSON:
-    """Return a weld: line, tangent half circle, line, at 8 mm/s all the way; the torch tilted by 20 degrees."""
+    """Weld a line, a tangent half circle and a line at 8 mm/s, the torch tilted by 20 degrees."""
     torch = {"kind": "rpy", "rpy": [pi, radians(20.0), pi]}
     slow = {"limits": {"tcp_linear_velocity": 0.008}, "orientation": torch}
     waypoints = [
@@ -112,7 +112,7 @@ def seam() -> JSON:
 
 
 def weave() -> JSON:
-    """A woven seam: forty strokes of 6 mm across, 2 mm on, corners cut by 0.8 mm, at 15 mm/s."""
+    """Weave a seam of forty strokes, 6 mm across and 2 mm on, corners cut, at 15 mm/s."""
     strokes = [[1.1 + 0.002 * k, 0.2 + 0.003 * (-1) ** k, 0.6] for k in range(40)]
     slow = {"limits": {"tcp_linear_velocity": 0.015}, "transition": blend(0.0008)}
     waypoints = [
@@ -125,7 +125,7 @@ def weave() -> JSON:
 
 
 def gluing() -> JSON:
-    """Return a bead of glue around a lid: a rectangle with round corners, at 150 mm/s without a stop."""
+    """Apply a bead of glue around a lid, a rectangle with round corners, at 150 mm/s without a stop."""
     x, y, z, a, b, r = 1.2, 0.0, 0.6, 0.2, 0.12, 0.04
     sides, corner = [], r * (1.0 - cos(pi / 4.0))
     for sx, sy, first in ((1, -1, "x"), (1, 1, "y"), (-1, 1, "x"), (-1, -1, "y")):
@@ -140,7 +140,7 @@ def gluing() -> JSON:
 
 
 def deburring() -> JSON:
-    """The edge of a part as a CAM program gives it: 120 points around, each corner cut by 2 mm, at 50 mm/s."""
+    """Deburr an edge that a CAM program gives as 120 points, each corner cut by 2 mm, at 50 mm/s."""
     angles = [2.0 * pi * k / 120 for k in range(121)]
     edge = [[1.2 + 0.15 * cos(t) * (1.0 + 0.1 * cos(3.0 * t)), 0.25 * sin(t), 0.6] for t in angles]
     waypoints = [pose([edge[0][0], edge[0][1], 0.7]), line(edge[0])]
@@ -150,7 +150,7 @@ def deburring() -> JSON:
 
 
 def spraying() -> JSON:
-    """Return a panel sprayed in six passes at 400 mm/s; the turns outside of the panel are blended."""
+    """Spray a panel in six passes at 400 mm/s; the turns outside the panel are blended."""
     waypoints = [HOME]
     for k in range(6):
         ends = [[1.0 + 0.08 * k, side, 0.8] for side in (-0.5, 0.5)]
@@ -162,7 +162,7 @@ def spraying() -> JSON:
 
 
 def screwdriving() -> JSON:
-    """Four screws: quickly above, 20 mm down at 10 mm/s while the bit turns, a second to tighten, up again."""
+    """Drive four screws: approach quickly, go 20 mm down at 10 mm/s, tighten for a second, retract."""
     waypoints = [HOME]
     for k, (x, y) in enumerate([(1.1, -0.15), (1.1, 0.15), (1.3, 0.15), (1.3, -0.15)]):
         slow = {"limits": {"tcp_linear_velocity": 0.01}, "dwell": 1.0}
@@ -171,7 +171,7 @@ def screwdriving() -> JSON:
 
 
 def inspection() -> JSON:
-    """A camera looks at seven points of a car body on its way; how it is turned about them does not matter."""
+    """Inspect seven points of a car body with a camera on its way; its orientation is free."""
     places = [[1.0 + 0.1 * sin(k), -0.6 + 0.2 * k, 0.8 + 0.1 * cos(2.0 * k)] for k in range(7)]
     waypoints = [HOME, *(pose(at, orientation=None, transition=THROUGH) for at in places), HOME]
     return {"robot": KUKA, "waypoints": waypoints, "backend": {"kind": "min_effort"}}
@@ -192,7 +192,7 @@ JOBS = (
 
 
 def text(request: JSON) -> str:
-    """Return a request as the files have it: a line a waypoint, numbers to a micrometre."""
+    """Return a request as text: one line for each waypoint, numbers to a micrometre."""
     rounded = json.loads(json.dumps(request), parse_float=lambda number: round(float(number), 6))
     waypoints = rounded.pop("waypoints")
     head = json.dumps(rounded, indent=2).removesuffix("\n}")

@@ -242,9 +242,9 @@ def _at_ends(placements: Placements, angular: FloatArray, linear: FloatArray) ->
 def speed_reached(bodies: Bodies, motion: PiecewisePolynomial, time: float) -> tuple[float, str]:
     """Find a speed that a point of the bodies really reaches, close to the largest.
 
-    The speed of a point x along a unit vector u is u.v + (u x w).x for the velocity v at the origin and the angular
-    velocity w. The support of a body's shape gives the largest such speed of the body. Along the velocities of the ends
-    of its capsule it is close to the largest of all.
+    Let v be the velocity at the origin and w the angular velocity. A point x then has the speed u.v + (u x w).x along
+    a unit vector u. The support of a body's shape gives the largest such speed of the body. Along the velocities of the
+    ends of its capsule it is close to the largest of all.
 
     Args:
         bodies: The moving bodies.

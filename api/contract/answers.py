@@ -150,8 +150,8 @@ class Check(Answer):
     time: float
     """The time of the peak, s from the start of the trajectory."""
     method: Literal["exact", "bounded", "sampled"]
-    """The method: `exact`, at the extrema of the polynomials; `bounded`, the quantity exceeds `peak` at no time; or
-    `sampled`, in samples that are refined near peaks."""
+    """The method. `exact`: at the extrema of the polynomials. `bounded`: the quantity exceeds `peak` at no time.
+    `sampled`: in samples that are refined near peaks."""
     enforced: bool
     """Whether the back end promises to keep the limit; false: the value is only reported and may exceed it."""
     bounded: bool

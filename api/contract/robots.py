@@ -46,8 +46,8 @@ class UrdfDocument(Schema):
     """An SRDF document that goes with it. Its groups and its disabled collision pairs are kept. States of groups with
     positions of all joints become `named_positions`."""
     tip_frame: FrameName | None = None
-    """The link that the poses are about. Omitted: the end of the group, or else the tip of the SRDF's only
-    chain, or else the end of the longest chain without its fingers. In the last case a warning among
+    """The link that the poses are about. Omitted: the end of the group. Without a group it is the tip of the SRDF's
+    only chain, or the end of the longest chain without its fingers. In the last case a warning among
     the `findings` (`several_tips`) names the other ends."""
     base_frame: FrameName | None = None
     """The link at the start of the chain of moving joints to `tip_frame`; omitted: the root. Poses are in the

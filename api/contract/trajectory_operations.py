@@ -197,7 +197,7 @@ class MaxPayloadRequest(Schema):
     center_of_mass_tolerance: Annotated[
         list[Annotated[float, Field(ge=0.0, le=LARGEST)]], Field(min_length=3, max_length=3)
     ] = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """Half the sizes x, y, z of a box about the center of mass, m: the robot carries the mass with any center of mass
+    """Half the sizes x, y, z of a box about the centre of mass, m. The robot carries the mass with any centre of mass
     in the box."""
     inertia: Moments = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """The moments of inertia ixx, iyy, izz about the center of mass, in the axes of the tip frame, kg m^2, whatever the

@@ -101,7 +101,7 @@ def _section(job: Callable[[], dict[str, Any]], solved: Plan) -> str:
 
 
 def _draw(title: str, solved: Plan, file: Path) -> None:
-    """Draw the tool's path with the arm, and the speeds of tool and joints over time, as shares of their limits."""
+    """Draw the tool's path with the arm, and the speeds of tool and joints over time, relative to their limits."""
     robot = solved.path.robot
     time = np.linspace(0.0, solved.trajectory.duration, SAMPLES)
     position, velocity = solved.trajectory.evaluate(time, (0, 1))

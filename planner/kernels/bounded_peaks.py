@@ -148,7 +148,7 @@ def bound_peaks(
         paths: The requested paths, for deviations from them.
 
     Returns:
-        The peaks of these and of the other pieces; indices of pieces are those of this motion where they changed.
+        The peaks of these and of the other pieces. Where they changed, indices of pieces count in this motion.
 
     Raises:
         TooManySamples: The bounds would take more intervals than the wish says.

@@ -65,8 +65,9 @@ class Objective(NamedTuple):
     def at(self, states: FloatArray, concave: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Return the value, the slope (3, points) and the curvature (6, points) at states (3, points).
 
-        The curvature is that by bb, ba, bc, aa, ac and cc, less that of 1 / sqrt(b) times `concave` (points,), made
-        positive semidefinite: that of |y| is of the parabola which touches it and is nowhere below.
+        The curvature has the second derivatives by bb, ba, bc, aa, ac and cc. The curvature of 1 / sqrt(b) times
+        `concave` (points,) is subtracted, and the result is made positive semidefinite. In place of |y| stands the
+        parabola that touches it and is nowhere below.
         """
         points = len(self.weights)
         value, slope, curvature = np.empty(1), np.empty((3, points)), np.empty((6, points))

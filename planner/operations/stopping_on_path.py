@@ -76,7 +76,7 @@ MARGINS = (1e-3, 1e-2, 5e-2)
 """Fractions of the limits reserved for peaks between the probes, tried in turn until the certificate accepts the
 result.
 
-The part of a limit that the trajectory itself uses at a place is always allowed there: first all of it, later all
+A place always allows the share of a limit that the trajectory itself uses there. At first it is all of it, later all
 except half of this fraction. The trajectory may use a whole limit when the stop begins. Its polygon of the tool's
 acceleration counts slightly more.
 """

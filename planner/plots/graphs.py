@@ -92,7 +92,7 @@ def draw_shares(axis: Axes, groups: Sequence[Curves]) -> None:
 
 
 def _bounds(lower: FloatArray, upper: FloatArray) -> str:
-    """Write the limits of a joint; if they change, those of the widest segment."""
+    """Write the limits of a joint; if they change, the limits of the widest segment."""
     least, most = float(lower.min()), float(upper.max())
     text = f"±{most:.4g}" if least == -most else f"{least:.4g} to {most:.4g}"
     changes = lower.min() != lower.max() or upper.min() != upper.max()

@@ -110,10 +110,10 @@ def draw_plan(
 
     Args:
         plan: The plan.
-        show: The rows, from above: `position`, `velocity`, `acceleration`, `jerk` and `torque` of the joints;
-            `tcp_position`, `tcp_orientation`, `tcp_velocity`, `tcp_angular_velocity`, `tcp_acceleration`,
-            `tcp_angular_acceleration` and `tcp_speed` of the tool; its `path` in space; the `robot` at the waypoints.
-            None: positions, velocities and accelerations.
+        show: The rows, from above. Of the joints: `position`, `velocity`, `acceleration`, `jerk` and `torque`.
+            Of the tool: `tcp_position`, `tcp_orientation`, `tcp_velocity`, `tcp_angular_velocity`, `tcp_acceleration`,
+            `tcp_angular_acceleration`, `tcp_speed` and its `path` in space. Then the `robot` at the waypoints. None:
+            positions, velocities and accelerations.
         joints: Names of the joints whose graphs are drawn; None: all.
         axes: The axes among `x`, `y` and `z` whose graphs are drawn; None: all.
         view: Where views look from: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.

@@ -83,7 +83,7 @@ def time_group(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
     """Move along a group's curve from rest to rest by the fastest time scaling s(t) that keeps every limit.
 
     The time scaling is C2, and its jerk is limited. The search begins with one quintic over the whole group. Each round
-    splits its longest pieces and retimes it. The retiming is a smooth function of time even at the ends, where the path
+    splits its longest pieces and retimes it. The retiming is a smooth function of time even at the ends. There the path
     velocity has a singularity as a function of the path position. One exact factor on all times removes excesses
     between the gridpoints of the search.
 

@@ -140,9 +140,9 @@ def sampled_peaks(
 
     Args:
         use: Functions of piece (N,) and unit time (N,), (N, columns), signed, as shares of their limits; smooth on each
-            piece. With `bend`, `BEND_COLUMNS` more: the speed of the tool, divided by the speed that uses the whole
-            limit in the tightest bend; its acceleration, divided by the limit; and its acceleration, divided by that
-            speed per unit of time.
+            piece. With `bend` there are `BEND_COLUMNS` more. The first is the speed of the tool, divided by the speed
+            that uses the whole limit in the tightest bend. The others are its acceleration, divided by the limit, and
+            its acceleration, divided by that speed per unit of time.
         parts: (pieces,), number of parts of each piece: enough to make the functions about parabolas on a part
             (`parts_of`).
         quantities: (columns,), index of the quantity that each function belongs to, ascending from 0 without gaps.

@@ -105,7 +105,7 @@ def reachability(
             `True`.
 
     Raises:
-        InvalidProblem: A joint position or the reference does not have one value per joint, the first waypoint is
+        InvalidProblem: A joint position or the reference does not have one value per joint. Or the first waypoint is
             relative, or the scene lacks an object to take.
     """
     handling = [Handling(waypoint.attach, waypoint.detach) for waypoint in waypoints]

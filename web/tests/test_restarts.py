@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from playwright.sync_api import expect
 
-from tests.api.batches.test_batches import slow_requests
+from tests.api.batches.long_batches import slow_requests
 from tests.locations import ROOT
 from web.tests.browser import WELDING, click_example, opened, planned, use_request
 from web.tests.test_conditions import violations

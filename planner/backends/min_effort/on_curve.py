@@ -1,8 +1,8 @@
 """The time scaling of least cost along a segment group whose curve is given: lines, circles, blends.
 
-Along a curve torques are linear in the square of the speed and in its derivative. Effort is a convex function of both
-(Verscheure et al., Time-optimal path tracking for robots: a convex optimization approach, IEEE Transactions on
-Automatic Control 54, 2009). With b, a and c as in `retiming`, for a joint's torque m a + h b + gravity, its power and
+Along a curve torques are linear in the square of the speed and in its derivative. Effort is a convex function of both.
+See Verscheure et al., Time-optimal path tracking for robots: a convex optimization approach, IEEE Transactions on
+Automatic Control 54, 2009. With b, a and c as in `retiming`, for a joint's torque m a + h b + gravity, its power and
 its jerk, by their units:
 
     effort             integral of torque^2 / sqrt(b)

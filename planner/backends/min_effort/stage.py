@@ -32,9 +32,9 @@ class Stage(NamedTuple):
         value: (z, units) -> weighted cost, and the torques (joints,).
         gradient: (z, units) -> derivative of the weighted cost (states,).
         slopes: (z) -> derivative of the torques (joints, states).
-        curvature: (z, units, cost factor, multipliers of the torques) -> second derivative (states, states) of the
-            sum except J' D J; its first derivative (states,); D's diagonal (joints,); J, the slopes of the torques
-            (joints, states).
+        curvature: (z, units, cost factor, multipliers of the torques) -> derivatives of the sum without J' D J: the
+            second (states, states) and the first (states,). Then D's diagonal (joints,), and J (joints, states), the
+            slopes of the torques.
     """
 
     value: ca.Function
@@ -91,7 +91,7 @@ def path_stage_of(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStag
 
     The joint position is compared with the one at a share u of the path, which is linear in it. The last row is
     2 u - 1, which goes from -1 to 1 on the path. The constants are joint positions (joints,) on the path and their
-    share, the derivative (joints,) of the path by u, and the derivative (joints,) of u by the joint position.
+    share. Then follow the derivative (joints,) of the path by u, and that (joints,) of u by the joint position.
 
     Args:
         robot: The robot, with its tool.

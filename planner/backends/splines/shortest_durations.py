@@ -1,7 +1,7 @@
 """The shortest durations of segments whose motions depend on each other's durations.
 
 Each duration of a spline shapes the whole spline. All durations times k divide velocity by k, acceleration by k^2 and
-jerk by k^3, and keep the positions, as for any motion of fixed shape. So the factor with which a motion keeps its rate
+jerk by k^3. They keep the positions, as for any motion of fixed shape. So the factor with which a motion keeps its rate
 limits is exact, and the search varies only the ratios of the durations.
 
 The search is a trust-region sequence of quadratic programs (Nocedal and Wright, Numerical Optimization, 2006,

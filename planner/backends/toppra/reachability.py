@@ -126,7 +126,7 @@ class _Rows(LinearConstraint):  # type: ignore[misc] # the package has no types
         return cls(padded, np.column_stack([np.zeros_like(bounds), bounds]))
 
     def compute_constraint_params(self, *_: Any) -> tuple[FloatArray | None, ...]:
-        """Return a, b, c, F and g with F (a u + b x + c) <= g at gridpoints, and the bounds of u and x."""
+        """Return coefficients of F (a u + b x + c) <= g at gridpoints, and the bounds of u and x."""
         a, b, c = self.rows
         return a, b, c, np.eye(a.shape[1]), np.zeros(a.shape[1]), None, self.bounds
 

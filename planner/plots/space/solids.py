@@ -137,7 +137,7 @@ class Piece:
         return np.asarray(self.vertices[pairs[drawn & ~goes_on, :2]], dtype=np.float64)
 
     def sides(self, points: FloatArray, view: View) -> np.ndarray:
-        """Return 1 for points (N, 3), m, that it hides in a view, -1 for points that hide it, otherwise 0."""
+        """Return 1 for points (N, 3), m, behind it in a view, -1 for points before it, otherwise 0."""
         sides, own, seen = np.zeros(len(points), dtype=int), view.project(self.vertices), view.project(points)
         near = np.flatnonzero(((seen > own.min(axis=0)) & (seen < own.max(axis=0))).all(axis=1))
         normals, offsets = self.planes

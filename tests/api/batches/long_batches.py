@@ -1,4 +1,4 @@
-"""A batch long enough to be interrupted halfway, and its results without an interruption."""
+"""Slow requests, and a batch long enough to be interrupted halfway, with its results without an interruption."""
 
 from __future__ import annotations
 
@@ -12,7 +12,16 @@ from tests.api.conftest import RunningService, running_service, wait_until
 from tests.api.requests import joint, plan_request
 
 ITEMS = 2000
+SLOW = {"robot": "kuka_kr16_2", "backend": {"kind": "min_effort"}, "deadline": 60.0}
+"""Fields of a request that takes a second or more."""
+
 BATCHES = "/v1/batches"
+
+
+def slow_requests(count: int) -> list[dict[str, Any]]:
+    """Return distinct requests that take a second or more each."""
+    ends = [[0.5 + 0.01 * k, -1.0, 1.2, 0.3, 0.5, 0.1] for k in range(count)]
+    return [SLOW | {"waypoints": [joint(0.0, -1.5, 1.5, 0.0, 0.5, 0.0), joint(*end)]} for end in ends]
 
 
 def requests(count: int) -> list[dict[str, Any]]:

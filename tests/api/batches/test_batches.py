@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from api.contract.batches import Batch, BatchesAnswer, BatchResultsAnswer
+from tests.api.batches.long_batches import slow_requests
 from tests.api.conftest import RunningService, wait_until
 from tests.api.requests import dh_robot, joint, plan_request
 from tests.locations import ROOT
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 BATCHES = "/v1/batches"
-SLOW = {"robot": "kuka_kr16_2", "backend": {"kind": "min_effort"}, "deadline": 60.0}
-"""What takes a second and more."""
 
 A_MINUTE = {
     "robot": "kuka_kr16_2",
@@ -52,11 +51,6 @@ def requests(count: int, **changes: Any) -> list[dict[str, Any]]:
         )
         for k in range(count)
     ]
-
-
-def slow_requests(count: int) -> list[dict[str, Any]]:
-    ends = [[0.5 + 0.01 * k, -1.0, 1.2, 0.3, 0.5, 0.1] for k in range(count)]
-    return [SLOW | {"waypoints": [joint(0.0, -1.5, 1.5, 0.0, 0.5, 0.0), joint(*end)]} for end in ends]
 
 
 def status(service: RunningService, location: str) -> dict[str, Any]:
