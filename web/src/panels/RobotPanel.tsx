@@ -1,13 +1,15 @@
 // The robot that is shown: sliders for its joints, its limits and where they come from; and robots of the user's own.
 import { useComputed } from '@preact/signals';
 import { jointWaypoint } from '../request/edits';
-import { factorOf, short, unitOf } from '../plan/units';
+import { factorOf, short, tenths, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/units';
 import type { Joint, Robot } from '../service/types';
 import { insert } from '../state/actions';
-import { pose, jointPosition } from '../state/jointPosition';
+import { jogJoint } from '../state/jogging';
+import { jointPosition, pose } from '../state/jointPosition';
 import { request, robot } from '../state/store';
 import { texts } from '../texts';
+import { Jog } from './Jog';
 import { RobotUpload } from './RobotUpload';
 import { Workspace } from './Workspace';
 
@@ -16,6 +18,7 @@ export function RobotPanel() {
   return (
     <>
       {arm && <Sliders arm={arm} />}
+      {arm && <Jog />}
       {arm && <Workspace />}
       {arm && <LimitTable arm={arm} />}
       {arm && (arm.notes?.length ?? 0) > 0 && <NoteList arm={arm} />}
@@ -63,8 +66,7 @@ function Slider({ joint, index }: { joint: Joint; index: number }) {
   const factor = factorOf(joint, 'position');
   const [lower, upper] = rangeOf(joint);
   const value = useComputed(() => (jointPosition.value[index] ?? 0) * factor);
-  const text = useComputed(() => `${value.value.toFixed(1)} ${unitOf(joint, 'position')}`);
-  const move = (to: number): void => pose(jointPosition.value.map((old, i) => (i === index ? to / factor : old)));
+  const text = useComputed(() => `${tenths(value.value)} ${unitOf(joint, 'position')}`);
   return (
     <label>
       <span>{joint.name}</span>
@@ -74,7 +76,7 @@ function Slider({ joint, index }: { joint: Joint; index: number }) {
         max={upper * factor}
         step="any"
         value={value}
-        onInput={(event) => move(event.currentTarget.valueAsNumber)}
+        onInput={(event) => jogJoint(index, event.currentTarget.valueAsNumber / factor)}
       />
       <output>{text}</output>
     </label>

@@ -40,6 +40,11 @@ export function short(value: number, digits = 4): string {
   return `${Number(factor)}×10${raised}`;
 }
 
+// With one decimal, and no sign before 0.0.
+export function tenths(value: number): string {
+  return (Math.round(value * 10) / 10 + 0).toFixed(1);
+}
+
 export function seconds(value: number): string {
   return `${value.toFixed(value < 10 ? 3 : 2)} s`;
 }

@@ -24,6 +24,8 @@ const MODES: readonly GizmoMode[] = ['translate', 'rotate'];
 const VIEWS: readonly View[] = ['home', 'front', 'side', 'top'];
 
 const mode = signal<GizmoMode>('translate');
+const ofTool = signal(false); // the handles have the axes of the tool, else those of the world
+const snaps = signal(false);
 const byUse = signal(false); // the path is coloured by the use of limits, else by its speed
 
 // Without `dragging` nothing can be changed: so it is in a report.
@@ -51,12 +53,21 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
       {failed && <p class="stage-failed">{texts.stage.failed}</p>}
       {!robot.value && problem.value && <p class="stage-failed">{texts.stage.none(request.value?.robot ?? '')}</p>}
       <div class="stage-tools" role="group" aria-label={texts.stage.views}>
-        {dragging?.pose() &&
-          MODES.map((name) => (
-            <button key={name} type="button" aria-pressed={mode.value === name} onClick={() => (mode.value = name)}>
-              {texts.stage.mode[name]}
+        {dragging?.pose() && (
+          <>
+            {MODES.map((name) => (
+              <button key={name} type="button" aria-pressed={mode.value === name} onClick={() => (mode.value = name)}>
+                {texts.stage.mode[name]}
+              </button>
+            ))}
+            <button type="button" aria-pressed={ofTool.value} onClick={() => (ofTool.value = !ofTool.value)}>
+              {texts.stage.toolAxes}
             </button>
-          ))}
+            <button type="button" aria-pressed={snaps.value} title={texts.stage.snapHint} onClick={() => (snaps.value = !snaps.value)}>
+              {texts.stage.snap}
+            </button>
+          </>
+        )}
         {VIEWS.map((view) => (
           <button key={view} type="button" onClick={() => stage?.look(view)}>
             {texts.stage.view[view]}
@@ -77,11 +88,10 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
 function ReachNote({ reach }: { reach: Reach | null }) {
   if (!reach) return null;
   if (reach.kind === 'missed') return <p class="reach-note missed">{texts.stage.missed(short(reach.distance * 1000, 3))}</p>;
-  const { solutions, free, collision } = reach;
   return (
-    <p class={`reach-note ${collision ? 'hindered' : 'reached'}`}>
-      {texts.stage.reached(solutions, free)}
-      {collision && <strong>{texts.stage.hindered(collision.pair, depthOf(collision))}</strong>}
+    <p class={`reach-note ${reach.collision ? 'hindered' : 'reached'}`}>
+      {reach.kind === 'reached' && texts.stage.reached(reach.solutions, reach.free)}
+      {reach.collision && <strong>{texts.stage.hindered(reach.collision.pair, depthOf(reach.collision))}</strong>}
     </p>
   );
 }
@@ -123,7 +133,7 @@ function sharesOf(shown: Planned | null, arm: Robot | null): readonly number[] {
 
 // What is in the way where the arm would stand.
 function hindranceOf(reach: Reach | null): Pair | null {
-  return reach?.kind === 'reached' && reach.collision ? { names: reach.collision.pair, position: reach.position } : null;
+  return reach && 'collision' in reach && reach.collision ? { names: reach.collision.pair, position: reach.position } : null;
 }
 
 function follow(
@@ -178,7 +188,7 @@ function follow(
     effect(() => {
       theme.value; // drawn anew in other colours
       robot.value;
-      stage.setGizmo(dragging?.pose() ?? null, dragging?.tool() ?? null, mode.value);
+      stage.setGizmo(dragging?.pose() ?? null, dragging?.tool() ?? null, mode.value, { ofTool: ofTool.value, snaps: snaps.value });
     }),
     effect(() => {
       const found = dragging?.reach() ?? null;

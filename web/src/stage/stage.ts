@@ -12,7 +12,7 @@ import { styleColour, theme } from '../state/theme';
 import { Arm } from './arm';
 import { Cloud } from './cloud';
 import { Gizmo } from './gizmo';
-import type { GizmoMode } from './gizmo';
+import type { GizmoMode, GizmoWays } from './gizmo';
 import { lights } from './lights';
 import { axes, ball, disposeOf, ghostLine, pathLine, toolMarks, waypointMarks } from './marks';
 import { instanceAt, listenToClicks } from './picking';
@@ -206,9 +206,9 @@ export class Stage {
   }
 
   // The handles at the chosen pose, with the tool that is to get there; a hand that holds them has put them where they are.
-  setGizmo(pose: Pose | null, tool: Pose | null, mode: GizmoMode): void {
+  setGizmo(pose: Pose | null, tool: Pose | null, mode: GizmoMode, ways: GizmoWays): void {
     if (this.gizmo.isHeld) return;
-    this.gizmo.show(pose, mode, this.robot && this.toolFrame(toolOf(tool, this.robot), styleColour('--accent')));
+    this.gizmo.show(pose, mode, ways, this.robot && this.toolFrame(toolOf(tool, this.robot), styleColour('--accent')));
     this.draw();
   }
 

@@ -3,7 +3,7 @@ import { toolAt } from '../plan/tools';
 import { surroundingsOf } from '../request/surroundings';
 import { client, outcome } from '../service/client';
 import type { Outcome } from '../service/client';
-import type { InverseKinematicsResult, PlanRequest, Pose, Robot } from '../service/types';
+import type { InverseKinematicsResult, PlanRequest, Pose, PositionCollision, Robot } from '../service/types';
 import { scene } from './surroundings';
 
 // Asks about a pose of the tool at a waypoint, in the base frame; ways are sorted by their distance to the reference, too.
@@ -24,4 +24,22 @@ export async function waysTo(
   };
   const { answer, problem } = await outcome(client.POST('/v1/kinematics/inverse', { body }));
   return answer ? { answer: answer.results[0]! } : { problem };
+}
+
+// What is in the way at a joint position; null: nothing is known to be.
+export async function hindranceAt(
+  position: readonly number[],
+  request: PlanRequest,
+  index: number,
+  robot: Robot,
+): Promise<PositionCollision | null> {
+  const body = {
+    robot: robot.id,
+    positions: [[...position]],
+    tool: toolAt(request, index),
+    ...surroundingsOf(request, scene.value ?? null, index, robot),
+  };
+  const { answer } = await outcome(client.POST('/v1/collisions/check', { body }));
+  const found = answer?.results[0]?.collision;
+  return found ? { pair: found.pair, depth: found.depth ?? 0 } : null;
 }

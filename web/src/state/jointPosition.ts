@@ -16,6 +16,8 @@ effect(() => {
   if (!draft.peek()) posed.value = null;
 });
 
+export const isPosed = computed(() => posed.value !== null);
+
 // Puts the robot where a person wants it.
 export function pose(position: readonly number[]): void {
   playing.value = false;

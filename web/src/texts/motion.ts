@@ -8,6 +8,9 @@ export const ofMotion = {
     views: 'Views',
     view: { home: 'Home', front: 'Front', side: 'Side', top: 'Top' },
     mode: { translate: 'Move pose', rotate: 'Turn pose' },
+    toolAxes: 'Tool axes',
+    snap: 'Snap',
+    snapHint: 'Move in steps of 10 mm, turn in steps of 5°',
     reached: (solutions: number, free: number | null) =>
       `reached in ${solutions} ${solutions === 1 ? 'way' : 'ways'}${free === null ? '' : `, ${free || 'none'} of them free`}`,
     hindered: (pair: readonly string[], depth: string) => `${pair.join(' and ')}: ${depth} too near`,

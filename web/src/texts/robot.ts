@@ -22,6 +22,15 @@ export const ofRobot = {
     refused: 'The robot was refused',
     severities: { error: 'Error:', warning: 'Warning:', info: 'Note:' } as Record<string, string>,
   },
+  jog: {
+    label: 'Tool by hand',
+    frame: 'Along the axes of',
+    distance: 'Step (mm)',
+    angle: 'Turn (°)',
+    axes: ['x', 'y', 'z', 'roll', 'pitch', 'yaw'],
+    less: (axis: string) => `Less ${axis}`,
+    more: (axis: string) => `More ${axis}`,
+  },
   workspace: {
     label: 'Workspace',
     show: 'Show where the tool can be',

@@ -1,0 +1,32 @@
+import { Matrix4, Quaternion, Vector3 } from 'three';
+import { expect, test } from 'vitest';
+import { quaternionOf } from '../request/rotations';
+import type { Robot } from '../service/types';
+import { toolMatrix } from './chain';
+import { toolPose } from './tool_pose';
+
+const random = (): number => 2 * Math.random() - 1;
+const placement = (): { position: number[]; quaternion_xyzw: number[] } => ({
+  position: [random(), random(), random()],
+  quaternion_xyzw: new Quaternion(random(), random(), random(), random()).normalize().toArray(),
+});
+
+// A robot with joints of both kinds about any axes, whose tip is behind all of them.
+function anyRobot(joints: number): Robot {
+  const kinds = Array.from({ length: joints }, (_, i) => (i % 3 === 2 ? 'prismatic' : 'revolute'));
+  return {
+    joints: kinds.map((kind) => ({ kind })),
+    chain: kinds.map(() => ({ ...placement(), axis: new Vector3(random(), random(), random()).normalize().toArray() })),
+    placements: [{ frame: 'tip', after: joints, ...placement() }],
+    tip_frame: 'tip',
+    tool: placement(),
+  } as unknown as Robot;
+}
+
+test.each([0, 1, 6, 9])('the tool of a robot with %i joints is where three has it', (joints) => {
+  const robot = anyRobot(joints);
+  const position = robot.joints.map(() => 3 * random());
+  const { position: at, orientation } = toolPose(robot, position, null);
+  const found = new Matrix4().compose(new Vector3(...at), new Quaternion(...quaternionOf(orientation)!), new Vector3(1, 1, 1));
+  toolMatrix(robot, position).elements.forEach((value, i) => expect(found.elements[i]).toBeCloseTo(value, 9));
+});
