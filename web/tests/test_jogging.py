@@ -39,7 +39,7 @@ def readout(page: Page) -> list[float]:
 
 def tool(page: Page, service: RunningService) -> tuple[np.ndarray, Rotation]:
     """Return where the service has the tool at the shown joint position, in mm, and how it is turned."""
-    pose = pose_of(service, JOINTS["robot"], [math.radians(value) for value in shown_position(page)])
+    pose = pose_of(service, "kuka_kr16_2", [math.radians(value) for value in shown_position(page)])
     return 1000.0 * np.array(pose["position"]), Rotation.from_quat(pose["orientation"]["xyzw"])
 
 

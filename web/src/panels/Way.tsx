@@ -1,18 +1,20 @@
 // How the robot gets to the chosen waypoint and how it passes.
 import { scaled } from '../plan/units';
 import { motionOf, motionsOf } from '../request/motions';
-import type { Limits, PlanRequest, Transition } from '../service/types';
+import { halfWay } from '../state/half_way';
+import type { Limits, PlanRequest, Robot, Transition } from '../service/types';
 import { texts } from '../texts';
 import { Choice, NumberField } from './fields';
 import { FreeFields } from './FreeFields';
 
 interface WayProps {
   request: PlanRequest;
+  robot: Robot;
   index: number;
   change: (changes: object) => void;
 }
 
-export function Way({ request, index, change }: WayProps) {
+export function Way({ request, robot, index, change }: WayProps) {
   const waypoint = request.waypoints[index]!;
   const { motion, transition, limits } = waypoint;
   const isLast = index === request.waypoints.length - 1;
@@ -28,7 +30,7 @@ export function Way({ request, index, change }: WayProps) {
             label={texts.editor.motion}
             value={motion?.kind ?? 'joint'}
             options={motionsOf(request, index).map((kind) => [kind, texts.editor.motions[kind]] as const)}
-            onValue={(kind) => change({ motion: motionOf(kind) })}
+            onValue={(kind) => change({ motion: motionOf(kind, halfWay(request, robot, index)) })}
           />
           {motion?.kind === 'free' && <FreeFields motion={motion} index={index} change={(changed) => change({ motion: changed })} />}
           <NumberField

@@ -1,13 +1,13 @@
 // The form of the chosen waypoint: where it is, how the robot gets there, how it passes.
 import type { PlanRequest, PoseWaypoint, RelativeWaypoint, Robot } from '../service/types';
-import { quaternionOf, quaternionOfRpy, rpyOfQuaternion } from '../request/rotations';
-import type { Vector } from '../request/rotations';
-import { degrees, factorOf, radians, unitOf } from '../plan/units';
+import { factorOf, unitOf } from '../plan/units';
 import { edit, endSketch, sketch } from '../state/draft';
 import { draft } from '../state/store';
 import { texts } from '../texts';
 import { Configurations } from './Configurations';
 import { Choice, NumberField, VectorField } from './fields';
+import { MoreOfWaypoint } from './MoreFields';
+import { PoseFields } from './PoseFields';
 import { Way } from './Way';
 
 interface EditorProps {
@@ -33,10 +33,14 @@ export function WaypointEditor({ request, robot, index }: EditorProps) {
         </span>
       )}
       {waypoint.kind === 'joint' && <Joints robot={robot} position={waypoint.position} />}
-      {waypoint.kind === 'pose' && <PoseFields waypoint={waypoint} frames={Object.keys(request.frames ?? {})} />}
+      {waypoint.kind === 'pose' && (
+        <PoseFields pose={waypoint.pose} onTyping={(pose) => sketch({ pose })} onPose={(pose) => edit({ pose })} />
+      )}
+      {waypoint.kind === 'pose' && <Frame waypoint={waypoint} frames={Object.keys(request.frames ?? {})} />}
       {waypoint.kind === 'pose' && <Configurations request={request} robot={robot} index={index} />}
       {waypoint.kind === 'relative' && <Relative waypoint={waypoint} />}
-      <Way request={request} index={index} change={edit} />
+      <Way request={request} robot={robot} index={index} change={edit} />
+      <MoreOfWaypoint request={request} robot={robot} index={index} />
     </form>
   );
 }
@@ -79,49 +83,15 @@ function Joints({ robot, position }: JointsProps) {
   );
 }
 
-interface PoseProps {
-  waypoint: PoseWaypoint;
-  frames: readonly string[];
-}
-
-function PoseFields({ waypoint, frames }: PoseProps) {
-  const { pose } = waypoint;
-  const turn = quaternionOf(pose.orientation);
-  const rpy = turn && rpyOfQuaternion(turn).map(degrees);
-  const moved = (values: number[]): object => ({ pose: { ...pose, position: values.map((value) => value / 1000) } });
-  const turned = (values: number[]): object => {
-    const xyzw = quaternionOfRpy(values.map(radians) as Vector);
-    return { pose: { ...pose, orientation: { kind: 'quaternion', xyzw } } };
-  };
+function Frame({ waypoint, frames }: { waypoint: PoseWaypoint; frames: readonly string[] }) {
+  if (frames.length === 0) return null;
   return (
-    <>
-      <VectorField
-        label={texts.editor.position}
-        names={['x', 'y', 'z']}
-        values={pose.position.map((value) => value * 1000)}
-        onTyping={(values) => sketch(moved(values))}
-        onValues={(values) => edit(moved(values))}
-      />
-      {rpy ? (
-        <VectorField
-          label={texts.editor.orientation}
-          names={['roll', 'pitch', 'yaw']}
-          values={rpy}
-          onTyping={(values) => sketch(turned(values))}
-          onValues={(values) => edit(turned(values))}
-        />
-      ) : (
-        <p class="hint">{texts.editor.anyOrientation}</p>
-      )}
-      {frames.length > 0 && (
-        <Choice
-          label={texts.editor.frameOfPose}
-          value={waypoint.frame ?? ''}
-          options={[['', texts.editor.baseFrame] as const, ...frames.map((name) => [name, name] as const)]}
-          onValue={(frame) => edit({ frame: frame || undefined })}
-        />
-      )}
-    </>
+    <Choice
+      label={texts.editor.frameOfPose}
+      value={waypoint.frame ?? ''}
+      options={[['', texts.editor.baseFrame] as const, ...frames.map((name) => [name, name] as const)]}
+      onValue={(frame) => edit({ frame: frame || undefined })}
+    />
   );
 }
 

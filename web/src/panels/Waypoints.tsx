@@ -12,6 +12,7 @@ import { isStale, problem, request, robot, selected, shownPlan } from '../state/
 import { texts } from '../texts';
 import { Menu } from './Menu';
 import type { MenuGroup } from './Menu';
+import { MoreOfRequest } from './MoreFields';
 import { SpeedZones } from './SpeedZones';
 import { WaypointEditor } from './WaypointEditor';
 
@@ -33,6 +34,7 @@ export function Waypoints() {
       </ol>
       <p class="hint">{texts.waypoints.keys}</p>
       {arm && <WaypointEditor request={shown} robot={arm} index={Math.min(selected.value, shown.waypoints.length - 1)} />}
+      {arm && <MoreOfRequest request={shown} robot={arm} />}
       {(shown.scene || zonesOf(shown).length > 0) && <SpeedZones request={shown} />}
     </section>
   );

@@ -3,6 +3,7 @@ import { useId, useState } from 'preact/hooks';
 
 interface NumberProps {
   label: string;
+  title?: string;
   value: number | undefined; // undefined: the field is empty
   placeholder?: string;
   min?: number;
@@ -12,11 +13,11 @@ interface NumberProps {
   onValue: (value: number | undefined) => void;
 }
 
-export function NumberField({ label, value, placeholder, min, max, step = 'any', onTyping, onValue }: NumberProps) {
+export function NumberField({ label, title, value, placeholder, min, max, step = 'any', onTyping, onValue }: NumberProps) {
   const id = useId();
   const [typed, setTyped] = useState<string | null>(null); // it stays as it is written until it is finished
   return (
-    <span class="field">
+    <span class="field" title={title}>
       <label for={id}>{label}</label>
       <input
         id={id}
@@ -46,9 +47,9 @@ function taken(input: HTMLInputElement, onValue: (value: number | undefined) => 
   else if (Number.isFinite(input.valueAsNumber)) onValue(input.valueAsNumber);
 }
 
-// As many digits as a person wants to see: a micrometre, a thousandth of a degree.
+// As many digits as a person wants to see: a micrometre, a thousandth of a degree; of less the first three.
 function rounded(value: number): string {
-  return String(Number(value.toFixed(3)));
+  return String(Number(Math.abs(value) < 1e-3 ? value.toPrecision(3) : value.toFixed(3)));
 }
 
 interface VectorProps {
@@ -77,17 +78,35 @@ export function VectorField({ label, names, values, onTyping, onValues }: Vector
   );
 }
 
+interface TextProps {
+  label: string;
+  title?: string;
+  value: string;
+  onValue: (value: string) => void;
+}
+
+export function TextField({ label, title, value, onValue }: TextProps) {
+  const id = useId();
+  return (
+    <span class="field" title={title}>
+      <label for={id}>{label}</label>
+      <input id={id} value={value} onChange={(event) => onValue(event.currentTarget.value)} />
+    </span>
+  );
+}
+
 interface ChoiceProps<T extends string> {
   label: string;
+  title?: string;
   value: T;
   options: readonly (readonly [T, string])[];
   onValue: (value: T) => void;
 }
 
-export function Choice<T extends string>({ label, value, options, onValue }: ChoiceProps<T>) {
+export function Choice<T extends string>({ label, title, value, options, onValue }: ChoiceProps<T>) {
   const id = useId();
   return (
-    <span class="field">
+    <span class="field" title={title}>
       <label for={id}>{label}</label>
       <select id={id} value={value} onChange={(event) => onValue(event.currentTarget.value as T)}>
         {options.map(([name, text]) => (

@@ -1,21 +1,33 @@
 // The motions that a waypoint may be reached by.
-import type { FreeMotion, Motion, PlanRequest } from '../service/types';
+import type { FreeMotion, Motion, PlanRequest, Pose } from '../service/types';
 import { withoutEmpty } from './edits';
 
 type Objective = NonNullable<FreeMotion['optimise']>;
 
-// Joint and linear motions are chosen on the page, free ones where something may be in the way; another kind stays as it is
-// until one of these is chosen.
+// A free motion is chosen where something may be in the way.
 export function motionsOf({ waypoints, scene, self_collision }: PlanRequest, index: number): Motion['kind'][] {
   const mayMeet = Boolean(scene ?? self_collision);
-  return [
-    ...new Set<Motion['kind']>(['joint', 'linear', ...(mayMeet ? (['free'] as const) : []), waypoints[index]?.motion?.kind ?? 'joint']),
-  ];
+  const kind = waypoints[index]?.motion?.kind ?? 'joint';
+  return KINDS.filter((one) => one !== 'free' || mayMeet || kind === 'free');
 }
 
-// A joint motion is what the service takes where none is asked.
-export function motionOf(kind: Motion['kind']): object | undefined {
-  return kind === 'joint' ? undefined : { kind };
+const KINDS = ['joint', 'linear', 'circular', 'polyline', 'spline', 'free'] as const;
+const FIRST_BLEND = 0.01; // m
+
+// A joint motion is what the service takes where none is asked. Others lead past a pose.
+export function motionOf(kind: Motion['kind'], past: Pose): object | undefined {
+  switch (kind) {
+    case 'joint':
+      return undefined;
+    case 'circular':
+      return { kind, via: past };
+    case 'polyline':
+      return { kind, poses: [past], blend: FIRST_BLEND };
+    case 'spline':
+      return { kind, poses: [past] };
+    default:
+      return { kind };
+  }
 }
 
 // The first way that is found will do, or it is made better by something; what bounds the effort for that goes with it.

@@ -86,8 +86,8 @@ describe('free motions', () => {
   });
 
   test('are offered where something may be in the way', () => {
-    expect(motionsOf(bare, 1)).toEqual(['joint', 'linear']);
-    expect(motionsOf({ ...bare, self_collision: true }, 1)).toEqual(['joint', 'linear', 'free']);
+    expect(motionsOf(bare, 1)).toEqual(['joint', 'linear', 'circular', 'polyline', 'spline']);
+    expect(motionsOf({ ...bare, self_collision: true }, 1)).toEqual(['joint', 'linear', 'circular', 'polyline', 'spline', 'free']);
     expect(motionsOf({ ...bare, scene: 'cell' }, 1)).toContain('free');
   });
 });

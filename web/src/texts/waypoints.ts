@@ -76,6 +76,7 @@ export const ofWaypoints = {
     position: 'Position (mm)',
     orientation: 'Roll, pitch, yaw (°)',
     anyOrientation: 'any orientation',
+    orient: 'Give one',
     translation: 'Move (mm)',
     frame: 'Along the axes of',
     frames: { tool: 'the tool', base: 'the base' },
