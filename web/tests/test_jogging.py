@@ -1,4 +1,4 @@
-"""The tool moved by hand: along the axes of frames, with its pose, its reach and what is in the way."""
+"""Jogging of the tool along the axes of frames, with its pose, reach and collisions."""
 
 from __future__ import annotations
 
