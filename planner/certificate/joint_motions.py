@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from planner.certificate.checks import Check
+from planner.certificate.path_bounds import bound_deviations
+from planner.certificate.path_parts import polynomial_parts
+from planner.kinematics.forward import tool_poses
 from planner.problems.problem import JointMotion
 from planner.problems.transitions import StopTransition
-from planner.tool_motions.path_distances import CHORDS, farthest_from_path
+from planner.tool_motions.pose_paths import ONE_PIECE
 from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
 
 if TYPE_CHECKING:
@@ -27,6 +30,28 @@ TOOL_DEVIATION = "tool_deviation"
 
 JOINT_DEVIATION = "joint_deviation"
 """The quantity of the check of the joints."""
+
+UNLIMITED_SCALE = 1.0
+"""Distance, m, by which a deviation without a limit counts."""
+
+NO_SPHERES = np.zeros((1, 2, 4))
+"""No spheres in which the tool may leave its path, for one path."""
+
+
+class _Distance(NamedTuple):
+    """A largest distance: its values as in `Check`.
+
+    Attributes:
+        peak: m or rad.
+        time: s.
+        method: How it was found.
+        lower: A distance that is reached, if the method is `bounded`.
+    """
+
+    peak: float
+    time: float
+    method: Literal["exact", "bounded"]
+    lower: float | None
 
 
 def certify_joint_motions(
@@ -58,16 +83,15 @@ def certify_joint_motions(
         if not isinstance(waypoints[segment + 1].motion, JointMotion):
             continue
         robot = dynamics.robot_on(segment)
-        first, last = float(trajectory.departures[segment]), float(trajectory.arrivals[segment + 1])
-        straight = np.linspace(positions[segment], positions[segment + 1], CHORDS + 1)
+        start, end = positions[segment : segment + 2]
         stops = not (passed[segment] or passed[segment + 1])
-        found = farthest_from_path(robot, trajectory, first, last, straight)
-        of_tool.append(_check(TOOL_DEVIATION, None, found, allowed.max_deviation, stops, "sampled"))
+        found = _farthest_tool(trajectory, dynamics, segment, (start, end), allowed.max_deviation)
+        of_tool.append(_check(TOOL_DEVIATION, None, found, allowed.max_deviation, stops))
         pieces = trajectory.segments == segment
-        away, since, farthest = farthest_joint(trajectory.of(pieces), *positions[segment : segment + 2])
-        found = away, float(trajectory.breakpoints[pieces.argmax()]) + since
-        joint = robot.joint_names[farthest]
-        of_joints.append(_check(JOINT_DEVIATION, joint, found, allowed.max_joint_deviation, stops, "exact"))
+        away, since, farthest = farthest_joint(trajectory.of(pieces), start, end)
+        time = float(trajectory.breakpoints[pieces.argmax()]) + since
+        joint, found = robot.joint_names[farthest], _Distance(away, time, "exact", None)
+        of_joints.append(_check(JOINT_DEVIATION, joint, found, allowed.max_joint_deviation, stops))
     return [
         max(checks, key=lambda check: (check.enforced and not check.satisfied, check.peak))
         for checks in (of_tool, of_joints)
@@ -113,24 +137,38 @@ def farthest_joint(motion: PiecewisePolynomial, start: FloatArray, end: FloatArr
     return abs(float(found.values[0])) if is_distance else 0.0, time, joint
 
 
-def _check(
-    quantity: str,
-    joint: str | None,
-    found: tuple[float, float],
+def _farthest_tool(
+    trajectory: Trajectory,
+    dynamics: SegmentDynamics,
+    segment: int,
+    ends: tuple[FloatArray, FloatArray],
     limit: float | None,
-    stops: bool,
-    method: Literal["exact", "sampled"],
-) -> Check:
-    """Return the check of a segment from its largest distance and time; enforced from stop to stop only."""
-    away, time = found
+) -> _Distance:
+    """Bound the distance of the tool from its path on the straight motion between two joint positions (joints,)."""
+    robot, (start, end) = dynamics.robot_on(segment), ends
+
+    def poses(u: FloatArray) -> tuple[FloatArray, None]:
+        """Return the tool's positions (N, 3), m, at fractions (N,) of the straight motion."""
+        return tool_poses(robot, start + u[:, None] * (end - start))[0], None
+
+    path = {segment: polynomial_parts(poses, ONE_PIECE)}
+    allowed = np.array([[UNLIMITED_SCALE if limit is None else limit, np.inf]])
+    found, _ = bound_deviations(trajectory, dynamics, path, allowed, NO_SPHERES)
+    assert found is not None  # noqa: S101 - a finite distance is allowed
+    return _Distance(found.peak, found.time, "bounded", found.lower)
+
+
+def _check(quantity: str, joint: str | None, found: _Distance, limit: float | None, stops: bool) -> Check:
+    """Return the check of a segment from its largest distance; enforced from stop to stop only."""
     return Check(
         quantity=quantity,
         joint=joint,
-        peak=away,
+        peak=found.peak,
         limit=limit,
-        ratio=None if limit is None else away / limit,
-        time=time,
-        method=method,
+        ratio=None if limit is None else found.peak / limit,
+        time=found.time,
+        method=found.method,
         enforced=stops,
         bounded=True,
+        lower=found.lower,
     )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.certificate.path_parts import PathParts, part_numbers
 from planner.spatial import rotation_vector, rotation_vectors, rotations_from_vectors
 
 if TYPE_CHECKING:
@@ -35,9 +36,10 @@ class Line:
         return cls(*_turns(start, None, end, 0.5), start.position, end.position - start.position)
 
     @property
-    def numbers(self) -> FloatArray:
-        """The numbers of the line for the kernels: the first of `ToolPaths`."""
-        return _numbers(0.0, self.start, self.turns, self.origin, self.way, np.zeros(3))
+    def parts(self) -> PathParts:
+        """The line as the one part of a path."""
+        numbers = part_numbers(0.0, 1, self.start, self.turns[:1], self.origin, self.way[None])
+        return PathParts(numbers[None], self.start is not None, 0.0)
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Return positions (N, 3), m, and rotations (N, 3, 3) at fractions (N,) of the line; None: no orientation."""
@@ -80,20 +82,16 @@ class Circle:
         return cls(*_turns(start, via, end, at_via / at_end), center, x, y, at_end)
 
     @property
-    def numbers(self) -> FloatArray:
-        """The numbers of the circle for the kernels: the first of `ToolPaths`."""
-        return _numbers(self.end_angle, self.start, self.turns, self.center, self.x, self.y)
+    def parts(self) -> PathParts:
+        """The circle as the one part of a path."""
+        spokes = np.array([self.x, self.y])
+        numbers = part_numbers(self.end_angle, 2, self.start, self.turns, self.center, spokes)
+        return PathParts(numbers[None], self.start is not None, 0.0)
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Return positions (N, 3), m, and rotations (N, 3, 3) at fractions (N,) of the arc; None: no orientation."""
         angles = (u * self.end_angle)[:, None]
         return self.center + np.cos(angles) * self.x + np.sin(angles) * self.y, _turned(self.start, self.turns, u)
-
-
-def _numbers(angle: float, start: FloatArray | None, *others: FloatArray) -> FloatArray:
-    """Return the first numbers of `ToolPaths`."""
-    turned = np.eye(3) if start is None else start
-    return np.concatenate([[angle], turned.ravel(), *(each.ravel() for each in others)])
 
 
 def _angles_about(center: FloatArray, x: FloatArray, y: FloatArray, points: FloatArray) -> FloatArray:

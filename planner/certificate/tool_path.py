@@ -1,8 +1,8 @@
 """The check of the tool's path: it keeps to its lines and circles, and near the corners that it cuts.
 
-Deviations from lines and circles are bounded at all times; deviations from other paths and from tolerance regions are
-sampled. Forward kinematics are shared with the paths, and have tests against other implementations. So is the geometry
-of polylines and splines, which has tests against splines of scipy and closed forms.
+Deviations from paths are bounded at all times; deviations from tolerance regions are sampled. Forward kinematics are
+shared with the paths, and have tests against other implementations. So is the geometry of polylines and splines, which
+has tests against splines of scipy and closed forms.
 """
 
 from __future__ import annotations
@@ -13,37 +13,35 @@ import numpy as np
 
 from planner.certificate.checks import Check
 from planner.certificate.goal_regions import misses_of_region
-from planner.certificate.lines_and_circles import Circle, Line, angles_of
+from planner.certificate.lines_and_circles import Circle, Line
 from planner.certificate.on_curve import parameters_on
-from planner.constraints.bounded import bound_by_robot
+from planner.certificate.path_bounds import bound_deviations
+from planner.certificate.path_parts import polynomial_parts
 from planner.dynamics import SegmentDynamics
-from planner.kernels.bounded_peaks import KINDS, Columns, ToolPaths
 from planner.kinematics.forward import tool_poses_on
 from planner.problems.problem import CartesianMotion, CircularMotion, JointMotion
 from planner.problems.regions import region_of
 from planner.problems.transitions import BlendTransition
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_splines import PoseSpline
-from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
+    from planner.certificate.path_parts import PathParts
     from planner.certificate.waypoints import Target
     from planner.problems.problem import AnyWaypoint
+    from planner.problems.regions import Region
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
     from planner.trajectories.trajectory import Trajectory
     from planner.waypoints.solve import SolvedWaypoint
 
 PATH_SAMPLE_TIMES = np.linspace(0.0, 1.0, 9)
-"""Unit times on each piece at which the deviation from paths other than lines and circles is sampled."""
+"""Unit times on each piece at which the deviation from tolerance regions is sampled."""
 
 PATH_DEVIATIONS = ("path_position_deviation", "path_orientation_deviation")
 """The quantities of deviations from paths, in m and rad."""
-
-DEVIATION_KNOWN_TO = 1e-2
-"""Relative amount by which the bound on a deviation may exceed a value that is reached."""
 
 
 class _Deviation(NamedTuple):
@@ -140,88 +138,53 @@ def _deviations(
             kept &= np.linalg.norm(samples.positions - centers[end], axis=1) > radii[end]
         return _Samples(*(part[kept] for part in samples))
 
-    bounded: dict[int, Line | Circle] = {}
+    bounded: dict[int, PathParts] = {}
     for segment in with_tool:
         pieces = np.flatnonzero(trajectory.segments == segment)
         motion, requested = solved[segment + 1].tool_motion, waypoints[segment + 1].motion
         free = requested.free if isinstance(requested, CartesianMotion) else None
-        if motion and (free or isinstance(motion.path, Polyline | PoseSpline)):
+        path = _path(solved[segment + 1], waypoints[segment + 1], starts[segment], targets[segment + 1].pose)
+        if motion and free:
             of_curve = sampled(pieces, PATH_SAMPLE_TIMES)
             if len(of_curve.times):
-                u = parameters_on(motion.curve, of_curve.joints)
-                if isinstance(motion.path, Polyline | PoseSpline):
-                    points, axes = motion.path.poses(u)
-                else:
-                    path = _path(waypoints[segment + 1], starts[segment], targets[segment + 1].pose)
-                    points, axes = path.poses(u)
-                allowed = np.broadcast_to(tolerances[segment + 1], (len(u), 2))
-                if free and axes is not None:
-                    region, reached = region_of(free), (of_curve.positions, of_curve.rotations)
-                    yield from _path_deviations(
-                        *misses_of_region(region, points, axes, *reached), allowed, of_curve.times
-                    )
-                else:
-                    found = _misses(points, axes, of_curve.positions, of_curve.rotations)
-                    yield from _path_deviations(*found, allowed, of_curve.times)
+                points, axes = path.poses(parameters_on(motion.curve, of_curve.joints))
+                allowed = np.broadcast_to(tolerances[segment + 1], (len(points), 2))
+                yield from _region_deviations(region_of(free), points, axes, of_curve, allowed)
         elif len(pieces):
-            bounded[segment] = _path(waypoints[segment + 1], starts[segment], targets[segment + 1].pose)
-    if bounded:
-        left_out = np.column_stack([centers, radii])
-        yield from _bounded_deviations(trajectory, on_segments, bounded, tolerances, left_out)
+            bounded[segment] = (
+                path.parts if isinstance(path, Line | Circle) else polynomial_parts(path.poses, path.breakpoints)
+            )
+    if not bounded:
+        return
+    segments = np.array(list(bounded))
+    allowed = tolerances[segments + 1].copy()
+    allowed[[not path.has_rotations for path in bounded.values()], 1] = np.inf
+    left_out = np.column_stack([centers, radii])[segments[:, None] + [0, 1]]
+    for quantity, found in zip(
+        PATH_DEVIATIONS, bound_deviations(trajectory, on_segments, bounded, allowed, left_out), strict=True
+    ):
+        if found and found.peak > 0.0:  # otherwise the tool may leave its path at all times
+            yield _Deviation(quantity, found.peak, found.limit, found.time, "bounded", found.lower)
 
 
-def _bounded_deviations(
-    trajectory: Trajectory,
-    dynamics: SegmentDynamics,
-    paths: Mapping[int, Line | Circle],
-    tolerances: FloatArray,
-    left_out: FloatArray,
+def _region_deviations(
+    region: Region, points: FloatArray, axes: FloatArray | None, reached: _Samples, allowed: FloatArray
 ) -> Iterator[_Deviation]:
-    """Bound the deviations from lines and circles at all times.
+    """Yield the largest deviations of samples from a tolerance region, by the allowed distances and angles (N, 2).
 
     Args:
-        trajectory: The trajectory.
-        dynamics: The robot with its tool on each segment.
-        paths: The paths of segments.
-        tolerances: (waypoints, 2), m and rad.
-        left_out: (waypoints, 4): spheres in which the tool may leave the paths of both segments: center and radius.
+        region: The tolerance region.
+        points: (N, 3), m, the requested positions.
+        axes: (N, 3, 3), the requested rotations; None: any orientation will do.
+        reached: The samples.
+        allowed: (N, 2), m and rad.
     """
-    segments = np.array(list(paths))
-    pieces = np.flatnonzero(np.isin(trajectory.segments, segments))
-    of_piece = np.searchsorted(segments, trajectory.segments[pieces])
-    allowed = tolerances[segments + 1].copy()
-    allowed[[path.start is None for path in paths.values()], 1] = np.inf
-    spheres = left_out[segments[:, None] + [0, 1]].reshape(-1, 8)
-    numbers = np.hstack([np.array([path.numbers for path in paths.values()]), allowed, spheres])
-    kinds = np.array([KINDS.index(quantity) for quantity in PATH_DEVIATIONS])
-    columns = Columns(kinds, np.zeros(2, dtype=int), np.arange(2), np.zeros((len(pieces), 2)), allowed[of_piece])
-    motion = derivatives_on_unit_time(trajectory, 1)
-    of_pieces = UnitPolynomials(motion.coefficients[:, pieces], motion.bernstein[:, pieces])
-    lengths, starts = trajectory.lengths[pieces], trajectory.breakpoints[pieces]
-    found = bound_by_robot(
-        dynamics,
-        trajectory.segments[pieces],
-        (of_pieces, lengths),
-        columns,
-        DEVIATION_KNOWN_TO,
-        ToolPaths(of_piece, numbers),
-    )
-    for k, (quantity, bound, reached, piece, unit) in enumerate(
-        zip(PATH_DEVIATIONS, found.bound.tolist(), found.reached.tolist(), found.pieces, found.units, strict=True)
-    ):
-        limit = float(columns.half[piece, k])
-        if bound > 0.0 and np.isfinite(limit):  # otherwise the tool may leave its path at all times
-            time = float(starts[piece] + unit * lengths[piece])
-            yield _Deviation(quantity, bound * limit, limit, time, "bounded", reached * limit)
-
-
-def _path_deviations(
-    distances: FloatArray, angles: FloatArray | None, allowed: FloatArray, times: FloatArray
-) -> Iterator[_Deviation]:
-    """Yield the largest ratio of distances (N,) and of angles (N,) to the allowed ones (N, 2), at times (N,)."""
-    yield _worst(PATH_DEVIATIONS[0], distances, allowed[:, 0], times, "sampled")
-    if angles is not None:
-        yield _worst(PATH_DEVIATIONS[1], angles, allowed[:, 1], times, "sampled")
+    if axes is None:
+        distances = np.linalg.norm(points - reached.positions, axis=1)
+    else:
+        distances, angles = misses_of_region(region, points, axes, reached.positions, reached.rotations)
+        yield _worst(PATH_DEVIATIONS[1], angles, allowed[:, 1], reached.times, "sampled")
+    yield _worst(PATH_DEVIATIONS[0], distances, allowed[:, 0], reached.times, "sampled")
 
 
 def _worst(
@@ -232,8 +195,12 @@ def _worst(
     return _Deviation(quantity, float(values[worst]), float(limits[worst]), float(times[worst]), method)
 
 
-def _path(waypoint: AnyWaypoint, start: Pose, end: Pose) -> Line | Circle:
-    """Return the requested line or circle to a waypoint, from its start to its end."""
+def _path(
+    solved: SolvedWaypoint, waypoint: AnyWaypoint, start: Pose, end: Pose
+) -> Line | Circle | Polyline | PoseSpline:
+    """Return the requested path to a waypoint, from its start to its end."""
+    if solved.tool_motion and isinstance(solved.tool_motion.path, Polyline | PoseSpline):
+        return solved.tool_motion.path
     if isinstance(waypoint.motion, CircularMotion):
         return Circle.through(start, waypoint.motion.via, end)
     return Line.between(start, end)
@@ -279,11 +246,3 @@ def _samples(trajectory: Trajectory, dynamics: SegmentDynamics, pieces: np.ndarr
     joints = trajectory.evaluate(times, [0])[0]
     segments = trajectory.segments[own]
     return _Samples(own, segments, times, joints, *tool_poses_on(dynamics, segments, joints))
-
-
-def _misses(
-    requested: FloatArray, turned: FloatArray | None, positions: FloatArray, rotations: FloatArray
-) -> tuple[FloatArray, FloatArray | None]:
-    """Return distances (N,), m, and angles (N,), rad, of the tool from requested positions and rotations."""
-    distances: FloatArray = np.linalg.norm(requested - positions, axis=1)
-    return distances, None if turned is None else angles_of(turned.transpose(0, 2, 1) @ rotations)

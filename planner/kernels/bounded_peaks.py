@@ -30,8 +30,11 @@ KINDS = (
 )
 """The quantities that the kernels bound, in the order of their `Kind`."""
 
-PATH_NUMBERS = 35
-"""Numbers that describe a requested line or circle: the size of the structure `ToolPath` of the kernels."""
+PATH_POWERS = 5
+"""Highest power in the polynomials of a requested path."""
+
+PATH_NUMBERS = 58
+"""Numbers that describe a part of a requested path: the size of the structure `ToolPath` of the kernels."""
 
 WISH_NUMBERS = 4
 """Numbers that say how accurate a bound is: the size of the structure `Wish` of the kernels."""
@@ -86,15 +89,16 @@ class Columns(NamedTuple):
 
 
 class ToolPaths(NamedTuple):
-    """Lines and circles that the tool follows.
+    """Paths that the tool follows, each of one or more parts.
 
-    At a fraction u of a line its position is origin + u x. That of a circle is origin + cos(angle u) x +
-    sin(angle u) y. The rotation is start exp(u turns[0] + u^2 turns[1]).
+    At a fraction u of a part its position is origin + the sum of u^k along[k - 1]. That of a circle is origin +
+    cos(angle u) along[0] + sin(angle u) along[1]. The rotation is start exp(the sum of u^k turns[k - 1]).
 
     Attributes:
-        of_piece: (pieces,), the path of each piece of the motion.
-        numbers: (paths, `PATH_NUMBERS`). First the angle of a circle, rad; 0: a line. Then start (9, row by row), turns
-            (6), origin (3), x (3) and y (3). Then the tolerances of position and orientation, m and rad. Last two
+        of_piece: (pieces, 2): the first part of the path of each piece of the motion, and the number of its parts.
+        numbers: (parts, `PATH_NUMBERS`). First the angle of a circle, rad; 0: a polynomial. Then its degree, start (9,
+            row by row), turns (`PATH_POWERS`, 3), origin (3) and along (`PATH_POWERS`, 3). Then a sphere
+            around the part: center (3) and radius. Then the tolerances of position and orientation, m and rad. Last two
             spheres in which the tool may leave the path: center (3) and radius; not positive: none.
     """
 
@@ -176,7 +180,7 @@ def bound_peaks(
         indices(columns.quantities, quantities, count),
         doubles(columns.middle, pieces, count),
         doubles(columns.half, pieces, count),
-        None if paths is None else indices(paths.of_piece, len(paths.numbers), pieces),
+        None if paths is None else indices(paths.of_piece, len(paths.numbers) + 1, pieces, 2),
         None if paths is None else doubles(paths.numbers, len(paths.numbers), PATH_NUMBERS),
         doubles(wish, WISH_NUMBERS),
         curves.shape[2],

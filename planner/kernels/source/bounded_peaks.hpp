@@ -17,7 +17,7 @@ struct Columns { int64_t count, quantities; const int64_t *kind, *joint, *quanti
 // (joints, pieces), and unused pieces begin at an infinite speed.
 struct TorqueLines { int64_t pieces; const double *end, *torque, *slope; };
 // The requested paths of the tool, and which of them a piece follows.
-struct Paths { const int64_t* of_piece; const double* paths; };
+struct Paths { const PartsOfPath* of_piece; const double* paths; };
 struct Wish { double known_to, decided_at, least_radius, most_intervals; };  // WISH_NUMBERS of planner/kernels/bounded_peaks.py
 // The peaks of each quantity: a share of the limit that is reached and where, and one that is nowhere exceeded.
 struct Bounded { double *reached, *bound, *unit; int64_t *piece, *column; };
@@ -153,9 +153,9 @@ struct BoundSearch {
                                       states.data + joints, states.data + 2 * joints, forces.data);
         if (orders) move_tool(arm.tool_joints, bodies.data, states.data, joints, orders, arm.tool, tool);
         if (needs_paths) {
-            const ToolPath* own[W];
-            for (int l = 0; l < W; l++) own[l] = reinterpret_cast<const ToolPath*>(paths.paths) + paths.of_piece[at.piece[l]];
-            deviations.find(arm, bodies.data, own, hulls);
+            PartsOfPath own[W];
+            for (int l = 0; l < W; l++) own[l] = paths.of_piece[at.piece[l]];
+            deviations.find(arm, bodies.data, reinterpret_cast<const ToolPath*>(paths.paths), own, hulls);
         }
         for (int64_t i = 0; i < used * columns.quantities; i++) bounds[i] = 0.0;
         for (int64_t c = 0; c < columns.count; c++) {

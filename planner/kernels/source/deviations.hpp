@@ -1,5 +1,5 @@
-// How far the tool is from a requested line or circle on four intervals, as Taylor models. A parameter of the path is chosen
-// for every time; whichever it is, the tool is no farther from the path than from the pose there.
+// How far the tool is from a requested path on four intervals, as Taylor models. A parameter of the path is chosen for every
+// time; whichever it is, the tool is no farther from the path than from the pose there.
 #pragma once
 #include "enclosures.hpp"
 #include "hulls.hpp"
@@ -7,9 +7,13 @@
 // A serial chain, and the tool in the frame of the last of the joints that move it: its point, and its axes behind each other.
 struct ToolChain { int64_t joints, tool_joints; const double *links, *load, *tool, *axes; };
 
+constexpr int POWERS = 5;  // highest power of u in the polynomials of a path
+
 struct ToolPath {  // PATH_NUMBERS of planner/kernels/bounded_peaks.py
-    double angle, start[9], turns[6], origin[3], x[3], y[3], tolerances[2], left_out[2][4];
+    double angle, degree, start[9], turns[POWERS][3], origin[3], along[POWERS][3], middle[3], radius, tolerances[2], left_out[2][4];
 };
+// The parts of the paths of a piece of a motion: `count` of them from the first on.
+struct PartsOfPath { int64_t first, count; };
 
 static inline Taylor scaled(V by, const Taylor& a) {
     Taylor s;
@@ -29,33 +33,41 @@ static inline Vector<Taylor> times(const Taylor& by, const V3& v) { return {scal
 static inline Taylor dot(const Vector<Taylor>& a, const Vector<Taylor>& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline Taylor dot(const V3& a, const Vector<Taylor>& b) { return scaled(a.x, b.x) + scaled(a.y, b.y) + scaled(a.z, b.z); }
 static inline V dot(const V3& a, const V3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-static inline Taylor select(VI mask, const Taylor& a, const Taylor& b) {
-    Taylor t;
-    for (int k = 0; k < TERMS; k++) t.c[k] = select(mask, a.c[k], b.c[k]);
-    t.size = select(mask, a.size, b.size);
-    t.rest = select(mask, a.rest, b.rest);
-    return t;
-}
-
 // A path and its geometry at single parameters.
 struct PathPoint {
+    static constexpr int MOST_STEPS = 12;  // Newton steps towards the nearest point of a part
+    static constexpr double FOUND = 1e-7;  // the last step but one as a share of the part: steps converge quadratically
     const ToolPath& path;
-    void position(double u, double* p, double* slope) const {
-        const double c = path.angle != 0.0 ? cos(path.angle * u) : u, s = path.angle != 0.0 ? sin(path.angle * u) : 0.0;
-        const double dc = path.angle != 0.0 ? -path.angle * s : 1.0, ds = path.angle != 0.0 ? path.angle * c : 0.0;
+    static void polynomial(const double (*by_power)[3], int degree, double u, double* value, double* slope, double* bend) {
         for (int i = 0; i < 3; i++) {
-            p[i] = path.origin[i] + c * path.x[i] + s * path.y[i];
-            slope[i] = dc * path.x[i] + ds * path.y[i];
+            value[i] = slope[i] = bend[i] = 0.0;
+            for (int k = degree - 1; k >= 0; k--) {
+                bend[i] = bend[i] * u + slope[i];
+                slope[i] = slope[i] * u + value[i];
+                value[i] = value[i] * u + by_power[k][i];
+            }
+            bend[i] = 2.0 * (bend[i] * u + slope[i]);  // of u times this polynomial
+            slope[i] = slope[i] * u + value[i];
+            value[i] *= u;
         }
+    }
+    int degree() const { return (int)path.degree; }
+    void position(double u, double* p, double* slope, double* bend) const {
+        if (path.angle != 0.0) {
+            const double c = cos(path.angle * u), s = sin(path.angle * u);
+            for (int i = 0; i < 3; i++) {
+                p[i] = c * path.along[0][i] + s * path.along[1][i];
+                slope[i] = path.angle * (c * path.along[1][i] - s * path.along[0][i]);
+                bend[i] = -path.angle * path.angle * p[i];
+            }
+        } else polynomial(path.along, degree(), u, p, slope, bend);
+        for (int i = 0; i < 3; i++) p[i] += path.origin[i];
     }
     // The turn of the tool (3) that is left at u, in its axes, from its axes (9, one behind the other), and their slope.
     void turn(double u, const double* axes, double* left, double* slope) const {
-        double v[3], squared = 0.0;
-        for (int i = 0; i < 3; i++) {
-            v[i] = u * (path.turns[i] + u * path.turns[3 + i]);
-            slope[i] = path.turns[i] + 2.0 * u * path.turns[3 + i];
-            squared += v[i] * v[i];
-        }
+        double v[3], bend[3], squared = 0.0;
+        polynomial(path.turns, degree(), u, v, slope, bend);
+        for (int i = 0; i < 3; i++) squared += v[i] * v[i];
         const double angle = sqrt(squared), s = angle > 1e-4 ? sin(angle) / angle : 1.0 - squared / 6.0;
         const double c = angle > 1e-4 ? (1.0 - cos(angle)) / squared : 0.5 - squared / 24.0;
         double e[3][3];
@@ -76,49 +88,86 @@ struct PathPoint {
 
     // The parameter that is nearest to a pose by the tolerances, and the distances from there.
     double nearest(const double* p, const double* axes, double* away) const {
+        const int steps = degree() > 2 ? MOST_STEPS : 3;
         double x = 0.0, y = 0.0, xx = 0.0, u = 0.5;
+        bool is_found = false;
         for (int i = 0; i < 3; i++) {
-            x += (p[i] - path.origin[i]) * path.x[i];
-            y += (p[i] - path.origin[i]) * path.y[i];
-            xx += path.x[i] * path.x[i];
+            x += (p[i] - path.origin[i]) * path.along[0][i];
+            y += (p[i] - path.origin[i]) * path.along[1][i];
+            xx += path.along[0][i] * path.along[0][i];
         }
         if (path.angle != 0.0) {
             const double angle = fmod(atan2(y, x) + 2.0 * M_PI, 2.0 * M_PI);
             u = angle <= path.angle ? angle / path.angle : angle < 0.5 * path.angle + M_PI ? 1.0 : 0.0;
         } else if (xx > 0.0) u = fmin(fmax(x / xx, 0.0), 1.0);
         for (int step = 0;; step++) {
-            double at[3], slope[3], turned[3] = {}, turning[3], along = 0.0, squared = 0.0;
-            position(u, at, slope);
+            double at[3], slope[3], bend[3], turned[3] = {}, turning[3], along = 0.0, squared = 0.0, curved = 0.0;
+            position(u, at, slope, bend);
             away[0] = away[1] = 0.0;
             for (int i = 0; i < 3; i++) {
                 away[0] += (p[i] - at[i]) * (p[i] - at[i]);
-                along += (p[i] - at[i]) * slope[i] / (path.tolerances[0] * path.tolerances[0]);
-                squared += slope[i] * slope[i] / (path.tolerances[0] * path.tolerances[0]);
+                along += (p[i] - at[i]) * slope[i] * weight(0);
+                squared += slope[i] * slope[i] * weight(0);
+                curved += (p[i] - at[i]) * bend[i] * weight(0);
             }
             if (turns()) {
                 turn(u, axes, turned, turning);
                 for (int i = 0; i < 3; i++) {
                     away[1] += turned[i] * turned[i];
-                    along += turned[i] * turning[i] / (path.tolerances[1] * path.tolerances[1]);
-                    squared += turning[i] * turning[i] / (path.tolerances[1] * path.tolerances[1]);
+                    along += turned[i] * turning[i] * weight(1);
+                    squared += turning[i] * turning[i] * weight(1);
                 }
             }
-            if (step == 3 || !(squared > 0.0)) break;
-            u = fmin(fmax(u + along / squared, 0.0), 1.0);
+            // Newton's step where the distance is convex, for the tool may be far away.
+            const double before = u, by = degree() > 2 && curved < 0.9 * squared ? squared - curved : squared;
+            if (step == steps || is_found || !(squared > 0.0)) break;
+            u = fmin(fmax(u + along / by, 0.0), 1.0);
+            is_found = degree() > 2 && fabs(u - before) < FOUND;
         }
         for (int k = 0; k < 2; k++) away[k] = sqrt(away[k]);
         return u;
     }
+    double weight(int k) const { return 1.0 / (path.tolerances[k] * path.tolerances[k]); }
+    double score(const double* away) const { return away[0] * away[0] * weight(0) + away[1] * away[1] * weight(1); }
+    // The least score that a pose at p can have: the part is within a sphere.
+    double least_score(const double* p) const {
+        double far = 0.0;
+        for (int i = 0; i < 3; i++) far += (p[i] - path.middle[i]) * (p[i] - path.middle[i]);
+        const double gap = fmax(sqrt(far) - path.radius, 0.0);
+        return gap * gap * weight(0);
+    }
 };
+
+// The part of a path that is nearest to a pose, with the parameter on it and the distances from there.
+static inline int64_t nearest_part(const ToolPath* parts, int64_t count, const double* p, const double* axes, double* away, double& u) {
+    int64_t best = 0;
+    double least = INFINITY;
+    for (int64_t k = 0; k < count && count > 1; k++) {
+        const double score = PathPoint{parts[k]}.least_score(p);
+        if (score < least) { least = score; best = k; }
+    }
+    u = PathPoint{parts[best]}.nearest(p, axes, away);
+    const int64_t first = best;
+    for (int64_t k = 0; k < count; k++) {
+        const PathPoint part{parts[k]};
+        if (k == first || !(part.least_score(p) < PathPoint{parts[best]}.score(away))) continue;
+        double from[2];
+        const double there = part.nearest(p, axes, from);
+        if (!(part.score(from) < PathPoint{parts[best]}.score(away))) continue;
+        u = there; away[0] = from[0]; away[1] = from[1];
+        best = k;
+    }
+    return best;
+}
 
 // The deviations on four intervals: squares of the distance and of the sine of the angle, and the cosine.
 struct Deviations {
     static constexpr int SERIES = 24;  // terms of sin(x) / x and of (1 - cos x) / x^2: enough for turns up to 4 pi
     Vector<Taylor> position, axes[3], away, sines;
     Taylor distance, sine, cosine;
-    V3 origin, x, y, first, second, start[3];
+    V3 origin, x, y, turns[POWERS], along[POWERS], start[3];
     V angle, weight[2];
-    VI circular;
+    int degree;
     bool has_circles, has_turns, is_left[W];  // is_left: the tool is all the time where it may leave the path
     double reached[W][3][2];  // at x = -1, 0, 1: distances, or -1 where the path may be left
 
@@ -140,30 +189,42 @@ struct Deviations {
     }
     static void load(V3& v, int l, const double* from) { v.x[l] = from[0]; v.y[l] = from[1]; v.z[l] = from[2]; }
 
-    void find(const ToolChain& arm, const TurnedBody* bodies, const ToolPath* const* paths, const Hulls& hulls) {
-        has_circles = has_turns = false;
+    // The paths of the lanes, one for each.
+    void load(const ToolPath* const* paths) {
+        has_circles = false;
+        degree = 1;
         for (int l = 0; l < W; l++) {
             const ToolPath& path = *paths[l];
-            has_circles |= path.angle != 0.0;
-            has_turns |= path.tolerances[1] < INFINITY;
-            load(origin, l, path.origin); load(x, l, path.x); load(y, l, path.y);
-            load(first, l, path.turns); load(second, l, path.turns + 3);
+            const bool is_circle = path.angle != 0.0;
+            has_circles |= is_circle;
+            degree = path.degree > degree ? (int)path.degree : degree;
+            const double none[3] = {};
+            load(origin, l, path.origin);
+            load(x, l, is_circle ? path.along[0] : none);
+            load(y, l, is_circle ? path.along[1] : none);
+            for (int k = 0; k < POWERS; k++) { load(turns[k], l, path.turns[k]); load(along[k], l, is_circle ? none : path.along[k]); }
             for (int k = 0; k < 3; k++) { start[k].x[l] = path.start[k]; start[k].y[l] = path.start[3 + k]; start[k].z[l] = path.start[6 + k]; }
             angle[l] = path.angle;
             for (int k = 0; k < 2; k++) weight[k][l] = 1.0 / (path.tolerances[k] * path.tolerances[k]);
         }
-        circular = angle != 0.0;
+    }
+
+    void find(const ToolChain& arm, const TurnedBody* bodies, const ToolPath* paths, const PartsOfPath* parts, const Hulls& hulls) {
+        has_turns = false;
         place(arm, bodies);
         bool are_left = true;
-        for (int l = 0; l < W; l++) is_left[l] = false;
+        for (int l = 0; l < W; l++) {
+            is_left[l] = false;
+            has_turns |= paths[parts[l].first].tolerances[1] < INFINITY;
+        }
         for (int k = 0; k < 2; k++) {
             V3 centre;
-            for (int l = 0; l < W; l++) load(centre, l, paths[l]->left_out[k]);
+            for (int l = 0; l < W; l++) load(centre, l, paths[parts[l].first].left_out[k]);
             const Taylor squared = square(position - constant(centre));
             V most = squared.c[0] + splat(OF_SUMS) * squared.rest + splat(8.0 * UNIT) * squared.size;
             for (int e = 1; e < TERMS; e++) most += magnitude(squared.c[e]);
             for (int l = 0; l < W; l++) {
-                const double radius = paths[l]->left_out[k][3];
+                const double radius = paths[parts[l].first].left_out[k][3];
                 is_left[l] |= radius > 0.0 && most[l] <= radius * radius;
             }
         }
@@ -171,10 +232,12 @@ struct Deviations {
         if (are_left) return;
         if (has_turns) turn(arm, bodies);
         Taylor u{};
+        const ToolPath* own[W];
         for (int l = 0; l < W; l++) {
-            double found[3];
+            const ToolPath* of = paths + parts[l].first;
+            double p[3][3], turned[3][9], found[3];
+            int64_t part[3];
             for (int n = 0; n < 3; n++) {
-                double p[3], turned[9];
                 auto at = [&](const Vector<Taylor>& v, double* to) {
                     const Taylor* of[] = {&v.x, &v.y, &v.z};
                     for (int i = 0; i < 3; i++) {
@@ -183,25 +246,34 @@ struct Deviations {
                         to[i] = horner(terms, TERMS, n - 1.0);
                     }
                 };
-                at(position, p);
-                for (int k = 0; k < 3 && has_turns; k++) at(axes[k], turned + 3 * k);
-                found[n] = PathPoint{*paths[l]}.nearest(p, turned, reached[l][n]);
+                at(position, p[n]);
+                for (int k = 0; k < 3 && has_turns; k++) at(axes[k], turned[n] + 3 * k);
+                part[n] = nearest_part(of, parts[l].count, p[n], turned[n], reached[l][n], found[n]);
                 for (int k = 0; k < 2; k++) {
-                    const double* out = paths[l]->left_out[k];
+                    const double* out = of->left_out[k];
                     double squared = 0.0;
-                    for (int i = 0; i < 3; i++) squared += (p[i] - out[i]) * (p[i] - out[i]);
+                    for (int i = 0; i < 3; i++) squared += (p[n][i] - out[i]) * (p[n][i] - out[i]);
                     if (sqrt(squared) <= out[3]) reached[l][n][0] = reached[l][n][1] = -1.0;
                 }
+            }
+            own[l] = of + part[1];
+            for (int n = 0; n < 3; n++) {
+                double away[2];
+                if (part[n] != part[1]) found[n] = PathPoint{*own[l]}.nearest(p[n], turned[n], away);
             }
             u.c[0][l] = found[1];
             u.c[1][l] = 0.5 * (found[2] - found[0]);
             u.c[2][l] = 0.5 * (found[2] + found[0]) - found[1];
         }
+        load(own);
         for (int k = 0; k < 3; k++) u.size += magnitude(u.c[k]);
         // A Gauss-Newton step for all times at once, then what is left.
         const Vector<Taylor> slope = leave(u);
-        const V twice = splat(2.0) * u.c[0];
-        const V3 rate{first.x + twice * second.x, first.y + twice * second.y, first.z + twice * second.z};
+        V3 rate{};
+        for (int k = degree - 1; k >= 0; k--) {
+            const V by = splat(k + 1.0);
+            rate = {rate.x * u.c[0] + by * turns[k].x, rate.y * u.c[0] + by * turns[k].y, rate.z * u.c[0] + by * turns[k].z};
+        }
         const V3 pace{slope.x.c[0], slope.y.c[0], slope.z.c[0]};
         V squared = weight[0] * dot(pace, pace);
         Taylor step = scaled(weight[0], dot(slope, away));
@@ -229,22 +301,27 @@ struct Deviations {
         if (has_turns) sine = square(sines);
     }
 
+    // The polynomial of the powers of u from the first on.
+    Vector<Taylor> polynomial(const Taylor& u, const V3* by_power) const {
+        Vector<Taylor> sum = times(u, by_power[degree - 1]);
+        for (int k = degree - 2; k >= 0; k--) sum = times(u, sum + constant(by_power[k]));
+        return sum;
+    }
+
     // What is between the tool and the pose at u: `away`, `sines` and `cosine`. Return the slope of the position.
     Vector<Taylor> leave(const Taylor& u) {
-        Taylor c = u, s = Taylor{}, dc = number<Taylor>(1.0), ds = Taylor{};
+        away = position - constant(origin) - polynomial(u, along);
+        Vector<Taylor> slope = constant(along[degree - 1]);
+        slope = degree * slope;
+        for (int k = degree - 2; k >= 0; k--) slope = times(u, slope) + (k + 1.0) * constant(along[k]);
         if (has_circles) {
-            Taylor of_s, of_c;
-            sine_cosine(scaled(angle, u), of_s, of_c);
-            c = select(circular, of_c, c);
-            s = select(circular, of_s, s);
-            dc = select(circular, scaled(-angle, of_s), dc);
-            ds = select(circular, scaled(angle, of_c), ds);
+            Taylor s, c;
+            sine_cosine(scaled(angle, u), s, c);
+            away = away - times(c, x) - times(s, y);
+            slope = slope + times(scaled(angle, c), y) - times(scaled(angle, s), x);
         }
-        away = position - constant(origin) - times(c, x);
-        Vector<Taylor> slope = times(dc, x);
-        if (has_circles) { away = away - times(s, y); slope = slope + times(ds, y); }
         if (has_turns) {
-            const Vector<Taylor> v = times(u, first) + times(u * u, second);
+            const Vector<Taylor> v = polynomial(u, turns);
             const Taylor z = square(v);
             Taylor a = Taylor{}, b = Taylor{};
             for (int k = SERIES - 1; k >= 0; k--) {  // nested: 1 - z / (2 3) (1 - z / (4 5) (...)), and as much of 1 / 2

@@ -312,13 +312,13 @@ int bound_peaks(int64_t joints, const double* links, const double* load, int64_t
                 const double* axes, int64_t pieces, int64_t order, const double* lengths, const double* coefficients,
                 const double* bernstein,
                 int64_t columns, int64_t quantities, const int64_t* kind, const int64_t* joint, const int64_t* quantity,
-                const double* middle, const double* half, const int64_t* path_of_piece, const double* paths, const double* wish,
+                const double* middle, const double* half, const int64_t* parts_of_piece, const double* paths, const double* wish,
                 int64_t curve_pieces, const double* curves, double* reached, double* bound, int64_t* piece, double* unit,
                 int64_t* column) {
     const ToolChain arm{joints, tool_joints, links, load, tool, axes};
     const Pieces motion{pieces, joints, order, coefficients, lengths};
     const Columns of{columns, quantities, kind, joint, quantity, middle, half};
-    const Paths requested{path_of_piece, paths};
+    const Paths requested{reinterpret_cast<const PartsOfPath*>(parts_of_piece), paths};
     Bounded found{reached, bound, unit, piece, column};
     const TorqueLines lines{curve_pieces, curves, curves + joints * curve_pieces, curves + 2 * joints * curve_pieces};
     BoundSearch search(arm, motion, bernstein, of, requested, *reinterpret_cast<const Wish*>(wish), lines, found);

@@ -1,4 +1,4 @@
-"""Bounds on deviations from lines and circles: no dense sample exceeds them, and each is almost reached."""
+"""Bounds on deviations from paths: no dense sample exceeds them, and each is almost reached."""
 
 from __future__ import annotations
 
@@ -16,18 +16,23 @@ from planner import (
     LinearMotion,
     Plan,
     PlanningProblem,
+    PolylineMotion,
     Pose,
     PoseWaypoint,
     SingularPath,
+    SplineMotion,
     StopTransition,
     UnreachableWaypoint,
     forward_kinematics,
     load_robot,
     plan,
 )
-from planner.certificate.tool_path import DEVIATION_KNOWN_TO, certify_tool_path
+from planner.certificate.path_bounds import DEVIATION_KNOWN_TO
+from planner.certificate.tool_path import certify_tool_path
 from planner.certificate.waypoints import certify_waypoints
 from planner.spatial import FloatArray
+from planner.tool_motions.polylines import Polyline
+from planner.tool_motions.pose_splines import PoseSpline
 from planner.trajectories.trajectory import Trajectory
 from tests.sizes import NAME
 
@@ -61,13 +66,13 @@ def moved(pose: Pose, shift: list[float], turn: list[float]) -> Pose:
 
 
 def paths(pose: Pose, seed: int) -> dict[str, list[PoseWaypoint]]:
-    """Return paths that start at a pose: lines, circles, turns on the spot, and cut corners."""
+    """Return paths that start at a pose: lines, circles, polylines, splines, turns on the spot, and cut corners."""
     rng = np.random.default_rng(seed)
     shifts, turns = rng.uniform(-0.08, 0.08, (4, 3)), rng.uniform(-0.3, 0.3, (4, 3))
     goals = [moved(pose, *each) for each in zip(shifts.tolist(), turns.tolist(), strict=True)]
     angles = (3.0 + rng.uniform(-0.5, 0.5), 6.2)  # almost the whole circle
     round_about = [moved(pose, [0.05 * np.cos(a) - 0.05, 0.05 * np.sin(a), 0.0], [0.0] * 3) for a in angles]
-    line = LinearMotion()
+    line, flat = LinearMotion(), [Pose(goal.position) for goal in goals]
     blends = [BlendTransition(radius=0.015)] * 3 + [StopTransition()]
     return {
         "lines": [PoseWaypoint(pose=goal, motion=line) for goal in goals],
@@ -76,6 +81,9 @@ def paths(pose: Pose, seed: int) -> dict[str, list[PoseWaypoint]]:
         "on the spot": [PoseWaypoint(pose=moved(pose, [0.0] * 3, turns[0].tolist()), motion=line)],
         "positions": [PoseWaypoint(pose=Pose(goals[2].position), motion=line)],
         "blends": [PoseWaypoint(pose=g, motion=line, transition=t) for g, t in zip(goals, blends, strict=True)],
+        "polyline": [PoseWaypoint(pose=goals[3], motion=PolylineMotion(poses=goals[:3], blend=0.02))],
+        "spline": [PoseWaypoint(pose=goals[3], motion=SplineMotion(poses=goals[:3]))],
+        "corners": [PoseWaypoint(pose=flat[3], motion=PolylineMotion(poses=flat[:3], blend=0.02))],
         "tiny": [PoseWaypoint(pose=moved(pose, [1e-5, 0.0, 0.0], [0.0, 0.2, 0.0]), motion=line)],
     }
 
@@ -98,8 +106,21 @@ def checks_of(done: Plan, trajectory: Trajectory) -> dict[str, Check]:
     return {check.quantity: check for check in checks}
 
 
+def path_of(waypoint: PoseWaypoint, start: Pose) -> Polyline | PoseSpline:
+    if isinstance(waypoint.motion, PolylineMotion):
+        return Polyline.through(start, waypoint.motion.poses, waypoint.pose, waypoint.motion.blend)
+    assert isinstance(waypoint.motion, SplineMotion)
+    return PoseSpline.through(start, waypoint.motion.poses, waypoint.pose)
+
+
 def requested(waypoint: PoseWaypoint, start: Pose, u: FloatArray) -> tuple[FloatArray, Rotation | None]:
-    """Return positions (N, 3) and rotations at fractions of the requested path, by formulas of this test."""
+    """Return positions (N, 3) and rotations at fractions of the requested path.
+
+    Lines and circles are by formulas of this test; polylines and splines have tests of their own.
+    """
+    if isinstance(waypoint.motion, PolylineMotion | SplineMotion):
+        positions, matrices = path_of(waypoint, start).poses(u)
+        return positions, None if matrices is None else Rotation.from_matrix(matrices)
     a, c = start.position, waypoint.pose.position
     oriented = start.rotation is not None and waypoint.pose.rotation is not None
     if not isinstance(waypoint.motion, CircularMotion):
@@ -179,7 +200,7 @@ def test_no_sample_is_farther_from_its_path_than_the_bound(seed: int, name: str,
                 assert least_use(pose, waypoints[segment], poses[segment], allowed) <= 1.0 + 1e-6, (kind, segment)
 
 
-@pytest.mark.parametrize("kind", ["lines", "circle", "on the spot"])
+@pytest.mark.parametrize("kind", ["lines", "circle", "on the spot", "polyline", "spline"])
 def test_a_bound_is_reached_at_its_time(kind: str) -> None:
     robot = load_robot("ur5e")
     here = forward_kinematics(robot, STARTS["ur5e"])
