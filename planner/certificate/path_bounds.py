@@ -26,7 +26,7 @@ DEVIATION_KINDS = np.array([KINDS.index("path_position_deviation"), KINDS.index(
 
 
 class BoundedDeviation(NamedTuple):
-    """The largest deviation from some paths, by what is allowed.
+    """The largest deviation from some paths, relative to the allowed one.
 
     Attributes:
         peak: m or rad: no deviation exceeds it at any time.
@@ -58,7 +58,7 @@ def bound_deviations(
         left_out: (paths, 2, 4): spheres in which the tool may leave each path: center and radius; not positive: none.
 
     Returns:
-        The largest deviation of each kind by what is allowed; None: any is allowed.
+        The largest deviation of each kind, relative to the allowed one; None: all allowed ones are infinite.
     """
     segments = np.array(list(paths))
     pieces = np.flatnonzero(np.isin(trajectory.segments, segments))

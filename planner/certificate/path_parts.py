@@ -35,7 +35,7 @@ PARTS_KNOWN_TO = 1e-9
 CAUTION_OF_PARTS = 2.0
 """Factor on the largest deviation of the polynomials at the compared fractions: they may be farther off elsewhere."""
 
-MOST_HALVINGS = 14
+MOST_HALVINGS_OF_PARTS = 14
 """The most times that a part is halved."""
 
 OVERLAP = 0.1
@@ -55,7 +55,7 @@ class PathParts(NamedTuple):
     Attributes:
         numbers: (parts, ...), the first numbers of `ToolPaths`.
         has_rotations: Whether the path has rotations.
-        error: How far the parts may be off the path, m and rad.
+        error: Largest deviation of the parts from the path, m and rad.
     """
 
     numbers: FloatArray
@@ -74,11 +74,11 @@ def polynomial_parts(poses: Poses, breakpoints: FloatArray) -> PathParts:
     lowest, highest = starts, ends
     kept: list[tuple[FloatArray, FloatArray]] = []
     largest, has_rotations = 0.0, False
-    for halving in range(MOST_HALVINGS + 1):
+    for halving in range(MOST_HALVINGS_OF_PARTS + 1):
         reach = OVERLAP * (ends - starts)
         first, last = np.maximum(starts - reach, lowest), np.minimum(ends + reach, highest)
         numbers, error, has_rotations = _fit(poses, first, last)
-        rough = (error > PARTS_KNOWN_TO) & (halving < MOST_HALVINGS)
+        rough = (error > PARTS_KNOWN_TO) & (halving < MOST_HALVINGS_OF_PARTS)
         kept.append((starts[~rough], numbers[~rough]))
         largest = max(largest, float(error[~rough].max(initial=0.0)))
         if not rough.any():

@@ -151,9 +151,7 @@ def _deviations(
                 allowed = np.broadcast_to(tolerances[segment + 1], (len(points), 2))
                 yield from _region_deviations(region_of(free), points, axes, of_curve, allowed)
         elif len(pieces):
-            bounded[segment] = (
-                path.parts if isinstance(path, Line | Circle) else polynomial_parts(path.poses, path.breakpoints)
-            )
+            bounded[segment] = _parts(path)
     if not bounded:
         return
     segments = np.array(list(bounded))
@@ -193,6 +191,15 @@ def _worst(
     """Return the value (N,) that is largest by its limit (N,)."""
     worst = int(np.argmax(values / limits))
     return _Deviation(quantity, float(values[worst]), float(limits[worst]), float(times[worst]), method)
+
+
+def _parts(path: Line | Circle | Polyline | PoseSpline) -> PathParts:
+    """Return the parts of a path for bounds on the deviation from it, whatever the speed along it."""
+    if isinstance(path, Polyline):
+        return polynomial_parts(path.poses, path.breakpoints)
+    if isinstance(path, PoseSpline):
+        return polynomial_parts(path.poses_on_curve, path.curve.breakpoints)
+    return path.parts
 
 
 def _path(

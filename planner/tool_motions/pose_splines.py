@@ -90,6 +90,11 @@ class PoseSpline:
         (values,) = self._evaluate(u, 1)
         return values[:, :3], rotations_from_quaternions(values[:, 3:]) if values.shape[1] > 3 else None
 
+    def poses_on_curve(self, x: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Return positions (N, 3), m, and rotations (N, 3, 3) after chord lengths (N,), m; None: no orientation."""
+        (values,) = self.curve.evaluate(x, [0])
+        return values[:, :3], rotations_from_quaternions(values[:, 3:]) if values.shape[1] > 3 else None
+
     def pose(self, u: float) -> Pose:
         """Return the pose at u."""
         positions, rotations = self.poses(np.array([u]))

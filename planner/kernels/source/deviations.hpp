@@ -99,6 +99,15 @@ struct PathPoint {
         if (path.angle != 0.0) {
             const double angle = fmod(atan2(y, x) + 2.0 * M_PI, 2.0 * M_PI);
             u = angle <= path.angle ? angle / path.angle : angle < 0.5 * path.angle + M_PI ? 1.0 : 0.0;
+        } else if (degree() > 2) {
+            x = xx = 0.0;
+            for (int i = 0; i < 3; i++) {
+                double chord = 0.0;
+                for (int k = 0; k < degree(); k++) chord += path.along[k][i];
+                x += (p[i] - path.origin[i]) * chord;
+                xx += chord * chord;
+            }
+            u = xx > 0.0 ? fmin(fmax(x / xx, 0.0), 1.0) : 0.5;
         } else if (xx > 0.0) u = fmin(fmax(x / xx, 0.0), 1.0);
         for (int step = 0;; step++) {
             double at[3], slope[3], bend[3], turned[3] = {}, turning[3], along = 0.0, squared = 0.0, curved = 0.0;
@@ -129,32 +138,33 @@ struct PathPoint {
     }
     double weight(int k) const { return 1.0 / (path.tolerances[k] * path.tolerances[k]); }
     double score(const double* away) const { return away[0] * away[0] * weight(0) + away[1] * away[1] * weight(1); }
-    // The least score that a pose at p can have: the part is within a sphere.
-    double least_score(const double* p) const {
+    double squared_from_middle(const double* p) const {
         double far = 0.0;
         for (int i = 0; i < 3; i++) far += (p[i] - path.middle[i]) * (p[i] - path.middle[i]);
-        const double gap = fmax(sqrt(far) - path.radius, 0.0);
-        return gap * gap * weight(0);
+        return far;
     }
 };
 
-// The part of a path that is nearest to a pose, with the parameter on it and the distances from there.
-static inline int64_t nearest_part(const ToolPath* parts, int64_t count, const double* p, const double* axes, double* away, double& u) {
-    int64_t best = 0;
+// The part of a path that is nearest to a pose, from a first guess on (-1: none), with the parameter on it and the distances.
+static inline int64_t nearest_part(const ToolPath* parts, int64_t count, int64_t guess, const double* p, const double* axes, double* away, double& u) {
+    int64_t best = guess < 0 ? 0 : guess;
     double least = INFINITY;
-    for (int64_t k = 0; k < count && count > 1; k++) {
-        const double score = PathPoint{parts[k]}.least_score(p);
-        if (score < least) { least = score; best = k; }
+    for (int64_t k = 0; k < count && count > 1 && guess < 0; k++) {
+        const double far = PathPoint{parts[k]}.squared_from_middle(p) - parts[k].radius * parts[k].radius;
+        if (far < least) { least = far; best = k; }
     }
     u = PathPoint{parts[best]}.nearest(p, axes, away);
     const int64_t first = best;
-    for (int64_t k = 0; k < count; k++) {
+    double score = PathPoint{parts[best]}.score(away), reach = sqrt(score) * parts[best].tolerances[0];
+    for (int64_t k = 0; k < count && count > 1; k++) {  // a part is inside its sphere: it could only be nearer if that is
         const PathPoint part{parts[k]};
-        if (k == first || !(part.least_score(p) < PathPoint{parts[best]}.score(away))) continue;
+        const double within = parts[k].radius + reach;
+        if (k == first || !(part.squared_from_middle(p) < within * within)) continue;
         double from[2];
-        const double there = part.nearest(p, axes, from);
-        if (!(part.score(from) < PathPoint{parts[best]}.score(away))) continue;
+        const double there = part.nearest(p, axes, from), own = part.score(from);
+        if (!(own < score)) continue;
         u = there; away[0] = from[0]; away[1] = from[1];
+        score = own; reach = sqrt(score) * parts[k].tolerances[0];
         best = k;
     }
     return best;
@@ -237,7 +247,8 @@ struct Deviations {
             const ToolPath* of = paths + parts[l].first;
             double p[3][3], turned[3][9], found[3];
             int64_t part[3];
-            for (int n = 0; n < 3; n++) {
+            for (int which = 0; which < 3; which++) {
+                const int n = which == 0 ? 1 : which == 1 ? 0 : 2;  // the middle first, as a guess for the ends
                 auto at = [&](const Vector<Taylor>& v, double* to) {
                     const Taylor* of[] = {&v.x, &v.y, &v.z};
                     for (int i = 0; i < 3; i++) {
@@ -248,7 +259,11 @@ struct Deviations {
                 };
                 at(position, p[n]);
                 for (int k = 0; k < 3 && has_turns; k++) at(axes[k], turned[n] + 3 * k);
-                part[n] = nearest_part(of, parts[l].count, p[n], turned[n], reached[l][n], found[n]);
+                part[n] = nearest_part(of, parts[l].count, n == 1 ? -1 : part[1], p[n], turned[n], reached[l][n], found[n]);
+                // The polynomials are that far from the pose of the tool, at most.
+                double rest[2] = {position.x.rest[l] + position.y.rest[l] + position.z.rest[l], 0.0};
+                for (int k = 0; k < 3 && has_turns; k++) rest[1] += 2.0 * (axes[k].x.rest[l] + axes[k].y.rest[l] + axes[k].z.rest[l]);
+                for (int k = 0; k < 2; k++) reached[l][n][k] -= rest[k] * OF_SUMS;
                 for (int k = 0; k < 2; k++) {
                     const double* out = of->left_out[k];
                     double squared = 0.0;
