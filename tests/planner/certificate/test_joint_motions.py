@@ -28,8 +28,8 @@ GRID = np.linspace(0.0, 1.0, 1001)
 TIMES = {"quick": 60, "large": 200, "soak": 1000}[NAME]
 """Times at which a motion is compared with its bound."""
 
-ROUNDING = 1e-12
-"""Difference of two computations of a distance, rad or m."""
+ROUNDING = 1e-10
+"""Accuracy of the ternary search, rad or m."""
 
 
 @pytest.mark.parametrize("seed", SEEDS)
