@@ -14,7 +14,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.routing import Match
 
 from api.base.byte_budget import Traffic
-from api.base.errors import MethodNotAllowed, NotFound, Overloaded, ServiceError, invalid
+from api.base.errors import MethodNotAllowed, NotFound, Overloaded, ServiceError, invalid, message_of
 from api.base.problem_documents import MEDIA_TYPE, problem_document
 from api.base.settings import Settings
 from api.batches.arrival import Intake
@@ -168,9 +168,7 @@ async def _answer_invalid_parameters(request: Request, error: Exception) -> Resp
 
 def _parameter_fault(fault: dict[str, Any]) -> str:
     """Describe the fault of a parameter."""
-    if fault["type"] == "missing":
-        return f"the parameter {fault['loc'][-1]} is missing"
-    return f"the parameter {fault['loc'][-1]} {fault['msg'].replace('Input should', 'must', 1)}"
+    return f"The parameter `{fault['loc'][-1]}` {message_of(fault)}."
 
 
 async def _answer_http_exception(request: Request, error: Exception) -> Response:
@@ -178,7 +176,7 @@ async def _answer_http_exception(request: Request, error: Exception) -> Response
     assert isinstance(error, HTTPException)  # noqa: S101 - registered for it
     if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
         allowed = ", ".join(sorted(_methods_at(request)))
-        refusal: ServiceError = MethodNotAllowed(f"this path has {allowed}", headers={"Allow": allowed})
+        refusal: ServiceError = MethodNotAllowed(f"The method must be one of {allowed}.", headers={"Allow": allowed})
     else:
-        refusal = NotFound("see /docs for the paths")
+        refusal = NotFound("Nothing has this path. See /docs for the paths.")
     return await _answer_with_problem_document(request, refusal)

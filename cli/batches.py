@@ -97,5 +97,5 @@ def _varied(text: str) -> dict[str, Any]:
     except orjson.JSONDecodeError:
         found = None
     if not isinstance(found, list):
-        raise typer.BadParameter(f"{values!r} is no JSON list", param_hint="--vary")
+        raise typer.BadParameter(f"must be a JSON list; got {values!r}", param_hint="--vary")
     return {"pointer": pointer, "values": found}

@@ -70,7 +70,7 @@ def local_service(
         url = _address(log, deadline, process)
         if url is None or not _wait_until_ready(url, deadline, process):
             tail = "\n".join(log.read_text(errors="replace").splitlines()[-5:])
-            raise ServiceDidNotStart(f"the service did not get ready; its log ends with:\n{tail}")
+            raise ServiceDidNotStart(f"The service did not start. Its log ends with:\n{tail}")
         yield url, process
     finally:
         process.terminate()

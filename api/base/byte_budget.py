@@ -35,8 +35,8 @@ class Traffic:
         free = self._most - self.held - size
         if size > 0 and self._of_client[client] + size > free:
             raise Overloaded(
-                "The service holds too many bytes of requests and answers, and yours are as many as it can hold of one "
-                "client now. Read the answers that are under way, or try again later.",
+                "The service holds as many bytes of requests and answers as it can hold of one client now. Read the "
+                "answers under way, or retry after 1 s.",
                 headers={"Retry-After": "1"},
             )
         self.held += size

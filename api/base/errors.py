@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any, ClassVar
+
+from typing_extensions import override
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -78,6 +81,11 @@ class ServiceError(Exception):
     code: ClassVar[str]
     title: ClassVar[str]
 
+    @override
+    def __init_subclass__(cls, *, code: str, title: str) -> None:
+        """Name a kind of refusal by its code, for programs, and its title, for people."""
+        cls.code, cls.title = code, title
+
     def __init__(self, message: str, *, headers: Mapping[str, str] | None = None, **details: Any) -> None:
         super().__init__(message)
         self.message = message
@@ -85,231 +93,149 @@ class ServiceError(Exception):
         self.details = details
 
 
-class InvalidRequest(ServiceError):
+class InvalidRequest(ServiceError, code="invalid_request", title="The request is not valid"):
     """The request does not follow the schema; `details["errors"]` lists the faults."""
 
-    code = "invalid_request"
-    title = "The request is not valid"
 
-
-class MalformedRequest(ServiceError):
+class MalformedRequest(ServiceError, code="malformed_request", title="This is not an HTTP request"):
     """What arrived is not HTTP."""
 
-    code = "malformed_request"
-    title = "This is not an HTTP request"
 
-
-class RequestTimeout(ServiceError):
+class RequestTimeout(ServiceError, code="request_timeout", title="The request did not arrive in time"):
     """The client took too long to send its request."""
 
-    code = "request_timeout"
-    title = "The request did not arrive in time"
 
-
-class HeaderTooLarge(ServiceError):
+class HeaderTooLarge(ServiceError, code="header_too_large", title="The head of the request is too large"):
     """The head of the request is larger than the service reads."""
 
-    code = "header_too_large"
-    title = "The head of the request is too large"
 
-
-class TooManyRequests(ServiceError):
+class TooManyRequests(ServiceError, code="too_many_requests", title="You have too much under way"):
     """The client has more under way than the service grants one client."""
 
-    code = "too_many_requests"
-    title = "You have too much under way"
 
-
-class Unauthorized(ServiceError):
+class Unauthorized(ServiceError, code="unauthorized", title="This needs a valid key"):
     """The request has no valid key."""
 
-    code = "unauthorized"
-    title = "This needs a valid key"
 
-
-class Forbidden(ServiceError):
+class Forbidden(ServiceError, code="forbidden", title="The key does not allow this"):
     """The key may not do this."""
 
-    code = "forbidden"
-    title = "The key does not allow this"
 
-
-class ForeignOrigin(ServiceError):
+class ForeignOrigin(ServiceError, code="foreign_origin", title="The page that sent this is of another site"):
     """A web page of another origin sent the request."""
 
-    code = "foreign_origin"
-    title = "The page that sent this is of another site"
 
-
-class MisdirectedRequest(ServiceError):
+class MisdirectedRequest(ServiceError, code="misdirected_request", title="The service has another name"):
     """The request was sent to a name that is not the service's."""
 
-    code = "misdirected_request"
-    title = "The service has another name"
 
-
-class NotFound(ServiceError):
+class NotFound(ServiceError, code="not_found", title="There is nothing here"):
     """Nothing is at this path."""
 
-    code = "not_found"
-    title = "There is nothing here"
 
-
-class MethodNotAllowed(ServiceError):
+class MethodNotAllowed(ServiceError, code="method_not_allowed", title="This path does not have that method"):
     """The path has other methods."""
 
-    code = "method_not_allowed"
-    title = "This path does not have that method"
 
-
-class NotAcceptable(ServiceError):
+class NotAcceptable(ServiceError, code="not_acceptable", title="There is no such format"):
     """None of the requested formats exists."""
 
-    code = "not_acceptable"
-    title = "There is no such format"
 
-
-class RobotExists(ServiceError):
+class RobotExists(ServiceError, code="robot_exists", title="Another robot has this id"):
     """Another robot has this id."""
 
-    code = "robot_exists"
-    title = "Another robot has this id"
 
-
-class CatalogueRobot(ServiceError):
+class CatalogueRobot(ServiceError, code="catalogue_robot", title="The robot belongs to the catalogue"):
     """A robot of the catalogue can be neither replaced nor deleted."""
 
-    code = "catalogue_robot"
-    title = "The robot belongs to the catalogue"
 
-
-class RobotOfAnother(ServiceError):
+class RobotOfAnother(ServiceError, code="robot_of_another", title="The robot belongs to another client"):
     """Another client added the robot."""
 
-    code = "robot_of_another"
-    title = "The robot belongs to another client"
 
-
-class TooManyRobots(ServiceError):
+class TooManyRobots(ServiceError, code="too_many_robots", title="No more robots can be added"):
     """There is no room for more added robots."""
 
-    code = "too_many_robots"
-    title = "No more robots can be added"
 
-
-class UnknownScene(ServiceError):
+class UnknownScene(ServiceError, code="unknown_scene", title="There is no such scene"):
     """There is no scene with this id."""
 
-    code = "unknown_scene"
-    title = "There is no such scene"
 
-
-class SceneExists(ServiceError):
+class SceneExists(ServiceError, code="scene_exists", title="Another scene has this id"):
     """Another scene has this id."""
 
-    code = "scene_exists"
-    title = "Another scene has this id"
 
-
-class SceneOfAnother(ServiceError):
+class SceneOfAnother(ServiceError, code="scene_of_another", title="The scene belongs to another client"):
     """Another client added the scene."""
 
-    code = "scene_of_another"
-    title = "The scene belongs to another client"
 
-
-class TooManyScenes(ServiceError):
+class TooManyScenes(ServiceError, code="too_many_scenes", title="No more scenes can be kept"):
     """There is no room for more scenes."""
 
-    code = "too_many_scenes"
-    title = "No more scenes can be kept"
 
-
-class UnknownBatch(ServiceError):
+class UnknownBatch(ServiceError, code="unknown_batch", title="There is no such batch"):
     """There is no batch with this id, or it has been kept for long enough."""
 
-    code = "unknown_batch"
-    title = "There is no such batch"
 
-
-class TooManyBatches(ServiceError):
+class TooManyBatches(ServiceError, code="too_many_batches", title="No more batches can be taken"):
     """There is no room for more batches."""
 
-    code = "too_many_batches"
-    title = "No more batches can be taken"
 
-
-class Conflict(ServiceError):
+class Conflict(ServiceError, code="conflict", title="The request contradicts an earlier one"):
     """The request contradicts an earlier one."""
 
-    code = "conflict"
-    title = "The request contradicts an earlier one"
 
-
-class PayloadTooLarge(ServiceError):
+class PayloadTooLarge(ServiceError, code="payload_too_large", title="The request body is too large"):
     """The body is larger than the service reads."""
 
-    code = "payload_too_large"
-    title = "The request body is too large"
 
-
-class UnsupportedMediaType(ServiceError):
+class UnsupportedMediaType(ServiceError, code="unsupported_media_type", title="The request body must be JSON"):
     """The body is not declared to be JSON."""
 
-    code = "unsupported_media_type"
-    title = "The request body must be JSON"
 
-
-class MemoryExceeded(ServiceError):
+class MemoryExceeded(ServiceError, code="memory_exceeded", title="The request needs too much memory"):
     """A worker ran out of the memory that it may use."""
 
-    code = "memory_exceeded"
-    title = "The request needs too much memory"
 
-
-class InternalError(ServiceError):
+class InternalError(ServiceError, code="internal_error", title="The service failed"):
     """A fault of the service; the log has the rest."""
 
-    code = "internal_error"
-    title = "The service failed"
+    def __init__(self, message: str = "Internal error. Please report it with the log.") -> None:
+        super().__init__(message)
 
 
-class Overloaded(ServiceError):
+class Overloaded(ServiceError, code="overloaded", title="Too many requests are waiting"):
     """The queue is full."""
 
-    code = "overloaded"
-    title = "Too many requests are waiting"
 
-
-class DatabaseUnavailable(ServiceError):
+class DatabaseUnavailable(ServiceError, code="database_unavailable", title="The database cannot be reached"):
     """The database does not answer."""
 
-    code = "database_unavailable"
-    title = "The database cannot be reached"
 
-
-class DeadlineExceeded(ServiceError):
+class DeadlineExceeded(ServiceError, code="deadline_exceeded", title="The deadline has passed"):
     """The deadline of the request has passed."""
-
-    code = "deadline_exceeded"
-    title = "The deadline has passed"
 
 
 def what_to_do(max_deadline: float) -> str:
     """Say what helps against a deadline that passes, where the service takes none longer than this, s."""
     return (
-        f"a larger `deadline` may help (at most {max_deadline:g} s), or less to do: "
-        "fewer waypoints, poses or samples, or another back end"
+        f"Raise `deadline` (at most {max_deadline:g} s), send fewer waypoints, poses or samples, or choose "
+        "another back end."
     )
 
 
 def invalid_request(error: ValidationError, document: Any) -> InvalidRequest:
     """Write what pydantic found, as pointers into the caller's `document` and without the caller's values."""
     faults = [
-        {"pointer": _pointer(fault["loc"], fault["type"], document), "message": _message(fault)}
+        {"pointer": _pointer(fault["loc"], fault["type"], document), "message": message_of(fault)}
         for fault in error.errors(include_url=False, include_input=False)[:MOST_FAULTS]
     ]
     return invalid(faults)
+
+
+def invalid_at(pointer: str, message: str) -> InvalidRequest:
+    """Make the error with one fault, at a JSON pointer into the request; empty: the request as a whole."""
+    return invalid([{"pointer": pointer, "message": message}])
 
 
 def invalid(faults: list[dict[str, str]]) -> InvalidRequest:
@@ -345,17 +271,21 @@ def _has(document: Any, step: int | str) -> bool:
     return isinstance(document, list) and isinstance(step, int) and step < len(document)
 
 
-def _message(fault: Mapping[str, Any]) -> str:
-    context = fault.get("ctx", {})
+PYDANTIC_SUBJECT = re.compile("^[A-Z][a-z]+ should ")
+"""The beginning of messages of pydantic: `Input should `, `List should `, ..."""
+
+
+def message_of(fault: Mapping[str, Any]) -> str:
+    """Say which condition of a field pydantic found violated, without the caller's value."""
     match fault["type"]:
         case "union_tag_invalid":  # pydantic's message repeats the caller's value
-            return f"unknown kind; there are: {context['expected_tags']}"
-        case "union_tag_not_found":
-            return "the field 'kind' is missing"
+            return f"must be one of {fault['ctx']['expected_tags']}"
+        case "missing" | "union_tag_not_found":
+            return "must be given"
         case "extra_forbidden":
-            return "unknown field"
+            return "unknown field. Remove it, or check its spelling."
         case "value_error":
-            return str(context["error"])
+            return str(fault["ctx"]["error"])
         case _:
-            message: str = fault["msg"]
-            return message.replace(" after validation", "")
+            message: str = fault["msg"].replace(" after validation, not ", "; got ")
+            return PYDANTIC_SUBJECT.sub("must ", message)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, SecretStr, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from api.base.errors import message_of
 from api.base.processors import available_processors
 
 if TYPE_CHECKING:
@@ -164,9 +165,9 @@ class Settings(BaseSettings):
     def _has_a_database_for_keys(self) -> Settings:
         if self.asks_for_keys and self.data_directory is None and self.database_url is None:
             raise ValueError(
-                f"requests to {self.host} need an API key, and keys are stored in a database: set "
+                f"Requests to {self.host} need an API key, and keys are stored in a database. Set "
                 "PLANNER_DATA_DIRECTORY or PLANNER_DATABASE_URL and create keys with `planner keys create`, or set "
-                "PLANNER_ACCESS=open to let everybody in"
+                "PLANNER_ACCESS=open to let everybody in."
             )
         return self
 
@@ -190,6 +191,6 @@ def is_loopback(host: str) -> bool:
 def faults_of(error: ValidationError) -> list[str]:
     """List the faults of the settings, each with the name of its environment variable."""
     return [
-        "".join(f"PLANNER_{str(name).upper()}: " for name in fault["loc"][:1]) + fault["msg"]
+        "".join(f"PLANNER_{str(name).upper()}: " for name in fault["loc"][:1]) + message_of(fault)
         for fault in error.errors()
     ]

@@ -8,7 +8,7 @@ from typing import Any
 
 import orjson
 
-from api.base.errors import LONGEST_POINTER, invalid
+from api.base.errors import LONGEST_POINTER, invalid_at
 
 MOST_FIELDS = 64
 """The most fields of one object in a request; the schema with the most has less than 20."""
@@ -45,12 +45,17 @@ CAPPED_LISTS = frozenset({"waypoints", "poses"})
 """The lists of a request that `max_waypoints` bounds, whatever their entries are."""
 
 
-def has_too_many_rows(body: bytes, max_body_bytes: int) -> bool:
-    """Tell whether an unparsed body may have more lists and objects than an honest one of the largest size.
+def refuse_many_rows(body: bytes, max_body_bytes: int) -> None:
+    """Refuse an unparsed body that may have more lists and objects than an honest one of the largest size.
 
     The values of a million empty rows in 3 MB would take a hundred times the memory of the body.
+
+    Raises:
+        InvalidRequest: It has too many.
     """
-    return body.count(b"[") + body.count(b"{") > max_body_bytes // BYTES_OF_A_ROW
+    most = max_body_bytes // BYTES_OF_A_ROW
+    if body.count(b"[") + body.count(b"{") > most:
+        raise invalid_at("", f"The body must have at most {most:,} JSON arrays and objects.")
 
 
 def is_too_deep(body: bytes) -> bool:
@@ -76,8 +81,8 @@ def parse_json(body: bytes, pointer: str | None = None) -> Any:
         MemoryError: The parser found no memory.
     """
     if is_too_deep(body):
-        message = f"it has more than {MOST_DEEP} arrays and objects in one another"
-        raise invalid([{"pointer": pointer or "", "message": message}])
+        message = f"must nest at most {MOST_DEEP} arrays and objects in one another"
+        raise invalid_at(pointer or "", message)
     try:
         return orjson.loads(body)
     except orjson.JSONDecodeError as error:
@@ -85,7 +90,7 @@ def parse_json(body: bytes, pointer: str | None = None) -> Any:
             raise MemoryError from None
         where = f" (line {error.lineno}, column {error.colno})" if pointer is None else ""
         message = f"not JSON: {error.msg.partition(': line')[0]}{where}"
-        raise invalid([{"pointer": pointer or "", "message": message}]) from None
+        raise invalid_at(pointer or "", message) from None
 
 
 def rows_of(duration: float, period: float) -> int:
@@ -114,7 +119,7 @@ def size_faults(document: Any, max_waypoints: int, max_samples: int) -> list[dic
                 most = MOST_OBJECTS
                 most_nested += MOST_OF_AN_OBJECT * min(size, most)
         if size > most:
-            faults.append(_fault(path, f"{size} {what} are more than the {most} that it may have"))
+            faults.append(_fault(path, f"must have at most {most} {what}; got {size}"))
             continue
         children: list[tuple[str | int, Any]] = (
             [(name, child) for name, child in value.items() if isinstance(child, dict | list)]
@@ -123,7 +128,7 @@ def size_faults(document: Any, max_waypoints: int, max_samples: int) -> list[dic
         )
         nested += len(children)
         if nested > most_nested:
-            return [*faults, _fault((), f"it has more than {most_nested} objects and lists in it")]
+            return [*faults, _fault((), f"must have at most {most_nested} nested arrays and objects")]
         unvisited += [((*path, step), child) for step, child in children]
     return faults
 

@@ -13,7 +13,7 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from api.base.errors import Conflict, InternalError, PayloadTooLarge, TooManyBatches, invalid
+from api.base.errors import Conflict, InternalError, PayloadTooLarge, TooManyBatches, invalid_at
 from api.pool.costs import Kind
 from api.pool.messages import Task
 from api.store.batches import BatchBounds, append_items, begin_batch, discard_batches, open_batch
@@ -106,14 +106,19 @@ class Intake:
             await database.write(beat, engine.id)
             match await database.write(begin_batch, client.name, key, engine.id, bounds):
                 case "arriving":
-                    raise Conflict("a request with this key is still under way", headers={"Retry-After": "1"})
+                    raise Conflict(
+                        "An earlier request with this `Idempotency-Key` is still under way. Retry after 1 s.",
+                        headers={"Retry-After": "1"},
+                    )
                 case "full":
                     raise TooManyBatches(
-                        "The service keeps no more batches of yours now. Wait for one to end, cancel one, or delete "
-                        "one that you need no more: DELETE /v1/batches/{id}?forget=true."
+                        "The service stores no more batches of this client now. Wait for one to end, cancel one, or "
+                        "delete one: DELETE /v1/batches/{id}?forget=true."
                     )
                 case "too_many":
-                    raise TooManyBatches("you have too many batches under way; wait for one to end, or cancel it")
+                    raise TooManyBatches(
+                        "This client has too many unfinished batches. Wait for one to end, or cancel one."
+                    )
                 case arrival:
                     pass
             if arrival.body_digest is not None:
@@ -140,7 +145,7 @@ class Intake:
                 total = await self.database.write(_append, arrival.number, total, chunk, namespace)
             body.share.release()
         if not total:
-            raise invalid([{"pointer": "/requests", "message": "a batch has at least one request"}])
+            raise invalid_at("/requests", "must have at least one request")
         return digest.hexdigest(), total
 
     async def _requests_of(self, body: Body, piece: bytes, first: int) -> Reply:
@@ -159,7 +164,7 @@ class Intake:
         size = math.ceil(len(piece) / PIECE).bit_length()
         reply = await self.pool.run(task, Kind((READ_ITEMS,), size), body.share.hold)
         if reply.failure is not None:
-            raise InternalError("the service failed on this request")
+            raise InternalError()
         if reply.result is None:
             raise Refused(reply)
         return reply
@@ -171,7 +176,7 @@ async def _same(body: Body, arrival: Arrival) -> str:
     async for chunk in body.chunks:
         digest.update(chunk)
     if digest.hexdigest() != arrival.body_digest:
-        raise Conflict("this key came with another body before; choose another key for another batch")
+        raise Conflict("An earlier request had this `Idempotency-Key` and another body. Choose another key.")
     return arrival.id
 
 
@@ -188,13 +193,13 @@ async def pieces(settings: Settings, body: Body, digest: hashlib._Hash) -> Async
         PayloadTooLarge: A line, or the whole, is too long.
     """
     most = settings.max_body_bytes if body.is_lines else settings.max_batch_bytes
-    what = "a line of the body" if body.is_lines else "the body"
+    what = "A line of the body" if body.is_lines else "The body"
     held, arrived = bytearray(), 0
     async for chunk in body.chunks:
         arrived += len(chunk)
         if (size := max(arrived, body.declared)) > settings.max_batch_expanded_bytes:
             most_of_all = settings.max_batch_expanded_bytes
-            message = f"The requests of a batch may have {most_of_all} bytes together; these have {size} or more."
+            message = f"The requests of a batch must have at most {most_of_all} bytes; got {size} or more."
             raise PayloadTooLarge(f"{message} Send them as several batches.", headers={"Connection": "close"})
         body.share.hold(len(chunk))
         digest.update(chunk)
@@ -203,6 +208,6 @@ async def pieces(settings: Settings, body: Body, digest: hashlib._Hash) -> Async
             yield bytes(held[:end])
             del held[:end]
         if len(held) > most:
-            raise PayloadTooLarge(f"{what} may have {most} bytes", headers={"Connection": "close"})
+            raise PayloadTooLarge(f"{what} must have at most {most} bytes.", headers={"Connection": "close"})
     if held:
         yield bytes(held)

@@ -195,7 +195,7 @@ class Engine:
             replies = await self._planners.plan(Chunk(items, definitions))
         except Exception as error:  # noqa: BLE001 - nobody foresaw it
             log.error("batches_failed", failure=where_from(error))
-            failed = InternalError("the service failed on this request")
+            failed = InternalError()
             status, document = problem_document(failed, f"/v1/batches/{items[0].batch_id}")
             replies = [Reply(status, MEDIA_TYPE, document, code=failed.code)] * len(items)
         self._done += [self._outcome(item, reply) for item, reply in zip(items, replies, strict=False)]

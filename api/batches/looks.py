@@ -25,7 +25,7 @@ LOOK = 0.5
 KNOWN_DESCRIPTIONS = 256
 """The number of batches whose descriptions are kept at hand: the latest."""
 
-FORGOTTEN = "no batch has this id; GET /v1/batches lists those that are kept"
+FORGOTTEN = "No stored batch has this id. GET /v1/batches lists them."
 """The refusal of an unknown or deleted batch."""
 
 

@@ -12,9 +12,9 @@ from fastapi.security import HTTPBearer, SecurityScopes
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import override
 
-from api.base.errors import PayloadTooLarge, UnsupportedMediaType, invalid
+from api.base.errors import PayloadTooLarge, UnsupportedMediaType, invalid_at
 from api.base.pages import MOST_ENTRIES
-from api.base.size import has_too_many_rows, parse_json
+from api.base.size import parse_json, refuse_many_rows
 from api.contract.parts.common import DEFAULT_DEADLINE
 from api.pool.jobs import queue_is_full
 from api.store.clients import Client
@@ -182,7 +182,7 @@ def is_json(media_type: str) -> bool:
 async def _content(request: Request) -> bytes:
     """Read the bytes of the body, of no more than the allowed size, declared or not."""
     if not is_json(media_type_of(request)):
-        raise UnsupportedMediaType("send the body with the header `Content-Type: application/json`")
+        raise UnsupportedMediaType("`Content-Type` must be `application/json`.")
     most = service_of(request).settings.max_body_bytes
     declared, body = request.headers.get("content-length", "0"), bytearray()
     size = int(declared) if declared.isdecimal() else 0
@@ -193,14 +193,13 @@ async def _content(request: Request) -> bytes:
             if len(body) > most:
                 break
     if max(size, len(body)) > most:
-        raise PayloadTooLarge(f"the body may have {most} bytes", headers={"Connection": "close"})
+        raise PayloadTooLarge(f"The body must have at most {most} bytes.", headers={"Connection": "close"})
     return bytes(body)
 
 
 def _parse(body: bytes, max_body_bytes: int) -> dict[str, Any]:
-    if has_too_many_rows(body, max_body_bytes):
-        raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
+    refuse_many_rows(body, max_body_bytes)
     document = parse_json(body)
     if not isinstance(document, dict):
-        raise invalid([{"pointer": "", "message": "the body must be a JSON object"}])
+        raise invalid_at("", "The body must be a JSON object.")
     return document

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 TIMINGS = ("queue", "validate", "plan", "serialise")
 """The stages of a task in the order of the `Server-Timing` header."""
 
-FAILED = InternalError("the service failed on this request")
+FAILED = InternalError()
 """The answer to a request that raised an unexpected exception."""
 
 RawHeaders = list[tuple[bytes, bytes]]

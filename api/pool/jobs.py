@@ -198,7 +198,7 @@ def has_room(client: str, counts: Counter[str], capacity: int) -> bool:
 
 def queue_is_full() -> Overloaded:
     """Make the refusal of a request when too many wait."""
-    return Overloaded("the queue is full; try again later", headers={"Retry-After": "1"})
+    return Overloaded("The queue is full. Retry after 1 s.", headers={"Retry-After": "1"})
 
 
 def _retry_after(wait: float) -> int:

@@ -182,7 +182,7 @@ class WorkerPool:
                 return await job.reply
         except TimeoutError:
             hint = what_to_do(self._caps.max_deadline)
-            raise DeadlineExceeded(f"there was no answer within the deadline; {hint}") from None
+            raise DeadlineExceeded(f"The deadline passed before the answer. {hint}") from None
         finally:
             self._leave(job)
 
@@ -300,7 +300,7 @@ class WorkerPool:
             elif worker.exit_code == NO_MEMORY_FOR_A_LIBRARY:
                 _fail(job, MemoryExceeded("the request needs more memory than a worker may use"))
             else:
-                _fail(job, InternalError("the service failed on this request"))
+                _fail(job, InternalError())
         else:
             is_bound = reply.code is not None
             if not job.reply.done():

@@ -131,7 +131,7 @@ class Database:
             if isinstance(error, OperationalError) or error.connection_invalidated or is_corrupt:
                 log.warning("database_unavailable", reason=str(error.orig).partition("\n")[0])
                 raise DatabaseUnavailable(
-                    "the database does not answer; try again later", headers={"Retry-After": "5"}
+                    "The database does not answer. Retry after 5 s.", headers={"Retry-After": "5"}
                 ) from error
             raise
 

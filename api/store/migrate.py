@@ -31,7 +31,9 @@ def upgrade(engine: Engine) -> None:
         revision = MigrationContext.configure(connection).get_current_revision()
         script = ScriptDirectory.from_config(config)
         if revision is not None and revision not in {known.revision for known in script.walk_revisions()}:
-            raise DatabaseTooNew(f"the database has revision {revision}, which this version does not know")
+            raise DatabaseTooNew(
+                f"The database has revision {revision}, which this version does not know. Install the newer version."
+            )
         config.attributes["connection"] = connection
         command.upgrade(config, "head")
 

@@ -48,7 +48,9 @@ class Quota:
         if day != self._day or time.monotonic() - self._seen > COUNTED_FOR:
             await self.write()
         if self._kept + self._counted + count > self.requests:
-            message = f"this key may send {self.requests} requests a day, those of batches among them"
+            message = (
+                f"The API key may send {self.requests} requests a day, batch items included. Retry after midnight UTC."
+            )
             raise TooManyRequests(message, headers=self.headers() | {"Retry-After": str(_left_of_the_day())})
         self._counted += count
 

@@ -128,15 +128,18 @@ def execute(task: Task, caps: Caps) -> Reply:
     try:
         if time.monotonic() >= task.deadline:
             hint = errors.what_to_do(caps.max_deadline)
-            raise errors.DeadlineExceeded(f"the deadline passed while the request waited for a worker; {hint}")
+            raise errors.DeadlineExceeded(f"The deadline passed while the request waited for a worker. {hint}")
         reply = _compressed(TASKS[task.operation](context), context)
     except (PlanningError, errors.ServiceError) as refusal:
         reply = _refused(refusal, context)
     except Exception as error:  # noqa: BLE001 - the boundary of the process: nothing may leave it but a reply
         if wants_memory(error):
-            reply = _refused(errors.MemoryExceeded("the request needs more memory than a worker may use"), context)
+            reply = _refused(
+                errors.MemoryExceeded("The request needs more memory than a worker may use. Send a smaller one."),
+                context,
+            )
         else:
-            reply = _refused(errors.InternalError("the service failed on this request"), context)
+            reply = _refused(errors.InternalError(), context)
             reply = replace(reply, failure=where_from(error))
         reply = replace(reply, worker_is_fit=False)
     return replace(reply, timings=context.timings)

@@ -27,7 +27,7 @@ def serve_agents(url: str | None, host: str, port: int | None) -> None:
     try:
         from cli.agents.server import planner_server, serve_http, serve_stdio
     except ModuleNotFoundError as error:
-        message = f"the package {error.name} is missing: pip install 'trajectory-planner[agents]'"
+        message = f"The package {error.name} is missing. Install it: pip install 'trajectory-planner[agents]'"
         raise typer.BadParameter(message, param_hint="mcp") from None
     with ExitStack() as stack:
         if url is None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 from pydantic import ValidationError
 
-from api.base.errors import invalid, invalid_request
+from api.base.errors import invalid_at, invalid_request
 from api.contract.requests import PlanRequest
 from api.store.contents.digests import request_hash
 from api.work.answers.formats import FORMATS, Format
@@ -35,7 +35,7 @@ def read_request(text: bytes, backend: str | None = None, robot: str | None = No
     try:
         document: Any = orjson.loads(text)
     except orjson.JSONDecodeError as error:
-        raise invalid([{"pointer": "", "message": f"not JSON: {error}"}]) from None
+        raise invalid_at("", f"not JSON: {error}") from None
     if isinstance(document, dict):
         document |= {} if backend is None else {"backend": {"kind": backend}}
         document |= {} if robot is None else {"robot": robot}

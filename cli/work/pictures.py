@@ -54,7 +54,7 @@ def draw_file(
 ) -> None:
     """Draw the plan of a request, or a robot, into a file; see `planner plot`."""
     if output.suffix not in (".svg", ".png"):
-        raise typer.BadParameter("the file's suffix must be .svg or .png", param_hint="--output")
+        raise typer.BadParameter("must end with .svg or .png", param_hint="--output")
     is_request = drawn == "-" or drawn.endswith(".json")
     text = read(drawn) if is_request else b""
     with refusals():
@@ -76,7 +76,7 @@ def _picture_of_robot(robot: Robot, show: list[str] | None, view: str, title: st
     if (show or ["robot"]) == ["robot"]:
         return draw_robot_at(robot, view=view, title=title)
     if show != [WORKSPACE]:
-        raise typer.BadParameter("of a robot there are robot and workspace", param_hint="--show")
+        raise typer.BadParameter("must be robot or workspace for a robot", param_hint="--show")
     return draw_workspace(robot, workspace(robot, WORKSPACE_POINTS), view=view, title=title)
 
 

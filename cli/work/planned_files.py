@@ -35,14 +35,14 @@ def plan_file(
     """Plan the request in a file, show the plan and write files; see `planner plan`."""
     form = FORMATS.get(format_ or "json") if output == "-" or format_ is not None else format_of(output or ".json")
     if form is None and format_ is not None:
-        raise typer.BadParameter(f"the formats are {', '.join(FORMATS)}", param_hint="--format")
+        raise typer.BadParameter(f"must be one of {', '.join(FORMATS)}", param_hint="--format")
     if form is None:
         suffixes = ", ".join(known.suffix for known in FORMATS.values())
-        raise typer.BadParameter(f"the file's suffix must be one of {suffixes}", param_hint="--output")
+        raise typer.BadParameter(f"must end with one of {suffixes}", param_hint="--output")
     if plot is not None and plot.suffix not in SUFFIXES:
-        raise typer.BadParameter(f"the file's suffix must be one of {', '.join(SUFFIXES)}", param_hint="--plot")
+        raise typer.BadParameter(f"must end with one of {', '.join(SUFFIXES)}", param_hint="--plot")
     if backend is not None and backend not in BACKENDS:
-        raise typer.BadParameter(f"the back ends are {', '.join(BACKENDS)}", param_hint="--backend")
+        raise typer.BadParameter(f"must be one of {', '.join(BACKENDS)}", param_hint="--backend")
     text = read(request)
     with refusals():
         named = None if robot is None else robot_named(robot, FileOptions(srdf, tip))

@@ -13,7 +13,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 import orjson
 from pydantic import TypeAdapter, ValidationError
 
-from api.base.errors import invalid, invalid_request
+from api.base.errors import invalid_at, invalid_request
 from api.contract.robots import RobotDefinition, RobotModel, UrdfModel, UrdfRobot
 from api.store.contents.digests import canonical
 from api.store.contents.mesh_archive import MeshArchive
@@ -100,8 +100,8 @@ def named_robot(name: str, options: FileOptions = NO_OPTIONS) -> NamedRobot:
     path = Path(name)
     is_described = path.is_file() and path.suffix == ".json"
     if (is_described or not path.is_file()) and options != NO_OPTIONS:
-        message = f"options go with a URDF, xacro or MJCF file; {name} is none"
-        raise invalid([{"pointer": "/robot", "message": message}])
+        message = f"must be a URDF, xacro or MJCF file, for the options given; got {name}"
+        raise invalid_at("/robot", message)
     if not path.is_file():
         return NamedRobot(name)
     definition = _described_robot(path) if is_described else robot_request(path, options)
@@ -152,7 +152,7 @@ def _described_robot(path: Path) -> Any:
         document = orjson.loads(path.read_bytes())
         return TypeAdapter(RobotDefinition).validate_python(document)
     except orjson.JSONDecodeError as error:
-        raise invalid([{"pointer": "", "message": f"not JSON: {error}"}]) from None
+        raise invalid_at("", f"not JSON: {error}") from None
     except ValidationError as error:
         raise invalid_request(error, document) from None
 

@@ -28,7 +28,7 @@ def show_robots(robot: str | None, options: FileOptions, output: Path | None) ->
             return
         path = Path(robot)
         if not path.is_file() or path.suffix == ".json":
-            raise typer.BadParameter(f"{robot} is not a URDF, xacro or MJCF file", param_hint="ROBOT")
+            raise typer.BadParameter(f"must be a URDF, xacro or MJCF file; got {robot}", param_hint="ROBOT")
         write(output, robot_request(path, options).model_dump_json(exclude_unset=True, indent=2).encode(), console)
 
 
@@ -37,5 +37,5 @@ def xacro_arguments(words: Sequence[str]) -> tuple[tuple[str, str], ...]:
     pairs = [word.partition(":=") for word in words]
     for word, (name, separator, _) in zip(words, pairs, strict=True):
         if not (name and separator):
-            raise typer.BadParameter(f"{word} must have the form NAME:=VALUE", param_hint="--argument")
+            raise typer.BadParameter(f"must have the form NAME:=VALUE; got {word}", param_hint="--argument")
     return tuple((name, value) for name, _, value in pairs)

@@ -50,7 +50,7 @@ def robot_named(name: str, options: FileOptions = NO_OPTIONS) -> NamedRobot:
     except OSError as error:
         raise typer.BadParameter(f"{error.filename}: {error.strerror}", param_hint="ROBOT") from None
     except UnicodeDecodeError as error:
-        raise typer.BadParameter(f"no text in UTF-8: {error}", param_hint="ROBOT") from None
+        raise typer.BadParameter(f"must be text in UTF-8: {error}", param_hint="ROBOT") from None
 
 
 @contextmanager

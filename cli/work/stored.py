@@ -52,7 +52,7 @@ def check_tables() -> None:
 def create_key(name: str, scopes: Collection[str], limits: tuple[int | None, int | None], a_day: int | None) -> None:
     """Make a key and show it; see `planner keys create`."""
     if set(scopes) - set(SCOPES):
-        raise typer.BadParameter(f"there are the scopes {', '.join(SCOPES)}", param_hint="--scope")
+        raise typer.BadParameter(f"must be one of {', '.join(SCOPES)}", param_hint="--scope")
     chosen = frozenset(known for known in SCOPES if known in scopes)
     key_id, key = new_key()
     record = KeyRecord(key_id, name, digest_of(key), chosen, *limits, time.time(), None, a_day)

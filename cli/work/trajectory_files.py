@@ -10,7 +10,7 @@ import orjson
 import typer
 from pydantic import ValidationError
 
-from api.base.errors import invalid, invalid_request
+from api.base.errors import invalid, invalid_at, invalid_request
 from api.contract.requests import ValidateRequest
 from api.work.tasks.trajectories import certified
 from cli.work.robot_files import FileOptions, NamedRobot
@@ -52,7 +52,7 @@ def _document(text: bytes) -> Any:
     try:
         document = orjson.loads(text)
     except orjson.JSONDecodeError as error:
-        raise invalid([{"pointer": "", "message": f"not JSON: {error}"}]) from None
+        raise invalid_at("", f"not JSON: {error}") from None
     return _of_answer(document) if isinstance(document, dict) and "certificate" in document else document
 
 
@@ -73,9 +73,11 @@ def _columns(text: bytes) -> dict[str, Any]:
         header, values = rows[0], [[float(cell) for cell in row] for row in rows[1:] if row]
         time = header.index("time")
     except (UnicodeDecodeError, csv.Error, IndexError, ValueError) as error:
-        raise invalid([{"pointer": "", "message": f"neither JSON nor CSV with a column `time`: {error}"}]) from None
+        raise invalid_at("", f"neither JSON nor CSV with a column `time`: {error}") from None
     if any(len(row) != len(header) for row in values):
-        raise invalid([{"pointer": "", "message": f"a row of the CSV has not the {len(header)} cells of its header"}])
+        raise invalid(
+            [{"pointer": "", "message": f"Each row of the CSV must have {len(header)} cells, as its header."}]
+        )
     samples: dict[str, Any] = {"time": [row[time] for row in values]}
     for quantity in CHECKED_COLUMNS:
         columns = [k for k, name in enumerate(header) if name.startswith(f"{quantity}.")]

@@ -24,7 +24,7 @@ class ActionMoment(Schema):
     @model_validator(mode="after")
     def _one_of_three(self) -> ActionMoment:
         if sum(value is not None for value in (self.waypoint, self.distance, self.time)) != 1:
-            raise ValueError("give one of waypoint, distance and time")
+            raise ValueError("must have exactly one of `waypoint`, `distance` and `time`")
         return self
 
 

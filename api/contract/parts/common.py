@@ -79,7 +79,7 @@ class QuaternionOrientation(Schema):
     @classmethod
     def _of_unit_norm(cls, xyzw: list[float]) -> list[float]:
         if abs(math.hypot(*xyzw) - 1.0) > QUATERNION_TOLERANCE:
-            raise ValueError("the norm of the quaternion is off 1 by more than 1 %")
+            raise ValueError("must have a norm within 1 % of 1")
         return xyzw
 
 
@@ -106,9 +106,9 @@ class MatrixOrientation(Schema):
         x, y, z = zip(*rows, strict=True)
         products = {1.0: (_dot(x, x), _dot(y, y), _dot(z, z)), 0.0: (_dot(x, y), _dot(y, z), _dot(z, x))}
         if any(abs(p - wanted) > MATRIX_TOLERANCE for wanted, found in products.items() for p in found):
-            raise ValueError("not a rotation: an element of R^T R - I exceeds 0.01")
+            raise ValueError("must be a rotation matrix; an element of R^T R - I exceeds 0.01")
         if _dot(x, _cross(y, z)) < 0.0:
-            raise ValueError("not a rotation but a reflection: the determinant is negative")
+            raise ValueError("must be a rotation matrix; got a reflection, whose determinant is negative")
         return rows
 
 
@@ -144,7 +144,7 @@ class Pose(Schema):
     def _with_one_orientation(self) -> Self:
         if self.quaternion_xyzw is not None:
             if self.orientation is not None:
-                raise ValueError("a pose has an `orientation` or a `quaternion_xyzw`, not both")
+                raise ValueError("must have an `orientation` or a `quaternion_xyzw`, not both")
             orientation = QuaternionOrientation(kind="quaternion", xyzw=self.quaternion_xyzw)
             object.__setattr__(self, "orientation", orientation)
             object.__setattr__(self, "quaternion_xyzw", None)
@@ -214,7 +214,7 @@ class Limits(Schema):
 def _checked_moments(moments: list[float]) -> list[float]:
     """Return moments of inertia that a body can have."""
     if 2.0 * max(moments) > sum(moments) * (1.0 + 1e-9):
-        raise ValueError("no body has such moments: one exceeds the sum of the two others")
+        raise ValueError("must have no moment above the sum of the two others")
     return moments
 
 

@@ -69,13 +69,13 @@ class Access:
         kind, _, key = headers.get("authorization", "").partition(" ")
         key_id = id_of(key.strip())
         if kind.lower() != "bearer" or key_id is None:
-            raise Unauthorized("send a key in the header Authorization: Bearer planner_...", headers=CHALLENGE)
+            raise Unauthorized("Send an API key in the header `Authorization: Bearer planner_...`.", headers=CHALLENGE)
         record = await self._record(key_id)
         if not is_valid(key.strip(), record) or record is None:
-            raise Unauthorized("the key is unknown or was revoked", headers=CHALLENGE)
+            raise Unauthorized("The API key is unknown or revoked. Send another one.", headers=CHALLENGE)
         if not {scope, "admin"} & record.scopes:
             challenge = f'{CHALLENGE["WWW-Authenticate"]}, error="insufficient_scope", scope="{scope}"'
-            raise Forbidden(f"this needs a key with the scope {scope}", headers={"WWW-Authenticate": challenge})
+            raise Forbidden(f"The API key must have the scope `{scope}`.", headers={"WWW-Authenticate": challenge})
         return record
 
     def allowance_of(self, key: KeyRecord) -> Allowance:

@@ -42,10 +42,10 @@ class Allowance:
         self._seen = now
         if self._left < 1.0:
             wait = math.ceil((1.0 - self._left) * WINDOW / self.requests)
-            message = f"this key may send {self.requests} requests a minute"
+            message = f"The API key may send {self.requests} requests a minute. Retry after {wait} s."
             raise TooManyRequests(message, headers=self.headers() | {"Retry-After": str(wait)})
         if self._under_way >= self.concurrent:
-            message = f"this key may have {self.concurrent} requests under way"
+            message = f"The API key may have {self.concurrent} requests under way. Retry after 1 s."
             raise TooManyRequests(message, headers=self.headers() | {"Retry-After": "1"})
         self._left -= 1.0
         self._under_way += 1

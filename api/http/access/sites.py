@@ -51,14 +51,14 @@ class Sites:
         headers = Headers(scope=scope)
         host, origin = headers.get("host", ""), headers.get("origin")
         if not self.is_served_as(_name_in(host)):
-            raise MisdirectedRequest(
-                "the service has another name than the one in `Host`; PLANNER_ALLOWED_HOSTS sets its names"
-            )
+            raise MisdirectedRequest("`Host` must be a name of the service. PLANNER_ALLOWED_HOSTS sets its names.")
         if scope["method"] in SAFE_METHODS or origin is None or headers.get("sec-fetch-site") == "same-origin":
             return
         origins = self._settings.cors_origins
         if origin.partition("://")[2].lower() != host.lower() and origin not in origins and "*" not in origins:
-            raise ForeignOrigin("pages of this origin may not use the service; PLANNER_CORS_ORIGINS lets them")
+            raise ForeignOrigin(
+                "Web pages of this `Origin` may not use the service. PLANNER_CORS_ORIGINS sets the allowed ones."
+            )
 
     def is_served_as(self, name: str) -> bool:
         """Tell whether requests to a name are meant for this service.

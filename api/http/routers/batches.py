@@ -14,7 +14,7 @@ from pydantic.json_schema import SkipJsonSchema
 from sqlalchemy.exc import NoResultFound
 from starlette.responses import StreamingResponse
 
-from api.base.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
+from api.base.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid, invalid_at
 from api.base.pages import DEFAULT_ENTRIES
 from api.batches.archive import zipped
 from api.batches.arrival import Body, Refused
@@ -98,10 +98,12 @@ async def create_batch(
     is_lines = media_type in LINES
     if not is_lines and not is_json(media_type):
         raise UnsupportedMediaType(
-            "send the body with the header `Content-Type: application/json`, or `application/x-ndjson` for lines of it"
+            "`Content-Type` must be `application/json`, or `application/x-ndjson` for one request a line."
         )
     if key is not None and not 1 <= len(key) <= LONGEST_KEY:
-        raise invalid([{"pointer": "", "message": f"the header Idempotency-Key has 1 to {LONGEST_KEY} characters"}])
+        raise invalid(
+            [{"pointer": "", "message": f"The header `Idempotency-Key` must have 1 to {LONGEST_KEY} characters."}]
+        )
     declared = request.headers.get("content-length", "")
     body = Body(request.stream(), is_lines, int(declared) if declared.isdecimal() else 0, request.state.share)
     try:
@@ -390,7 +392,7 @@ async def _definitions(service: Service, results: Sequence[Result]) -> Mapping[s
 
 def _number(cursor: str) -> int:
     if not (cursor.isascii() and cursor.removeprefix("-").isdecimal() and len(cursor) < 10):
-        raise invalid([{"pointer": "", "message": "the parameter cursor is the next_cursor of a page"}])
+        raise invalid_at("", "The parameter `cursor` must be the `next_cursor` of a page.")
     return int(cursor)
 
 

@@ -52,7 +52,7 @@ async def page(request: Request) -> Response:
     """Answer GET /: the page, for everybody but those who ask for JSON and take no HTML."""
     accept = request.headers.get("accept", "*/*")
     if "json" in accept and "text/html" not in accept:
-        raise NotFound("see /docs for the paths")
+        raise NotFound("Nothing has this path. See /docs for the paths.")
     folder = built_page()
     if not folder.joinpath("index.html").is_file():
         return Response(NOT_BUILT, headers=HEADERS | DOCUMENT_HEADERS, media_type="text/html")
@@ -63,7 +63,7 @@ async def page(request: Request) -> Response:
 async def page_file(request: Request, name: str) -> Response:
     """Answer GET /assets/{name}."""
     if name not in _names():
-        raise NotFound("there is no such file")
+        raise NotFound("No file has this path.")
     return _file(request, built_page() / "assets", name, FOREVER)
 
 

@@ -122,11 +122,11 @@ async def add_robot(request: Request, body: PlannedBody) -> Response:
         case "added":
             audit(request, "robot_added", robot_id)
         case "exists":
-            raise RobotExists(f"{robot_id} is another robot; choose another id, or delete that one first")
+            raise RobotExists(f"Another robot has the id {robot_id}. Choose another id, or delete that robot first.")
         case "full":
-            raise TooManyRobots("the service keeps no more robots; delete one first")
+            raise TooManyRobots("The service stores no more robots. Delete one first.")
         case "too_many":
-            raise TooManyRobots("the service keeps no more robots of yours, or none as large; delete one first")
+            raise TooManyRobots("The service stores no more robots of this client, or none as large. Delete one first.")
         case "same":
             reply = replace(reply, status=200)
     return respond(reply)
@@ -160,6 +160,8 @@ async def delete_robot(request: Request, robot_id: RobotId) -> Response:
             audit(request, "robot_deleted", robot_id)
             return Response(status_code=204)
         case "of_another":
-            raise RobotOfAnother("only who added the robot may delete it: by the same key, or from the same address")
+            raise RobotOfAnother(
+                "Only the client that added the robot may delete it: the same key, or the same address."
+            )
         case _:
             return respond(await get_reply(request, "delete_robot", id=robot_id))

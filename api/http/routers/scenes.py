@@ -93,7 +93,9 @@ async def add_scene(request: Request, body: PlannedBody) -> Response:
         case "added":
             audit(request, "scene_added", scene_id)
         case "exists":
-            raise SceneExists(f"{scene_id} is another scene; change that one, delete it first, or choose another id")
+            raise SceneExists(
+                f"Another scene has the id {scene_id}. Change or delete that scene, or choose another id."
+            )
         case "same":
             reply = replace(reply, status=HTTPStatus.OK)
         case lacking:
@@ -121,7 +123,7 @@ async def change_scene(request: Request, scene_id: SceneId, body: PlannedBody) -
         return respond(reply)
     service, sender, content = service_of(request), client(request), reply.result
     if content.size > service.settings.max_body_bytes:
-        raise PayloadTooLarge(f"the scene would be larger than the {service.settings.max_body_bytes} bytes of a body")
+        raise PayloadTooLarge(f"The changed scene must have at most {service.settings.max_body_bytes} bytes.")
     match await service.database.write(
         SCENES.replace,
         sender.namespace,
@@ -134,7 +136,7 @@ async def change_scene(request: Request, scene_id: SceneId, body: PlannedBody) -
         case "replaced":
             audit(request, "scene_changed", scene_id)
         case "changed":
-            message = "another request has changed the scene at the same time; send this one again"
+            message = "Another request has changed the scene at the same time. Send this one again."
             raise Conflict(message, headers={"Retry-After": "1"})
         case "unknown":
             raise _unknown()
@@ -186,14 +188,16 @@ def _bounds(settings: Settings) -> Bounds:
 
 
 def _unknown() -> UnknownScene:
-    return UnknownScene("no scene has this id; GET /v1/scenes lists those that there are")
+    return UnknownScene("No stored scene has this id. GET /v1/scenes lists them.")
 
 
 def _of_another() -> SceneOfAnother:
-    return SceneOfAnother("only who added the scene may change or delete it: by the same key, or from the same address")
+    return SceneOfAnother(
+        "Only the client that added the scene may change or delete it: the same key, or the same address."
+    )
 
 
 def _no_room(lacking: str) -> TooManyScenes:
     if lacking == "full":
-        return TooManyScenes("the service keeps no more scenes; delete one first")
-    return TooManyScenes("the service keeps no more scenes of yours, or none as large; delete one first")
+        return TooManyScenes("The service stores no more scenes. Delete one first.")
+    return TooManyScenes("The service stores no more scenes of this client, or none as large. Delete one first.")

@@ -130,7 +130,7 @@ async def docs_page(request: Request) -> Response:
 async def docs_file(name: str) -> Response:
     """Answer GET /docs/{name}."""
     if name not in SWAGGER_FILES:
-        raise NotFound("there is no such file")
+        raise NotFound("No file has this path.")
     content = files("fastapi_swagger").joinpath("resources", name).read_bytes()
     return Response(content, media_type=SWAGGER_FILES[name], headers={"Cache-Control": "max-age=86400"})
 

@@ -123,7 +123,10 @@ class Connection(H11Protocol):
             self._is_surplus = True
             self._read_timer = self.loop.call_later(LINGER, self._refuse, too_many_connections(), 0.0)
         elif self.clients[self._name] > self.settings.max_connections_per_client:
-            self._refuse(TooManyRequests("you have too many connections", headers=RETRY_AFTER), linger=0.0)
+            self._refuse(
+                TooManyRequests("This client has too many connections. Retry after 1 s.", headers=RETRY_AFTER),
+                linger=0.0,
+            )
         else:
             self._watch_reading()
 
@@ -230,7 +233,7 @@ class Connection(H11Protocol):
             self.transport.close()
             return
         part = "body" if self.conn.their_state is h11.SEND_BODY else "head"
-        self._refuse(RequestTimeout(f"the {part} of the request did not arrive in time"))
+        self._refuse(RequestTimeout(f"The {part} of the request did not arrive in time."))
 
     @override
     def send_400_response(self, msg: str) -> None:
@@ -309,7 +312,7 @@ class Connection(H11Protocol):
             self.cycle.scope["state"]["stopping"] = True  # for answers that would not end by themselves
         if self.conn.their_state is h11.SEND_BODY and not self._refused:
             _cancel(self._read_timer)
-            stopping = Overloaded("the service is stopping", headers=RETRY_AFTER)
+            stopping = Overloaded("The service is stopping. Retry after 1 s.", headers=RETRY_AFTER)
             self._read_timer = self.loop.call_later(DRAIN_BODIES, self._refuse, stopping)
 
     @override
@@ -353,7 +356,7 @@ class Connection(H11Protocol):
 
 def too_many_connections() -> Overloaded:
     """Make the refusal of a connection beyond their bound."""
-    return Overloaded("there are too many connections", headers=RETRY_AFTER)
+    return Overloaded("The service has too many connections. Retry after 1 s.", headers=RETRY_AFTER)
 
 
 def _raw_answer(status: int, media_type: str, body: bytes, headers: Mapping[str, str]) -> bytes:

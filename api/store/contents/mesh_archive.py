@@ -15,7 +15,7 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
 
 from typing_extensions import override
 
-from api.base.errors import invalid
+from api.base.errors import invalid_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -63,17 +63,17 @@ class MeshArchive(Mapping[str, bytes]):
         try:
             self._archive = ZipFile(BytesIO(base64.b64decode(meshes, validate=True)))
         except binascii.Error:
-            raise _refused("it is not base64") from None
+            raise _refused("must be base64") from None
         except BROKEN:
-            raise _refused("it is no zip archive") from None
+            raise _refused("must be a zip archive") from None
         entries = [entry for entry in self._archive.infolist() if not entry.is_dir()]
         if len(entries) > MOST_FILES:
-            raise _refused(f"it has {len(entries)} files, more than {MOST_FILES}")
+            raise _refused(f"must have at most {MOST_FILES} files; got {len(entries)}")
         self._entries: dict[str, ZipInfo] = {}
         for entry in entries:
             name = _checked_name(entry)
             if name in self._entries:
-                raise _refused(f"it has two files called {_shown(name)}")
+                raise _refused(f"must have one file {_shown(name)}; got two")
             self._entries[name] = entry
         self._read: dict[str, bytes] = {}
 
@@ -98,14 +98,14 @@ def _checked_name(entry: ZipInfo) -> str:
     name = entry.orig_filename
     parts = PurePosixPath(name).parts
     if name.startswith("/") or ".." in parts or "\\" in name or ":" in name or "\0" in name:
-        raise _refused(f"its file {_shown(name)} leads out of the archive")
+        raise _refused(f"must have no file outside the archive; got {_shown(name)}")
     mode = entry.external_attr >> 16
     if mode and not stat.S_ISREG(mode) and stat.S_IFMT(mode):
-        raise _refused(f"its file {_shown(name)} is a link or a device")
+        raise _refused(f"must have regular files only; {_shown(name)} is a link or a device")
     if entry.flag_bits & 0x1:
-        raise _refused(f"its file {_shown(name)} is encrypted")
+        raise _refused(f"must have no encrypted file; got {_shown(name)}")
     if entry.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
-        raise _refused(f"its file {_shown(name)} is neither stored nor deflated")
+        raise _refused(f"must have stored or deflated files only; {_shown(name)} is neither")
     return str(PurePosixPath(name))
 
 
@@ -115,14 +115,14 @@ def _content(archive: ZipFile, entry: ZipInfo, left: int) -> bytes:
         with archive.open(entry) as file:
             content = file.read(left + 1)
     except BROKEN:
-        raise _refused(f"its file {_shown(entry.orig_filename)} is broken") from None
+        raise _refused(f"must have no broken file; got {_shown(entry.orig_filename)}") from None
     if len(content) > left:
         raise _too_large()
     return content
 
 
 def _too_large() -> InvalidRequest:
-    return _refused(f"its files have more than {MOST_BYTES} bytes once they are unpacked")
+    return _refused(f"must have at most {MOST_BYTES} bytes once unpacked")
 
 
 def _shown(name: str) -> str:
@@ -130,4 +130,4 @@ def _shown(name: str) -> str:
 
 
 def _refused(message: str) -> InvalidRequest:
-    return invalid([{"pointer": POINTER, "message": message}])
+    return invalid_at(POINTER, message)

@@ -54,7 +54,7 @@ def negotiated(requested: str | None, accept: str, forms: Mapping[str, Form]) ->
 
 def _not_acceptable(forms: Mapping[str, Form]) -> NotAcceptable:
     there_are = ", ".join(f"{name} ({form.media_type})" for name, form in forms.items())
-    return NotAcceptable(f"the formats are: {there_are}", formats=list(forms))
+    return NotAcceptable(f"`format` or `Accept` must name an available format: {there_are}.", formats=list(forms))
 
 
 def _quality(media_type: str, accept: str) -> float:

@@ -96,7 +96,7 @@ def written_report(kind: str, shown: dict[str, Any]) -> bytes:
     """
     folder = files("api").joinpath("built_page", "report")
     if not folder.joinpath("report.js").is_file():
-        raise NotAcceptable("reports need the page, which was not built when the package was installed")
+        raise NotAcceptable("Reports need the page, which was not built when the package was installed.")
     # A tag or a comment within a text would end the element that holds it, or keep it from ending.
     text = orjson.dumps(shown, option=orjson.OPT_SERIALIZE_NUMPY).decode().replace("<", "\\u003c")
     program = folder.joinpath("report.js").read_text("utf-8").replace("</script", "<\\/script")

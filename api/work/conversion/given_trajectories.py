@@ -61,7 +61,7 @@ def to_trajectory(
 
 
 def _needed(what: str) -> InvalidProblem:
-    return InvalidProblem([((what,), f"{what} are needed: the trajectory is in them")])
+    return InvalidProblem([((what,), "must be given: the interpolation reads them")])
 
 
 def from_polynomials(polynomials: Sequence[requests.JointCurve], joint_names: Sequence[str]) -> Trajectory:
@@ -73,30 +73,32 @@ def from_polynomials(polynomials: Sequence[requests.JointCurve], joint_names: Se
     """
     field: FieldPath = ("polynomials",)
     if [polynomial.joint for polynomial in polynomials] != list(joint_names):
-        raise InvalidProblem([(field, f"one a joint is needed, in the order {', '.join(joint_names)}")])
+        raise InvalidProblem([(field, f"must have one entry for each joint, in the order {', '.join(joint_names)}")])
     breakpoints = np.array(polynomials[0].breakpoints)
     lengths = np.diff(breakpoints)
     order = len(polynomials[0].coefficients[0])
     faults: list[tuple[FieldPath, str]] = []
     for j, polynomial in enumerate(polynomials):
         if polynomial.breakpoints != polynomials[0].breakpoints:
-            faults.append(((*field, j, "breakpoints"), "all joints must have the same breakpoints"))
+            faults.append(((*field, j, "breakpoints"), "must be the same for all joints"))
         if len(polynomial.coefficients) != len(lengths):
-            message = f"{len(polynomial.coefficients)} rows for {len(lengths)} pieces"
+            message = f"must have one row for each of the {len(lengths)} pieces; got {len(polynomial.coefficients)}"
             faults.append(((*field, j, "coefficients"), message))
         wrong = [i for i, row in enumerate(polynomial.coefficients) if len(row) != order]
-        faults += [((*field, j, "coefficients", i), f"all rows must have {order} coefficients") for i in wrong]
+        faults += [((*field, j, "coefficients", i), f"must have {order} coefficients, as the first row") for i in wrong]
     backwards = np.flatnonzero(lengths < 0.0)
     if len(backwards):
-        faults.append(((*field, 0, "breakpoints", int(backwards[0]) + 1), "time must increase"))
+        faults.append(
+            ((*field, 0, "breakpoints", int(backwards[0]) + 1), "must not be less than the breakpoint before it")
+        )
     elif breakpoints[-1] == breakpoints[0]:
-        faults.append(((*field, 0, "breakpoints"), "the trajectory takes no time"))
+        faults.append(((*field, 0, "breakpoints"), "must not all be equal: the trajectory would take no time"))
     if faults:
         raise InvalidProblem(faults)
     coefficients = np.array([polynomial.coefficients for polynomial in polynomials]).transpose(1, 0, 2)
     farthest = np.abs(coefficients * powers(lengths[:, None], order)).sum(axis=2)
     if beyond := np.argwhere(farthest > common.LARGEST).tolist():
-        message = f"the joint may leave the {common.LARGEST:g} rad or m to either side that positions may have"
+        message = f"must keep the position within {common.LARGEST:g} rad or m of 0"
         raise InvalidProblem([((*field, j, "coefficients", i), message) for i, j in beyond])
     pieces = np.flatnonzero(lengths > 0.0)
     ends = np.array([0.0, lengths[pieces].sum()])

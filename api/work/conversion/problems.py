@@ -85,14 +85,14 @@ def to_waypoints(
     """
     taken = sorted(OWN_FRAMES & frames.keys())
     faults: list[tuple[FieldPath, str]] = [
-        (("frames", name), f"a frame called {name} is always there") for name in taken
+        (("frames", name), "must have another name: this frame is predefined") for name in taken
     ]
     in_base = _frames_in_base(robot, frames)
     made = []
     for i, waypoint in enumerate(asked):
         frame = waypoint.frame or BASE if isinstance(waypoint, waypoints.PoseWaypoint) else BASE
         if frame not in in_base:
-            faults.append((("waypoints", i, "frame"), f"there is no frame {frame!r}; there are {', '.join(in_base)}"))
+            faults.append((("waypoints", i, "frame"), f"must be one of {', '.join(in_base)}; got {frame!r}"))
             continue
         force = waypoint.process_force
         if force is not None and (fault := _unknown_frame(force, in_base)):
@@ -113,7 +113,7 @@ def mounted(robot: Robot, mounting: common.Pose | None) -> Robot:
     if mounting is None:
         return robot
     if mounting.orientation is None:
-        raise InvalidProblem([(("mounting", "orientation"), "the mounting needs an orientation")])
+        raise InvalidProblem([(("mounting", "orientation"), "must be given")])
     return robot.derived(mounting=to_pose(mounting))
 
 
@@ -163,7 +163,7 @@ def with_process_force(robot: Robot, asked: common.ProcessForce | None) -> Robot
 def _unknown_frame(asked: common.ProcessForce, in_base: Mapping[str, Pose | None]) -> str | None:
     """Return the fault of a process force in an unknown frame."""
     known = [TOOL, *in_base]
-    return None if asked.frame in known else f"there is no frame {asked.frame!r}; there are {', '.join(known)}"
+    return None if asked.frame in known else f"must be one of {', '.join(known)}; got {asked.frame!r}"
 
 
 def _to_process_force(asked: common.ProcessForce, in_base: Mapping[str, Pose | None]) -> ProcessForce:
@@ -287,7 +287,7 @@ def to_vector(values: Sequence[float], length: int, field: FieldPath) -> FloatAr
         InvalidProblem: There are more, or fewer.
     """
     if len(values) != length:
-        raise InvalidProblem([(field, f"{len(values)} values for {length} joints")])
+        raise InvalidProblem([(field, f"must have one value for each of the {length} joints; got {len(values)}")])
     return np.array(values, dtype=np.float64)
 
 
@@ -299,7 +299,9 @@ def to_matrix(rows: Sequence[Sequence[float]], columns: int, field: FieldPath) -
     """
     wrong = [i for i, row in enumerate(rows) if len(row) != columns]
     if wrong:
-        raise InvalidProblem([((*field, i), f"{len(rows[i])} values for {columns} joints") for i in wrong])
+        raise InvalidProblem(
+            [((*field, i), f"must have one value for each of the {columns} joints; got {len(rows[i])}") for i in wrong]
+        )
     return np.array(rows, dtype=np.float64)
 
 

@@ -41,7 +41,7 @@ def to_scene(requested: scenes.Scene | str, in_world: Mapping[str, Pose], field:
     for i, thing in enumerate(requested.objects):
         at: FieldPath = (*field, "objects", i)
         if thing.frame not in in_world:
-            faults.append(((*at, "frame"), f"there is no frame {thing.frame!r}; there are {', '.join(in_world)}"))
+            faults.append(((*at, "frame"), f"must be one of {', '.join(in_world)}; got {thing.frame!r}"))
             continue
         pose = _to_pose(thing.pose).from_frame(with_axes(in_world[thing.frame]))
         shapes = _shapes(thing.shape, at, faults)
@@ -105,5 +105,5 @@ def _pieces(requested: scenes.SceneShape | scenes.SolidShape) -> tuple[Shape | P
 def _mesh(requested: scenes.MeshShape) -> Mesh:
     corners, triangles = np.array(requested.vertices), np.array(requested.triangles)
     if triangles.max() >= len(corners):
-        raise InvalidShape("triangles", f"name vertices beyond the {len(corners)} that there are")
+        raise InvalidShape("triangles", f"must name vertices below {len(corners)}, their number; got {triangles.max()}")
     return Mesh.checked(corners[triangles])

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import orjson
 
-from api.base.errors import ServiceError, invalid
-from api.base.size import has_too_many_rows, parse_json
+from api.base.errors import ServiceError, invalid, invalid_at
+from api.base.size import parse_json, refuse_many_rows
 from api.contract import batches as schemas
 from api.contract.requests import PlanRequest
 from api.work.tasks.context import validated
@@ -40,15 +40,14 @@ def of_lines(body: bytes, first: int) -> Iterator[tuple[Any, str]]:
 def of_document(context: TaskContext, most: int) -> Iterator[tuple[Any, str]]:
     """Find the requests of a body that is one document, with a list of them or a grid."""
     body = context.task.body
-    if has_too_many_rows(body, context.arguments.get("most_bytes", len(body))):
-        raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
+    refuse_many_rows(body, context.arguments.get("most_bytes", len(body)))
     document, objects = _without_objects(body)
     if isinstance(document, dict):  # what is null counts as left out
         document = {name: value for name, value in document.items() if value is not None}
     match document:
         case {"requests": list(requests), **more} if requests and not more:
             if sum(isinstance(request, dict) for request in requests) != len(objects):
-                raise invalid([{"pointer": "/requests", "message": "it is there twice"}])
+                raise invalid_at("/requests", "must be given once; got it twice")
             return _put_back(requests, objects)
         case {"grid": grid, **more} if not more:
             try:
@@ -57,7 +56,9 @@ def of_document(context: TaskContext, most: int) -> Iterator[tuple[Any, str]]:
                 faults = error.details["errors"]
                 raise invalid([fault | {"pointer": "/grid" + fault["pointer"]} for fault in faults]) from None
         case _:
-            raise invalid([{"pointer": "", "message": "it has a list of requests, not empty, or a grid, and no more"}])
+            raise invalid(
+                [{"pointer": "", "message": "The body must have non-empty `requests` or a `grid`, and nothing else."}]
+            )
 
 
 def _without_objects(body: bytes) -> tuple[Any, list[bytes]]:
@@ -96,8 +97,8 @@ def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
     """
     number = math.prod(len(field.values) for field in grid.vary)
     if number > most:
-        message = f"{number} combinations are more than the {most} requests that a batch may have"
-        raise invalid([{"pointer": "/vary", "message": message}])
+        message = f"must have at most {most} combinations; got {number}"
+        raise invalid_at("/vary", message)
     content = orjson.dumps(grid.template)
     for k, field in enumerate(grid.vary):
         try:
@@ -106,7 +107,9 @@ def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
                 raise NothingThere
             _put(orjson.loads(content), steps, None)
         except NothingThere:
-            raise invalid([{"pointer": f"/vary/{k}/pointer", "message": "a plan request has nothing there"}]) from None
+            raise invalid(
+                [{"pointer": f"/vary/{k}/pointer", "message": "must lead to a field of a plan request"}]
+            ) from None
     return _varied(content, grid.vary)
 
 
@@ -127,8 +130,8 @@ def _varied(content: bytes, vary: list[schemas.VariedField]) -> Iterator[tuple[A
             try:
                 _put(request, steps, value)
             except NothingThere:
-                message = "the template has nothing there once another field has one of its values"
-                raise invalid([{"pointer": f"/grid/vary/{k}/pointer", "message": message}]) from None
+                message = "must lead to a field of the template, whatever the values of the other varied fields"
+                raise invalid_at(f"/grid/vary/{k}/pointer", message) from None
         yield request, "/grid/template"
 
 

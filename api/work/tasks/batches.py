@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import orjson
 
-from api.base.errors import PayloadTooLarge, invalid
+from api.base.errors import PayloadTooLarge, invalid, invalid_at
 from api.base.size import parse_json
 from api.contract.parts.common import DEFAULT_DEADLINE
 from api.contract.requests import PlanRequest
@@ -62,7 +62,9 @@ def read_items(context: TaskContext) -> Reply:
         contents = _contents(itertools.islice(found, most + 1 - first), context)
         items = [_item(request, content, context) for request, content in contents]
     if first + len(items) > most:
-        raise invalid([{"pointer": "/requests", "message": f"a batch may have {most} requests"}])
+        raise invalid(
+            [{"pointer": "/requests", "message": f"must have at most {most} requests. Send several batches."}]
+        )
     chunks = [pickle.dumps(items[start : start + CHUNK]) for start in range(0, len(items), CHUNK)]
     return Reply(200, "application/octet-stream", b"", context.timings, result=chunks)
 
@@ -79,15 +81,17 @@ def _contents(found: Iterable[tuple[Any, str]], context: TaskContext) -> Iterato
     size = 0
     for number, (request, pointer) in enumerate(found, 1):
         if not isinstance(request, dict):
-            raise invalid([{"pointer": pointer, "message": "a request is an object"}])
+            raise invalid_at(pointer, "must be an object")
         content = orjson.dumps(request)
         if len(content) > most_of_one:
-            raise invalid([{"pointer": pointer, "message": f"a request may have {most_of_one} bytes"}])
+            raise invalid(
+                [{"pointer": pointer, "message": f"must have at most {most_of_one} bytes; got {len(content)}"}]
+            )
         size += len(content)
         if size > most_of_all:
             raise PayloadTooLarge(
-                f"The requests of a batch may have {most_of_all} bytes together, those of a grid one by one; the first "
-                f"{number} have {size}. Send them as several batches."
+                f"The requests of a batch must have at most {most_of_all} bytes, with each request of a grid counted; "
+                f"the first {number} have {size}. Send them as several batches."
             )
         yield request, content
 

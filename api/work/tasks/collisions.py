@@ -30,13 +30,22 @@ def check_collisions(context: TaskContext) -> Reply:
         robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
         has_trajectory = request.samples is not None or request.polynomials is not None
         if (request.positions is None) != has_trajectory:
-            raise invalid([{"pointer": "", "message": "either positions are needed, or samples or polynomials"}])
+            raise invalid(
+                [{"pointer": "", "message": "The body must have either `positions`, or `samples` or `polynomials`."}]
+            )
         if request.positions is None:
             motions = [to_trajectory(request, robot)[1]]
         else:
             motions = [at_rest(q) for q in np.atleast_2d(to_matrix(request.positions, robot.dof, ("positions",)))]
         if request.speed_zones and not has_trajectory:
-            raise invalid([{"pointer": "/speed_zones", "message": "positions do not move: a trajectory is needed"}])
+            raise invalid(
+                [
+                    {
+                        "pointer": "/speed_zones",
+                        "message": "must be given only with a trajectory: `positions` do not move",
+                    }
+                ]
+            )
         scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
         zones = to_speed_zones(request.speed_zones)
         refuse_zone_faults(scene, zones)

@@ -98,7 +98,14 @@ class TaskContext:
         request = in_scene(validated(schema, self.document, self.caps), self.arguments.get("scene"))
         deadline = getattr(request, "deadline", 0.0)
         if deadline > self.caps.max_deadline:
-            raise invalid([{"pointer": "/deadline", "message": f"at most {self.caps.max_deadline:g} s"}])
+            raise invalid(
+                [
+                    {
+                        "pointer": "/deadline",
+                        "message": f"must be at most {self.caps.max_deadline:g} s; got {deadline:g} s",
+                    }
+                ]
+            )
         return request
 
     def robot(self, request: Any) -> Robot:
@@ -140,7 +147,7 @@ def in_scene(request: Any, definition: bytes | None) -> Any:
     if not isinstance(getattr(request, "scene", None), str):
         return request
     if definition is None:
-        raise UnknownScene("no scene has this id; GET /v1/scenes lists those that there are")
+        raise UnknownScene("No stored scene has this id. GET /v1/scenes lists them.")
     return request.model_copy(update={"scene": scene_of(definition)})
 
 

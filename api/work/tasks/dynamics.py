@@ -32,7 +32,10 @@ def inverse_dynamics(context: TaskContext) -> Reply:
             for name, rows in (("velocities", request.velocities), ("accelerations", request.accelerations))
         )
         faults = [
-            {"pointer": f"/{name}", "message": f"{len(rows)} rows for {len(positions)} positions"}
+            {
+                "pointer": f"/{name}",
+                "message": f"must have one row for each of the {len(positions)} positions; got {len(rows)}",
+            }
             for name, rows in (("velocities", velocities), ("accelerations", accelerations))
             if len(rows) != len(positions)
         ]

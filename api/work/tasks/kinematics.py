@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from api.base.errors import invalid
+from api.base.errors import invalid_at
 from api.contract import kinematics as schemas
 from api.pool.messages import Reply
 from api.work.answers.kinematics import all_answer, best_answer, reachability_answer
@@ -131,10 +131,8 @@ def workspace(context: TaskContext) -> Reply:
     with context.stage("validate"):
         request = context.request(schemas.WorkspaceRequest)
         if 3 * request.samples > context.caps.max_samples:
-            limit = (
-                f"{request.samples} points of 3 values are more than the {context.caps.max_samples} values of an answer"
-            )
-            raise invalid([{"pointer": "/samples", "message": limit}])
+            limit = f"must be at most {context.caps.max_samples // 3}; got {request.samples}"
+            raise invalid_at("/samples", limit)
         robot = with_tool(context.robot(request), request.tool)
     with context.stage("plan"):
         found = kinematics.workspace(robot, request.samples, request.seed)

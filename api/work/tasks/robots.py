@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
-from api.base.errors import CatalogueRobot, invalid
+from api.base.errors import CatalogueRobot, invalid_at
 from api.base.pages import first_page
 from api.contract import robots as schemas
 from api.pool.messages import Reply
@@ -74,7 +74,7 @@ def add_robot(context: TaskContext) -> Reply:
     with context.stage("validate"):
         named = context.request(schemas.RobotDefinition)
         if named.id in catalogue_ids():
-            raise CatalogueRobot(f"{named.id} is a robot of the catalogue; choose another id")
+            raise CatalogueRobot(f"{named.id} is a robot of the catalogue. Choose another id.")
         files = MeshArchive(named.meshes) if isinstance(named, schemas.UrdfRobot) and named.meshes else {}
         model = without_name(named, context.arguments.get("definition"))
     with context.stage("plan"):
@@ -116,8 +116,8 @@ def without_name(named: Any, base: bytes | None) -> Any:
         if not isinstance(inner, schemas.DerivedModel):
             return schemas.DerivedModel(**changes | {"from": None, "definition": definition})
         inner = inner.definition
-    message = f"the robot {named.base} is derived {MOST_DERIVATIONS} times over; derive from one before it"
-    raise invalid([{"pointer": "/from", "message": message}])
+    message = f"must be derived less than {MOST_DERIVATIONS} times over. Derive from a robot before {named.base}."
+    raise invalid_at("/from", message)
 
 
 @task("get_robot_geometry")
@@ -147,12 +147,12 @@ def get_robot_geometry(context: TaskContext) -> Reply:
 def delete_robot(context: TaskContext) -> Reply:
     """Refuse DELETE /v1/robots/{id} where the server keeps no robot of this id."""
     if context.arguments["id"] in catalogue_ids():
-        raise CatalogueRobot(f"{context.arguments['id']} is a robot of the catalogue")
+        raise CatalogueRobot(f"{context.arguments['id']} is a robot of the catalogue, which cannot be deleted.")
     raise _no_such_robot()
 
 
 def _no_such_robot() -> UnknownRobot:
-    return UnknownRobot("no robot has this id; GET /v1/robots lists those that there are")
+    return UnknownRobot("No robot has this id. GET /v1/robots lists them.")
 
 
 def _summary(description: dict[str, Any]) -> dict[str, Any]:

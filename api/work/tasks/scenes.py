@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from api.base.errors import invalid
+from api.base.errors import invalid, invalid_at
 from api.contract import stored_scenes as schemas
 from api.contract.parts.scenes import MOST_ATTACHED, MOST_OBJECTS, AttachedObject, Scene, SceneObject
 from api.pool.messages import Reply
@@ -77,7 +77,7 @@ def _content(scene: Scene, requested: Scene | schemas.SceneChange) -> SceneConte
     if twice is not None:
         kind = next(kind for kind in reversed(KINDS) if (kind, twice) in places)
         pointer = f"/{kind}/{places[kind, twice]}/id"
-        raise invalid([{"pointer": pointer, "message": f"there is an object called {twice!r} already"}])
+        raise invalid_at(pointer, f"must be unique; the scene has another object {twice!r}")
     try:
         to_scene(scene, {thing.frame: HERE for thing in scene.objects}, ())
     except InvalidProblem as error:
@@ -101,14 +101,14 @@ def _changed(scene: Scene, change: schemas.SceneChange) -> Scene:
     """
     known = {thing.id for thing in scene.objects} | {held.id for held in scene.attached}
     faults = [
-        {"pointer": f"/remove/{i}", "message": f"nothing in the scene is called {name!r}"}
+        {"pointer": f"/remove/{i}", "message": f"must be the id of an object of the scene; got {name!r}"}
         for i, name in enumerate(change.remove)
         if name not in known
     ]
     objects: list[SceneObject] = _merged(SceneObject, scene.objects, change, "objects", faults)
     attached: list[AttachedObject] = _merged(AttachedObject, scene.attached, change, "attached", faults)
     faults += [
-        {"pointer": f"/{kind}", "message": f"{count} are more than the {most} that a scene may have"}
+        {"pointer": f"/{kind}", "message": f"must be at most {most} in the whole scene; got {count}"}
         for kind, count, most in (
             ("objects", len(objects), MOST_OBJECTS),
             ("attached", len(attached), MOST_ATTACHED),
@@ -143,7 +143,7 @@ def _merged(
         elif "shape" in requested:
             things[changed.id] = kind(**requested)
         else:
-            message = f"nothing in the scene is called {changed.id!r}, and a new object needs a shape"
+            message = f"must be given for a new object; the scene has no object {changed.id!r}"
             faults.append({"pointer": f"/{name}/{i}/shape", "message": message})
     return list(things.values())
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
-from api.base.errors import InvalidRequest, invalid
+from api.base.errors import InvalidRequest, invalid_at
 from api.base.size import rows_of
 from api.contract import requests
 from api.contract.comparisons import ComparedBackend
@@ -80,7 +80,7 @@ def export_trajectory(context: TaskContext) -> Reply:
     """Answer POST /v1/trajectories/export."""
     name = context.arguments["format"]
     if name is None:
-        raise invalid([{"pointer": "", "message": "the parameter format is missing"}])
+        raise invalid_at("", "The parameter `format` must be given.")
     reply = plan_trajectory(context)
 
     suffix = FORMATS[name].suffix if name in FORMATS else VIEWS[name].suffix
@@ -195,5 +195,5 @@ def refuse_too_many_rows(
     """
     rows = rows_of(duration, period)
     if rows * dof > context.caps.max_samples:
-        limit = f"{rows} rows of {dof} joints are more than the {context.caps.max_samples} values of an answer"
-        raise invalid([{"pointer": field, "message": limit}])
+        limit = f"must be longer: {rows} rows of {dof} joints exceed the {context.caps.max_samples} values of an answer"
+        raise invalid_at(field, limit)

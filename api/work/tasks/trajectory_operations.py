@@ -109,7 +109,7 @@ def retime_trajectory(context: TaskContext) -> Reply:
 def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory:
     """Put time on points, or on the positions of a trajectory."""
     if (request.points is None) == (request.trajectory is None):
-        raise InvalidProblem([(("points",), "either points or a trajectory are needed")])
+        raise InvalidProblem([(("points",), "must be given, or a `trajectory`, but not both")])
     if request.points is not None:
         points = to_matrix(request.points, robot.dof, ("points",))
     elif request.trajectory is not None:
@@ -132,22 +132,22 @@ def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
     """Stop on the path of a trajectory, or joint by joint."""
     given, state, time = request.trajectory, request.state, request.time
     if (given is None) == (state is None):
-        raise InvalidProblem([(("state",), "either a state or a trajectory and a time are needed")])
+        raise InvalidProblem([(("state",), "must be given, or a `trajectory` with a `time`, but not both")])
     if (given is None) != (time is None):
-        raise InvalidProblem([(("time",), "a trajectory needs a time, and a time needs a trajectory")])
+        raise InvalidProblem([(("time",), "must be given with a `trajectory`, and only then")])
     if given is not None and time is not None:
         _, trajectory = to_trajectory(given, robot, ("trajectory",))
         if request.mode != "joints":
             return stop_on_path(robot, trajectory, time, **_kept(request))
         if time > trajectory.duration:
-            message = f"{time:g} s is not within the trajectory, which takes {trajectory.duration:g} s"
+            message = f"must be at most the duration of the trajectory, {trajectory.duration:g} s; got {time:g} s"
             raise InvalidProblem([(("time",), message)])
         kept = _kept(request)
         enforced = bounded_quantities([trajectory]) if request.enforced is None else request.enforced
         return stop_joints(robot, JointState(*trajectory.evaluate(time)), **kept | {"enforced": enforced})
     assert state is not None  # noqa: S101 - or there was a trajectory
     if request.mode == "on_path":
-        raise InvalidProblem([(("trajectory",), "to stop on a path takes a trajectory")])
+        raise InvalidProblem([(("trajectory",), "must be given for the mode `on_path`")])
     position, velocity = (
         to_vector(getattr(state, name), robot.dof, ("state", name)) for name in ("position", "velocity")
     )
@@ -164,7 +164,7 @@ def resample_trajectory(context: TaskContext) -> Reply:
         request = context.request(schemas.ResampleRequest)
         robot = _robot(context, request)
         if request.period is not None and request.times is not None:
-            raise InvalidProblem([(("period",), "either a period or times are asked, not both")])
+            raise InvalidProblem([(("period",), "must not be given beside `times`")])
         _, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
         period = request.period or DEFAULT_PERIOD
         if request.times is None:

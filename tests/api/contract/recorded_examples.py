@@ -184,17 +184,17 @@ def problems(service: RunningService) -> dict[str, Any]:
     found["conflict"] = _conflict(service)
     found = {code: reply.json() if isinstance(reply, httpx.Response) else reply for code, reply in found.items()}
     for error in (
-        errors.RequestTimeout("the head of the request did not arrive in time"),
-        errors.TooManyRequests("you have too many connections"),
-        errors.Unauthorized("send a valid key as `Authorization: Bearer ...`"),
-        errors.Forbidden("the key does not have the scope `robots:write`"),
-        errors.TooManyRobots("there is no room for more robots; delete some"),
-        errors.TooManyScenes("the service keeps no more scenes; delete one first"),
-        errors.TooManyBatches("there is no room for more batches"),
-        errors.MemoryExceeded("the request needs more memory than a worker may use"),
-        errors.InternalError("the service failed on this request"),
-        errors.Overloaded("the queue is full; try again later"),
-        errors.DatabaseUnavailable("the database does not answer; try again later"),
+        errors.RequestTimeout("The head of the request did not arrive in time."),
+        errors.TooManyRequests("This client has too many connections. Retry after 1 s."),
+        errors.Unauthorized("Send an API key in the header `Authorization: Bearer planner_...`."),
+        errors.Forbidden("The API key must have the scope `robots:write`."),
+        errors.TooManyRobots("The service stores no more robots. Delete one first."),
+        errors.TooManyScenes("The service stores no more scenes. Delete one first."),
+        errors.TooManyBatches("This client has too many unfinished batches. Wait for one to end, or cancel one."),
+        errors.MemoryExceeded("The request needs more memory than a worker may use. Send a smaller one."),
+        errors.InternalError(),
+        errors.Overloaded("The queue is full. Retry after 1 s."),
+        errors.DatabaseUnavailable("The database does not answer. Retry after 5 s."),
     ):
         found[error.code] = orjson.loads(problem_document(error, PLAN)[1])
     for problem in found.values():
