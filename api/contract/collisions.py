@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from api.contract.parts.common import DEFAULT_DEADLINE, Answer, Deadline, FrameName, Pose, RobotId
+from api.contract.parts.common import DEFAULT_DEADLINE, Answer, Deadline, FrameName, NamedRobot, Pose, Tool
 from api.contract.parts.scenes import (  # noqa: TC001 - pydantic evaluates the annotations
     ClearancesAnswer,
     CollisionAnswer,
@@ -20,8 +20,7 @@ from api.contract.requests import GivenTrajectory, Rows
 class CollisionCheckRequest(GivenTrajectory):
     """Joint positions, or a trajectory of any origin, to check against a scene and the robot itself."""
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     scene: SceneOrId | None = None
     """The scene around it; omitted: nothing."""
     self_collision: bool | None = None
@@ -33,14 +32,12 @@ class CollisionCheckRequest(GivenTrajectory):
     """The speeds that no point of the robot may exceed near objects of the `scene`; only beside a trajectory."""
     tolerance: Annotated[float, Field(ge=2e-4, le=0.1)] = 1e-3
     """The largest distance between the two bounds of a clearance, m."""
-    tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    tool: Tool = None
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Frames by name, each with its pose in the world (m), for the objects."""
     mounting: Pose | None = None
     """The pose of the base in the world (m); omitted: the robot's own."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class CollisionResult(Answer):

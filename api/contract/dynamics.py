@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from api.contract.parts.common import DEFAULT_DEADLINE, Answer, Deadline, Payload, Pose, ProcessForce, RobotId, Schema
+from api.contract.parts.common import (
+    DEFAULT_DEADLINE,
+    Answer,
+    Deadline,
+    NamedRobot,
+    Payload,
+    Pose,
+    ProcessForce,
+    Schema,
+)
 from api.contract.requests import Rows  # noqa: TC001 - pydantic evaluates the annotations
 
 
 class InverseDynamicsRequest(Schema):
     """States of motion whose torques are requested."""
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     payload: Payload | None = None
     """The body that the robot carries; omitted: none."""
     tool: Pose | None = None
@@ -24,7 +32,6 @@ class InverseDynamicsRequest(Schema):
     accelerations: Rows | None = None
     """The joint accelerations, shape (states, joints), rad/s^2 or m/s^2; omitted: zero."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class InverseDynamicsAnswer(Answer):

@@ -13,12 +13,15 @@ from api.contract.parts.common import (
     Elbow,
     FrameName,
     JointVector,
+    Mounting,
+    NamedRobot,
     Pose,
     QuaternionOrientation,
-    RobotId,
     Schema,
     Seed,
+    SelfCollision,
     Shoulder,
+    Tool,
     Wrist,
 )
 from api.contract.parts.pictures import PictureView  # noqa: TC001 - pydantic evaluates the annotations
@@ -30,21 +33,17 @@ from api.contract.requests import InverseKinematicsOptions, Rows
 class ForwardKinematicsRequest(Schema):
     """A request for the tool poses of joint positions."""
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     positions: Rows
     """The joint positions, shape (positions, joints), rad or m."""
-    tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    tool: Tool = None
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class InverseKinematicsRequest(Schema):
     """A request for the joint positions of poses."""
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     poses: Annotated[list[Pose], Field(min_length=1)]
     """The poses of the tool in the base frame (m)."""
     solutions: Literal["best", "all"] = "best"
@@ -55,8 +54,7 @@ class InverseKinematicsRequest(Schema):
     reference: JointVector | None = None
     """A joint position, one value for each joint, rad or m. Omitted: for the first pose any solution may be the best,
     and `all` sorts by the distance from the middle of the limits."""
-    tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    tool: Tool = None
     tolerance_position: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
     """The largest position error, m."""
     tolerance_orientation: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
@@ -64,9 +62,7 @@ class InverseKinematicsRequest(Schema):
     scene: SceneOrId | None = None
     """The scene with objects and attached objects: collision-free solutions come first, and the answer marks the
     others. Omitted: no scene."""
-    self_collision: bool | None = None
-    """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
-    kinematics."""
+    self_collision: SelfCollision = None
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Frames by name, each with its pose in the world (m), for the objects of the scene."""
     mounting: Pose | None = None
@@ -74,66 +70,53 @@ class InverseKinematicsRequest(Schema):
     seed: Seed = 0
     """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class ReachabilityRequest(Schema):
     """A request for the reachability of waypoints."""
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     waypoints: Annotated[list[Waypoint], Field(min_length=1)]
     """The waypoints, as in a plan request; motions, transitions, times and limits are ignored."""
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints; `base` and `world` are
     predefined. Without a mounting the base is the world."""
-    mounting: Pose | None = None
-    """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
-    tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    mounting: Mounting = None
+    tool: Tool = None
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
     """Options of the inverse kinematics; whole turns are chosen nearest to the reference, or to the middle of the
     limits."""
     scene: SceneOrId | None = None
     """The scene with objects and attached objects: collision-free solutions come first, and the answer says whether
     there is one. Objects that are picked up or put down at a waypoint are ignored. Omitted: no scene."""
-    self_collision: bool | None = None
-    """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
-    kinematics."""
+    self_collision: SelfCollision = None
     seed: Seed = 0
     """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class JacobianRequest(Schema):
     """A request for the Jacobian at a joint position."""
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     position: JointVector
     """The joint position, one value a joint, rad or m."""
-    tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    tool: Tool = None
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class WorkspaceRequest(Schema):
     """A request for the workspace of a robot."""
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     samples: Annotated[int, Field(ge=1, le=100_000)] = 1000
     """The number of points in the answer; the extremes do not depend on it."""
     seed: Seed = 0
     """The seed of the random joint positions; the same seed gives the same points."""
-    tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    tool: Tool = None
     view: PictureView = "isometric"
     """The view of a picture of the points (`?format=svg`, `png`)."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class AnsweredPose(Answer):

@@ -16,13 +16,16 @@ from api.contract.parts.common import (
     FrameName,
     JointVector,
     Limits,
+    Mounting,
+    NamedRobot,
     Number,
     Payload,
     Pose,
-    RobotId,
     Schema,
     Seconds,
     Seed,
+    SelfCollision,
+    Tool,
 )
 from api.contract.parts.pictures import Picture  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.scenes import SceneOrId, SpeedZones  # noqa: TC001 - pydantic evaluates the annotations
@@ -108,8 +111,7 @@ Include = TypeAliasType(
 class TrajectoryRequest(Schema):
     """The planning problem without the back end: a robot, its waypoints, limits and options."""
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     waypoints: Annotated[list[Waypoint], Field(min_length=1)]
     """The waypoints in order; the robot starts at rest at the first and ends at rest at the last. A waypoint at the
     joint position of the one before (within 1e-9 rad or m) is merged with it under the stricter transition. A warning
@@ -120,13 +122,11 @@ class TrajectoryRequest(Schema):
     segment."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
     """Options of the inverse kinematics of poses and relative moves."""
-    tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    tool: Tool = None
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints; `base` and `world` are
     predefined. Without a mounting the base is the world."""
-    mounting: Pose | None = None
-    """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
+    mounting: Mounting = None
     payload: Payload | None = None
     """The payload until a waypoint changes it; omitted: none."""
     duration: Seconds | None = None
@@ -140,9 +140,7 @@ class TrajectoryRequest(Schema):
     scene: SceneOrId | None = None
     """The scene with objects and attached objects. The plan is proved collision-free at all times, and its certificate
     reports the `clearance`. Omitted: no scene."""
-    self_collision: bool | None = None
-    """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
-    kinematics."""
+    self_collision: SelfCollision = None
     speed_zones: SpeedZones = Field(default_factory=list)
     """Speed limits of every point of the robot near objects of the `scene`. The trajectory is slowed on its own path,
     and the certificate reports `speed_zones`. This is not a safety function."""
@@ -153,7 +151,6 @@ class TrajectoryRequest(Schema):
     seed: Seed = 0
     """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class PlanRequest(TrajectoryRequest):
@@ -257,8 +254,7 @@ class ValidateRequest(GivenTrajectory):
     The limits of the tool's speed are always enforced.
     """
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     limits: Limits = Limits()
     """The limits to check against; omitted limits are the robot's own."""
     initial_velocity: JointVector | None = None
@@ -269,10 +265,7 @@ class ValidateRequest(GivenTrajectory):
     """The joint velocities after the trajectory, rad/s or m/s; omitted: rest."""
     scene: SceneOrId | None = None
     """The scene to check against, in the world or the base frame. Omitted: no scene."""
-    self_collision: bool | None = None
-    """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
-    kinematics."""
+    self_collision: SelfCollision = None
     speed_zones: SpeedZones = Field(default_factory=list)
     """Speed limits of every point of the robot near objects of the `scene`."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""

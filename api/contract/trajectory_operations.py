@@ -23,11 +23,12 @@ from api.contract.parts.common import (
     JointVector,
     Limits,
     Moments,
+    Mounting,
+    NamedRobot,
     Number,
     Payload,
-    Pose,
-    RobotId,
     Schema,
+    Tool,
     Vector3,
 )
 from api.contract.parts.scenes import SceneOrId, SpeedZones  # noqa: TC001
@@ -73,14 +74,11 @@ IncludeOfOperation = TypeAliasType(
 class OperationRequest(Schema):
     """What all operations on trajectories share: the robot, the limits of the answer and its form."""
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     limits: Limits = Limits()
     """The limits that the answer keeps; omitted limits are the robot's own."""
-    tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
-    mounting: Pose | None = None
-    """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
+    tool: Tool = None
+    mounting: Mounting = None
     payload: Payload | None = None
     """The body that the robot carries; omitted: none."""
     scene: SceneOrId | None = None
@@ -96,7 +94,6 @@ class OperationRequest(Schema):
     include: Annotated[list[IncludeOfOperation], Field(max_length=16)] = Field(default_factory=list)
     """What else the answer should hold; each makes it larger."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class EditRequest(OperationRequest):
@@ -107,7 +104,7 @@ class EditRequest(OperationRequest):
     that jumps bounds no derivative: where accelerations jump, no jerk is bounded, and its limit is only reported."""
 
 
-SamplePeriod = Annotated[float, Field(ge=1e-6, le=LARGEST)]
+SamplePeriod = Annotated[float, Field(ge=1e-6, le=LARGEST, description="The time between two rows of the answer, s.")]
 
 
 class ReverseRequest(EditRequest):
@@ -116,7 +113,6 @@ class ReverseRequest(EditRequest):
     trajectory: GivenTrajectory
     """The trajectory."""
     sample_period: SamplePeriod = 0.01
-    """The time between two rows of the answer, s."""
 
 
 class SliceRequest(EditRequest):
@@ -129,7 +125,6 @@ class SliceRequest(EditRequest):
     end: Number | None = None
     """When the slice ends, s from the start of the trajectory; omitted: at its end."""
     sample_period: SamplePeriod = 0.01
-    """The time between two rows of the answer, s."""
 
 
 class JoinRequest(EditRequest):
@@ -141,7 +136,6 @@ class JoinRequest(EditRequest):
     """The largest distance of a joint at the start of a trajectory from the end of the one before, rad or m. The later
     one is shifted to begin there. Velocities must meet but for rounding."""
     sample_period: SamplePeriod = 0.01
-    """The time between two rows of the answer, s."""
 
 
 class ResampleRequest(EditRequest):
@@ -149,7 +143,7 @@ class ResampleRequest(EditRequest):
 
     trajectory: GivenTrajectory
     """The trajectory."""
-    period: SamplePeriod | None = None
+    period: Annotated[float, Field(ge=1e-6, le=LARGEST)] | None = None
     """The time between two rows of the answer, s, the last of which is at the end; omitted: 0.01, or what `times`
     says."""
     times: Annotated[list[Number], Field(min_length=1, max_length=MOST_ROWS, fail_fast=True)] | None = None
@@ -171,7 +165,6 @@ class RetimeRequest(OperationRequest):
     """The largest distance of a joint from the points and the straight lines between them, rad or m. Smaller noise
     vanishes, and corners are rounded; noise that is larger has to be followed, which is slow."""
     sample_period: SamplePeriod = 0.01
-    """The time between two rows of the answer, s."""
 
 
 class GivenJointState(Schema):
@@ -188,8 +181,7 @@ class GivenJointState(Schema):
 class MaxPayloadRequest(Schema):
     """A trajectory, and the centre of mass of the payload whose largest mass is requested."""
 
-    robot: RobotId
-    """The id of a robot, as GET /v1/robots lists them."""
+    robot: NamedRobot
     trajectory: GivenTrajectory
     """The trajectory."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
@@ -204,13 +196,11 @@ class MaxPayloadRequest(Schema):
     mass."""
     carried: Payload | None = None
     """The body that the robot carries already, such as a gripper; omitted: none."""
-    mounting: Pose | None = None
-    """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
+    mounting: Mounting = None
     limits: Limits = Limits()
     """The limits of torque, RMS torque and power. Limits that are omitted are the robot's own, and limits that do not
     depend on the payload do not count."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class MaxPayloadAnswer(Answer):
@@ -246,7 +236,6 @@ class StopRequest(EditRequest):
     as its limits let it, which may leave the path. Omitted: on the path of a trajectory, from a state joint by
     joint."""
     sample_period: SamplePeriod = 0.01
-    """The time between two rows of the answer, s."""
 
 
 class AnsweredJointState(Answer):

@@ -61,8 +61,8 @@ JointVector = Annotated[list[Number], Field(min_length=1, max_length=64)]
 JointLimits = Annotated[list[Limit], Field(min_length=1, max_length=64)]
 LimitRange = Annotated[list[Annotated[float, Field(ge=-1e9, le=1e9)]], Field(min_length=2, max_length=2)]
 JointRanges = Annotated[list[LimitRange], Field(min_length=1, max_length=64)]
-Deadline = Annotated[float, Field(gt=0.0, le=LARGEST)]
 RobotId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
+NamedRobot = Annotated[RobotId, Field(description="The id of a robot, as GET /v1/robots lists them.")]
 FrameName = Annotated[str, Field(min_length=1, max_length=200)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
 
@@ -150,6 +150,15 @@ class Pose(Schema):
             object.__setattr__(self, "quaternion_xyzw", None)
         return self
 
+
+GIVES_UP = "The time after which the service gives up, s from the arrival of the request."
+Deadline = Annotated[float, Field(gt=0.0, le=LARGEST, description=GIVES_UP)]
+OF_TOOL = "The pose of the tool centre point in the tip frame (m); omitted: the robot's own."
+Tool = Annotated[Pose | None, Field(description=OF_TOOL)]
+OF_BASE = "The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."
+Mounting = Annotated[Pose | None, Field(description=OF_BASE)]
+OF_ITSELF = "Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its kinematics."
+SelfCollision = Annotated[bool | None, Field(description=OF_ITSELF)]
 
 Shoulder = Literal["left", "right"]
 Elbow = Literal["up", "down"]
