@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from typing_extensions import override
 
+from api.base.json_pointers import to_pointer
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -253,15 +255,16 @@ def _pointer(location: tuple[int | str, ...], error: str, document: Any) -> str:
     """Write the JSON pointer of a pydantic location, which names members of unions besides the keys of the data."""
     steps = (*location, "kind") if error in OF_THE_KIND else location
     missing = len(steps) - 1 if error in ("missing", *OF_THE_KIND) else None
-    pointer, tagged = "", False
+    place: list[str | int] = []
+    tagged = False
     for i, step in enumerate(steps):
         is_there = _has(document, step)
         if isinstance(document, dict) and document.get("kind") == step and not tagged:
             tagged = True
         elif is_there or i == missing:
-            pointer += "/" + str(step).replace("~", "~0").replace("/", "~1")
+            place.append(step)
             document, tagged = document[step] if is_there else None, False
-    return pointer[:LONGEST_POINTER]
+    return to_pointer(place)[:LONGEST_POINTER]
 
 
 def _has(document: Any, step: int | str) -> bool:

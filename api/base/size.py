@@ -9,6 +9,7 @@ from typing import Any
 import orjson
 
 from api.base.errors import LONGEST_POINTER, invalid_at
+from api.base.json_pointers import to_pointer
 
 MOST_FIELDS = 64
 """The most fields of one object in a request; the schema with the most has less than 20."""
@@ -134,5 +135,4 @@ def size_faults(document: Any, max_waypoints: int, max_samples: int) -> list[dic
 
 
 def _fault(path: tuple[str | int, ...], message: str) -> dict[str, str]:
-    pointer = "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in path)
-    return {"pointer": pointer[:LONGEST_POINTER], "message": message}
+    return {"pointer": to_pointer(path)[:LONGEST_POINTER], "message": message}

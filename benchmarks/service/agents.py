@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import tempfile
 from collections import Counter
 from pathlib import Path
@@ -12,6 +11,7 @@ import anyio
 import numpy as np
 from mcp.client.client import Client
 
+from api.base.json_pointers import changed
 from cli.agents.server import planner_server
 from cli.local_service import local_service
 from planner.kinematics import forward_kinematics
@@ -132,22 +132,6 @@ def _too_heavy(robot: Robot, rng: np.random.Generator) -> dict[str, Any]:
     return request | {"payload": {"mass": robot.rated_payload * rng.uniform(1.05, 3.0)}}
 
 
-def changed(request: dict[str, Any], remedy: dict[str, Any]) -> dict[str, Any]:
-    """Return a request with the change of a remedy: a JSON pointer, and the value to put there."""
-    better = copy.deepcopy(request)
-    *parents, last = (word.replace("~1", "/").replace("~0", "~") for word in remedy["change"].split("/")[1:])
-    part: Any = better
-    for word in parents:
-        part = part[int(word)] if isinstance(part, list) else part.setdefault(word, {})
-    if isinstance(part, list):
-        part[int(last)] = remedy["value"]
-    elif remedy["value"] is None:
-        part.pop(last, None)
-    else:
-        part[last] = remedy["value"]
-    return better
-
-
 async def follow_remedies(client: Client, kind: str, request: dict[str, Any]) -> Ended:
     """Call the tool until there is a plan, no remedy, or `MOST_CALLS` are made."""
     codes: list[str] = []
@@ -160,7 +144,7 @@ async def follow_remedies(client: Client, kind: str, request: dict[str, Any]) ->
         remedies = problem.get("remedies") or []
         if not remedies:
             break
-        request = changed(request, remedies[0])
+        request = changed(request, remedies[0]["change"], remedies[0]["value"])
     return Ended(kind, len(codes), False, tuple(codes))
 
 

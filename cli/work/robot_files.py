@@ -100,7 +100,7 @@ def named_robot(name: str, options: FileOptions = NO_OPTIONS) -> NamedRobot:
     path = Path(name)
     is_described = path.is_file() and path.suffix == ".json"
     if (is_described or not path.is_file()) and options != NO_OPTIONS:
-        message = f"must be a URDF, xacro or MJCF file, for the options given; got {name}"
+        message = f"must be a URDF, xacro or MJCF file where options are given; got {name}"
         raise invalid_at("/robot", message)
     if not path.is_file():
         return NamedRobot(name)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import copy
 import json
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from api.base.json_pointers import changed
 from tests.locations import ROOT
 from tests.robots_extra import need_robot
 
@@ -15,17 +15,6 @@ if TYPE_CHECKING:
     from tests.api.conftest import RunningService
 
 DEFECTS = ROOT / "tests" / "data" / "defects"
-
-
-def changed(body: dict[str, Any], pointer: str, value: Any) -> dict[str, Any]:
-    """Return the request with a new value at a JSON pointer; null unsets an optional field."""
-    result = copy.deepcopy(body)
-    *way, last = pointer.removeprefix("/").split("/")
-    holder: Any = result
-    for step in way:
-        holder = holder[int(step) if isinstance(holder, list) else step]
-    holder[int(last) if isinstance(holder, list) else last] = value
-    return result
 
 
 @pytest.mark.parametrize("kind", ["auto", "cubic", "ruckig", "toppra", "trapezoidal"])

@@ -79,7 +79,7 @@ def test_a_sweep_varies_fields_whose_objects_the_template_leaves_out(service: Ru
     ("arguments", "told"),
     [
         (["sweep", "FILE", "--vary", "/waypoints/9/duration=[1]"], "/grid/vary/0/pointer"),
-        (["sweep", "FILE", "--vary", "/backend=cubic"], "no JSON list"),
+        (["sweep", "FILE", "--vary", "/backend=cubic"], "must be a JSON list"),
         (["sweep", "FILE", "--vary", "/no/such/field=[1]"], "/grid/vary/0/pointer"),
         (["batch", "FILE", "--format", "of_nobody"], "not_acceptable"),
         (["batch", "no such file"], "does not exist"),

@@ -11,6 +11,7 @@ import numpy as np
 import orjson
 
 from api.base.errors import ServiceError, invalid, invalid_at
+from api.base.json_pointers import NothingThere, put, steps_of
 from api.base.size import parse_json, refuse_many_rows
 from api.contract import batches as schemas
 from api.contract.requests import PlanRequest
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
 
 ESCAPED = re.compile(rb"\\.", re.DOTALL)
 """An escaped character in a string."""
-
-INDEX = re.compile("0|[1-9][0-9]{0,8}")
-"""An index of an array in a JSON pointer."""
 
 STEPS = {ord("["): 1, ord("{"): 1, ord("]"): -1, ord("}"): -1}
 """The change of the depth in a document by a character."""
@@ -102,19 +100,15 @@ def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
     content = orjson.dumps(grid.template)
     for k, field in enumerate(grid.vary):
         try:
-            steps = _steps_of(field.pointer)
+            steps = steps_of(field.pointer)
             if len(steps) > 1 and steps[0] not in PlanRequest.model_fields:
                 raise NothingThere
-            _put(orjson.loads(content), steps, None)
+            put(orjson.loads(content), steps, None)
         except NothingThere:
             raise invalid(
                 [{"pointer": f"/vary/{k}/pointer", "message": "must lead to a field of a plan request"}]
             ) from None
     return _varied(content, grid.vary)
-
-
-class NothingThere(Exception):
-    """A pointer leads to nothing."""
 
 
 def _varied(content: bytes, vary: list[schemas.VariedField]) -> Iterator[tuple[Any, str]]:
@@ -123,44 +117,13 @@ def _varied(content: bytes, vary: list[schemas.VariedField]) -> Iterator[tuple[A
     Raises:
         InvalidRequest: A value of one field takes away what another pointer leads into.
     """
-    paths = [_steps_of(field.pointer) for field in vary]
+    paths = [steps_of(field.pointer) for field in vary]
     for combination in itertools.product(*(field.values for field in vary)):
         request = orjson.loads(content)
         for k, (steps, value) in enumerate(zip(paths, combination, strict=True)):
             try:
-                _put(request, steps, value)
+                put(request, steps, value)
             except NothingThere:
                 message = "must lead to a field of the template, whatever the values of the other varied fields"
                 raise invalid_at(f"/grid/vary/{k}/pointer", message) from None
         yield request, "/grid/template"
-
-
-def _steps_of(pointer: str) -> list[str]:
-    """Take a JSON pointer apart (RFC 6901, Section 4)."""
-    return [step.replace("~1", "/").replace("~0", "~") for step in pointer.split("/")[1:]]
-
-
-def _put(document: Any, steps: list[str], value: Any) -> None:
-    """Put a value into a document; objects on the way to it that the document leaves out are made.
-
-    Raises:
-        NothingThere: A step leads to no field of an object and to no entry of an array.
-    """
-    for step in steps[:-1]:
-        if isinstance(document, dict) and document.get(step) is None:
-            document[step] = {}
-        document = document[_key_of(document, step)]
-    document[_key_of(document, steps[-1])] = value
-
-
-def _key_of(document: Any, step: str) -> str | int:
-    """Read a step of a pointer as a name or an index; `-1` and `00` are no indices.
-
-    Raises:
-        NothingThere: It can be neither.
-    """
-    if isinstance(document, dict):
-        return step
-    if isinstance(document, list) and INDEX.fullmatch(step) and int(step) < len(document):
-        return int(step)
-    raise NothingThere

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 from typing import TYPE_CHECKING, Any
+
+from api.base.json_pointers import changed
 
 if TYPE_CHECKING:
     from planner.robots import Robot
@@ -47,7 +48,7 @@ def is_precise(robot: Robot, request: dict[str, Any], problem: dict[str, Any]) -
         assert len(problem["pair"]) == 2
     for remedy in [*(problem.get("remedies") or []), *(problem.get("hints") or [])]:
         assert remedy["explanation"]
-        with_remedy(request, remedy)
+        changed(request, remedy["change"], remedy["value"])
 
 
 def with_remedies(request: dict[str, Any], remedies: list[dict[str, Any]], chosen: int) -> dict[str, Any]:
@@ -58,29 +59,5 @@ def with_remedies(request: dict[str, Any], remedies: list[dict[str, Any]], chose
 
     for remedy in remedies:
         if remedy is remedies[chosen] or group(remedy) == group(remedies[chosen]) is not None:
-            request = with_remedy(request, remedy)
+            request = changed(request, remedy["change"], remedy["value"])
     return request
-
-
-def with_remedy(request: dict[str, Any], remedy: dict[str, Any]) -> dict[str, Any]:
-    """Return the request with a remedy's change."""
-    changed = copy.deepcopy(request)
-    parent, key = _parent_of(changed, remedy["change"])
-    if isinstance(parent, list) and key == len(parent):
-        parent.append(remedy["value"])
-    else:
-        parent[key] = remedy["value"]
-    return changed
-
-
-def _parent_of(request: Any, pointer: str) -> tuple[Any, Any]:
-    """Return the parent of the place that a JSON pointer names, and the key there, which may be absent."""
-    if not pointer:
-        return {"": request}, ""
-    assert pointer.startswith("/"), pointer
-    *way, last = (part.replace("~1", "/").replace("~0", "~") for part in pointer[1:].split("/"))
-    for part in way:
-        if isinstance(request, dict) and request.get(part) is None:
-            request[part] = {}
-        request = request[int(part)] if isinstance(request, list) else request[part]
-    return request, int(last) if isinstance(request, list) else last
