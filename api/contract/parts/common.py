@@ -157,7 +157,10 @@ OF_TOOL = "The pose of the tool centre point in the tip frame (m); omitted: the 
 Tool = Annotated[Pose | None, Field(description=OF_TOOL)]
 OF_BASE = "The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."
 Mounting = Annotated[Pose | None, Field(description=OF_BASE)]
-OF_ITSELF = "Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its kinematics."
+OF_ITSELF = (
+    "Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its "
+    "kinematics."
+)
 SelfCollision = Annotated[bool | None, Field(description=OF_ITSELF)]
 
 Shoulder = Literal["left", "right"]

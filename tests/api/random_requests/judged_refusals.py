@@ -36,7 +36,8 @@ def is_precise(robot: Robot, request: dict[str, Any], problem: dict[str, Any]) -
         assert problem["errors"]
         for fault in problem["errors"]:
             assert fault["message"]
-            _parent_of(request, fault["pointer"])
+            if fault["pointer"]:
+                changed(request, fault["pointer"], None)
     count = len(request.get("waypoints", []))
     if count:
         assert problem.get("waypoint") is None or 0 <= problem["waypoint"] < count
