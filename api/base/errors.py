@@ -198,6 +198,11 @@ class UnsupportedMediaType(ServiceError, code="unsupported_media_type", title="T
 class MemoryExceeded(ServiceError, code="memory_exceeded", title="The request needs too much memory"):
     """A worker ran out of the memory that it may use."""
 
+    def __init__(
+        self, message: str = "The request needs more memory than a worker may use. Send a smaller one."
+    ) -> None:
+        super().__init__(message)
+
 
 class InternalError(ServiceError, code="internal_error", title="The service failed"):
     """A fault of the service; the log has the rest."""

@@ -147,9 +147,7 @@ class WorkerPool:
             MemoryExceeded: The worker died because there was no memory left for it.
             InternalError: The worker died of the task.
         """
-        late = DeadlineExceeded(
-            f"the deadline passed before there was an answer; {what_to_do(self._caps.max_deadline)}"
-        )
+        late = DeadlineExceeded(f"The deadline passed before the answer. {what_to_do(self._caps.max_deadline)}")
         if time.monotonic() >= task.deadline:
             raise late
         job = Job(task, kind, self._costs.expected(kind, task.client), hold)
@@ -298,7 +296,7 @@ class WorkerPool:
                 job.was_interrupted = True
                 self._repeat(job, worker)
             elif worker.exit_code == NO_MEMORY_FOR_A_LIBRARY:
-                _fail(job, MemoryExceeded("the request needs more memory than a worker may use"))
+                _fail(job, MemoryExceeded())
             else:
                 _fail(job, InternalError())
         else:

@@ -134,10 +134,7 @@ def execute(task: Task, caps: Caps) -> Reply:
         reply = _refused(refusal, context)
     except Exception as error:  # noqa: BLE001 - the boundary of the process: nothing may leave it but a reply
         if wants_memory(error):
-            reply = _refused(
-                errors.MemoryExceeded("The request needs more memory than a worker may use. Send a smaller one."),
-                context,
-            )
+            reply = _refused(errors.MemoryExceeded(), context)
         else:
             reply = _refused(errors.InternalError(), context)
             reply = replace(reply, failure=where_from(error))

@@ -240,9 +240,9 @@ class Connection(H11Protocol):
         """Refuse what cannot be parsed."""
         if len(self.conn.trailing_data[0]) > self.settings.max_header_bytes:
             most = self.settings.max_header_bytes
-            self._refuse(HeaderTooLarge(f"the head of a request may have {most} bytes"))
+            self._refuse(HeaderTooLarge(f"The head of a request must have at most {most} bytes."))
         else:
-            self._refuse(MalformedRequest("this is no HTTP/1.1 request"))
+            self._refuse(MalformedRequest("The request must follow HTTP/1.1."))
 
     def _refuse(self, error: ServiceError, linger: float = LINGER) -> None:
         """Send a problem document in place of the application's answer, and end the connection."""
@@ -276,7 +276,7 @@ class Connection(H11Protocol):
         if self._refused:
             return False
         if is_cut and self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
-            self._refuse(MalformedRequest("the request has no end"), linger=0.0)
+            self._refuse(MalformedRequest("The request ended before it was complete."), linger=0.0)
         elif under_way and is_first:
             self._probe()
         return under_way and not self._refused

@@ -191,7 +191,7 @@ def problems(service: RunningService) -> dict[str, Any]:
         errors.TooManyRobots("The service stores no more robots. Delete one first."),
         errors.TooManyScenes("The service stores no more scenes. Delete one first."),
         errors.TooManyBatches("This client has too many unfinished batches. Wait for one to end, or cancel one."),
-        errors.MemoryExceeded("The request needs more memory than a worker may use. Send a smaller one."),
+        errors.MemoryExceeded(),
         errors.InternalError(),
         errors.Overloaded("The queue is full. Retry after 1 s."),
         errors.DatabaseUnavailable("The database does not answer. Retry after 5 s."),
