@@ -332,7 +332,7 @@ def mcp(
 
 def main() -> None:
     """Run the command line; a fault of its own ends with status 70 (sysexits) and one line, without values."""
-    from api.base.failures import where_from
+    from api.base.logs import where_from
 
     try:
         app()

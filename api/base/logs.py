@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
+import traceback
 import warnings
 from pathlib import PurePath
 from typing import TYPE_CHECKING, cast
@@ -71,3 +72,10 @@ def _log_warning(
     """Log a warning of a library, without the path of its file: that is nobody's business but the host's."""
     where = f"{PurePath(filename).name}:{lineno}"
     structlog.get_logger().warning("library_warning", category=category.__name__, message=str(message), where=where)
+
+
+def where_from(error: BaseException) -> str:
+    """Name the type of an exception and the lines it passed, without paths, and without its text: a caller's values."""
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [f"{f.name} ({PurePath(f.filename).name}:{f.lineno})" for f in reversed(frames)]
+    return " < ".join([type(error).__name__, *lines])

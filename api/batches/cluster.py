@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import structlog
 
-from api.base.failures import where_from
+from api.base.logs import where_from
 from api.base.version import service_version
 from api.batches.planners import ChunkSize
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import structlog
 
 from api.base.errors import DatabaseUnavailable, InternalError
-from api.base.failures import where_from
+from api.base.logs import where_from
 from api.base.problem_documents import MEDIA_TYPE, problem_document
 from api.batches.planners import Chunk, seconds_of
 from api.pool.messages import Reply

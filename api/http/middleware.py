@@ -13,7 +13,7 @@ from starlette.requests import ClientDisconnect
 
 from api.base.content_policies import security_headers
 from api.base.errors import InternalError, ServiceError
-from api.base.failures import where_from
+from api.base.logs import where_from
 from api.base.problem_documents import MEDIA_TYPE, problem_document
 from api.http.access.access import client_by_address
 from api.http.transport.senders import request_id

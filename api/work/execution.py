@@ -11,7 +11,7 @@ import orjson
 
 from api.base import errors
 from api.base.codings import NAMES, Coding, compress
-from api.base.failures import where_from
+from api.base.logs import where_from
 from api.base.problem_documents import MEDIA_TYPE
 from api.contract.examples.request_examples import request_examples
 from api.pool.messages import Reply, Task

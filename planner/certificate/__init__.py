@@ -3,6 +3,7 @@
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, Clearance, ClearanceReport, at_rest, certify_clearance
 from planner.certificate.samples import certify_interpolation, certify_samples, interpolated, interpolation_of
+from planner.certificate.sampling import worst_overshoot
 from planner.certificate.speed_zones import SpeedZoneCheck, certify_speed_zones
 from planner.certificate.trajectories import certify, certify_polynomials
 
@@ -22,4 +23,5 @@ __all__ = [
     "certify_speed_zones",
     "interpolated",
     "interpolation_of",
+    "worst_overshoot",
 ]

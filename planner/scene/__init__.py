@@ -1,6 +1,6 @@
 """Obstacles around a robot, and proved distances of its pieces: at joint positions and along motions."""
 
-from planner.scene.carried import segment_scenes
+from planner.scene.carried import checker_at_waypoints, segment_scenes
 from planner.scene.checker import CONTACT_TOLERANCE, CollisionChecker
 from planner.scene.continuous import Budget, Clearances, Nearest, clearances
 from planner.scene.joint_positions import PositionCollision, collisions_at, edge, is_free
@@ -20,6 +20,7 @@ __all__ = [
     "PositionCollision",
     "Scene",
     "SceneObject",
+    "checker_at_waypoints",
     "clearances",
     "collisions_at",
     "edge",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from api.work.answers.values import pose_answer
-from planner.certificate.sampling import worst_overshoot
+from planner.certificate import worst_overshoot
 from planner.constraints import VELOCITY_AT_POSITION
 from planner.dynamics import SegmentDynamics
 from planner.export import ExportOptions

@@ -17,7 +17,7 @@ import ormsgpack
 from planner.certificate import ClearanceReport
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.speed_zones import SpeedZoneCheck
-from planner.free_motion.detours import Detour, Gain, with_detours
+from planner.free_motion import Detour, Gain, with_detours
 from planner.paths import JointPath, dynamics_of, solve_path
 from planner.plans.result import Plan
 from planner.problems.blend_radii import blend_radii, with_blend_radii

@@ -11,8 +11,7 @@ from api.work.conversion.poses import to_pose, with_axes
 from planner.errors import InvalidProblem
 from planner.scene import AttachedObject, PointCloud, Scene, SceneObject
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, InvalidShape, Shape, Sphere
-from planner.shapes.meshes.files import tight_mesh_pieces
-from planner.shapes.meshes.mesh import InvalidMesh, Mesh
+from planner.shapes.meshes import InvalidMesh, Mesh, tight_mesh_pieces
 from planner.spatial import Pose
 from planner.speed_zones import SpeedZone
 

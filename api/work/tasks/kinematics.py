@@ -33,8 +33,7 @@ from planner.kinematics import (
     with_whole_turns,
 )
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.scene import is_free
-from planner.scene.carried import checker_at_waypoints
+from planner.scene import checker_at_waypoints, is_free
 from planner.waypoints.reachability import reachability as check_reachability
 
 if TYPE_CHECKING:

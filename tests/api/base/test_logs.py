@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from api.base.failures import where_from
+from api.base.logs import where_from
 from tests.locations import ROOT
 
 WARNS = """
