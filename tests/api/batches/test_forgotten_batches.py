@@ -84,7 +84,7 @@ def test_who_reads_a_batch_that_is_forgotten_meanwhile_is_told_so(
         app = SimpleNamespace(state=SimpleNamespace(service=service))
         scope = {"type": "http", "method": "GET", "path": "/", "headers": [], "query_string": b"", "app": app}
         scope |= {"state": {"client": Client("127.0.0.1")}}
-        with pytest.raises(UnknownBatch, match="no batch has this id"):
+        with pytest.raises(UnknownBatch, match="No stored batch has this id"):
             await read(Request(scope), batch_id)
 
     asyncio.run(run())

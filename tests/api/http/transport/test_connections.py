@@ -92,7 +92,7 @@ def test_what_is_not_sent_to_its_end_is_given_up(wary: RunningService, sent: byt
     answer = received(connect(wary, sent))
     refusal = problem(answer[answer.rindex(b"HTTP/1.1 ") :])
     assert (refusal["code"], refusal["status"]) == ("request_timeout", 408)
-    assert f"the {part} of the request" in refusal["detail"]
+    assert f"The {part} of the request" in refusal["detail"]
 
 
 def test_a_body_that_comes_in_drops_is_given_up(wary: RunningService) -> None:

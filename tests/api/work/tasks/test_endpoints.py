@@ -479,7 +479,7 @@ def test_head_is_get_without_the_body(service: RunningService, path: str) -> Non
 def test_a_deadline_that_passed_says_what_to_do(service: RunningService) -> None:
     answer = service.post("/v1/trajectories", plan_request(deadline=1e-9))
     assert answer.status_code == 504
-    for hint in ("larger `deadline`", "at most 60 s", "fewer waypoints", "another back end"):
+    for hint in ("Raise `deadline`", "at most 60 s", "fewer waypoints", "another back end"):
         assert hint in answer.json()["detail"]
 
 
