@@ -12,6 +12,7 @@ from planner.constraints import (
     TOOL,
     TORQUE,
     TORQUE_AT_SPEED,
+    TORQUE_WITH_TOLERANCES,
     TOTAL_POWER,
     VELOCITY_AT_POSITION,
     Bounds,
@@ -133,7 +134,10 @@ class SegmentLimits:
         """The constraints that are limited anywhere, and their limits (segments, columns)."""
         one: dict[Constraint, FloatArray] = {TOOL[quantity]: limit for quantity, limit in self.of_tool.items()}
         one |= self.further
-        of_joints = [(TORQUE, self.torque)] if np.isfinite(self.torque.upper).any() else []
+        of_joints: list[tuple[Constraint, Bounds]] = []
+        if np.isfinite(self.torque.upper).any():
+            narrower = Bounds.of_magnitudes(self.torque.narrower)
+            of_joints = [(TORQUE, self.torque), (TORQUE_WITH_TOLERANCES, narrower)]
         joints = self.torque.upper.shape[1]
         counts = {own: joints if own.of_joints else 1 for own in one}
         columns = {own: np.broadcast_to(limit.T, (counts[own], len(limit))).T for own, limit in one.items()}

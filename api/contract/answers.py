@@ -130,14 +130,15 @@ class Check(Answer):
 
     quantity: str
     """The quantity: `position`, `velocity`, `velocity_at_position`, `acceleration`, `jerk`, `torque`,
-    `torque_at_speed`, `rms_torque`, `power`, `total_power` (of all joints). Of the tool: `tcp_linear_velocity`,
-    `tcp_angular_velocity`, `tcp_linear_acceleration`, `tcp_angular_acceleration`, `tcp_centripetal_acceleration`
-    (across the path), `tcp_linear_jerk`, `tcp_angular_jerk`. Deviations of the tool from the requested path:
-    `path_position_deviation`, `path_orientation_deviation`, `blend_deviation`. With `min_effort`, the deviation from
-    straight joint motions: `tool_deviation` of the tool, m, and `joint_deviation` of the farthest joint, rad or m.
-    Errors against the request: `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations,
-    minimum durations and dwells, s. The tool has `waypoint_position_error`, m, and `waypoint_orientation_error`, rad,
-    at pose and relative waypoints."""
+    `torque_at_speed`, `torque_with_tolerances` (the largest with any payload within its tolerances), `rms_torque`,
+    `power`, `total_power` (of all joints). Of the tool: `tcp_linear_velocity`, `tcp_angular_velocity`,
+    `tcp_linear_acceleration`, `tcp_angular_acceleration`, `tcp_centripetal_acceleration` (across the path),
+    `tcp_linear_jerk`, `tcp_angular_jerk`. Deviations of the tool from the requested path: `path_position_deviation`,
+    `path_orientation_deviation`, `blend_deviation`. With `min_effort`, the deviation from straight joint motions:
+    `tool_deviation` of the tool, m, and `joint_deviation` of the farthest joint, rad or m. Errors against the request:
+    `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations, minimum durations and dwells,
+    s. The tool has `waypoint_position_error`, m, and `waypoint_orientation_error`, rad, at pose and relative
+    waypoints."""
     joint: str | None
     """The name of the joint with the largest share of its limit; null: the quantity belongs to the tool."""
     peak: float

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.certificate.checks import Certificate, Check
-from planner.constraints import Bounds, measures
+from planner.constraints import TORQUE, Bounds, measures
 from planner.constraints.bounded import KIND_OF, bounded_peaks
-from planner.constraints.peaks import SampledConstraints
+from planner.constraints.peaks import SampledConstraints, values_of
 from planner.constraints.rms_torque import bound_rms_torque
-from planner.dynamics import SegmentDynamics, inverse_dynamics
+from planner.dynamics import SegmentDynamics
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
 from planner.kinematics.forward import JointStates
 from planner.quantities import MEASURES
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 MOST_CONTINUOUS = 4
 """Order of the highest derivative whose continuity is looked into, less than `DERIVATIVES`."""
 
-FORCES = ("torque", "torque_at_speed")
+FORCES = ("torque", "torque_at_speed", "torque_with_tolerances")
 """Quantities that have a bound although the velocity may jump: the certificate has no impulses of torque."""
 
 MISS = 1e-6
@@ -196,9 +196,10 @@ def _constraint_checks(
             found = _constraint_check(constraint, peak, limited, trajectory, enforced, smooth)
             if constraint.of_shares and found.limit is not None:
                 found = _as_shown(found, constraint, peak, limited.dynamics, derivatives, int(segments[peak.piece]))
-            if constraint.counts_at_rest:
+            if constraint is TORQUE:
                 found = _by_direction(found, peak, limited, segments, derivatives, limits)
-                found = _held_at_changes(found, trajectory, dynamics, limits)
+            if constraint.counts_at_rest:
+                found = _held_at_changes(constraint, found, trajectory, dynamics, limits)
             checks.append(found)
 
     bounded = SampledConstraints(dynamics, [own for own in limits.constraints if own[0] in KIND_OF], rows)
@@ -345,7 +346,9 @@ def _of_torque(check: Check, joint: int, torque: FloatArray, used: FloatArray) -
     return replace(check, peak=peak, limit=peak / ratio, ratio=ratio, lower=None if check.lower is None else peak)
 
 
-def _held_at_changes(check: Check, trajectory: Trajectory, dynamics: SegmentDynamics, limits: SegmentLimits) -> Check:
+def _held_at_changes(
+    constraint: Constraint, check: Check, trajectory: Trajectory, dynamics: SegmentDynamics, limits: SegmentLimits
+) -> Check:
     """Return the check of torque, or that of rest where the payload changes if it uses more.
 
     During the rest, the limits of the segment before hold, with the payload of either segment.
@@ -353,9 +356,9 @@ def _held_at_changes(check: Check, trajectory: Trajectory, dynamics: SegmentDyna
     last = len(limits.torque.upper) - 1
     for waypoint, robot in dynamics.changes:
         time = float(trajectory.arrivals[waypoint])
-        (position,) = trajectory.evaluate(time, [0])
+        position = trajectory.evaluate(np.array([time]), [0])[0]
         still = np.zeros_like(position)
-        torque = inverse_dynamics(robot, position, still, still) if robot.has_dynamics else still
+        torque = values_of(constraint, JointStates(robot, position, still, still))[0]
         used = np.maximum(
             limits.torque.used(np.array(waypoint - 1), torque),
             limits.torque.used(np.array(min(waypoint, last)), torque),

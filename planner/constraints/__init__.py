@@ -4,12 +4,14 @@ from planner.constraints.bounds import Bounds, measures
 from planner.constraints.constraint import Constraint, Rows
 from planner.constraints.quantities import POWER, TOOL, TORQUE, TOTAL_POWER, VELOCITY_AT_POSITION
 from planner.constraints.torque_at_speed import TORQUE_AT_SPEED
+from planner.constraints.torque_with_tolerances import TORQUE_WITH_TOLERANCES
 
 __all__ = [
     "POWER",
     "TOOL",
     "TORQUE",
     "TORQUE_AT_SPEED",
+    "TORQUE_WITH_TOLERANCES",
     "TOTAL_POWER",
     "VELOCITY_AT_POSITION",
     "Bounds",

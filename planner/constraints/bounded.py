@@ -8,6 +8,8 @@ import numpy as np
 
 from planner.constraints.quantities import POWER, TOOL, TORQUE, TOTAL_POWER
 from planner.constraints.torque_at_speed import TORQUE_AT_SPEED
+from planner.constraints.torque_with_tolerances import TORQUE_WITH_TOLERANCES
+from planner.dynamics.payload_tolerances import payload_tolerances
 from planner.errors import InvalidProblem
 from planner.kernels.bounded_peaks import KINDS, BoundedPeaks, Columns, Motion, ToolChain, bound_peaks
 from planner.kernels.library import TooManySamples
@@ -27,7 +29,8 @@ if TYPE_CHECKING:
     from planner.trajectories.extrema import UnitPolynomials
 
 KIND_OF: Mapping[Constraint, int] = {
-    own: KINDS.index(own.name) for own in (TORQUE, TORQUE_AT_SPEED, POWER, TOTAL_POWER, *TOOL.values())
+    own: KINDS.index(own.name)
+    for own in (TORQUE, TORQUE_AT_SPEED, TORQUE_WITH_TOLERANCES, POWER, TOTAL_POWER, *TOOL.values())
 }
 """The constraints whose peaks are bounded, and their kinds in the kernels."""
 
@@ -123,7 +126,8 @@ def _tool_chain(robot: Robot) -> ToolChain:
     """Return the chain of joints that move the tool, for the kernels."""
     frame = robot.model.frames[robot.tool_frame_id]
     tool = frame.placement
-    return ToolChain(robot.chain, int(frame.parentJoint), tool.translation.copy(), tool.rotation.T.copy())
+    joints, axes = int(frame.parentJoint), tool.rotation.T.copy()
+    return ToolChain(robot.chain, joints, tool.translation.copy(), axes, payload_tolerances(robot))
 
 
 def _pieces_of_curves(robot: Robot) -> FloatArray:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 NAMED = {
     "torque_at_speed": "torque (by speed)",
+    "torque_with_tolerances": "torque (within payload tolerances)",
     "power": "power",
     "total_power": "the total power",
     "velocity_at_position": "velocity (by position)",

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
 from planner.kernels.library import call, doubles, indices
-from planner.kernels.serial_chain import LOAD_NUMBERS
+from planner.kernels.serial_chain import LINK_NUMBERS, LOAD_NUMBERS
 
 if TYPE_CHECKING:
     from planner.kernels.serial_chain import SerialChain
@@ -25,6 +25,7 @@ KINDS = (
     "power",
     "total_power",
     "torque_at_speed",
+    "torque_with_tolerances",
     "path_position_deviation",
     "path_orientation_deviation",
 )
@@ -40,6 +41,29 @@ WISH_NUMBERS = 4
 """Numbers that say how accurate a bound is: the size of the structure `Wish` of the kernels."""
 
 
+class Spread(Protocol):
+    """Chains whose torques generate what may be added to the torques of another one.
+
+    Attributes:
+        chains: The links (chains, joints, `LINK_NUMBERS`).
+        weights: (generators, chains): a generator is the sum of the torques of the chains by these factors. It may be
+            added times any number from -1 to 1.
+        load: The `SerialChain.load` of these chains.
+    """
+
+    @property
+    def chains(self) -> FloatArray:
+        """The links."""
+
+    @property
+    def weights(self) -> FloatArray:
+        """The factors."""
+
+    @property
+    def load(self) -> FloatArray:
+        """The load."""
+
+
 class ToolChain(NamedTuple):
     """A serial chain with its tool.
 
@@ -48,12 +72,14 @@ class ToolChain(NamedTuple):
         tool_joints: The number of joints that move the tool.
         tool: (3,), m: the tool centre point in the frame of the last of these joints.
         axes: (3, 3): the axes of the tool in that frame, one in each row.
+        spread: What may be added to torques; None: nothing.
     """
 
     chain: SerialChain
     tool_joints: int
     tool: FloatArray
     axes: FloatArray
+    spread: Spread | None = None
 
 
 class Motion(NamedTuple):
@@ -185,6 +211,7 @@ def bound_peaks(
         doubles(wish, WISH_NUMBERS),
         curves.shape[2],
         doubles(curves, 3, joints, curves.shape[2]),
+        *_spread(arm.spread, joints),
         found.reached,
         found.bound,
         found.pieces,
@@ -192,3 +219,12 @@ def bound_peaks(
         found.columns,
     )
     return found
+
+
+def _spread(spread: Spread | None, joints: int) -> tuple[int, int, FloatArray, FloatArray, FloatArray]:
+    """Return the sizes and arrays of a spread for the kernel."""
+    if spread is None:
+        return 0, 0, *np.zeros((3, 1))
+    generators, chains = spread.weights.shape
+    links = doubles(spread.chains, chains, joints, LINK_NUMBERS)
+    return generators, chains, doubles(spread.weights, generators, chains), links, doubles(spread.load, LOAD_NUMBERS)

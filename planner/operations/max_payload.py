@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from planner.certificate import certify
+from planner.constraints import TORQUE, TORQUE_WITH_TOLERANCES
 from planner.dynamics import heaviest_mass, inverse_dynamics
 from planner.dynamics.inverse import check_dynamics
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
@@ -58,13 +59,15 @@ def max_payload(
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0),
     center_of_mass_tolerance: tuple[float, float, float] = (0.0, 0.0, 0.0),
     inertia: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    inertia_tolerance: float = 0.0,
     limits: Limits = Limits(),
 ) -> MaxPayload:
     """Find the heaviest payload with which a trajectory keeps its torque limits.
 
     Torques are affine in the mass for a given center of mass. A linear program in the mass over the torques at samples
     gives an upper bound. Below it, the certificate's largest share of a limit, between samples too, is a convex
-    function of the mass. Its root is the answer. Limits by speed, of RMS torque and of power count, too.
+    function of the mass. Its root is the answer. Limits by speed, of RMS torque and of power count, too, for centers of
+    mass at the corners of the box.
 
     Args:
         robot: The robot, with its tool and present payload.
@@ -73,6 +76,7 @@ def max_payload(
         center_of_mass_tolerance: Half the sizes (x, y, z), m, of a box about the center of mass. The mass is carried
             with any center of mass in it.
         inertia: Principal moments (ixx, iyy, izz) of the payload about its center of mass, kg m^2, whatever its mass.
+        inertia_tolerance: Largest difference of each moment from `inertia`, as a share of it.
         limits: Limits besides the robot's; the limits of torque, RMS torque and power count.
 
     Returns:
@@ -88,9 +92,11 @@ def max_payload(
     center, tolerance = np.array(center_of_mass), np.array(center_of_mass_tolerance)
     corners = np.unique(center + tolerance * np.array(list(product((-1.0, 1.0), repeat=3))), axis=0)
     bodies = [Payload(0.0, (x, y, z), inertia) for x, y, z in corners.tolist()]
+    whole = Payload(0.0, center_of_mass, inertia, 0.0, center_of_mass_tolerance, inertia_tolerance)
 
     def worst(mass: float) -> Check:
-        checks = [_heaviest_check(robot.with_payload(replace(body, mass=mass)), trajectory, limits) for body in bodies]
+        tried = [replace(body, mass=mass) for body in ([*bodies, whole] if whole.has_tolerances else bodies)]
+        checks = [_heaviest_check(robot.with_payload(body), trajectory, limits) for body in tried]
         return max(checks, key=lambda check: check.ratio or 0.0)
 
     light = worst(0.0)
@@ -117,7 +123,8 @@ def max_payload(
         mass = brentq(lambda mass: (worst(mass).ratio or 0.0) - 1.0, 0.0, most, xtol=SMALLEST, rtol=0.1 * ACCURACY)
     while not (heaviest := worst(mass)).satisfied:
         mass *= 1.0 - 0.5 * ACCURACY
-    return MaxPayload(mass, heaviest.quantity, heaviest.joint, heaviest.time)
+    limited_by = TORQUE.name if heaviest.quantity == TORQUE_WITH_TOLERANCES.name else heaviest.quantity
+    return MaxPayload(mass, limited_by, heaviest.joint, heaviest.time)
 
 
 def _heaviest_check(robot: Robot, trajectory: Trajectory, limits: Limits) -> Check:
@@ -126,7 +133,9 @@ def _heaviest_check(robot: Robot, trajectory: Trajectory, limits: Limits) -> Che
     Raises:
         InvalidProblem: There is no such limit.
     """
-    quantities = BY_MASS if robot.payload_table is None else (*BY_MASS, "acceleration", "jerk")
+    quantities = {*BY_MASS, TORQUE_WITH_TOLERANCES.name}
+    if robot.payload_table is not None:
+        quantities |= {"acceleration", "jerk"}
     certificate = certify(robot, trajectory, limits=limits, enforced=("torque",))
     checks = [own for own in certificate.checks if own.quantity in quantities and own.ratio is not None]
     if not checks:

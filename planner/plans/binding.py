@@ -67,7 +67,8 @@ def _with_fields(check: Check, problem: PlanningProblem, trajectory: Trajectory)
 
 def _fields(check: Check, problem: PlanningProblem, segment: int) -> Iterator[FieldPath]:
     """Yield the fields that set the limit of a check on a segment; none if they set another one."""
-    robot, quantity, limit = problem.robot, check.quantity, check.limit or 0.0
+    robot, quantity = problem.robot, check.quantity.removesuffix("_with_tolerances")
+    limit = check.limit or 0.0
     joint = None if check.joint is None else robot.joint_names.index(check.joint)
     requested = [
         (("limits",), problem.limits),
@@ -105,7 +106,7 @@ def _of_joint(
 ) -> Iterator[FieldPath]:
     """Yield the fields that set the limit of a joint in a direction; none if they set another one."""
     robot, table, carried = problem.robot, problem.robot.payload_table, problem.payloads[segment]
-    mass = robot.payload_mass + (0.0 if carried is None else carried.mass)
+    mass = robot.payload_mass + (0.0 if carried is None else carried.largest_mass)
     factor = 1.0 if table is None else table.factor(quantity, mass)
     own = robot.bounds(quantity)[side, joint]
     values: dict[FieldPath, float] = {("robot", quantity): abs(float(own)) * factor}

@@ -11,6 +11,7 @@ from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends
 from planner.limits import SMALLEST, TOO_SMALL, limit_faults
 from planner.problems.motion_around import FreeMotion
+from planner.problems.payload_faults import payload_faults, tolerance_faults
 from planner.problems.problem import CircularMotion, JointMotion, LinearMotion, PolylineMotion, SplineMotion
 from planner.problems.rated_payload import refuse_payload_above_rating
 from planner.problems.stop_faults import action_faults, objects_handled_faults, process_force_faults, tool_faults
@@ -86,8 +87,6 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     yield from speed_zone_faults(problem.scene, problem.speed_zones)
     if not 0.0 <= problem.start_tolerance < np.inf:
         yield ("start_tolerance",), "must be finite and not negative"
-    if problem.payload is not None and not problem.payload.mass >= SMALLEST:
-        yield ("payload", "mass"), TOO_SMALL
     if not waypoints:
         yield ("waypoints",), "must have at least one waypoint"
     yield from waypoint_faults(robot, waypoints, problem.inverse_kinematics)
@@ -162,12 +161,17 @@ def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]
 
 
 def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
-    """Find payloads that are too light, or that change where the robot does not stop."""
+    """Find payloads that are no bodies, that change where the robot does not stop, or whose tolerances cannot count."""
+    if problem.payload is not None:
+        yield from payload_faults(problem.payload, ("payload",))
+    uncertain = [payload for payload in (problem.payload, *problem.payloads) if payload and payload.has_tolerances]
+    if uncertain or problem.robot.uncertain_payloads:
+        yield from tolerance_faults(problem.robot, problem.all_limits)
     before = problem.payload
     for i, (waypoint, payload) in enumerate(zip(problem.waypoints, problem.payloads, strict=True)):
         field = "waypoints", i, "payload"
-        if waypoint.payload is not None and not waypoint.payload.mass >= SMALLEST:
-            yield (*field, "mass"), TOO_SMALL
+        if waypoint.payload is not None:
+            yield from payload_faults(waypoint.payload, field)
         if waypoint.payload is not None and waypoint.put_down:
             yield field, "cannot be combined with put_down; a new payload replaces the one carried"
         if payload != before and not isinstance(waypoint.transition, StopTransition):
@@ -190,13 +194,14 @@ def _refuse_heavy_payloads(problem: PlanningProblem) -> None:
     ]
     if not waypoints or problem.payloads[0] is problem.payload:
         carried.insert(0, (("payload",), 0, problem.payload))
-    heavy = [((*field, "mass"), i, body.mass) for field, i, body in carried if body is not None]
+    heavy = [((*field, "mass"), i, body.largest_mass) for field, i, body in carried if body is not None]
+    tolerances = [body.mass_tolerance for _, _, body in carried if body is not None]
     _, waypoint, mass = max(heavy, key=lambda one: one[2], default=((), 0, 0.0))
     spare = (robot.rated_payload or 0.0) - robot.payload_mass
     lighter = [
-        Remedy(field, spare, "the mass that the rating of the robot allows")
-        for field, _, own in heavy
-        if own > spare >= SMALLEST
+        Remedy(field, spare - tolerance, "the mass that the rating of the robot allows")
+        for (field, _, own), tolerance in zip(heavy, tolerances, strict=True)
+        if own > spare >= SMALLEST + 2.0 * tolerance
     ]
     refuse_payload_above_rating(robot, robot.payload_mass + mass, waypoint, lighter)
 

@@ -364,7 +364,7 @@ class PlanningProblem:
     def segment_limits(self) -> SegmentLimits:
         """Return the limits in force on each segment; of a single waypoint, those while the robot rests there."""
         own = tuple(waypoint.limits for waypoint in self.waypoints[1:]) or (None,)
-        masses = [0.0 if payload is None else payload.mass for payload in self.payloads[: len(own)]]
+        masses = [0.0 if payload is None else payload.largest_mass for payload in self.payloads[: len(own)]]
         return segment_limits(self.robot, self.limits, own, masses)
 
     @cached_property

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from planner.errors import Finding
     from planner.robots.collision.geometry import CollisionGeometry
+    from planner.robots.payload import Payload
     from planner.robots.process_force import ProcessForce
     from planner.robots.varying.payload_table import PayloadTable
     from planner.spatial import FloatArray, Pose
@@ -154,6 +155,7 @@ class RobotDescription:
     payload_mass: float = 0.0
     payload_table: PayloadTable | None = None
     process_force: ProcessForce | None = None
+    uncertain_payloads: tuple[Payload, ...] = ()
     notes: tuple[str, ...] = ()
     followers: tuple[Follower, ...] = ()
     findings: tuple[Finding, ...] = ()

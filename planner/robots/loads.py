@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -10,6 +10,7 @@ import pinocchio as pin
 from planner.kernels.serial_chain import NO_FORCE, SerialChain
 
 if TYPE_CHECKING:
+    from planner.robots.description import RobotDescription
     from planner.robots.payload import Payload
     from planner.robots.process_force import ProcessForce
     from planner.spatial import Pose
@@ -35,13 +36,14 @@ def model_with_tool(model: pin.Model, tip_frame: int, pose: Pose, frame: str) ->
     return model
 
 
-def model_with_payload(model: pin.Model, tip_frame: int, payload: Payload) -> pin.Model:
-    """Return a model with a payload on its tip frame in addition to its own."""
-    tip = (model := model.copy()).frames[tip_frame]
+def fields_with_payload(robot: RobotDescription, tip_frame: int, payload: Payload) -> dict[str, Any]:
+    """Return the fields of a robot that change with a payload on its tip frame, in addition to its own."""
+    tip = (model := robot.model.copy()).frames[tip_frame]
     body = pin.Inertia(payload.mass, np.array(payload.center_of_mass), np.diag(payload.inertia))
     model.appendBodyToJoint(tip.parentJoint, body, tip.placement)
     tip.inertia += body
-    return model
+    mass, uncertain = robot.payload_mass + payload.largest_mass, (payload,) * payload.has_tolerances
+    return {"model": model, "payload_mass": mass, "uncertain_payloads": robot.uncertain_payloads + uncertain}
 
 
 def loaded_chain(model: pin.Model, turns: np.ndarray, tool_frame: int, force: ProcessForce | None) -> SerialChain:

@@ -20,7 +20,7 @@ from planner.robots.derived.own_limits import checked_positions, checked_table, 
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
 from planner.robots.findings import Findings
-from planner.robots.loads import loaded_chain, model_with_payload, model_with_tool
+from planner.robots.loads import fields_with_payload, loaded_chain, model_with_tool
 from planner.robots.urdf.arm import PlanningGroup
 from planner.robots.urdf.reader import read_urdf
 from planner.spatial import as_pose
@@ -75,9 +75,10 @@ class Robot(PickledByFields, RobotDescription):
         external_axes: Names of the first joints that carry the base of the arm, such as a rail; none: it stands still.
         rated_payload: The largest payload for which the maker builds the robot, tool included, kg; None: unknown.
         rated_payload_source: The document that `rated_payload` comes from; None: it is unknown.
-        payload_mass: The mass that `with_payload` has put on the robot, kg.
+        payload_mass: The largest mass that `with_payload` has put on the robot, kg.
         payload_table: Factors on the acceleration and jerk limits by the payload mass; None: none.
         process_force: The force that the tool exerts, which is part of all torques; None: none.
+        uncertain_payloads: The payloads with tolerances that `with_payload` has put on the robot.
         notes: Notes on the model for a person; only robots of the catalogue have them.
         followers: Mimic joints of a URDF that follow one of the joints once that is locked.
         findings: Warnings and remarks about the model, by its reader.
@@ -392,8 +393,7 @@ class Robot(PickledByFields, RobotDescription):
         Returns:
             The same robot with this payload in addition to its own.
         """
-        model = model_with_payload(self.model, self.tip_frame_id, payload)
-        return replace(self, model=model, payload_mass=self.payload_mass + payload.mass)
+        return replace(self, **fields_with_payload(self, self.tip_frame_id, payload))
 
 
 def _text(document: str | Path) -> str:

@@ -94,9 +94,9 @@ def refuse_what_gravity_exceeds(
     Args:
         dynamics: The robot on each segment.
         segments: Index (...,) of the segment of each row.
-        gravity: Torques (..., joints) without motion, N m or N.
-        middle: The middle (..., joints) between the lower and the upper torque limits, N m or N.
-        half: Their distance (..., joints) from there.
+        gravity: Torques (..., rows) without motion, N m or N; each joint has as many rows.
+        middle: The middle (..., rows) between the lower and the upper torque limits, N m or N.
+        half: Their distance (..., rows) from there.
 
     Raises:
         LimitsUnsatisfiable: Gravity alone reaches a torque limit.
@@ -107,8 +107,10 @@ def refuse_what_gravity_exceeds(
         limit = abs(middle[worst] + np.copysign(half[worst], beyond[worst]))
         segment = int(segments[worst[:-1]])
         robot = dynamics.robot_on(segment)
-        joint = robot.joint_names[worst[-1]]
+        joint = robot.joint_names[worst[-1] * robot.dof // gravity.shape[-1]]
         standing = "gravity alone" if robot.process_force is None else "gravity with the process force"
+        if robot.uncertain_payloads:
+            standing += ", within the tolerances of the payload,"
         raise LimitsUnsatisfiable(
             f"{standing} asks {abs(gravity[worst]):.6g} of {joint} on segment {{segment}}, "
             f"its torque limit is {limit:.6g}",

@@ -238,6 +238,10 @@ Moments = Annotated[
 """Principal moments of inertia, kg m^2."""
 
 
+BoxSizes = Annotated[list[Annotated[float, Field(ge=0.0, le=LARGEST)]], Field(min_length=3, max_length=3)]
+"""Half the sizes x, y, z of a box, m."""
+
+
 class ProcessForce(Schema):
     """A constant force and moment that the tool exerts on the workpiece at the tool centre point."""
 
@@ -259,3 +263,17 @@ class Payload(Schema):
     """The center of mass x, y, z in the tip frame, m; omitted: its origin."""
     inertia: Moments = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """The moments of inertia ixx, iyy, izz about the center of mass, in the axes of the tip frame, kg m^2."""
+    mass_tolerance: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
+    """The largest difference of the mass from `mass`, kg, at most `mass`. Torque limits hold for every payload within
+    the tolerances; the certificate has the check `torque_with_tolerances`. They cannot be combined with limits of power
+    and RMS torque, nor with torque curves."""
+    center_of_mass_tolerance: BoxSizes = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Half the sizes x, y, z of a box about `center_of_mass` that contains the center of mass, m."""
+    inertia_tolerance: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    """The largest difference of each moment from `inertia`, as a share of it: 0.2 is 20 %."""
+
+    @model_validator(mode="after")
+    def _with_a_positive_mass(self) -> Self:
+        if self.mass_tolerance > self.mass:
+            raise ValueError(f"`mass_tolerance` must be at most `mass`, {self.mass:g}; got {self.mass_tolerance:g}")
+        return self

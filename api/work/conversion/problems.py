@@ -178,7 +178,9 @@ def to_payload(payload: common.Payload) -> Payload:
     """Make a payload."""
     x, y, z = payload.center_of_mass
     ixx, iyy, izz = payload.inertia
-    return Payload(payload.mass, (x, y, z), (ixx, iyy, izz))
+    a, b, c = payload.center_of_mass_tolerance
+    tolerances = payload.mass_tolerance, (a, b, c), payload.inertia_tolerance
+    return Payload(payload.mass, (x, y, z), (ixx, iyy, izz), *tolerances)
 
 
 def to_limits(limits: common.Limits) -> Limits:

@@ -95,6 +95,7 @@ def max_payload(context: TaskContext) -> Reply:
             center_of_mass=(x, y, z),
             center_of_mass_tolerance=(dx, dy, dz),
             inertia=(ixx, iyy, izz),
+            inertia_tolerance=request.inertia_tolerance,
             limits=to_limits(request.limits),
         )
     return context.reply({"robot": request.robot, **vars(found)})

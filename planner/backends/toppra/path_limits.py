@@ -99,9 +99,9 @@ def _sampled(
     for k, (constraint, bounds) in enumerate(limited):
         by_u, by_x, rest = found[3 * k : 3 * k + 3]
         middle, half = (values[segments] for values in bounds.centred)
+        middle, half = (np.repeat(values, by_u.shape[2] // values.shape[2], axis=2) for values in (middle, half))
         if constraint.counts_at_rest:
             refuse_what_gravity_exceeds(dynamics, segments, rest, middle, half)
-        middle, half = (np.repeat(values, by_u.shape[2] // values.shape[2], axis=2) for values in (middle, half))
         parts.append((by_u / half, by_x / half, np.clip((rest - middle) / half, -MOST_GRAVITY, MOST_GRAVITY)))
     return parts
 

@@ -8,7 +8,7 @@
 
 enum Kind : int64_t {  // KINDS of planner/kernels/bounded_peaks.py
     TORQUE, LINEAR_VELOCITY, ANGULAR_VELOCITY, LINEAR_ACCELERATION, ANGULAR_ACCELERATION, CENTRIPETAL, LINEAR_JERK, ANGULAR_JERK,
-    POWER, TOTAL_POWER, TORQUE_AT_SPEED, PATH_POSITION, PATH_ORIENTATION
+    POWER, TOTAL_POWER, TORQUE_AT_SPEED, TORQUE_WITH_TOLERANCES, PATH_POSITION, PATH_ORIENTATION
 };
 
 // Columns: what they are of, and the middle between their limits and the distance of these from there on each piece.
@@ -16,6 +16,8 @@ struct Columns { int64_t count, quantities; const int64_t *kind, *joint, *quanti
 // Torque curves: from the end of the piece before up to `end`, the limit at a speed is `torque` - `slope` speed; each is
 // (joints, pieces), and unused pieces begin at an infinite speed.
 struct TorqueLines { int64_t pieces; const double *end, *torque, *slope; };
+// What may be added to torques: each generator, a sum of the torques of chains by weights, times a number from -1 to 1.
+struct Spread { int64_t generators, chains; const double *weights, *links, *load; };
 // The requested paths of the tool, and which of them a piece follows.
 struct Paths { const PartsOfPath* of_piece; const double* paths; };
 struct Wish { double known_to, decided_at, least_radius, most_intervals; };  // WISH_NUMBERS of planner/kernels/bounded_peaks.py
@@ -37,24 +39,26 @@ struct BoundSearch {
     const Paths& paths;
     const Wish& wish;
     const TorqueLines& lines;
+    const Spread& spread;
     Bounded& found;
     Hulls hulls;
     ToolMotion tool;
     Scratch<TurnedBody> bodies;
-    Scratch<Taylor> states, forces;
+    Scratch<Taylor> states, forces, added;  // added: (1 + generators, joints), the first for one chain
     Scratch<V> shifted;
     Interval *now = nullptr, *next = nullptr;
     double* open = nullptr;  // bounds (intervals, quantities) of now that could still be lowered
     Deviations deviations;
-    bool needs_torques = false, needs_paths = false;
+    bool needs_torques = false, needs_spread = false, needs_paths = false;
     int orders = 0, count = 1;
 
     BoundSearch(const ToolChain& arm, const Pieces& motion, const double* bernstein, const Columns& columns, const Paths& paths,
-                const Wish& wish, const TorqueLines& lines, Bounded& found)
-        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), paths(paths), wish(wish), lines(lines), found(found),
-          bodies(arm.joints), states(4 * arm.joints), forces(arm.joints), shifted(2 * motion.order) {
+                const Wish& wish, const TorqueLines& lines, const Spread& spread, Bounded& found)
+        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), paths(paths), wish(wish), lines(lines), spread(spread), found(found),
+          bodies(arm.joints), states(4 * arm.joints), forces(arm.joints), added((1 + spread.generators) * arm.joints), shifted(2 * motion.order) {
         for (int64_t c = 0; c < columns.count; c++)
             switch (columns.kind[c]) {
+                case TORQUE_WITH_TOLERANCES: needs_spread = true; [[fallthrough]];
                 case TORQUE: case POWER: case TOTAL_POWER: case TORQUE_AT_SPEED: needs_torques = true; break;
                 case PATH_POSITION: case PATH_ORIENTATION: needs_paths = true; break;
                 case LINEAR_VELOCITY: case ANGULAR_VELOCITY: orders = orders > 1 ? orders : 1; break;
@@ -151,6 +155,7 @@ struct BoundSearch {
         if (needs_torques)
             torques<true, true, true>(joints, reinterpret_cast<const Link*>(arm.links), *reinterpret_cast<const Load*>(arm.load), bodies.data,
                                       states.data + joints, states.data + 2 * joints, forces.data);
+        if (needs_spread) find_spread();
         if (orders) move_tool(arm.tool_joints, bodies.data, states.data, joints, orders, arm.tool, tool);
         if (needs_paths) {
             PartsOfPath own[W];
@@ -161,6 +166,7 @@ struct BoundSearch {
         for (int64_t c = 0; c < columns.count; c++) {
             const int64_t kind = columns.kind[c];
             if (kind == CENTRIPETAL) { bound_bends(c, intervals, used, bounds); continue; }
+            if (kind == TORQUE_WITH_TOLERANCES) { bound_with_spread(c, intervals, used, bounds); continue; }
             if (kind == TORQUE_AT_SPEED) { bound_by_speed(c, intervals, used, bounds); continue; }
             if (kind == PATH_POSITION || kind == PATH_ORIENTATION) { bound_deviation(c, intervals, used, bounds); continue; }
             const bool is_signed = kind == TORQUE || kind >= POWER;
@@ -268,6 +274,57 @@ struct BoundSearch {
                     const double own = isnan(above) ? (double)INFINITY : highest + fmax(above, 0.0) / (floor * (1.0 - 512.0 * UNIT));
                     bound = fmax(bound, floor > 0.0 ? own : (double)INFINITY);
                 }
+            }
+            close(c, intervals[l], at, reached / half, bound / half, bounds[l * columns.quantities + columns.quantity[c]]);
+        }
+    }
+    // The generators of what may be added to the torques.
+    void find_spread() {
+        const int64_t joints = arm.joints;
+        for (int64_t i = joints; i < (1 + spread.generators) * joints; i++) added[i] = Taylor{};
+        for (int64_t n = 0; n < spread.chains; n++) {
+            const Link* links = reinterpret_cast<const Link*>(spread.links) + n * joints;
+            torques<true, true, true>(joints, links, *reinterpret_cast<const Load*>(spread.load), bodies.data,
+                                      states.data + joints, states.data + 2 * joints, added.data);
+            for (int64_t g = 0; g < spread.generators; g++) {
+                const double weight = spread.weights[g * spread.chains + n];
+                if (weight == 0.0) continue;
+                Taylor* to = added.data + (1 + g) * joints;
+                for (int64_t j = 0; j < joints; j++) to[j] = to[j] + scaled(weight, added[j]);
+            }
+        }
+    }
+    // The torque and the magnitudes of all generators: a generator of one sign is added with it, another one by its largest
+    // magnitude.
+    void bound_with_spread(int64_t c, const Interval* intervals, int64_t used, double* bounds) {
+        const int64_t joint = columns.joint[c];
+        for (int64_t l = 0; l < used; l++) {
+            const double half = columns.half[intervals[l].piece * columns.count + c];
+            if (!(half < INFINITY)) continue;
+            double T[TERMS], S[TERMS] = {}, G[TERMS], sizes = 0.0;
+            for (int e = 0; e < TERMS; e++) T[e] = forces[joint].c[e][l];
+            double at_samples[3] = {}, rest = forces[joint].rest[l] * OF_SUMS + Hulls::rounding(T), within = 0.0;
+            for (int64_t g = 1; g <= spread.generators; g++) {
+                const Taylor& own = added[g * arm.joints + joint];
+                for (int e = 0; e < TERMS; e++) { G[e] = own.c[e][l]; sizes += fabs(G[e]); }
+                const double off = own.rest[l] * OF_SUMS + Hulls::rounding(G);
+                for (int n = 0; n < 3; n++) at_samples[n] += fabs(horner(G, TERMS, n - 1.0));
+                const double most = hulls.largest(G, -INFINITY, false).most, least = hulls.least(G);
+                rest += off;
+                if (least >= 0.0 || most <= 0.0) for (int e = 0; e < TERMS; e++) S[e] += most > 0.0 ? G[e] : -G[e];
+                else within += isnan(most + least) ? (double)INFINITY : fmax(most, -least);
+            }
+            for (int e = 0; e < TERMS; e++) sizes += fabs(T[e]);
+            rest += (double)(spread.generators + TERMS) * 64.0 * UNIT * sizes;
+            double bound = 0.0, reached = 0.0, at = 0.0;
+            for (double way = -1.0; way <= 1.0; way += 2.0) {
+                for (int e = 0; e < TERMS; e++) G[e] = S[e] + way * T[e];
+                const double most = hulls.largest(G, -INFINITY, false).most;
+                bound = fmax(bound, isnan(most + rest) ? (double)INFINITY : most + within + rest);
+            }
+            for (int n = 0; n < 3; n++) {
+                const double share = fabs(horner(T, TERMS, n - 1.0)) + at_samples[n] - rest;
+                if (share > reached) { reached = share; at = n - 1.0; }
             }
             close(c, intervals[l], at, reached / half, bound / half, bounds[l * columns.quantities + columns.quantity[c]]);
         }

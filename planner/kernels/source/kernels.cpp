@@ -313,16 +313,18 @@ int bound_peaks(int64_t joints, const double* links, const double* load, int64_t
                 const double* bernstein,
                 int64_t columns, int64_t quantities, const int64_t* kind, const int64_t* joint, const int64_t* quantity,
                 const double* middle, const double* half, const int64_t* parts_of_piece, const double* paths, const double* wish,
-                int64_t curve_pieces, const double* curves, double* reached, double* bound, int64_t* piece, double* unit,
-                int64_t* column) {
+                int64_t curve_pieces, const double* curves, int64_t generators, int64_t chains, const double* weights,
+                const double* chain_links, const double* chain_load, double* reached, double* bound, int64_t* piece,
+                double* unit, int64_t* column) {
     const ToolChain arm{joints, tool_joints, links, load, tool, axes};
     const Pieces motion{pieces, joints, order, coefficients, lengths};
     const Columns of{columns, quantities, kind, joint, quantity, middle, half};
     const Paths requested{reinterpret_cast<const PartsOfPath*>(parts_of_piece), paths};
     Bounded found{reached, bound, unit, piece, column};
     const TorqueLines lines{curve_pieces, curves, curves + joints * curve_pieces, curves + 2 * joints * curve_pieces};
-    BoundSearch search(arm, motion, bernstein, of, requested, *reinterpret_cast<const Wish*>(wish), lines, found);
-    if (!search.bodies || !search.states || !search.forces || !search.shifted) return NO_MEMORY;
+    const Spread spread{generators, chains, weights, chain_links, chain_load};
+    BoundSearch search(arm, motion, bernstein, of, requested, *reinterpret_cast<const Wish*>(wish), lines, spread, found);
+    if (!search.bodies || !search.states || !search.forces || !search.shifted || !search.added) return NO_MEMORY;
     return search.first();
 }
 

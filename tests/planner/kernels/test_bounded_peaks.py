@@ -22,7 +22,8 @@ from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_ti
 from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 from tests.planner.kernels.arms import robots
 
-NAMES = tuple(name for name in KINDS if name not in ("torque_at_speed", *PATH_DEVIATIONS))
+OF_ROBOTS = ("torque_at_speed", "torque_with_tolerances")
+NAMES = tuple(name for name in KINDS if name not in (*OF_ROBOTS, *PATH_DEVIATIONS))
 """The constraints of robots without torque curves."""
 
 ROUNDING_OF_SAMPLES = 1e-11
@@ -82,7 +83,7 @@ def unit(motion: PiecewisePolynomial) -> UnitPolynomials:
 
 def test_the_kinds_are_the_constraints() -> None:
     named = {constraint.name: KINDS[kind] for constraint, kind in KIND_OF.items()}
-    assert named == {name: name for name in (*NAMES, "torque_at_speed")}
+    assert named == {name: name for name in (*NAMES, *OF_ROBOTS)}
 
 
 @pytest.mark.parametrize("name", robots())

@@ -109,6 +109,39 @@ def test_any_center_of_mass_within_the_tolerance_is_carried() -> None:
     assert found.mass < exact
 
 
+def test_the_mass_is_carried_with_all_tolerances_and_is_that_of_bisection() -> None:
+    trajectory = moved("quintic")
+    whole = Payload(0.0, CENTER, INERTIA, 0.0, (0.04, 0.05, 0.06), 0.3)
+    found = max_payload(
+        UNRATED,
+        trajectory,
+        center_of_mass=CENTER,
+        center_of_mass_tolerance=whole.center_of_mass_tolerance,
+        inertia=INERTIA,
+        inertia_tolerance=0.3,
+    )
+    assert found.mass is not None
+    assert found.limited_by == "torque"
+
+    def carries_all(mass: float) -> bool:
+        checks = certify(UNRATED.with_payload(replace(whole, mass=mass)), trajectory, enforced=["torque"]).checks
+        return next(check.satisfied for check in checks if check.quantity == "torque_with_tolerances")
+
+    light, heavy = 0.0, 1e3
+    while heavy - light > 1e-5 * heavy:
+        middle = 0.5 * (light + heavy)
+        light, heavy = (middle, heavy) if carries_all(middle) else (light, middle)
+    assert found.mass == pytest.approx(light, rel=1e-3)
+    rng, shares = np.random.default_rng(2), []
+    for ends in [*product((-1.0, 1.0), repeat=3), *rng.uniform(-1.0, 1.0, (20, 3)).tolist()]:
+        center = np.array(CENTER) + np.array(ends) * whole.center_of_mass_tolerance
+        moments = np.array(INERTIA) * (1.0 + 0.3 * rng.choice((-1.0, 1.0), 3))
+        body = Payload(found.mass, tuple(center.tolist()), tuple(moments.tolist()))
+        shares.append(largest_share(UNRATED, trajectory, body))
+    assert max(shares) <= 1.0 + 1e-6
+    assert max(shares) == pytest.approx(1.0, abs=0.02)
+
+
 def test_the_rating_limits_a_slow_motion() -> None:
     slow = moved("quintic", RATED).scaled(5.0)
     assert max_payload(RATED, slow) == MaxPayload(6.0, "rating")

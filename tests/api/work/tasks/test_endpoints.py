@@ -324,6 +324,31 @@ def test_torques_hold_a_payload(service: RunningService) -> None:
     assert lifting["torques"][0][1] == pytest.approx(2.0 * (9.81 + 1.0), abs=1e-12)
 
 
+def test_a_payload_with_tolerances_is_as_slow_as_its_heaviest_body(service: RunningService) -> None:
+    ends = [
+        {"kind": "joint", "position": q} for q in ([0.0, -1.4, 1.5, 0.0, 0.6, 0.0], [0.6, -0.9, 1.2, 0.4, 0.9, 0.5])
+    ]
+    torque = [442.0, 672.0, 247.0, 54.0, 67.0, 22.0]
+    request = {"robot": "kuka_kr16_2", "waypoints": ends, "limits": {"torque": torque}, "backend": {"kind": "quintic"}}
+    body = {"mass": 10.0, "center_of_mass": [0.0, 0.0, 0.1]}
+    found = {}
+    for name, payload in {
+        "given": body,
+        "heaviest": body | {"mass": 13.0},
+        "within": body | {"mass_tolerance": 3.0},
+        "box": body | {"mass_tolerance": 3.0, "center_of_mass_tolerance": [0.05, 0.05, 0.05], "inertia_tolerance": 0.2},
+    }.items():
+        answer = checked(service.post("/v1/trajectories", request | {"payload": payload}), answers.PlanAnswer)
+        quantities = [check["quantity"] for check in answer["certificate"]["checks"]]
+        assert ("torque_with_tolerances" in quantities) == (name in ("within", "box"))
+        found[name] = answer["duration"]
+    assert found["within"] == pytest.approx(found["heaviest"], rel=2e-3)
+    assert found["given"] < found["within"] < found["box"]
+    refused = service.post("/v1/trajectories", request | {"payload": body | {"mass_tolerance": 11.0}})
+    assert refused.status_code == 422
+    assert "mass_tolerance" in refused.text
+
+
 def test_torques_have_a_process_force(service: RunningService) -> None:
     """J^T F at the tool, in the axes of the base; the force of a tool is turned with it."""
     robot, position, force = "date_sorting_arm", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], [3.0, -2.0, 7.0]

@@ -1,0 +1,113 @@
+"""Torques of the joints with the payload, within its tolerances, that asks the most of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.constraints.constraint import Constraint, Rows
+from planner.constraints.quantities import TORQUE
+from planner.dynamics import inverse_dynamics
+from planner.dynamics.payload_tolerances import payload_tolerances
+from planner.quantities import MEASURES
+from planner.tolerances import ROUNDING
+
+if TYPE_CHECKING:
+    from planner.kinematics.forward import JointStates
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+NEWTON_STEPS_OF_PACE = 30
+"""Steps of Newton's method to a root of a convex function with up to a few dozen kinks; 3 are common."""
+
+ROWS_OF_JOINT = 8
+"""Number of rows of each joint."""
+
+LEAST_SQUARED_PACE = 1e-200
+"""The square of a pace that stands for none at all."""
+
+
+@dataclass(frozen=True)
+class TorqueWithTolerances(Constraint):
+    """The torques with the largest magnitudes that payloads within their tolerances need.
+
+    The magnitude is |t| + sum |t_k|, for the torques t with the given payload and t_k of each generator. The sign is
+    that of t.
+    """
+
+    name: str = "torque_with_tolerances"
+    unit: str = MEASURES["torque_with_tolerances"].unit
+    order: int = 2
+    of_joints: bool = True
+    counts_at_rest: bool = True
+    follows_path_speed: bool = False
+    has_rows: bool = True
+    has_factors: bool = True
+
+    def is_known(self, robot: Robot) -> bool:
+        """Return whether a payload has tolerances."""
+        return bool(robot.uncertain_payloads)
+
+    def values(self, states: JointStates) -> FloatArray:
+        """Return the torques (N, joints), N m or N."""
+        torques, generators = TORQUE.values(states), payload_tolerances(states.robot)
+        if generators is not None:
+            spread = np.abs(generators.torques(states.q, states.v, states.a)).sum(axis=0)
+            torques += np.copysign(spread, torques)
+        return torques
+
+    def rows(self, path: JointStates) -> Rows:
+        """Return the path dynamics with some payloads at the ends of the tolerances, eight rows for each joint.
+
+        These payloads ask the most at rest, at a constant path velocity, or with a path acceleration. Each row belongs
+        to a payload within the bounds; `factors` keep the limits with all others.
+        """
+        own, generators = TORQUE.rows(path), payload_tolerances(path.robot)
+        if generators is None:
+            return Rows(*(np.repeat(part, ROWS_OF_JOINT, axis=1) for part in own))
+        by_u, by_x, rest = terms = generators.path_dynamics(path.q, path.v, path.a)
+        signs = [np.where(part >= 0.0, 1.0, -1.0) for part in (rest, by_x, rest + by_u, rest - by_u)]
+        added = np.array([side * (terms * sign).sum(axis=1) for sign in signs for side in (1.0, -1.0)])
+        each = np.array(own) + added  # (rows of a joint, terms, points, joints)
+        return Rows(*each.transpose(1, 2, 3, 0).reshape(3, *path.q.shape[:-1], -1))
+
+    def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
+        """Return the factors: at the pace x every torque is g + m x^2, with g from torques at rest."""
+        generators, still = payload_tolerances(states.robot), np.zeros_like(states.q)
+        if generators is None:
+            return np.zeros_like(limits)
+        held, whole = (
+            np.array([inverse_dynamics(states.robot, states.q, *motion), *generators.torques(states.q, *motion)])
+            for motion in ((still, still), (states.v, states.a))
+        )
+        return 1.0 / np.sqrt(largest_squared_paces(held, whole - held, limits))
+
+
+def largest_squared_paces(held: FloatArray, moved: FloatArray, limits: FloatArray) -> FloatArray:
+    """Return the largest x (...) with sum |held + moved x| <= limits, at least a tiny one; infinite: all.
+
+    The sum is convex in x. Newton's method from above never steps below the root, and ends at it.
+
+    Args:
+        held: (terms, ...).
+        moved: Of the same shape.
+        limits: (...), infinite: none.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = (limits + np.abs(held).sum(axis=0)) / np.abs(moved).sum(axis=0)
+        x = np.where(np.isnan(x), np.inf, x)
+        for _ in range(NEWTON_STEPS_OF_PACE):
+            terms = held + moved * np.where(np.isfinite(x), x, 0.0)
+            excess = np.abs(terms).sum(axis=0) - limits
+            beyond = np.isfinite(x) & (excess > ROUNDING * limits)
+            if not beyond.any():
+                break
+            slope = (np.sign(terms) * moved).sum(axis=0)
+            x = np.where(beyond, np.where(slope > 0.0, x - excess / slope, 0.0), x)
+    return np.maximum(x, LEAST_SQUARED_PACE)
+
+
+TORQUE_WITH_TOLERANCES = TorqueWithTolerances()
+"""The torques of the joints with the payload, within its tolerances, that asks the most of each."""
