@@ -186,12 +186,12 @@ class MaxPayloadRequest(Schema):
     trajectory: GivenTrajectory
     """The trajectory."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """The center of mass x, y, z in the tip frame, m; omitted: its origin."""
+    """The centre of mass x, y, z in the tip frame, m; omitted: its origin."""
     center_of_mass_tolerance: BoxSizes = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """Half the sizes x, y, z of a box about the centre of mass, m. The robot carries the mass with any centre of mass
     in the box."""
     inertia: Moments = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """The moments of inertia ixx, iyy, izz about the center of mass, in the axes of the tip frame, kg m^2, whatever the
+    """The moments of inertia ixx, iyy, izz about the centre of mass, in the axes of the tip frame, kg m^2, whatever the
     mass."""
     inertia_tolerance: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     """The largest difference of each moment from `inertia`, as a share of it: 0.2 is 20 %."""

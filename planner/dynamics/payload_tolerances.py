@@ -1,7 +1,7 @@
 """Payloads with tolerances as generators of a zonotope of inertial parameters.
 
 Torques are linear in the mass, the first moments and the inertia of a payload about a fixed point. Let c be the given
-center of mass, d a displacement within the tolerance, and S(d) = d^T d 1 - d d^T. A body of mass m at c + d has the
+centre of mass, d a displacement within the tolerance, and S(d) = d^T d 1 - d d^T. A body of mass m at c + d has the
 first moments m (c + d) and the inertia m S(c + d). Its difference from the given body is a sum of generators, each
 times a number from -1 to 1:
 
@@ -36,7 +36,7 @@ MANY_ROBOTS = 32
 """Number of robots whose generators are kept."""
 
 INERTIAS = slice(12, 25)
-"""The mass, center of mass and inertia among the numbers of a link of a chain."""
+"""The mass, centre of mass and inertia among the numbers of a link of a chain."""
 
 
 class PayloadTolerances(NamedTuple):
@@ -91,7 +91,7 @@ def payload_tolerances(robot: Robot) -> PayloadTolerances | None:
 
 
 _Body = tuple[float, float, "FloatArray", "FloatArray"]
-"""A factor, and the mass, center of mass and inertia of a body in the tip frame."""
+"""A factor, and the mass, centre of mass and inertia of a body in the tip frame."""
 
 
 def _generators(payload: Payload) -> Iterator[list[_Body]]:

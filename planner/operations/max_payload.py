@@ -64,7 +64,7 @@ def max_payload(
 ) -> MaxPayload:
     """Find the heaviest payload with which a trajectory keeps its torque limits.
 
-    Torques are affine in the mass for a given center of mass. A linear program in the mass over the torques at samples
+    Torques are affine in the mass for a given centre of mass. A linear program in the mass over the torques at samples
     gives an upper bound. Below it, the certificate's largest share of a limit, between samples too, is a convex
     function of the mass. Its root is the answer. Limits by speed, of RMS torque and of power count, too, for centers of
     mass at the corners of the box.
@@ -73,9 +73,9 @@ def max_payload(
         robot: The robot, with its tool and present payload.
         trajectory: A trajectory of the robot.
         center_of_mass: Center of mass of the payload in the tip frame, m.
-        center_of_mass_tolerance: Half the sizes (x, y, z), m, of a box about the center of mass. The mass is carried
-            with any center of mass in it.
-        inertia: Principal moments (ixx, iyy, izz) of the payload about its center of mass, kg m^2, whatever its mass.
+        center_of_mass_tolerance: Half the sizes (x, y, z), m, of a box about the centre of mass. The mass is carried
+            with any centre of mass in it.
+        inertia: Principal moments (ixx, iyy, izz) of the payload about its centre of mass, kg m^2, whatever its mass.
         inertia_tolerance: Largest difference of each moment from `inertia`, as a share of it.
         limits: Limits besides the robot's; the limits of torque, RMS torque and power count.
 

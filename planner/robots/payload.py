@@ -14,9 +14,9 @@ class Payload:
     Attributes:
         mass: Mass, kg.
         center_of_mass: Center of mass in the tip frame, m.
-        inertia: Principal moments (ixx, iyy, izz) about the center of mass, kg m^2.
+        inertia: Principal moments (ixx, iyy, izz) about the centre of mass, kg m^2.
         mass_tolerance: Largest difference of the mass from `mass`, kg.
-        center_of_mass_tolerance: Half the sizes (x, y, z), m, of a box about `center_of_mass` with the center of mass.
+        center_of_mass_tolerance: Half the sizes (x, y, z), m, of a box about `center_of_mass` with the centre of mass.
         inertia_tolerance: Largest difference of each moment from `inertia`, as a share of it.
     """
 

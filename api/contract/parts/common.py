@@ -260,15 +260,15 @@ class Payload(Schema):
     mass: Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
     """The mass, kg."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """The center of mass x, y, z in the tip frame, m; omitted: its origin."""
+    """The centre of mass x, y, z in the tip frame, m; omitted: its origin."""
     inertia: Moments = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """The moments of inertia ixx, iyy, izz about the center of mass, in the axes of the tip frame, kg m^2."""
+    """The moments of inertia ixx, iyy, izz about the centre of mass, in the axes of the tip frame, kg m^2."""
     mass_tolerance: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
     """The largest difference of the mass from `mass`, kg, at most `mass`. Torque limits hold for every payload within
     the tolerances; the certificate has the check `torque_with_tolerances`. They cannot be combined with limits of power
     and RMS torque, nor with torque curves."""
     center_of_mass_tolerance: BoxSizes = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """Half the sizes x, y, z of a box about `center_of_mass` that contains the center of mass, m."""
+    """Half the sizes x, y, z of a box about `center_of_mass` that contains the centre of mass, m."""
     inertia_tolerance: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     """The largest difference of each moment from `inertia`, as a share of it: 0.2 is 20 %."""
 

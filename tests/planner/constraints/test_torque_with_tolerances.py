@@ -137,7 +137,7 @@ def test_without_tolerances_nothing_is_checked_and_the_plan_is_the_same() -> Non
 
 
 def test_the_heaviest_body_alone_needs_the_time_of_a_mass_tolerance() -> None:
-    """With the center of mass given, a motion against gravity is as slow as with the largest mass."""
+    """With the centre of mass given, a motion against gravity is as slow as with the largest mass."""
     waypoints = [JointWaypoint(q) for q in WAYPOINTS]
     for kind in ("toppra", "quintic", "ruckig"):
         payloads = TOLERANCES["mass"], replace(GIVEN, mass=18.0)
