@@ -17,7 +17,7 @@ from rich.text import Text
 
 from planner.kinematics import configurations
 from planner.quantities import MEASURES
-from planner.robots.description import LIMITED_QUANTITIES
+from planner.robots import LIMITED_QUANTITIES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -2,7 +2,7 @@
 
 from planner.robots.catalogue import catalogue_ids, load_robot
 from planner.robots.derived.external_axes import ExternalAxis
-from planner.robots.description import Joint
+from planner.robots.description import LIMITED_QUANTITIES, RANGED_QUANTITIES, Joint
 from planner.robots.dh import DHJoint
 from planner.robots.robot import Robot
 from planner.robots.varying.payload_table import PayloadTable
@@ -10,6 +10,8 @@ from planner.robots.varying.torque_curves import TorqueCurve
 from planner.robots.varying.velocity_curves import VelocityCurves, VelocityParabola, VelocityTable
 
 __all__ = [
+    "LIMITED_QUANTITIES",
+    "RANGED_QUANTITIES",
     "DHJoint",
     "ExternalAxis",
     "Joint",

@@ -5,10 +5,11 @@ from planner.scene.checker import CONTACT_TOLERANCE, CollisionChecker
 from planner.scene.continuous import Budget, Clearances, Nearest, clearances
 from planner.scene.joint_positions import PositionCollision, collisions_at, edge, is_free
 from planner.scene.point_cloud import PointCloud
-from planner.scene.scene import Attach, AttachedObject, Handling, Scene, SceneObject
+from planner.scene.scene import HERE, Attach, AttachedObject, Handling, Scene, SceneObject
 
 __all__ = [
     "CONTACT_TOLERANCE",
+    "HERE",
     "Attach",
     "AttachedObject",
     "Budget",

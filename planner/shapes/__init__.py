@@ -3,6 +3,7 @@
 from planner.shapes.hulls import ConvexHull
 from planner.shapes.primitives import Box, Capsule, Cylinder, HalfSpace, Sphere
 from planner.shapes.shape import BoundingCapsule, InvalidShape, Shape
+from planner.shapes.surfaces import surface
 
 __all__ = [
     "BoundingCapsule",
@@ -14,4 +15,5 @@ __all__ = [
     "InvalidShape",
     "Shape",
     "Sphere",
+    "surface",
 ]

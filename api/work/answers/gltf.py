@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from api.work.answers.robots import placed
-from planner.shapes.surfaces import surface
+from planner.shapes import surface
 from planner.spatial import as_pose
 
 if TYPE_CHECKING:

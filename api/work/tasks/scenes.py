@@ -14,7 +14,7 @@ from api.store.contents.scenes import SceneContent
 from api.work.conversion.scenes import to_scene
 from api.work.tasks.context import JSON, scene_of, task, to_json
 from planner.errors import InvalidProblem
-from planner.scene.scene import HERE
+from planner.scene import HERE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
