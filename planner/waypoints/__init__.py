@@ -1,1 +1,5 @@
-"""Lists of waypoints: the poses they ask, the joint positions they may have, and the choice among these."""
+"""Lists of waypoints: their poses, their candidate joint positions, and the choice among these."""
+
+from planner.waypoints.solve import SolvedWaypoint
+
+__all__ = ["SolvedWaypoint"]

@@ -16,10 +16,9 @@ from planner.kinematics import configurations, manipulability
 from planner.operations import JoinedTrajectory, RetimedTrajectory
 from planner.plans.tool_lines import line_polynomials
 from planner.plans.tool_speeds import tool_speed_reports
+from planner.problems import as_requested, region_of
 from planner.problems.actions import SetOutput
-from planner.problems.motion_around import as_requested
 from planner.problems.problem import PoseWaypoint, ViaWaypoint
-from planner.problems.regions import region_of
 from planner.proofs import write_proof
 from planner.trajectories.trajectory import PlanWarning
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.robots import RANGED_QUANTITIES, VelocityParabola, VelocityTable
-from planner.robots.collision.pairs import MANY_POSITIONS, contacts, shapes_of_links
+from planner.robots.collision import MANY_POSITIONS, contacts, shapes_of_links
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
 from planner.spatial import as_pose, quaternion
 

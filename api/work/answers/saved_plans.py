@@ -20,11 +20,11 @@ from planner.certificate.speed_zones import SpeedZoneCheck
 from planner.free_motion import Detour, Gain, with_detours
 from planner.paths import JointPath, dynamics_of, solve_path
 from planner.plans.result import Plan
-from planner.problems.blend_radii import blend_radii, with_blend_radii
+from planner.problems import blend_radii, with_blend_radii
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.spatial import Pose
 from planner.trajectories.trajectory import PlanWarning, Trajectory
-from planner.waypoints.solve import SolvedWaypoint
+from planner.waypoints import SolvedWaypoint
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd

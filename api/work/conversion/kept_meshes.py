@@ -10,14 +10,14 @@ import numpy as np
 
 from api.contract import robots
 from planner.errors import InvalidRobotModel
-from planner.robots.collision.mesh_files import MeshReference, meshes_of
+from planner.robots.collision import MeshReference, meshes_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from planner.errors import Finding
     from planner.robots import Robot
-    from planner.robots.collision.mesh_files import KeptPieces
+    from planner.robots.collision import KeptPieces
 
 DOUBLE = np.dtype("<f8")
 """How a coordinate of a corner is kept: exactly as it was computed."""

@@ -23,7 +23,7 @@ from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.problems.motion_around import FreeMotion
 from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
-from planner.robots.collision.mesh_files import kept_meshes
+from planner.robots.collision import kept_meshes
 from planner.robots.payload import Payload
 from planner.robots.process_force import ProcessForce
 from planner.scene import Attach

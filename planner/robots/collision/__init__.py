@@ -1,1 +1,14 @@
-"""What of a robot can collide: the convex shapes of its links, and which links are checked against each other."""
+"""Collision shapes of robots: the convex shapes of their links, and the pairs of links that are checked."""
+
+from planner.robots.collision.mesh_files import KeptPieces, MeshReference, kept_meshes, meshes_of
+from planner.robots.collision.pairs import MANY_POSITIONS, contacts, shapes_of_links
+
+__all__ = [
+    "MANY_POSITIONS",
+    "KeptPieces",
+    "MeshReference",
+    "contacts",
+    "kept_meshes",
+    "meshes_of",
+    "shapes_of_links",
+]

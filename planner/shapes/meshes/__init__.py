@@ -1,4 +1,4 @@
-"""Meshes of triangles, read from files that nobody trusts, and cut into convex pieces."""
+"""Meshes of triangles, read from untrusted files and cut into convex pieces."""
 
 from planner.shapes.meshes.files import tight_mesh_pieces
 from planner.shapes.meshes.mesh import InvalidMesh, Mesh
