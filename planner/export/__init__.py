@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.export import csv, fanuc, krl, mcap, npz, rapid, ros2, urscript, urscript_moves
+from planner.export import csv, fanuc, krl, krl_moves, mcap, npz, rapid, ros2, urscript, urscript_moves
 from planner.export.base import INCLUDABLE, ExportOptions, Format
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ FORMATS: dict[str, Format] = {
         urscript.FORMAT,
         urscript_moves.FORMAT,
         krl.FORMAT,
+        krl_moves.FORMAT_KSS_5,
+        krl_moves.FORMAT_KSS_8,
         rapid.FORMAT,
         fanuc.FORMAT,
     )
@@ -33,7 +35,8 @@ def render(plan: Plan, format: str, options: ExportOptions = ExportOptions()) ->
     Args:
         plan: The plan.
         format: `csv`, `ros2` (a `JointTrajectory` message as JSON), `npz` (numpy's arrays), `mcap` (a recording of
-            ROS 2 messages). Robot programs are `urscript` and `urscript_moves` (Universal Robots), `krl` (KUKA),
+            ROS 2 messages). Robot programs are `urscript` and `urscript_moves` (Universal Robots), `krl`,
+            `krl_kss5` and `krl_kss8` (KUKA),
             `rapid` (ABB), `fanuc_ls` (Fanuc).
         options: The period of the samples, and the included quantities.
 

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from planner.export.programs import Move
     from planner.plans.result import Plan
+    from planner.problems.actions import SetOutput
+    from planner.robots import Robot
 
 KRL_EXTERNAL_AXES = 6
 """The most external axes that KRL has, E1 to E6."""
@@ -35,23 +37,41 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     robot = plan.path.robot
     motions = moves(plan, "KRL", options.sample_period, KRL_EXTERNAL_AXES)
     start = numbers(motions[0].position[0])
-    near = zip(_axes(start), tolerances_of(robot), strict=True)
-    away = " OR ".join(f"(ABS($AXIS_ACT.{axis} - ({value})) > {most:.3f})" for (axis, value), most in near)
     external = ", E1 and so on its external axes in degrees or mm" if robot.external_axes else ""
     lines = [
         "DEF planned_trajectory()",
         f"; {origin(plan)}: a point every {options.sample_period:g} s",
         f"; A1 to A6 are the joints of the model in degrees{external}: its zeros and signs have to be the robot's",
         "; the controller plans its own spline through the points; velocities and torques are not carried",
-        f"IF {away} THEN",
-        "HALT ; the robot is not at the start of the trajectory",
-        "RETURN ; the start key would go on behind a HALT",
-        "ENDIF",
-        f"PTP {_position(start)}",
+        *halt_away_from_start(robot, start),
+        f"PTP {position_of(start)}",
         *(line for move in motions for line in _block(move)),
         "END",
     ]
     return ("\r\n".join(lines) + "\r\n").encode()
+
+
+def halt_away_from_start(robot: Robot, start: list[str]) -> list[str]:
+    """Write the lines that halt a program unless the robot is near the values of its axes at the start."""
+    near = zip(_axes(start), tolerances_of(robot), strict=True)
+    away = " OR ".join(f"(ABS($AXIS_ACT.{axis} - ({value})) > {most:.3f})" for (axis, value), most in near)
+    return [
+        f"IF {away} THEN",
+        "HALT ; the robot is not at the start of the trajectory",
+        "RETURN ; the start key would go on behind a HALT",
+        "ENDIF",
+    ]
+
+
+def set_signal(output: SetOutput) -> Iterator[str]:
+    """Write what sets a signal after the motions before it.
+
+    Raises:
+        UnsupportedFormat: The output has another name.
+    """
+    name = name_of(output, OUTPUT_NAME, "KRL", "gripper, a signal that is declared")[0]
+    yield "WAIT SEC 0.0"  # the interpreter does not run ahead
+    yield f"{name} = {str(output.value).upper() if isinstance(output.value, bool) else repr(output.value)}"
 
 
 def _block(move: Move) -> Iterator[str]:
@@ -60,7 +80,7 @@ def _block(move: Move) -> Iterator[str]:
         yield "PTP_SPLINE"
         yield "TIME_BLOCK START"
         for angles, part in zip(move.position[1:], np.diff(move.time) / duration * 100.0, strict=True):
-            yield f"SPTP {_position(numbers(angles))}"
+            yield f"SPTP {position_of(numbers(angles))}"
             yield f"TIME_BLOCK PART = {part:.9f}"
         yield f"TIME_BLOCK END = {duration:.6f}"
         yield "ENDSPLINE"
@@ -68,12 +88,11 @@ def _block(move: Move) -> Iterator[str]:
         if isinstance(step, float):
             yield f"WAIT SEC {step:.6f}"
         else:
-            name = name_of(step, OUTPUT_NAME, "KRL", "gripper, a signal that is declared")[0]
-            yield "WAIT SEC 0.0"  # the interpreter does not run ahead
-            yield f"{name} = {str(step.value).upper() if isinstance(step.value, bool) else repr(step.value)}"
+            yield from set_signal(step)
 
 
-def _position(angles: list[str]) -> str:
+def position_of(angles: list[str]) -> str:
+    """Write a position of the axes, degrees and mm, the arm's first."""
     return "{" + ", ".join(f"{axis} {value}" for axis, value in _axes(angles)) + "}"
 
 

@@ -222,6 +222,8 @@ FORMATS = {
     "urscript": (".script", b"# ngv_refuelling_arm"),
     "urscript_moves": (".moves.script", b"# ngv_refuelling_arm"),
     "krl": (".src", b"DEF plan"),
+    "krl_kss5": (".kss5.src", b"DEF plan"),
+    "krl_kss8": (".kss8.src", b"DEF plan"),
     "rapid": (".mod", b"MODULE"),
     "fanuc_ls": (".ls", b"/PROG"),
 }

@@ -105,6 +105,8 @@ def test_actions_that_cannot_be_are_refused(action: Action, field: tuple[str, ..
 
 NAMES = {
     "krl": ("gripper", "speed", r"gripper = TRUE", r"speed = 2\.5", r"WAIT SEC 0\.[23]00000"),
+    "krl_kss5": ("gripper", "speed", r"gripper = TRUE", r"speed = 2\.5", r"WAIT SEC 0\.(204|300)"),
+    "krl_kss8": ("gripper", "speed", r"gripper = TRUE", r"speed = 2\.5", r"WAIT SEC 0\.(204|300)"),
     "rapid": ("gripper", "speed", r"SetDO gripper,1;", r"SetAO speed,2\.5;", r"WaitTime 0\.[23]00000;"),
     "fanuc_ls": ("DO_3", "AO_1", r"DO\[3\]=ON ;", r"AO\[1\]=2 ;", r"WAIT 0\.[23]0\(sec\) ;"),
     "urscript_moves": (

@@ -22,6 +22,8 @@ const FORMATS: Readonly<Record<PlanFormat, string>> = {
   urscript: '.script',
   urscript_moves: '.moves.script',
   krl: '.src',
+  krl_kss5: '.kss5.src',
+  krl_kss8: '.kss8.src',
   rapid: '.mod',
   fanuc_ls: '.ls',
 };
