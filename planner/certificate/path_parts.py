@@ -29,6 +29,15 @@ BY_POWER = np.linalg.inv(NODES[1:, None] ** np.arange(1, PATH_POWERS + 1))
 POWERS_BETWEEN = BETWEEN[:, None] ** np.arange(1, PATH_POWERS + 1)
 """The powers of these fractions."""
 
+SLOPES = np.arange(1, PATH_POWERS + 1) * NODES[:, None] ** np.arange(PATH_POWERS)
+"""The derivatives of the powers at the nodes."""
+
+SHARPEST_PART = 0.5
+"""Angle, rad, between a part's direction and its chord above which it is halved: then one of its points is nearest."""
+
+SHORTEST_SLOPE = 1e-9
+"""Length, m, of a part that may have any direction."""
+
 PARTS_KNOWN_TO = 1e-9
 """Deviation of the polynomials from the path, m or rad, above which a part is halved."""
 
@@ -77,8 +86,8 @@ def polynomial_parts(poses: Poses, breakpoints: FloatArray) -> PathParts:
     for halving in range(MOST_HALVINGS_OF_PARTS + 1):
         reach = OVERLAP * (ends - starts)
         first, last = np.maximum(starts - reach, lowest), np.minimum(ends + reach, highest)
-        numbers, error, has_rotations = _fit(poses, first, last)
-        rough = (error > PARTS_KNOWN_TO) & (halving < MOST_HALVINGS_OF_PARTS)
+        numbers, error, is_bent, has_rotations = _fit(poses, first, last)
+        rough = ((error > PARTS_KNOWN_TO) | is_bent) & (halving < MOST_HALVINGS_OF_PARTS)
         kept.append((starts[~rough], numbers[~rough]))
         largest = max(largest, float(error[~rough].max(initial=0.0)))
         if not rough.any():
@@ -110,8 +119,8 @@ def part_numbers(
     return np.concatenate([head, turned.ravel(), by_power[0].ravel(), origin, by_power[1].ravel(), NO_SPHERE])
 
 
-def _fit(poses: Poses, first: FloatArray, last: FloatArray) -> tuple[FloatArray, FloatArray, bool]:
-    """Return the numbers (N, ...) of parts from `first` (N,) to `last` (N,), their errors (N,), and if they turn."""
+def _fit(poses: Poses, first: FloatArray, last: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray, bool]:
+    """Return parts from `first` (N,) to `last` (N,): numbers (N, ...), errors (N,), if bent (N,), if they turn."""
     count, fractions = len(first), np.concatenate([NODES, BETWEEN, [0.5]])
     u = first[:, None] + (last - first)[:, None] * fractions
     positions, rotations = poses(u.ravel())
@@ -120,6 +129,9 @@ def _fit(poses: Poses, first: FloatArray, last: FloatArray) -> tuple[FloatArray,
     origin = at[:, 0]
     along = BY_POWER @ (at[:, nodes] - origin[:, None])
     error = np.linalg.norm(origin[:, None] + POWERS_BETWEEN @ along - at[:, between], axis=2).max(axis=1)
+    slopes, chords = SLOPES @ along, along.sum(axis=1)[:, None]
+    lengths = np.linalg.norm(slopes, axis=2) * np.linalg.norm(chords, axis=2)
+    is_bent = ((slopes * chords).sum(axis=2) < np.cos(SHARPEST_PART) * lengths - SHORTEST_SLOPE**2).any(axis=1)
     radius = CAUTION_OF_SPHERES * np.linalg.norm(at - at[:, -1:], axis=2).max(axis=1)
     starts, turns = np.tile(np.eye(3), (count, 1, 1)), np.zeros_like(along)
     if rotations is not None:
@@ -131,7 +143,7 @@ def _fit(poses: Poses, first: FloatArray, last: FloatArray) -> tuple[FloatArray,
         error = np.maximum(error, np.linalg.norm(_vectors(reached @ back @ turned[:, between]), axis=2).max(axis=1))
     head = np.tile([0.0, float(PATH_POWERS)], (count, 1))
     parts = (head, starts, turns, origin, along, at[:, -1], radius)
-    return np.hstack([part.reshape(count, -1) for part in parts]), error, rotations is not None
+    return np.hstack([part.reshape(count, -1) for part in parts]), error, is_bent, rotations is not None
 
 
 def _vectors(rotations: FloatArray) -> FloatArray:

@@ -221,3 +221,16 @@ def test_a_bound_is_reached_at_its_time(kind: str) -> None:
         loose[which] = check.peak
         other = least_use(forward_kinematics(robot, q), waypoints[segment], poses[segment], loose)
         assert other <= 1.0 + 1e-6
+
+
+@pytest.mark.parametrize("seed", [6, 24])
+def test_a_spline_of_positions_with_sharp_bends_is_near_itself(seed: int) -> None:
+    """A bend of such a spline has several nearest points; searches from its chord found the wrong one."""
+    robot, rng = load_robot("ur5e"), np.random.default_rng(seed)
+    here, count = forward_kinematics(robot, STARTS["ur5e"]), int(rng.integers(2, 9))
+    goals = [Pose(moved(here, shift, [0.0] * 3).position) for shift in rng.uniform(-0.1, 0.1, (count, 3)).tolist()]
+    goal = PoseWaypoint(pose=goals[-1], motion=SplineMotion(poses=goals[:-1]))
+    done = plan(PlanningProblem(robot, [JointWaypoint(position=STARTS["ur5e"]), goal]), "quintic")
+    (check,) = (each for each in done.certificate.checks if each.quantity == "path_position_deviation")
+    assert check.method == "bounded"
+    assert check.peak < 1e-4
