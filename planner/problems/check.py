@@ -164,9 +164,7 @@ def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]
     """Find payloads that are no bodies, that change where the robot does not stop, or whose tolerances cannot count."""
     if problem.payload is not None:
         yield from payload_faults(problem.payload, ("payload",))
-    uncertain = [payload for payload in (problem.payload, *problem.payloads) if payload and payload.has_tolerances]
-    if uncertain or problem.robot.uncertain_payloads:
-        yield from tolerance_faults(problem.robot, problem.all_limits)
+    yield from tolerance_faults(problem)
     before = problem.payload
     for i, (waypoint, payload) in enumerate(zip(problem.waypoints, problem.payloads, strict=True)):
         field = "waypoints", i, "payload"

@@ -9,11 +9,11 @@ import numpy as np
 from planner.limits import SMALLEST, TOO_SMALL
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
     from planner.fields import FieldPath
     from planner.limits import Limits
-    from planner.robots import Robot
+    from planner.problems.problem import PlanningProblem
     from planner.robots.payload import Payload
 
 ALONE = "must be left out with payload tolerances: they count only in limits of torque"
@@ -39,11 +39,21 @@ def payload_faults(payload: Payload, field: FieldPath) -> Iterator[tuple[FieldPa
         yield (*field, "inertia_tolerance"), f"must be from 0 to 1; got {payload.inertia_tolerance:g}"
 
 
-def tolerance_faults(robot: Robot, requested: Iterable[Limits]) -> Iterator[tuple[FieldPath, str]]:
-    """Find limits that depend on the payload, and whose certificate would be of the given payload alone."""
-    names = ("power", "total_power", "rms_torque")
-    found = {name for limits in requested for name in names if getattr(limits, name) is not None}
-    yield from ((("limits", name), ALONE) for name in names if name in found)
+def tolerance_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find limits beside payload tolerances that would hold for the given payload alone."""
+    robot = problem.robot
+    carried = any(payload.has_tolerances for payload in (problem.payload, *problem.payloads) if payload is not None)
+    if not (carried or robot.uncertain_payloads):
+        return
+    at_waypoints = ((("waypoints", i, "limits"), waypoint.limits) for i, waypoint in enumerate(problem.waypoints))
+    requested: list[tuple[FieldPath, Limits | None]] = [(("limits",), problem.limits), *at_waypoints]
+    for field, limits in requested:
+        for name in ("power", "total_power", "rms_torque"):
+            if getattr(limits, name, None) is not None:
+                yield (*field, name), ALONE
     if robot.torque_curves is not None or np.isfinite(robot.limit("rms_torque")).any():
-        text = f"{robot.id} has torque curves or RMS torque limits, which count only for a payload without tolerances"
-        yield ("payload",), text
+        yield (
+            ("robot",),
+            "must have no torque curves and no RMS torque limits with payload tolerances: they count only in limits of "
+            f"torque; got {robot.id}",
+        )

@@ -223,6 +223,12 @@ def test_limits_that_hold_for_the_given_payload_alone_are_refused() -> None:
         with pytest.raises(InvalidProblem, match="tolerances"):
             plan(replace(problem, limits=limits))
         plan(replace(problem, limits=limits, payload=GIVEN))
+    start, *rest = problem.waypoints
+    limited = replace(problem, waypoints=[start, *(replace(each, limits=Limits(total_power=1e4)) for each in rest)])
+    with pytest.raises(InvalidProblem) as refusal:
+        plan(limited)
+    fields = [tuple(fault.field) for fault in refusal.value.faults]
+    assert fields == [("waypoints", k, "limits", "total_power") for k in (1, 2)]
     curve = TorqueCurve((0.0, 2.0), (KUKA.joints[0].torque, 0.9 * KUKA.joints[0].torque))
     curved = KUKA.derived(limits={KUKA.joint_names[0]: {"torque_curve": curve}})
     with pytest.raises(InvalidProblem, match="torque curves"):
