@@ -1,4 +1,4 @@
-"""One table leads from error codes to HTTP; the errors of the service, what pydantic finds among them."""
+"""Refusals of the service with their codes and HTTP statuses, and the faults that pydantic finds."""
 
 from __future__ import annotations
 
@@ -16,30 +16,7 @@ if TYPE_CHECKING:
 
 
 STATUS_OF_CODE: dict[str, int] = {
-    "malformed_request": 400,
-    "invalid_request": 422,
-    "unauthorized": 401,
-    "forbidden": 403,
-    "foreign_origin": 403,
-    "robot_of_another": 403,
-    "scene_of_another": 403,
-    "not_found": 404,
     "unknown_robot": 404,
-    "unknown_batch": 404,
-    "unknown_scene": 404,
-    "method_not_allowed": 405,
-    "not_acceptable": 406,
-    "request_timeout": 408,
-    "robot_exists": 409,
-    "catalogue_robot": 409,
-    "too_many_robots": 409,
-    "scene_exists": 409,
-    "too_many_scenes": 409,
-    "too_many_batches": 409,
-    "conflict": 409,
-    "payload_too_large": 413,
-    "unsupported_media_type": 415,
-    "misdirected_request": 421,
     "invalid_robot_model": 422,
     "unreachable_waypoint": 422,
     "configuration_change": 422,
@@ -54,15 +31,8 @@ STATUS_OF_CODE: dict[str, int] = {
     "collision": 422,
     "clearance_unproved": 422,
     "no_path_found": 422,
-    "memory_exceeded": 422,
-    "too_many_requests": 429,
-    "header_too_large": 431,
-    "internal_error": 500,
-    "overloaded": 503,
-    "database_unavailable": 503,
-    "deadline_exceeded": 504,
 }
-"""HTTP status of each problem code."""
+"""HTTP status of each problem code: of the planner here, of the service by its kinds of refusals below."""
 
 MOST_FAULTS = 50
 """The most faults that one problem document lists."""
@@ -84,9 +54,10 @@ class ServiceError(Exception):
     title: ClassVar[str]
 
     @override
-    def __init_subclass__(cls, *, code: str, title: str) -> None:
+    def __init_subclass__(cls, *, code: str, status: int, title: str) -> None:
         """Name a kind of refusal by its code, for programs, and its title, for people."""
         cls.code, cls.title = code, title
+        STATUS_OF_CODE[code] = status
 
     def __init__(self, message: str, *, headers: Mapping[str, str] | None = None, **details: Any) -> None:
         super().__init__(message)
@@ -95,107 +66,113 @@ class ServiceError(Exception):
         self.details = details
 
 
-class InvalidRequest(ServiceError, code="invalid_request", title="The request is not valid"):
+class InvalidRequest(ServiceError, code="invalid_request", status=422, title="The request is not valid"):
     """The request does not follow the schema; `details["errors"]` lists the faults."""
 
 
-class MalformedRequest(ServiceError, code="malformed_request", title="This is not an HTTP request"):
+class MalformedRequest(ServiceError, code="malformed_request", status=400, title="This is not an HTTP request"):
     """What arrived is not HTTP."""
 
 
-class RequestTimeout(ServiceError, code="request_timeout", title="The request did not arrive in time"):
+class RequestTimeout(ServiceError, code="request_timeout", status=408, title="The request did not arrive in time"):
     """The client took too long to send its request."""
 
 
-class HeaderTooLarge(ServiceError, code="header_too_large", title="The head of the request is too large"):
+class HeaderTooLarge(ServiceError, code="header_too_large", status=431, title="The head of the request is too large"):
     """The head of the request is larger than the service reads."""
 
 
-class TooManyRequests(ServiceError, code="too_many_requests", title="You have too much under way"):
+class TooManyRequests(ServiceError, code="too_many_requests", status=429, title="You have too much under way"):
     """The client has more under way than the service grants one client."""
 
 
-class Unauthorized(ServiceError, code="unauthorized", title="This needs a valid key"):
+class Unauthorized(ServiceError, code="unauthorized", status=401, title="This needs a valid key"):
     """The request has no valid key."""
 
 
-class Forbidden(ServiceError, code="forbidden", title="The key does not allow this"):
+class Forbidden(ServiceError, code="forbidden", status=403, title="The key does not allow this"):
     """The key may not do this."""
 
 
-class ForeignOrigin(ServiceError, code="foreign_origin", title="The page that sent this is of another site"):
+class ForeignOrigin(
+    ServiceError, code="foreign_origin", status=403, title="The page that sent this is of another site"
+):
     """A web page of another origin sent the request."""
 
 
-class MisdirectedRequest(ServiceError, code="misdirected_request", title="The service has another name"):
+class MisdirectedRequest(ServiceError, code="misdirected_request", status=421, title="The service has another name"):
     """The request was sent to a name that is not the service's."""
 
 
-class NotFound(ServiceError, code="not_found", title="There is nothing here"):
+class NotFound(ServiceError, code="not_found", status=404, title="There is nothing here"):
     """Nothing is at this path."""
 
 
-class MethodNotAllowed(ServiceError, code="method_not_allowed", title="This path does not have that method"):
+class MethodNotAllowed(
+    ServiceError, code="method_not_allowed", status=405, title="This path does not have that method"
+):
     """The path has other methods."""
 
 
-class NotAcceptable(ServiceError, code="not_acceptable", title="There is no such format"):
+class NotAcceptable(ServiceError, code="not_acceptable", status=406, title="There is no such format"):
     """None of the requested formats exists."""
 
 
-class RobotExists(ServiceError, code="robot_exists", title="Another robot has this id"):
+class RobotExists(ServiceError, code="robot_exists", status=409, title="Another robot has this id"):
     """Another robot has this id."""
 
 
-class CatalogueRobot(ServiceError, code="catalogue_robot", title="The robot belongs to the catalogue"):
+class CatalogueRobot(ServiceError, code="catalogue_robot", status=409, title="The robot belongs to the catalogue"):
     """A robot of the catalogue can be neither replaced nor deleted."""
 
 
-class RobotOfAnother(ServiceError, code="robot_of_another", title="The robot belongs to another client"):
+class RobotOfAnother(ServiceError, code="robot_of_another", status=403, title="The robot belongs to another client"):
     """Another client added the robot."""
 
 
-class TooManyRobots(ServiceError, code="too_many_robots", title="No more robots can be added"):
+class TooManyRobots(ServiceError, code="too_many_robots", status=409, title="No more robots can be added"):
     """There is no room for more added robots."""
 
 
-class UnknownScene(ServiceError, code="unknown_scene", title="There is no such scene"):
+class UnknownScene(ServiceError, code="unknown_scene", status=404, title="There is no such scene"):
     """There is no scene with this id."""
 
 
-class SceneExists(ServiceError, code="scene_exists", title="Another scene has this id"):
+class SceneExists(ServiceError, code="scene_exists", status=409, title="Another scene has this id"):
     """Another scene has this id."""
 
 
-class SceneOfAnother(ServiceError, code="scene_of_another", title="The scene belongs to another client"):
+class SceneOfAnother(ServiceError, code="scene_of_another", status=403, title="The scene belongs to another client"):
     """Another client added the scene."""
 
 
-class TooManyScenes(ServiceError, code="too_many_scenes", title="No more scenes can be kept"):
+class TooManyScenes(ServiceError, code="too_many_scenes", status=409, title="No more scenes can be kept"):
     """There is no room for more scenes."""
 
 
-class UnknownBatch(ServiceError, code="unknown_batch", title="There is no such batch"):
+class UnknownBatch(ServiceError, code="unknown_batch", status=404, title="There is no such batch"):
     """There is no batch with this id, or it has been kept for long enough."""
 
 
-class TooManyBatches(ServiceError, code="too_many_batches", title="No more batches can be taken"):
+class TooManyBatches(ServiceError, code="too_many_batches", status=409, title="No more batches can be taken"):
     """There is no room for more batches."""
 
 
-class Conflict(ServiceError, code="conflict", title="The request contradicts an earlier one"):
+class Conflict(ServiceError, code="conflict", status=409, title="The request contradicts an earlier one"):
     """The request contradicts an earlier one."""
 
 
-class PayloadTooLarge(ServiceError, code="payload_too_large", title="The request body is too large"):
+class PayloadTooLarge(ServiceError, code="payload_too_large", status=413, title="The request body is too large"):
     """The body is larger than the service reads."""
 
 
-class UnsupportedMediaType(ServiceError, code="unsupported_media_type", title="The request body must be JSON"):
+class UnsupportedMediaType(
+    ServiceError, code="unsupported_media_type", status=415, title="The request body must be JSON"
+):
     """The body is not declared to be JSON."""
 
 
-class MemoryExceeded(ServiceError, code="memory_exceeded", title="The request needs too much memory"):
+class MemoryExceeded(ServiceError, code="memory_exceeded", status=422, title="The request needs too much memory"):
     """A worker ran out of the memory that it may use."""
 
     def __init__(
@@ -204,22 +181,24 @@ class MemoryExceeded(ServiceError, code="memory_exceeded", title="The request ne
         super().__init__(message)
 
 
-class InternalError(ServiceError, code="internal_error", title="The service failed"):
+class InternalError(ServiceError, code="internal_error", status=500, title="The service failed"):
     """A fault of the service; the log has the rest."""
 
     def __init__(self, message: str = "Internal error. Please report it with the log.") -> None:
         super().__init__(message)
 
 
-class Overloaded(ServiceError, code="overloaded", title="Too many requests are waiting"):
+class Overloaded(ServiceError, code="overloaded", status=503, title="Too many requests are waiting"):
     """The queue is full."""
 
 
-class DatabaseUnavailable(ServiceError, code="database_unavailable", title="The database cannot be reached"):
+class DatabaseUnavailable(
+    ServiceError, code="database_unavailable", status=503, title="The database cannot be reached"
+):
     """The database does not answer."""
 
 
-class DeadlineExceeded(ServiceError, code="deadline_exceeded", title="The deadline has passed"):
+class DeadlineExceeded(ServiceError, code="deadline_exceeded", status=504, title="The deadline has passed"):
     """The deadline of the request has passed."""
 
 
