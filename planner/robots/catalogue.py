@@ -7,6 +7,7 @@ A data file has these fields:
 - the model, one of
   - `dh`: `convention`, `joints` (the fields of `DHJoint`), and where they apply `base` and `tip`, positions in m,
   - `urdf`: a file beside it, or in `example_robot_data/` a path inside that package; `tip_frame`.
+- `named_positions`: joint positions by name, angles of revolute joints; `home` is one from which the arm works.
 - `rated_payload`: where the maker publishes one, its `mass`, kg, and the `source` in words.
 - `limits`: for each quantity its `provenance` and its `source` in words (a document, or the rule of an estimate).
   Unless the URDF has them, also the `values` of each joint; of `position`, `lower` and `upper`. A continuous joint has
@@ -104,6 +105,10 @@ def load_robot(id: str) -> Robot:
         collision=_collision(robot, joints, entry),
         limit_sources={quantity: limit["source"] for quantity, limit in limits.items() if "source" in limit},
         geometry=robot.geometry + tuple(entry.get("geometry", ())),
+        named_positions={
+            name: tuple(float(angle) * _unit(entry) for angle in angles)
+            for name, angles in entry.get("named_positions", {}).items()
+        },
         rated_payload=rated.get("mass"),
         rated_payload_source=rated.get("source"),
         notes=tuple(entry.get("notes", ())),

@@ -10,6 +10,7 @@ import './style/robot.css';
 import './style/batch.css';
 import { Header } from './panels/Header';
 import { Result } from './panels/Result';
+import { VerdictLine } from './panels/VerdictLine';
 import { Waypoints } from './panels/Waypoints';
 import { PlotsView } from './plots/PlotsView';
 import { Timeline } from './plots/Timeline';
@@ -17,6 +18,7 @@ import { StageView } from './stage/StageView';
 import { dragging } from './state/dragging';
 import { listenToKeys } from './state/keys';
 import { start } from './state/start';
+import { language } from './texts';
 
 function Page() {
   return (
@@ -25,6 +27,7 @@ function Page() {
       <main class="page">
         <Waypoints />
         <div class="middle">
+          <VerdictLine />
           <StageView dragging={dragging} />
           <Timeline />
           <PlotsView />
@@ -35,6 +38,7 @@ function Page() {
   );
 }
 
+document.documentElement.lang = language;
 render(<Page />, document.getElementById('app')!);
 listenToKeys();
 void start();

@@ -250,3 +250,20 @@ def test_reading_robots_needs_no_heavy_library() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert done.stdout.strip() == ""
+
+
+@pytest.mark.parametrize("robot_id", [name for name in sorted(OWN) if load_robot(name).named_positions])
+def test_a_home_position_is_one_to_work_from(robot_id: str) -> None:
+    """It is away from limits and singularities, neither stretched nor folded; the tool points down."""
+    robot = load_robot(robot_id)
+    home = np.array(robot.named_positions["home"])
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    assert (lower + 0.1 < home).all()
+    assert (home < upper - 0.1).all()
+    pose = frame_pose(robot, home)
+    longest = max(float(np.linalg.norm(frame_pose(robot, q)[:3, 3])) for q in random_positions(robot.dof, 2000))
+    assert 0.25 * longest < np.hypot(*pose[:2, 3]) < 0.9 * longest
+    assert 0.0 < pose[2, 3] < longest
+    assert pose[2, 2] < 0.0
+    singular_values = np.linalg.svd(numeric_jacobian(robot, home), compute_uv=False)
+    assert singular_values[-1] > 0.1

@@ -9,7 +9,7 @@ import { linkToShown } from '../state/start';
 import { say, showBanner } from '../state/messages';
 import { backends, history, notice, planning, problem, request, robot, robots } from '../state/store';
 import { switchTheme } from '../state/theme';
-import { texts } from '../texts';
+import { language, switchLanguage, texts } from '../texts';
 import { Banner } from './Banner';
 import { Menu } from './Menu';
 import { RobotNotes } from './RobotNotes';
@@ -70,6 +70,9 @@ export function Header() {
       <CopyLink />
       <button type="button" aria-label={texts.header.theme} title={texts.header.theme} onClick={switchTheme}>
         ◐
+      </button>
+      <button type="button" lang={language === 'de' ? 'en' : 'de'} onClick={switchLanguage}>
+        {texts.header.language}
       </button>
       <a href="docs">{texts.header.docs}</a>
       {(problem.value?.code === 'unauthorized' || apiKey.value !== '') && <Key />}

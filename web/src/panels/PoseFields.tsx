@@ -31,7 +31,7 @@ export function PoseFields({ pose, onTyping, onPose }: PoseProps) {
       {turn ? (
         <VectorField
           label={texts.editor.orientation}
-          names={['roll', 'pitch', 'yaw']}
+          names={texts.jog.axes.slice(3)}
           values={rpyOfQuaternion(turn).map(degrees)}
           onTyping={onTyping && ((values) => onTyping(turned(values)))}
           onValues={(values) => onPose(turned(values))}

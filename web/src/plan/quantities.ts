@@ -1,6 +1,7 @@
 // The quantities of the certificate: their titles and units, from the planner's own table (npm run types).
 import measures from '../service/quantities.json';
 import type { Joint } from '../service/types';
+import { texts } from '../texts';
 import { degrees } from './units';
 
 interface Measure {
@@ -12,7 +13,7 @@ interface Measure {
 const MEASURES: Readonly<Record<string, Measure>> = measures;
 
 export function titleOf(quantity: string): string {
-  return MEASURES[quantity]?.title ?? quantity.replaceAll('_', ' ');
+  return texts.measures[quantity] ?? MEASURES[quantity]?.title ?? quantity.replaceAll('_', ' ');
 }
 
 // The unit in which people read a quantity, and how many of it the service's unit is: at joints, and of errors and

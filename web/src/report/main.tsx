@@ -12,8 +12,10 @@ import '../style/batch_report.css';
 import type { ReportedBatch } from './batch';
 import { BatchReport } from './BatchReport';
 import type { ReportedPlan } from './PlanReport';
+import { language } from '../texts';
 import { PlanReport } from './PlanReport';
 
+document.documentElement.lang = language;
 const app = document.getElementById('app')!;
 const plan = document.getElementById('plan');
 const batch = document.getElementById('batch');

@@ -18,7 +18,8 @@ import type { Pair } from '../scene/pair';
 import type { Dragging } from '../state/dragging';
 import type { Reach } from '../state/reaching';
 import type { GizmoMode } from './gizmo';
-import type { Stage, View } from './stage';
+import type { Stage } from './stage';
+import type { View } from './views';
 
 const MODES: readonly GizmoMode[] = ['translate', 'rotate'];
 const VIEWS: readonly View[] = ['home', 'front', 'side', 'top'];
@@ -26,6 +27,7 @@ const VIEWS: readonly View[] = ['home', 'front', 'side', 'top'];
 const mode = signal<GizmoMode>('translate');
 const ofTool = signal(false); // the handles have the axes of the tool, else those of the world
 const snaps = signal(false);
+const isWhole = signal(false); // the stage fills the window
 const byUse = signal(false); // the path is coloured by the use of limits, else by its speed
 
 // Without `dragging` nothing can be changed: so it is in a report.
@@ -73,6 +75,9 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
             {texts.stage.view[view]}
           </button>
         ))}
+        <button type="button" aria-pressed={isWhole.value} onClick={() => (isWhole.value = !isWhole.value)}>
+          {texts.stage.whole}
+        </button>
         <button type="button" onClick={() => stage && savePicture(stage)}>
           {texts.stage.screenshot}
         </button>
@@ -208,6 +213,14 @@ function follow(
     for (const stop of stops) stop();
   };
 }
+
+effect(() => {
+  document.documentElement.toggleAttribute('data-whole', isWhole.value);
+});
+
+addEventListener('keydown', ({ key }) => {
+  if (key === 'Escape') isWhole.value = false;
+});
 
 function savePicture(stage: Stage): void {
   const link = document.createElement('a');

@@ -1,6 +1,6 @@
 // The three-dimensional view. It draws when something has changed, and only then.
 import { Box3, GridHelper, Group, Matrix4, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer } from 'three';
-import type { Object3D, Vector3Tuple } from 'three';
+import type { Object3D } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { stretchesOfTools } from '../plan/tools';
 import type { ComparedBackend, LinkShape, PlanRequest, Pose, Problem, Robot, WorkspaceAnswer } from '../service/types';
@@ -14,6 +14,8 @@ import { Cloud } from './cloud';
 import { Gizmo } from './gizmo';
 import type { GizmoMode, GizmoWays } from './gizmo';
 import { lights } from './lights';
+import { DIRECTIONS, isSeen } from './views';
+import type { View } from './views';
 import { axes, ball, disposeOf, ghostLine, pathLine, toolMarks, waypointMarks } from './marks';
 import { instanceAt, listenToClicks } from './picking';
 import { gapMark, obstacles } from './obstacles';
@@ -21,10 +23,6 @@ import { pointsOf } from '../scene/pair';
 import type { Pair } from '../scene/pair';
 import { mountingOf, toolOf } from '../scene/objects';
 import type { Placed, Setting } from '../scene/objects';
-
-export type View = 'home' | 'front' | 'side' | 'top';
-
-const DIRECTIONS: Record<View, Vector3Tuple> = { home: [1, -1.05, 0.75], front: [1, 0, 0.02], side: [0, -1, 0.02], top: [0.001, 0, 1] };
 
 type Drawn = 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'waiting' | 'gap' | 'pair' | 'cloud';
 
@@ -119,7 +117,7 @@ export class Stage {
     const isNew = !this.cloud && found !== null;
     this.cloud = found ? new Cloud(found, isCut, theme.value === 'dark') : undefined;
     this.replace('cloud', this.cloud?.object);
-    if (isNew) this.fit(this.camera.position.clone().sub(this.controls.target));
+    if (isNew) this.refit();
   }
 
   // What the robot carries now, and what it takes later or has put down.
@@ -167,7 +165,12 @@ export class Stage {
       this.isFitted = true;
       this.arm?.pose(shown.answer.samples.position[0]!); // the view is to hold the arm where it begins
       this.look('home');
-    }
+    } else if (isDrawn && !isSeen(this.drawn.path!, this.camera)) this.refit();
+  }
+
+  // Shows all from where the viewer stands.
+  private refit(): void {
+    this.fit(this.camera.position.clone().sub(this.controls.target));
   }
 
   // The waypoints, each with the tool that it brings.

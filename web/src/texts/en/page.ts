@@ -12,6 +12,7 @@ export const ofPage = {
     undo: 'Undo',
     redo: 'Redo',
     theme: 'Dark or light',
+    language: 'Deutsch',
     docs: 'API',
     copyLink: 'Copy link',
     linkCopied: 'Link copied',

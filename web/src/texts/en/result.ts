@@ -25,6 +25,7 @@ export const ofResult = {
     unlimited: 'no limit',
     unbounded: 'unbounded',
   },
+  measures: {} as Record<string, string>, // titles of quantities in place of the planner's own
   clearance: {
     note: (pair: readonly string[], distance: string, time: number) =>
       `nearest: ${pair.join(' and ')}, ${distance} at ${time.toFixed(2)} s`,

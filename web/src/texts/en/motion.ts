@@ -15,6 +15,7 @@ export const ofMotion = {
       `reached in ${solutions} ${solutions === 1 ? 'way' : 'ways'}${free === null ? '' : `, ${free || 'none'} of them free`}`,
     hindered: (pair: readonly string[], depth: string) => `${pair.join(' and ')}: ${depth} too near`,
     missed: (millimetres: string) => `out of reach: the nearest is ${millimetres} mm away`,
+    whole: 'Whole window',
     screenshot: 'Picture',
     speed: 'tool speed',
     use: 'use of limits',

@@ -1,0 +1,33 @@
+import type { ofBatch as english } from '../en/batch';
+
+export const ofBatch: typeof english = {
+  batch: {
+    refused: 'Der Stapel wurde abgelehnt',
+    shown: 'Der Stapel',
+    progress: 'Beantwortete Anfragen',
+    status: { running: 'Läuft', completed: 'Fertig', cancelled: 'Abgebrochen' },
+    counts: (planned, refused, total) => `${planned} geplant, ${refused} abgelehnt von ${total}`,
+    rate: (rate, left) => `${rate} je Sekunde${left === null ? '' : `, noch etwa ${left}`}`,
+    durations: 'Dauern der Trajektorien',
+    histogram: (shortest, mean, longest) => `Histogramm der Dauern: von ${shortest} bis ${longest}, im Mittel ${mean}`,
+    part: (count, from) => `${count} ab ${from}`,
+    mean: (mean) => `Mittel ${mean}`,
+    worst: (percent) => `Höchstens ${percent} % einer Grenze werden genutzt.`,
+    failures: 'Abgelehnt',
+    reason: (index, detail) => `Anfrage ${index}: ${detail}`,
+    cancel: 'Abbrechen',
+    results: 'Alle Ergebnisse als zip',
+    report: 'Bericht',
+    grid: 'Diese Anfrage mit veränderten Feldern',
+    field: 'Feld',
+    values: 'Werte',
+    another: 'Noch ein Feld',
+    remove: (row) => `Feld ${row} entfernen`,
+    send: (size) => `${size} Anfragen planen`,
+    noField: (pointer) => `Die Anfrage hat keinen Platz für ${pointer}.`,
+    unreadable: 'Die Werte sind nicht lesbar',
+    id: 'Ein Stapel nach seiner Kennung',
+    open: 'Öffnen',
+    entry: (total, status) => `${total} Anfragen, ${status.toLowerCase()}`,
+  },
+};

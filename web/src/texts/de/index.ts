@@ -1,0 +1,11 @@
+// All German texts.
+import { ofBatch } from './batch';
+import { ofFields } from './fields';
+import { ofMotion } from './motion';
+import { ofPage } from './page';
+import { ofReports } from './reports';
+import { ofResult } from './result';
+import { ofRobot } from './robot';
+import { ofWaypoints } from './waypoints';
+
+export const german = { ...ofPage, ...ofMotion, ...ofWaypoints, ...ofFields, ...ofResult, ...ofRobot, ...ofBatch, ...ofReports };

@@ -1,0 +1,89 @@
+"""The stage and the verdict on screens of all sizes."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.api.conftest import RunningService
+from web.tests.browser import ARM_PIXELS, TOO_SHORT, drawn, opened, planned, use_request
+from web.tests.test_conditions import violations
+
+PATH_PIXELS_AT_EDGE = """() => {
+  const stage = document.querySelector('.stage canvas');
+  const copy = Object.assign(document.createElement('canvas'), { width: stage.width, height: stage.height });
+  const context = copy.getContext('2d');
+  context.drawImage(stage, 0, 0);
+  const { data } = context.getImageData(0, 0, copy.width, copy.height);
+  const isVivid = (i) => Math.max(...data.slice(i, i + 3)) - Math.min(...data.slice(i, i + 3)) > 90;
+  let count = 0;
+  for (let x = 0; x < copy.width; x += 1) {
+    for (const y of [0, copy.height - 1]) count += isVivid(4 * (y * copy.width + x)) ? 1 : 0;
+  }
+  for (let y = 0; y < copy.height; y += 1) {
+    for (const x of [0, copy.width - 1]) count += isVivid(4 * (y * copy.width + x)) ? 1 : 0;
+  }
+  return count;
+}"""
+"""Counts the pixels at the edge of the stage that have the vivid colours of arm and path; the ground is grey."""
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (820, "dark"), (1280, "light"), (1440, "dark")])
+def test_the_stage_fills_the_window_and_shrinks_again(
+    browser: Browser, service: RunningService, width: int, scheme: str
+) -> None:
+    with opened(browser, f"{service.url}/", viewport={"width": width, "height": 844}, color_scheme=scheme) as page:
+        planned(page)
+        stage, timeline = page.locator(".stage"), page.get_by_role("region", name="Time line")
+        before = stage.bounding_box()
+        page.get_by_role("button", name="Whole window").click()
+        drawn(page)
+        whole, line = stage.bounding_box(), timeline.bounding_box()
+        assert before is not None
+        assert whole is not None
+        assert line is not None
+        assert whole["width"] == width
+        assert whole["height"] + line["height"] == pytest.approx(844, abs=60)
+        assert whole["width"] * whole["height"] > before["width"] * before["height"]
+        assert violations(page) == []
+        page.keyboard.press("Escape")
+        drawn(page)
+        assert stage.bounding_box() == before
+
+
+@pytest.mark.parametrize("width", [390, 820])
+def test_a_narrow_screen_shows_the_verdict_first(browser: Browser, service: RunningService, width: int) -> None:
+    """The line above the stage leads to the result."""
+    with opened(browser, f"{service.url}/", viewport={"width": width, "height": 844}) as page:
+        planned(page)
+        line = page.locator(".verdict-line")
+        expect(line).to_have_text("✓ Certified, 25.29 s")
+        expect(line).to_be_in_viewport(ratio=1.0)
+        expect(page.locator(".verdict")).not_to_be_in_viewport()
+        line.click()
+        expect(page.locator(".verdict")).to_be_in_viewport()
+        use_request(page, json.dumps(TOO_SHORT))
+        page.get_by_role("alert", name="Refusal").wait_for()
+        expect(line).to_contain_text("✕")
+        assert violations(page) == []
+
+
+def test_a_path_that_leaves_the_view_is_framed(browser: Browser, service: RunningService) -> None:
+    """The second path is a metre longer than the first, to which the view was fitted."""
+    position = [0.0, -0.3, 2.2, 0.0, 0.5, 0.0]
+    near = {"kind": "joint", "position": position}
+    short = {"robot": "kuka_kr16_2", "waypoints": [near, near | {"position": [0.1, *position[1:]]}]}
+    far = [[turn, -0.1, 0.0, 0.0, 0.0, 0.0] for turn in (0.0, 1.5, 3.0, -1.5)]
+    wide = {"robot": "kuka_kr16_2", "waypoints": [near, *(near | {"position": one} for one in far)]}
+    with opened(browser, f"{service.url}/") as page:
+        planned(page)
+        for request in (short, wide):
+            use_request(page, json.dumps(request))
+            expect(page.locator("[data-waypoint]")).to_have_count(len(request["waypoints"]))
+            expect(page.locator("[data-waypoint='1'] .when")).to_contain_text("s")
+            planned(page)
+            drawn(page)
+            assert page.evaluate(ARM_PIXELS)[0] > 500
+            assert page.evaluate(PATH_PIXELS_AT_EDGE) == 0
