@@ -47,6 +47,7 @@ def test_the_stage_fills_the_window_and_shrinks_again(
         assert whole["width"] == width
         assert whole["height"] + line["height"] == pytest.approx(844, abs=60)
         assert whole["width"] * whole["height"] > before["width"] * before["height"]
+        page.wait_for_function(f"() => ({ARM_PIXELS})()[0] > 500")
         assert violations(page) == []
         page.keyboard.press("Escape")
         drawn(page)
