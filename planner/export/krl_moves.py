@@ -81,6 +81,7 @@ def render(dialect: Dialect, plan: Plan, options: ExportOptions) -> bytes:
         f"; {origin(plan)}, for {dialect.version}",
         "; the controller's own interpolation sets times and blends: the certified program is the format krl",
         "; speeds are at most the plan's; percentages are of the model's limits, which have to be the controller's",
+        "; A1 to A6 are the joints of the model: its zeros and signs have to be the robot's",
         f"; $TOOL has to be the plan's tool in the frame {on_one_line(robot.tip_frame)}; poses are in the robot's base",
         *(["; joint points stand for curves that KRL does not have"] if has_points else []),
         *halt_away_from_start(robot, start),

@@ -55,6 +55,7 @@ class Statement:
     ending: str
     settings: dict[str, float]
     rest: list[object] = field(default_factory=list)
+    tool: list[float] | None = None
 
 
 def read(program: str) -> list[Statement]:
@@ -64,7 +65,7 @@ def read(program: str) -> list[Statement]:
     assert lines[-8:-1] == SUBPROGRAM and lines[-9] == "END"
     settings: dict[str, float] = {}
     found: list[Statement] = []
-    waypoint = 0
+    waypoint, tool = 0, None
     rows = iter(lines[1:-9])
     for line in rows:
         if match := re.fullmatch(r"; waypoint (\d+)", line):
@@ -81,11 +82,13 @@ def read(program: str) -> list[Statement]:
         elif match := re.fullmatch(r"(\$(?:VEL|ACC)\.(?:CP|ORI[12])|\$APO\.C(?:DIS|PTP)) = (\d+(?:\.\d+)?)", line):
             settings[match[1]] = float(match[2])
             assert settings[match[1]] > 0.0
+        elif match := re.fullmatch(rf"\$TOOL = {FRAME}", line):
+            tool = [float(value) for value in match.groups()]
         elif match := re.fullmatch(rf"S?PTP {AXES}((?: C_PTP| C_DIS| C_SPL)*)", line):
             found.append(Statement("joint", waypoint, [[float(v) for v in match.groups()[:6]]], match[7], {**settings}))
         elif match := re.fullmatch(rf"S?LIN {FRAME}( C_DIS| C_SPL)?", line):
             values = [float(v) for v in match.groups()[:6]]
-            found.append(Statement("line", waypoint, [values], match[7] or "", {**settings}))
+            found.append(Statement("line", waypoint, [values], match[7] or "", {**settings}, tool=tool))
         elif match := re.fullmatch(rf"S?CIRC {FRAME}, {FRAME}( C_DIS| C_SPL)?", line):
             values = [float(v) for v in match.groups()[:12]]
             found.append(Statement("circle", waypoint, [values[:6], values[6:]], match[13] or "", {**settings}))
@@ -219,6 +222,20 @@ def test_a_polyline_is_a_line_for_each_corner(form: str) -> None:
             matrix(each.numbers[0])[:3, :3], pinocchio_pose(ROBOT, HOME + 0.1)[:3, :3], atol=1e-5
         )
         assert each.settings["$APO.CDIS"] == 10.0
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_tool_is_set_before_the_line_that_it_makes(form: str) -> None:
+    tool = Pose([0.02, -0.01, 0.15], Rotation.from_euler("xyz", [0.3, -0.4, 0.5]).as_matrix())
+    start = pinocchio_pose(ROBOT, HOME + 0.1) @ pin.SE3(tool.rotation, tool.position).homogeneous
+    target = Pose(start[:3, 3] + [0.0, 0.1, 0.05], start[:3, :3])
+    waypoints: list[AnyWaypoint] = [joints(HOME + 0.1), PoseWaypoint(pose=target, motion=LinearMotion(), tool=tool)]
+    solved = plan(PlanningProblem(ROBOT, waypoints), Cubic())
+    (line,) = [each for each in read(render(solved, form, ExportOptions()).decode()) if each.kind == "line"]
+    assert line.tool is not None
+    np.testing.assert_allclose(matrix(line.numbers[0])[:3, 3], target.position, atol=1e-5)
+    flange = pinocchio_pose(ROBOT, solved.path.positions[-1])
+    np.testing.assert_allclose(matrix(line.numbers[0]), flange @ matrix(line.tool), atol=1e-5)
 
 
 def test_an_arm_of_another_maker_is_refused_by_name() -> None:
