@@ -201,4 +201,15 @@ def proofs(
     _show(measure(plans, tampered, seconds), json, print_table)
 
 
+@app.command()
+def simulation(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    plans: Annotated[int, typer.Option(help="Random plans, over all back ends.", min=1)] = 500,
+) -> None:
+    """Run plans in MuJoCo: following errors and torques by back end and controller (extra models)."""
+    from benchmarks.simulation.measure import measure, print_table
+
+    _show(measure(plans), json, print_table)
+
+
 app()

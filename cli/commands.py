@@ -162,6 +162,48 @@ def plan(
 
 
 @app.command()
+def simulate(
+    request: Annotated[
+        str, typer.Argument(metavar="REQUEST", help="File with a request of POST /v1/trajectories; - reads stdin.")
+    ],
+    feed_forward: Annotated[
+        str,
+        typer.Option(
+            "--feed-forward",
+            metavar="KIND",
+            help="Torques that the controller adds: torque (of the planned motion), gravity or none.",
+        ),
+    ] = "torque",
+    frequency: Annotated[float, typer.Option("--frequency", metavar="HZ", help="Frequency of the servo.")] = 10.0,
+    cycle: Annotated[float, typer.Option("--cycle", metavar="SECONDS", help="Cycle of the controller.")] = 0.001,
+    mass_error: Annotated[
+        float,
+        typer.Option(
+            "--mass-error", metavar="SHARE", help="Share by which the arm is heavier than the controller knows."
+        ),
+    ] = 0.0,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write positions and torques as .csv.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw following errors and torques into a .png or .svg file.")
+    ] = None,
+    backend: Annotated[
+        str | None, typer.Option(metavar="KIND", help="Back end in place of the request's, with its default options.")
+    ] = None,
+    robot: RobotOption = None,
+    srdf: SrdfOption = None,
+    tip: TipOption = None,
+) -> None:
+    """Plan a request here and run the plan in MuJoCo: following errors and torques (extra models)."""
+    from cli.work.robots.files import FileOptions
+    from cli.work.simulated import simulate_file
+
+    servo = {"cycle": cycle, "frequency": frequency, "feed_forward": feed_forward, "mass_error": mass_error}
+    simulate_file(request, servo, output, plot, backend, robot, FileOptions(srdf, tip))
+
+
+@app.command()
 def ik(
     robot: Annotated[
         str, typer.Argument(metavar="ROBOT", help="Robot of the catalogue, or a URDF file.", autocompletion=_robot_ids)
@@ -287,8 +329,8 @@ def robots(
 
     A xacro file is a program: open only files that you trust.
     """
-    from cli.work.robot_files import FileOptions
-    from cli.work.robots import show_robots, xacro_arguments
+    from cli.work.robots.files import FileOptions
+    from cli.work.robots.shown import show_robots, xacro_arguments
 
     arguments = xacro_arguments(argument or ())
     options = FileOptions(srdf, tip, arguments, tuple(packages or ()), calibration, joint_limits)

@@ -60,6 +60,7 @@ from planner.kinematics import Workspace as Workspace
 from planner.kinematics import all_solutions as all_solutions
 from planner.kinematics import configurations as configurations
 from planner.kinematics import forward_kinematics as forward_kinematics
+from planner.kinematics import frame_poses as frame_poses
 from planner.kinematics import inverse_kinematics as inverse_kinematics
 from planner.kinematics import inverse_kinematics_many as inverse_kinematics_many
 from planner.kinematics import jacobian as jacobian
@@ -170,6 +171,9 @@ from planner.shapes import HalfSpace as HalfSpace
 from planner.shapes import InvalidShape as InvalidShape
 from planner.shapes import Shape as Shape
 from planner.shapes import Sphere as Sphere
+from planner.simulation import Servo as Servo
+from planner.simulation import Simulation as Simulation
+from planner.simulation import simulate as simulate
 from planner.spatial import Pose as Pose
 from planner.spatial import as_pose as as_pose
 from planner.spatial import quaternion as quaternion

@@ -46,7 +46,7 @@ A smaller value is a mistake; its square or reciprocal can leave the range of fl
 TOO_SMALL = f"must be greater than 0, and at least {SMALLEST:g}"
 """The message of a fault where a number is smaller."""
 
-SCALES = ("velocity_scale", "acceleration_scale")
+SCALES = ("velocity_scale", "acceleration_scale", "torque_scale")
 """Names of the fields of `Limits` that are factors on others."""
 
 
@@ -70,6 +70,8 @@ class Limits:
             velocity.
         velocity_scale: Factor in (0, 1] on the velocity limits.
         acceleration_scale: Factor in (0, 1] on the acceleration limits.
+        torque_scale: Factor in (0, 1] on the torque limits, also on torque curves. It leaves a reserve to the
+            controller.
         velocity_range: Lower and upper velocity of each joint, the lower one negative, where they differ.
         acceleration_range: The same of the acceleration.
         torque_range: The same of the torque or force.
@@ -95,6 +97,7 @@ class Limits:
     tcp_angular_jerk: float | None = None
     velocity_scale: float = 1.0
     acceleration_scale: float = 1.0
+    torque_scale: float = 1.0
     velocity_range: tuple[tuple[float, float], ...] | None = None
     acceleration_range: tuple[tuple[float, float], ...] | None = None
     torque_range: tuple[tuple[float, float], ...] | None = None
@@ -290,6 +293,11 @@ def segment_limits(
         of_all = getattr(common, quantity) or np.inf
         return np.array([min(of_all, getattr(narrower, quantity, None) or np.inf) for narrower in own])
 
+    def scales(name: str) -> FloatArray:
+        """Return the products (segments,) of a scale of the whole trajectory and of each segment."""
+        of_all = getattr(common, name)
+        return np.array([of_all * getattr(narrower, name, 1.0) for narrower in own])
+
     of_tool = {quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES}
     requested = [[limits.further for limits in (common, narrower) if limits is not None] for narrower in own]
     further = {
@@ -304,12 +312,11 @@ def segment_limits(
             ]
             further[power] = np.array([np.min([row, *(x for x in given if x is not None)], axis=0) for given in each])
     if VELOCITY_AT_POSITION.is_known(robot):
-        scales = [[limits.velocity_scale for limits in (common, narrower) if limits is not None] for narrower in own]
-        further[VELOCITY_AT_POSITION] = np.array([np.prod(each) for each in scales])
+        further[VELOCITY_AT_POSITION] = scales("velocity_scale")
     rating = robot.limit("rms_torque") if common.rms_torque is None else np.array(common.rms_torque)
     rms = RmsTorque(rating, common.cycle_time or 0.0) if np.isfinite(rating).any() else None
     if robot.torque_curves is not None:
-        further[TORQUE_AT_SPEED] = np.ones(len(own))
+        further[TORQUE_AT_SPEED] = scales("torque_scale")
     return SegmentLimits(
         Bounds(robot.limit("lower"), robot.limit("upper")),
         **{quantity: joint_bounds(quantity) for quantity in JOINT_QUANTITIES},

@@ -37,6 +37,8 @@ class ForwardKinematicsRequest(Schema):
     positions: Rows
     """The joint positions, shape (positions, joints), rad or m."""
     tool: Tool = None
+    include: Annotated[list[Literal["links"]], Field(max_length=1)] = Field(default_factory=list)
+    """Further parts of the answer: `links`, the poses of all links."""
     deadline: Deadline = DEFAULT_DEADLINE
 
 
@@ -128,11 +130,25 @@ class AnsweredPose(Answer):
     """The orientation of the tool, as a quaternion of norm 1."""
 
 
+class LinkPose(Answer):
+    """The pose of a link's frame in the base frame."""
+
+    link: str
+    """The name of the link."""
+    position: list[float]
+    """The origin of the frame x, y, z, m."""
+    orientation: QuaternionOrientation
+    """The orientation of the frame, as a quaternion of norm 1."""
+
+
 class ForwardKinematicsAnswer(Answer):
     """Poses of the tool in the base frame, one per joint position."""
 
     poses: list[AnsweredPose]
     """The poses, in the order of the joint positions."""
+    links: list[list[LinkPose]] | None = Field(default=None, exclude_if=lambda links: links is None)
+    """The poses of all links, shape (positions, links), from the base to the tip; only with `"include": ["links"]`.
+    The frames of a Denavit-Hartenberg table are its own: they are the products of its A matrices."""
 
 
 class AnsweredConfiguration(Answer):

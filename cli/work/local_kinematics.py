@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cli.work.robot_files import FileOptions
+from cli.work.robots.files import FileOptions
 from cli.work.shared import refusals, robot_named
 from cli.work.terminal import solutions_table, terminal
 from planner.kinematics import all_solutions

@@ -13,7 +13,7 @@ import typer
 from api.work.answers.formats import FORMATS
 from cli.work.local_plan import format_of, plan_request, read_request, render, report_of
 from cli.work.pictures import SUFFIXES, draw
-from cli.work.robot_files import FileOptions
+from cli.work.robots.files import FileOptions
 from cli.work.shared import read, refusals, robot_named, write
 from cli.work.terminal import plan_summary, terminal
 from planner.backends import BACKENDS

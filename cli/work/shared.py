@@ -12,7 +12,7 @@ import typer
 
 from api.base.errors import ServiceError
 from api.work.answers.problem_documents import problem_document
-from cli.work.robot_files import NO_OPTIONS, named_robot
+from cli.work.robots.files import NO_OPTIONS, named_robot
 from cli.work.terminal import problem_panel, terminal
 from planner.errors import PlanningError
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from cli.work.robot_files import FileOptions, NamedRobot
+    from cli.work.robots.files import FileOptions, NamedRobot
 
 
 def read(name: str, parameter: str = "REQUEST") -> bytes:

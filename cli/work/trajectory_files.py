@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from api.base.errors import invalid, invalid_at, invalid_request
 from api.contract.requests import ValidateRequest
 from api.work.tasks.trajectories import certified
-from cli.work.robot_files import FileOptions, NamedRobot
+from cli.work.robots.files import FileOptions, NamedRobot
 from cli.work.shared import read, refusals, robot_named
 from cli.work.terminal import certificate_table, terminal
 

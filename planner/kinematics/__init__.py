@@ -3,6 +3,7 @@
 from planner.kinematics.configurations import Configuration, configurations, in_configuration, named_parts
 from planner.kinematics.forward import (
     forward_kinematics,
+    frame_poses,
     jacobian,
     manipulability,
     singular_values,
@@ -40,6 +41,7 @@ __all__ = [
     "all_solutions",
     "configurations",
     "forward_kinematics",
+    "frame_poses",
     "free_first",
     "in_configuration",
     "inverse_kinematics",

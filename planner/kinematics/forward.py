@@ -91,6 +91,32 @@ def tool_pose(robot: Robot, position: ArrayLike) -> Pose:
     return Pose(placement.translation.copy(), placement.rotation.copy())
 
 
+def frame_poses(robot: Robot, position: ArrayLike) -> dict[str, Pose]:
+    """Compute where all frames of a robot are at one joint position: its links, flange and tool.
+
+    Args:
+        robot: The robot, with its tool.
+        position: (joints,), rad or m.
+
+    Returns:
+        The poses in the base frame, by the names of the frames, from the base to the tip. The frame of a link of a
+        Denavit-Hartenberg table is the table's; the products of its A matrices are these poses.
+
+    Raises:
+        ValueError: The position has another shape.
+    """
+    q = np.asarray(position, dtype=np.float64)
+    if q.shape != (robot.dof,):
+        raise ValueError(f"`position` must have shape ({robot.dof},); got {q.shape}")
+    pin.framesForwardKinematics(robot.model, robot.data, q)
+    placements = zip(robot.model.frames, robot.data.oMf, strict=True)
+    return {
+        frame.name: Pose(placement.translation.copy(), placement.rotation.copy())
+        for frame, placement in placements
+        if frame.type != pin.FrameType.FIXED_JOINT
+    }
+
+
 def jacobian(robot: Robot, position: ArrayLike) -> FloatArray:
     """Compute the Jacobian of the tool's position and orientation.
 

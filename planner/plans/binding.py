@@ -83,6 +83,8 @@ def _fields(check: Check, problem: PlanningProblem, segment: int) -> Iterator[Fi
         found = [("robot", *OF_ROBOT[quantity])]
         if quantity == "velocity_at_position":
             found += [(*field, "velocity_scale") for field, own in given if own.velocity_scale < 1.0]
+        if quantity == "torque_at_speed":
+            found += [(*field, "torque_scale") for field, own in given if own.torque_scale < 1.0]
     if quantity in (*TCP_ORDERS, "power", "total_power", "rms_torque"):
         for field, own in given:
             value = getattr(own, quantity)

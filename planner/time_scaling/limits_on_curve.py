@@ -208,9 +208,11 @@ class _Sampled:
             if isinstance(constraint, Power) and constraint in self.by_speed:
                 by_b, by_a, rest = (constraint.of(part, v) / bounds.upper for part in torques)
                 yield by_b, by_a, 0.0, rest, 0.0, 1.0
-        if TORQUE_AT_SPEED in self.by_speed and self.robot.torque_curves is not None:
-            for by_b, by_a, rest, constant in rows_at_speed(self.robot.torque_curves, *torques, np.abs(v)):
-                yield by_b, by_a, 0.0, rest, constant, 0.0
+            if constraint == TORQUE_AT_SPEED and self.robot.torque_curves is not None:
+                per_b, per_a, held = (part / bounds.upper for part in torques)
+                rows = rows_at_speed(self.robot.torque_curves, per_b, per_a, held, np.abs(v))
+                for by_b, by_a, rest, constant in rows:
+                    yield by_b, by_a, 0.0, rest, constant, 0.0
 
     def values_at(
         self, constraint: Constraint, at: FloatArray, ds: FloatArray, dds: FloatArray

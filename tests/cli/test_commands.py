@@ -493,3 +493,46 @@ def test_a_proof_is_written_and_checked(request_file: Path, tmp_path: Path) -> N
     result = planner("check", "-", stdin=json.dumps(proof))
     assert (result.exit_code, result.stderr) == (1, "rejected: a digest does not match\n")
     assert planner("check", "-", stdin="{").exit_code == 1
+
+
+def test_a_plan_is_simulated(tmp_path: Path) -> None:
+    """The table and the file have the same largest following error and torque of each joint."""
+    request = EXAMPLES / "past_a_switch.json"
+    file, picture = tmp_path / "run.csv", tmp_path / "run.svg"
+    result = planner("simulate", request, "--mass-error", "0.1", "-o", file, "--plot", picture)
+    assert result.exit_code == 0, result.stderr
+    with file.open(newline="") as opened:
+        rows = list(csv.DictReader(opened))
+    for name in load_robot("ur5e").joint_names:
+        (line,) = (line.split() for line in result.stdout.splitlines() if line.startswith(name))
+        error, torque = (
+            max(
+                abs(float(row[f"{kind}.{name}"]) - float(row.get(f"planned_{kind}.{name}", 0.0)) * is_error)
+                for row in rows
+            )
+            for kind, is_error in (("position", 1), ("torque", 0))
+        )
+        assert float(line[1]) == pytest.approx(np.degrees(error), abs=1e-4)
+        assert float(line[8]) == pytest.approx(torque, rel=1e-3)
+    assert picture.read_bytes().startswith(b"<?xml")
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "said"),
+    [
+        (("--feed-forward", "everything"), 2, "torque, gravity, none"),
+        (("-o", "run.json"), 2, ".csv"),
+        (("--plot", "run.html"), 2, ".png or .svg"),
+        (("--frequency", "500"), 1, "`frequency` must be at most 50 Hz"),
+    ],
+)
+def test_a_simulation_that_cannot_be_is_refused(options: tuple[str, ...], status: int, said: str) -> None:
+    result = planner("simulate", EXAMPLES / "past_a_switch.json", *options)
+    assert result.exit_code == status
+    assert said in " ".join(result.stderr.replace("│", " ").split())
+
+
+def test_a_robot_without_masses_cannot_be_simulated() -> None:
+    result = planner("simulate", EXAMPLES / "date_sorting_point_5.json")
+    assert result.exit_code == 1
+    assert "missing_dynamics" in result.stderr

@@ -32,6 +32,7 @@ LAYERS = (
     "free_motion",
     "plots",
     "plans",
+    "simulation",
     "proofs",
     "planning",
     "operations",

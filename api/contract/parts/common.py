@@ -214,6 +214,9 @@ class Limits(Schema):
     most 0.25 m/s (ISO 10218-1). Where a waypoint limits the tool's speed, too, the smaller limit holds there."""
     acceleration_scale: Scale = 1.0
     """A factor without unit on the acceleration limits of all joints."""
+    torque_scale: Scale = 1.0
+    """A factor without unit on the torque limits of all joints, also on torque curves. It leaves a reserve to the
+    controller."""
     velocity_range: JointRanges | None = None
     """The lower and the upper velocity of each joint, shape (joints, 2), rad/s or m/s, where they differ; the lower
     ones are negative."""

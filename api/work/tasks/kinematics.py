@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from api.base.errors import invalid_at
 from api.contract import kinematics as schemas
@@ -58,8 +58,11 @@ def forward_kinematics(context: TaskContext) -> Reply:
         robot = with_tool(context.robot(request), request.tool)
         positions = to_matrix(request.positions, robot.dof, ("positions",))
     with context.stage("plan"):
-        poses = kinematics.forward_kinematics(robot, positions)
-    return context.reply({"poses": list(map(pose_answer, poses))})
+        answer: dict[str, Any] = {"poses": list(map(pose_answer, kinematics.forward_kinematics(robot, positions)))}
+        if "links" in request.include:
+            found = (kinematics.frame_poses(robot, position).items() for position in positions)
+            answer["links"] = [[{"link": name} | pose_answer(pose) for name, pose in links] for links in found]
+    return context.reply(answer)
 
 
 @task("inverse_kinematics")

@@ -23,6 +23,7 @@ TIME = np.linspace(0.0, TRAJECTORY.duration, 50)
 WIDER = {
     "velocity_scale": planner.Limits(velocity_scale=2.0),
     "acceleration_scale": planner.Limits(acceleration_scale=3.0),
+    "torque_scale": planner.Limits(torque_scale=1.1),
     "a scale that is no number": planner.Limits(velocity_scale=float("nan")),
     "velocity": planner.Limits(velocity=tuple(2.0 * ROBOT.limit("velocity"))),
     "acceleration": planner.Limits(acceleration=tuple(1.01 * ROBOT.limit("acceleration"))),

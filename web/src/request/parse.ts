@@ -30,6 +30,7 @@ const limits = object(
     tcp_linear_velocity: nullable(number),
     velocity_scale: number,
     acceleration_scale: number,
+    torque_scale: number,
   },
 );
 

@@ -421,6 +421,14 @@ def test_a_dh_robot_comes_and_goes(service: RunningService) -> None:
     x = 0.4 * math.cos(q1) + 0.3 * math.cos(q1 + q2)
     y = 0.4 * math.sin(q1) + 0.3 * math.sin(q1 + q2)
     np.testing.assert_allclose(answer.json()["poses"][0]["position"], [x, y, 0.0], atol=1e-12)
+    assert "links" not in answer.json()
+    request = {"robot": "planar_arm", "positions": [[q1, q2], [0.0, 0.0]], "include": ["links"]}
+    with_links = checked(service.post("/v1/kinematics/forward", request), kinematics.ForwardKinematicsAnswer)
+    for links, (first, second) in zip(with_links["links"], request["positions"], strict=True):
+        elbow = next(link for link in links if link["link"] == "link_1")
+        np.testing.assert_allclose(elbow["position"], [0.4 * math.cos(first), 0.4 * math.sin(first), 0.0], atol=1e-12)
+        turned = [0.0, 0.0, math.sin((first + second) / 2), math.cos((first + second) / 2)]
+        np.testing.assert_allclose(links[-1]["orientation"]["xyzw"], turned, atol=1e-12)
 
     assert service.post("/v1/robots", dh_robot()).status_code == 200  # the same again
     other = service.post("/v1/robots", dh_robot(joints=[dh_joint()]))

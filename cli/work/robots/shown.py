@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from cli.work.robot_files import FileOptions, robot_request
+from cli.work.robots.files import FileOptions, robot_request
 from cli.work.shared import refusals, robot_named, write
 from cli.work.terminal import robot_summary, robots_table, terminal
 from planner.robots import catalogue_ids, load_robot

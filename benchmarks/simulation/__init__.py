@@ -1,0 +1,1 @@
+"""Plans in a physics simulator: following errors and torques by back end."""

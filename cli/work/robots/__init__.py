@@ -1,0 +1,1 @@
+"""Robots of the command line: in files and in the catalogue."""
