@@ -23,6 +23,7 @@ from planner.comparison import Comparison as Comparison
 from planner.comparison import Figures as Figures
 from planner.comparison import compare as compare
 from planner.comparison import figures as figures
+from planner.constraints.tool_axes import ToolAxis as ToolAxis
 from planner.dynamics import inverse_dynamics as inverse_dynamics
 from planner.errors import ClearanceUnproved as ClearanceUnproved
 from planner.errors import Collision as Collision

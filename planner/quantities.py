@@ -44,6 +44,7 @@ MEASURES = {
     "tcp_angular_jerk": Measure("Tool turning jerk", "rad/s³"),
     "path_position_deviation": Measure("Off the path", "m"),
     "path_orientation_deviation": Measure("Off the orientation", "rad"),
+    "tool_axis_angle": Measure("Tool axis off its direction", "rad"),
     "blend_deviation": Measure("Corners cut by", "m"),
     "passing_velocity_error": Measure("Passing velocity error", "rad/s", "m/s"),
     "waypoint_position_error": Measure("Tool off a waypoint", "m"),

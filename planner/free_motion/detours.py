@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.certificate.clearance import refuse_collision_at, segment_checkers
 from planner.errors import InvalidProblem, NoPathFound, PathPoint, PlanningError
-from planner.free_motion.edges import FreeEdges
+from planner.free_motion.edges import FreeEdges, KeptAxes
 from planner.free_motion.free_path import find_free_path
 from planner.free_motion.straight_ends import find_path_with_straight_ends
 from planner.kinematics.configurations import Configuration, in_configuration
@@ -20,7 +20,7 @@ from planner.kinematics.inverse import all_solutions
 from planner.paths import solved_waypoints
 from planner.paths.clear_motions import ClearMotions
 from planner.problems.actions import AtWaypoint
-from planner.problems.motion_around import FixedWaypoint, FreeMotion, as_requested
+from planner.problems.motion_around import FixedWaypoint, FreeMotion, KeptMotion, as_requested
 from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, ViaWaypoint, Waypoint
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.scene import is_free
@@ -163,9 +163,17 @@ def find_detours(problem: PlanningProblem) -> tuple[Detour, ...]:
         motion = problem.waypoints[index].motion
         most = motion.most_checks if isinstance(motion, FreeMotion) else 0
         robots, options = problem.robots[index - 1 : index + 1], problem.inverse_kinematics
+        kept = kept_axes(problem, index)
         lines = partial(find_path_with_straight_ends, robots, checker, start, goals, options, most)
         detour = find_free_path(
-            problem.robot, checker, start, goals, most_checks=most, seed=options.seed, in_narrow=lines
+            problem.robot,
+            checker,
+            start,
+            goals,
+            most_checks=most,
+            seed=options.seed,
+            in_narrow=None if kept else lines,
+            kept=kept,
         )
         if detour.status != "found":
             raise _refusal(problem, checker, index, detour, start, goals)
@@ -213,6 +221,8 @@ def ends_of_detour(problem: PlanningProblem, before: Sequence[Detour], index: in
     checker = segment_checkers(replace(so_far, self_collision=itself), positions)[number - 1]
     start = solved[number - 1].position
     goals = _goals(problem, index, checker, (solved[number - 1], solved[number]), (so_far, waypoints, number))
+    if (kept := kept_axes(problem, index)) is not None:
+        goals = _goals_kept(kept, index, start, goals)
     travels = np.abs(goals - start)
     if travels[0].max() > LONGEST_TRAVEL:
         joint = int(travels[0].argmax())
@@ -222,20 +232,53 @@ def ends_of_detour(problem: PlanningProblem, before: Sequence[Detour], index: in
     return EndsOfDetour(checker, start, goals[travels.max(axis=1) <= LONGEST_TRAVEL], positions[first : number - 1])
 
 
+def kept_axes(problem: PlanningProblem, index: int) -> KeptAxes | None:
+    """Return the constraints on the tool of the motion to a waypoint; None: there are none."""
+    motion = problem.waypoints[index].motion
+    return KeptAxes(problem.robots[index], motion.keep) if isinstance(motion, KeptMotion) and motion.keep else None
+
+
+def _goals_kept(kept: KeptAxes, index: int, start: FloatArray, goals: FloatArray) -> FloatArray:
+    """Return the goals (goals, joints) that keep the constraints on the tool.
+
+    Raises:
+        InvalidProblem: The start breaks one, or all goals do.
+    """
+    excesses = np.array([kept.excess_at(position) for position in (start, *goals)])
+    for number, excess in ((index - 1, excesses[0]), (index, excesses[1:].min())):
+        if excess > 0.0:
+            message = (
+                f"must satisfy `keep` of the free motion to waypoint {index}; got an axis of the tool "
+                f"{excess:.4g} rad beyond its `angle`. Turn the tool there, or raise the `angle`."
+            )
+            raise InvalidProblem([(("waypoints", number), message)])
+    return goals[excesses[1:] <= 0.0]
+
+
 def _along(waypoint: AnyWaypoint, detour: Detour) -> list[AnyWaypoint]:
     """Return the corners of the detour to a waypoint, and that waypoint."""
     vias: list[AnyWaypoint] = [
         ViaWaypoint(
-            position=corner, motion=AS_GIVEN, transition=detour.transition, limits=waypoint.limits, tool=waypoint.tool
+            position=corner,
+            motion=_fixed_motion(waypoint),
+            transition=detour.transition,
+            limits=waypoint.limits,
+            tool=waypoint.tool,
         )
         for corner in detour.positions[1:-1].tolist()
     ]
     return [*vias, _fixed_at(waypoint, detour.positions[-1])]
 
 
+def _fixed_motion(waypoint: AnyWaypoint) -> JointMotion:
+    """Return the motion to a found joint position in place of the motion to a waypoint, with its constraints."""
+    motion = waypoint.motion
+    return KeptMotion("as_given", keep=motion.keep) if isinstance(motion, KeptMotion) and motion.keep else AS_GIVEN
+
+
 def _fixed_at(waypoint: AnyWaypoint, position: FloatArray) -> FixedWaypoint:
     """Return a waypoint fixed at its solved joint position (joints,)."""
-    motion = AS_GIVEN if isinstance(waypoint.motion, JointMotion) else waypoint.motion
+    motion = _fixed_motion(waypoint) if isinstance(waypoint.motion, JointMotion) else waypoint.motion
     kept = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)} | {"motion": motion}
     name = waypoint.position_name if isinstance(waypoint, JointWaypoint) else None
     return FixedWaypoint(position.tolist(), name, requested=as_requested(waypoint), **kept)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from planner.free_motion.barriers import Barrier
+    from planner.free_motion.edges import KeptAxes
     from planner.robots import Robot
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
@@ -73,6 +74,7 @@ def find_free_path(
     most_checks: int = MOST_CHECKS,
     seed: int = 0,
     in_narrow: Callable[[], FreePath | None] | None = None,
+    kept: KeptAxes | None = None,
 ) -> FreePath:
     """Find a free path: the straight motion to a goal, the nearest first, or a detour.
 
@@ -84,8 +86,9 @@ def find_free_path(
         most_checks: The largest number of checked motions.
         seed: Seed of the random positions; equal seeds give equal paths.
         in_narrow: A search for narrow places, tried after the search with additional clearance fails; None: not tried.
+        kept: Constraints on the tool, which the start and the goals keep; None: there are none.
     """
-    edges = FreeEdges(checker, most_checks)
+    edges = FreeEdges(checker, most_checks, kept)
     start, goals = np.asarray(start, dtype=np.float64), np.asarray(goals, dtype=np.float64)
     order = np.argsort(np.linalg.norm(goals - start, axis=1), kind="stable")
     are_free = is_free(checker, np.vstack([start[None], goals]))

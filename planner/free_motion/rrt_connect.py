@@ -15,6 +15,12 @@ if TYPE_CHECKING:
 LONGEST_EDGE = 0.75
 """The longest edge, rad (a metre counts as a radian): about the free space around a joint position in the open."""
 
+LONGEST_KEPT_EDGE = 0.3
+"""The longest edge where the tool keeps constraints, rad: over it, the angle of an axis leaves a chord by 1 degree."""
+
+LEAST_APPROACH = 0.01
+"""Smallest relative decrease of the distance to a target by a projected edge; otherwise the edge is not added."""
+
 FIRST_RADIUS = 4.0 * LONGEST_EDGE
 """Largest distance of random positions from a node, rad or m, after a motion from the node was blocked."""
 
@@ -151,8 +157,21 @@ class Trees:
         """Go one step from the position of a row of a tree towards a target (joints,)."""
         start = tree.positions[origin]
         distance = float(np.linalg.norm(target - start))
-        end = target if distance <= LONGEST_EDGE else start + (target - start) * (LONGEST_EDGE / distance)
+        longest = LONGEST_EDGE if self.edges.kept is None else LONGEST_KEPT_EDGE
+        end = target if distance <= longest else start + (target - start) * (longest / distance)
+        if self.edges.kept is not None:
+            projected = self._projected(start, end)
+            if projected is None or np.linalg.norm(target - projected) >= (1.0 - LEAST_APPROACH) * distance:
+                return None
+            end = projected
         return tree.add(end, origin) if self.edges.seems_free(start, end) else None
+
+    def _projected(self, start: FloatArray, end: FloatArray) -> FloatArray | None:
+        """Move the end of an edge (joints,) to the constraints on the tool; None: it goes too far."""
+        projected = None if self.edges.kept is None else self.edges.kept.projected(end)
+        if projected is None or (projected < self._within[0]).any() or (projected > self._within[1]).any():
+            return None
+        return projected if np.linalg.norm(projected - start) <= 2.0 * LONGEST_KEPT_EDGE else None
 
     def _connect(self, tree: Tree, target: FloatArray) -> int | None:
         """Extend a tree step by step until it reaches a target (joints,); None: an obstacle blocks it."""

@@ -15,6 +15,7 @@ from planner.certificate.joint_motions import certify_joint_motions
 from planner.certificate.limits import certificate_of, unless_missed
 from planner.certificate.sampling import SampleCertificate, certify_sampling
 from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
+from planner.certificate.tool_axes import certify_tool_axes
 from planner.certificate.tool_path import certify_tool_path
 from planner.certificate.waypoints import certify_passages, certify_waypoints
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
@@ -245,6 +246,7 @@ def _certificate(
     wanted = np.where(np.isnan(met.positions), path.positions, met.positions)
     wanted[[waypoint for group in path.groups for waypoint in group.blended]] = np.nan
     checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, path.waypoints, met.targets)
+    checks += certify_tool_axes(trajectory, problem.robots, problem.waypoints)
     checks += [*certify_passages(trajectory, path.robot.joint_names, path.passed_at), *met.checks]
     checks += certify_durations(trajectory, problem.waypoints, problem.duration)
     if leaves_straight_motions(backend):

@@ -115,11 +115,13 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
 
 
 def _free_motion_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
-    """Find free motions with an invalid budget."""
+    """Find free motions with an invalid budget or constraint."""
     for i, waypoint in enumerate(problem.waypoints):
         motion = waypoint.motion
         if not isinstance(motion, FreeMotion):
             continue
+        for k, axis in enumerate(motion.keep):
+            yield from axis.faults(("waypoints", i, "motion", "keep", k))
         for name in ("time_budget", "optimise_checks"):
             requested, field = getattr(motion, name), ("waypoints", i, "motion", name)
             if requested is not None and not 0.0 < requested < np.inf:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from planner.problems.problem import JointMotion, JointWaypoint
 
 if TYPE_CHECKING:
+    from planner.constraints.tool_axes import ToolAxis
     from planner.problems.problem import AnyWaypoint
 
 MOST_CHECKS = 20_000
@@ -30,10 +31,22 @@ OPTIMISE_CHECKS = 5_000
 
 
 @dataclass(frozen=True)
-class FreeMotion(JointMotion):
+class KeptMotion(JointMotion):
+    """A joint motion that keeps constraints on the tool at all times.
+
+    Attributes:
+        keep: The constraints, checked by the certificate.
+    """
+
+    keep: tuple[ToolAxis, ...] = field(default=(), kw_only=True)
+
+
+@dataclass(frozen=True)
+class FreeMotion(KeptMotion):
     """A joint motion around obstacles: straight if that is collision-free, otherwise a detour.
 
-    A goal pose may be reached in any collision-free configuration, unless a tool motion follows.
+    A goal pose may be reached in any collision-free configuration, unless a tool motion follows. The whole motion keeps
+    the constraints `keep`, and so must its start and its end.
 
     Attributes:
         most_checks: The largest number of motions that the search checks.
