@@ -57,6 +57,12 @@ class ToolAxis:
         direction: The direction in the base frame; its length does not count.
         angle: The largest angle between the axis and the direction, rad.
         axis: The axis in the tool frame; its length does not count.
+
+    Examples:
+        >>> import planner
+        >>> upright = planner.ToolAxis((0.0, 0.0, 1.0), 0.2)
+        >>> planner.FreeMotion(keep=(upright,)).keep[0].angle
+        0.2
     """
 
     direction: tuple[float, float, float]
