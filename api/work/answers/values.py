@@ -16,6 +16,9 @@ from planner.spatial import Pose, quaternion
 if TYPE_CHECKING:
     from planner.errors import NearestPose, PathPoint
 
+NOT_IN_REQUESTS = ("turns", "keep")
+"""Fields of free motions that requests do not have."""
+
 
 def pose_answer(pose: Pose) -> dict[str, Any]:
     """Write a pose: a quaternion, or null where any orientation will do."""
@@ -49,7 +52,11 @@ def value_answer(value: Any) -> Any:
         case Configuration():
             return value.names
         case FreeMotion():
-            asked = {name: option for name, option in vars(value).items() if name != "turns" and option is not None}
+            asked = {
+                name: option
+                for name, option in vars(value).items()
+                if name not in NOT_IN_REQUESTS and option is not None
+            }
             return {"kind": "free", **asked}
         case JointMotion():
             return {"kind": "joint"}
