@@ -75,7 +75,7 @@ in any configuration, and with the joint position where the chain starts.
 
 Before the planner used self-motions on lines, it refused 9 of 300 such lists of the Panda from the pose. From the
 joint position it refused 14 of 93. Three are left. With joints to spare, the end of a line is decided before the next
-one is considered: joint 1 has no room left for the fourth line, joint 4 for the third. A self-motion away from all
+one is considered. Joint 1 then reaches its limit on the fourth line, joint 4 on the third. A self-motion away from all
 limits at once may come too late for one line (joint 5, after 95 % of the first line).
 """
 """What became of random lists of lines, by a run of its own."""
