@@ -17,8 +17,7 @@ from api.contract.parts.common import (
     Vector3,
 )
 from api.contract.parts.external_axes import JointName  # noqa: TC001 - pydantic evaluates the annotations
-from api.contract.parts.torque_curves import TorqueCurve  # noqa: TC001 - pydantic evaluates the annotations
-from api.contract.parts.velocity_curves import VelocityCurves  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.limit_curves import TorqueCurve, VelocityCurves  # noqa: TC001 - pydantic evaluates the annotations
 
 
 class DhJoint(Schema):

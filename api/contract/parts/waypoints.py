@@ -25,6 +25,7 @@ from api.contract.parts.common import (
     Vector3,
     Wrist,
 )
+from api.contract.parts.free_motions import FreeMotion
 from api.contract.parts.scenes import Name  # noqa: TC001
 
 
@@ -38,34 +39,6 @@ class JointMotion(Schema):
     at 3.18). This holds while its positions here and at the waypoint before are between -pi and pi. A position
     beyond counts whole turns and is taken as given. `as_given`: all positions are taken as given, from 3.1 to -3.1 by
     6.2 rad."""
-
-
-class FreeMotion(Schema):
-    """A collision-free path around obstacles: straight in joint space if that is collision-free, else a detour.
-
-    A detour consists of straight joint motions that are proved collision-free at all times. Its corners are passed
-    without a stop, blended or stopped at, whichever the certificate proves first. To a pose, the planner may choose
-    any collision-free configuration, unless a tool motion follows. The segment cannot have a `duration`. Equal
-    requests (`seed`) give equal detours.
-    """
-
-    kind: Literal["free"]
-    """The motion: a free motion."""
-    most_checks: Annotated[int, Field(ge=1, le=50_000)] = 20_000
-    """The most motions that the search checks before it gives up with `no_path_found`; 20000 take 5 to 20 s. The limit
-    is a number, not a time, so that equal requests have equal answers."""
-    optimise: Literal["duration", "effort", "path_length"] | None = None
-    """The objective that improves the detour: further detours are planned and certified, and the best one is the
-    answer; its `waypoints` report the `gain`. The objective counts the whole trajectory: its `duration`, its `effort`,
-    or its `path_length` in joint space. The effort is the integral of the sum of (torque / limit)^2, or of
-    (acceleration / limit)^2 for a robot without inertias. Omitted: one change of the first detour is tried."""
-    time_budget: Annotated[float, Field(gt=0.0, le=600.0)] | None = None
-    """The time budget of this optimisation, s from the start of planning. The answer is the best detour found in this
-    time, so it depends on the speed of the service. The optimisation also ends before the `deadline`. Omitted: it ends
-    after `optimise_checks`."""
-    optimise_checks: Annotated[int, Field(ge=1, le=50_000)] | None = None
-    """The most motions that this optimisation checks; timing a trajectory counts as 100. The default of 5000 takes 1
-    to 5 s. With a `time_budget`, omitted: unlimited."""
 
 
 TolerancePosition = Annotated[float, Field(ge=1e-8, le=1.0)]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.errors import NearestPose, PathPoint
 
 NOT_IN_REQUESTS = ("turns", "keep")
-"""Fields of free motions that requests do not have."""
+"""Fields of free motions that requests do not have, or have in another form."""
 
 
 def pose_answer(pose: Pose) -> dict[str, Any]:
@@ -57,7 +57,11 @@ def value_answer(value: Any) -> Any:
                 for name, option in vars(value).items()
                 if name not in NOT_IN_REQUESTS and option is not None
             }
-            return {"kind": "free", **asked}
+            kept = [
+                {"kind": "tool_axis", "direction": list(own.direction), "angle": own.angle, "axis": list(own.axis)}
+                for own in value.keep
+            ]
+            return {"kind": "free", **asked, **({"keep": kept} if kept else {})}
         case JointMotion():
             return {"kind": "joint"}
         case StopTransition():

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from api.contract.parts import velocity_curves as schemas
+from api.contract.parts import limit_curves as schemas
 from planner.robots import PayloadTable, TorqueCurve, VelocityCurves, VelocityParabola, VelocityTable
 
 if TYPE_CHECKING:
-    from api.contract.parts import payload_table, torque_curves
+    from api.contract.parts import payload_table
     from api.contract.parts.joints import DhJoint, OwnLimits
 
 
@@ -17,7 +17,7 @@ def to_velocity_curves(curves: schemas.VelocityCurves) -> VelocityCurves:
     return VelocityCurves(tuple(map(_to_curve, curves.upper)), tuple(map(_to_curve, curves.lower)))
 
 
-def to_torque_curve(curve: torque_curves.TorqueCurve) -> TorqueCurve:
+def to_torque_curve(curve: schemas.TorqueCurve) -> TorqueCurve:
     """Make a torque curve."""
     return TorqueCurve(tuple(curve.speeds), tuple(curve.torques))
 

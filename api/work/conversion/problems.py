@@ -9,7 +9,7 @@ import numpy as np
 
 import planner
 from api.contract import requests, robots
-from api.contract.parts import common, external_axes, waypoints
+from api.contract.parts import common, external_axes, free_motions, waypoints
 from api.work.conversion.actions import to_actions, with_waits
 from api.work.conversion.curves import to_payload_table, to_torque_curve, to_velocity_curves, with_curves
 from api.work.conversion.kept_meshes import kept_pieces
@@ -353,8 +353,10 @@ def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> planner.Motion:
     match motion:
         case waypoints.JointMotion():
             return planner.JointMotion(motion.turns)
-        case waypoints.FreeMotion():
-            return FreeMotion(**motion.model_dump(exclude={"kind"}))
+        case free_motions.FreeMotion():
+            kept = (_with_tuples(constraint.model_dump(exclude={"kind"})) for constraint in motion.keep)
+            keep = tuple(planner.ToolAxis(**values) for values in kept)
+            return FreeMotion(**motion.model_dump(exclude={"kind", "keep"}), keep=keep)
         case waypoints.LinearMotion():
             return planner.LinearMotion(**_following(motion))
         case waypoints.CircularMotion():

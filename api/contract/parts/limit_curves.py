@@ -1,4 +1,4 @@
-"""Velocity limits of joints that depend on the position."""
+"""Limits of joints that depend on the position or the speed."""
 
 from __future__ import annotations
 
@@ -49,3 +49,12 @@ class VelocityCurves(Schema):
     """The limits of motion towards larger positions."""
     lower: Annotated[list[VelocityCurve], Field(max_length=8)] = Field(default_factory=list)
     """The limits of motion towards smaller positions, as magnitudes."""
+
+
+class TorqueCurve(Schema):
+    """The largest torque by speed, linear between the points and constant beyond the first and last one."""
+
+    speeds: Annotated[list[Annotated[float, Field(ge=0.0, le=LARGEST)]], Field(min_length=2, max_length=64)]
+    """The speeds, ascending, rad/s or m/s."""
+    torques: Annotated[list[Positive], Field(min_length=2, max_length=64)]
+    """The largest torques at these speeds, N m or N. They must not grow with the speed."""

@@ -1,0 +1,54 @@
+"""Free motions of a request: around obstacles, with constraints on the tool."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from api.contract.parts.common import Schema, Vector3
+
+
+class ToolAxis(Schema):
+    """The constraint that an axis of the tool stays within an angle of a direction, such as an upright cup."""
+
+    kind: Literal["tool_axis"]
+    """The constraint: on an axis of the tool."""
+    direction: Vector3
+    """The direction in the base frame, without unit; its length does not count."""
+    angle: Annotated[float, Field(ge=0.02, lt=pi)]
+    """The largest angle between the axis and the direction, rad."""
+    axis: Vector3 = Field(default=[0.0, 0.0, 1.0])
+    """The axis in the tool frame, without unit; its length does not count."""
+
+
+class FreeMotion(Schema):
+    """A collision-free path around obstacles: straight in joint space if that is collision-free, else a detour.
+
+    A detour consists of straight joint motions that are proved collision-free at all times. Its corners are passed
+    without a stop, blended or stopped at, whichever the certificate proves first. To a pose, the planner may choose
+    any collision-free configuration, unless a tool motion follows. The segment cannot have a `duration`. Equal
+    requests (`seed`) give equal detours.
+    """
+
+    kind: Literal["free"]
+    """The motion: a free motion."""
+    most_checks: Annotated[int, Field(ge=1, le=50_000)] = 20_000
+    """The most motions that the search checks before it gives up with `no_path_found`; 20000 take 5 to 20 s. The limit
+    is a number, not a time, so that equal requests have equal answers."""
+    optimise: Literal["duration", "effort", "path_length"] | None = None
+    """The objective that improves the detour: further detours are planned and certified, and the best one is the
+    answer; its `waypoints` report the `gain`. The objective counts the whole trajectory: its `duration`, its `effort`,
+    or its `path_length` in joint space. The effort is the integral of the sum of (torque / limit)^2, or of
+    (acceleration / limit)^2 for a robot without inertias. Omitted: one change of the first detour is tried."""
+    time_budget: Annotated[float, Field(gt=0.0, le=600.0)] | None = None
+    """The time budget of this optimisation, s from the start of planning. The answer is the best detour found in this
+    time, so it depends on the speed of the service. The optimisation also ends before the `deadline`. Omitted: it ends
+    after `optimise_checks`."""
+    optimise_checks: Annotated[int, Field(ge=1, le=50_000)] | None = None
+    """The most motions that this optimisation checks; timing a trajectory counts as 100. The default of 5000 takes 1
+    to 5 s. With a `time_budget`, omitted: unlimited."""
+    keep: Annotated[list[ToolAxis], Field(max_length=4)] = Field(default_factory=list, exclude_if=lambda keep: not keep)
+    """Constraints on the tool that the whole motion keeps, its start and end included. The certificate bounds them at
+    all times."""
