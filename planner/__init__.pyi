@@ -150,6 +150,7 @@ from planner.robots import load_robot as load_robot
 from planner.robots.collision.geometry import LinkShape as LinkShape
 from planner.robots.collision.pairs import CollisionPair as CollisionPair
 from planner.robots.files.documents import RobotFiles as RobotFiles
+from planner.robots.files.pinocchio_model import files_of_model as files_of_model
 from planner.robots.files.robot_files import read_robot_files as read_robot_files
 from planner.robots.payload import Payload as Payload
 from planner.robots.process_force import ProcessForce as ProcessForce

@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.robots.files.documents import RobotFiles, invalid_file
+from planner.robots.files.urdf_writer import add_inertial, add_joint, add_origin, text_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -97,23 +98,13 @@ class _Converter:
                 SubElement(self.urdf, "link", name=child)
             parent, placement = child, anchor.inverse()
         if parent != link:
-            self.fixed(f"{link}_fixed", parent, link, placement)
+            add_joint(self.urdf, f"{link}_fixed", "fixed", (parent, link), placement)
         written = SubElement(self.urdf, "link", name=link)
         if model.body_mass[body] > 0.0:
-            inertial = SubElement(written, "inertial")
-            _origin(inertial, _pose(model.body_ipos[body], model.body_iquat[body]))
-            SubElement(inertial, "mass", value=_text(model.body_mass[body]))
-            moments = dict(zip(("ixx", "iyy", "izz"), map(_text, model.body_inertia[body]), strict=True))
-            SubElement(inertial, "inertia", {**moments, "ixy": "0", "ixz": "0", "iyz": "0"})
+            pose = _pose(model.body_ipos[body], model.body_iquat[body])
+            add_inertial(written, model.body_mass[body], pose, np.diag(model.body_inertia[body]))
         for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
             self.collision(written, geom)
-
-    def fixed(self, name: str, parent: str, child: str, placement: pin.SE3) -> None:
-        """Write a fixed joint."""
-        joint = SubElement(self.urdf, "joint", name=name, type="fixed")
-        _origin(joint, placement)
-        SubElement(joint, "parent", link=parent)
-        SubElement(joint, "child", link=child)
 
     def joint(self, joint: int, parent: str, child: str, placement: pin.SE3) -> None:
         """Write a hinge or a slide; its position is MuJoCo's, whose bodies are where they are drawn at `ref`."""
@@ -127,22 +118,18 @@ class _Converter:
         is_hinge, is_limited = kind == kinds.mjJNT_HINGE, bool(model.jnt_limited[joint])
         back = pin.SE3(pin.exp3(-reference * axis), np.zeros(3)) if is_hinge else _at(-reference * axis)
         urdf_kind = ("revolute" if is_limited else "continuous") if is_hinge else "prismatic"
-        element = SubElement(self.urdf, "joint", name=name, type=urdf_kind)
-        _origin(element, placement * back)
-        SubElement(element, "parent", link=parent)
-        SubElement(element, "child", link=child)
-        SubElement(element, "axis", xyz=_text(*axis))
+        element = add_joint(self.urdf, name, urdf_kind, (parent, child), placement * back, axis)
         limit = SubElement(element, "limit")
         if is_limited:
             lower, upper = model.jnt_range[joint]
-            limit.attrib |= {"lower": _text(lower), "upper": _text(upper)}
+            limit.attrib |= {"lower": text_of(lower), "upper": text_of(upper)}
         effort = self.effort(joint)
         if np.isfinite(effort):
-            limit.set("effort", _text(effort))
+            limit.set("effort", text_of(effort))
         address = model.jnt_dofadr[joint]
         friction, damping = float(model.dof_frictionloss[address]), float(np.ravel(model.dof_damping[address])[0])
         if friction or damping:
-            SubElement(element, "dynamics", friction=_text(friction), damping=_text(damping))
+            SubElement(element, "dynamics", friction=text_of(friction), damping=text_of(damping))
         self.mimic(element, joint)
 
     def effort(self, joint: int) -> float:
@@ -170,8 +157,8 @@ class _Converter:
                         "mimic",
                         {
                             "joint": self.name("joint", leader),
-                            "multiplier": _text(multiplier),
-                            "offset": _text(own + offset - multiplier * other),
+                            "multiplier": text_of(multiplier),
+                            "offset": text_of(own + offset - multiplier * other),
                         },
                     )
                 )
@@ -184,7 +171,7 @@ class _Converter:
         link = name if name not in self.links else f"{name}_site"
         SubElement(self.urdf, "link", name=link)
         placement = _pose(self.model.site_pos[site], self.model.site_quat[site])
-        self.fixed(f"{link}_fixed", self.links[body], link, placement)
+        add_joint(self.urdf, f"{link}_fixed", "fixed", (self.links[body], link), placement)
 
     def collision(self, link: Element, geom: int) -> None:
         """Write a geom that can touch others; an ellipsoid becomes the box around it."""
@@ -192,13 +179,13 @@ class _Converter:
         if not (model.geom_contype[geom] or model.geom_conaffinity[geom]):
             return
         size, kind = model.geom_size[geom], kinds(int(model.geom_type[geom]))
-        round_shape = {"radius": _text(size[0]), "length": _text(2.0 * size[1])}
+        round_shape = {"radius": text_of(size[0]), "length": text_of(2.0 * size[1])}
         shapes = {
-            kinds.mjGEOM_SPHERE: ("sphere", {"radius": _text(size[0])}),
+            kinds.mjGEOM_SPHERE: ("sphere", {"radius": text_of(size[0])}),
             kinds.mjGEOM_CAPSULE: ("capsule", round_shape),
             kinds.mjGEOM_CYLINDER: ("cylinder", round_shape),
-            kinds.mjGEOM_ELLIPSOID: ("box", {"size": _text(*(2.0 * size))}),
-            kinds.mjGEOM_BOX: ("box", {"size": _text(*(2.0 * size))}),
+            kinds.mjGEOM_ELLIPSOID: ("box", {"size": text_of(*(2.0 * size))}),
+            kinds.mjGEOM_BOX: ("box", {"size": text_of(*(2.0 * size))}),
         }
         if kind == kinds.mjGEOM_MESH:
             tag, attributes = "mesh", {"filename": self.mesh(model.geom_dataid[geom])}
@@ -207,7 +194,7 @@ class _Converter:
         else:
             return  # planes and height fields are of the world
         collision = SubElement(link, "collision")
-        _origin(collision, _pose(model.geom_pos[geom], model.geom_quat[geom]))
+        add_origin(collision, _pose(model.geom_pos[geom], model.geom_quat[geom]))
         SubElement(SubElement(collision, "geometry"), tag, attributes)
 
     def mesh(self, mesh: int) -> str:
@@ -216,7 +203,7 @@ class _Converter:
         if name not in self.meshes:
             first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
             face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-            lines = [f"v {_text(*corner)}" for corner in model.mesh_vert[first : first + count].astype(float)]
+            lines = [f"v {text_of(*corner)}" for corner in model.mesh_vert[first : first + count].astype(float)]
             lines += ["f {} {} {}".format(*(1 + corners)) for corners in model.mesh_face[face : face + faces]]
             self.meshes[name] = "\n".join(lines).encode()
         return name
@@ -235,7 +222,7 @@ class _Converter:
             if name:
                 state = SubElement(self.srdf, "group_state", name=name, group=KEYFRAME_GROUP)
                 for joint, address in joints:
-                    SubElement(state, "joint", name=joint, value=_text(model.key_qpos[key, address]))
+                    SubElement(state, "joint", name=joint, value=text_of(model.key_qpos[key, address]))
 
 
 def _pose(position: FloatArray, quaternion: FloatArray) -> pin.SE3:
@@ -246,12 +233,3 @@ def _pose(position: FloatArray, quaternion: FloatArray) -> pin.SE3:
 
 def _at(position: FloatArray) -> pin.SE3:
     return pin.SE3(np.eye(3), np.array(position))
-
-
-def _origin(element: Element, pose: pin.SE3) -> None:
-    SubElement(element, "origin", xyz=_text(*pose.translation), rpy=_text(*pin.rpy.matrixToRpy(pose.rotation)))
-
-
-def _text(*values: float) -> str:
-    """Write numbers so that they are read again without rounding."""
-    return " ".join(repr(float(value)) for value in values)
