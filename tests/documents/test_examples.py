@@ -69,6 +69,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "three_joint_arm_second.json": (3, 30.0),
     "three_joint_arm_third.json": (3, 30.0),
     "two_tools.json": (4, None),
+    "upright_cup.json": (2, None),
     "welding.json": (11, None),
     "welding_on_the_table.json": (11, None),
     "within_continuous_torque.json": (3, None),
