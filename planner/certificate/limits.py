@@ -98,12 +98,7 @@ def unless_missed(certificate: Certificate) -> Certificate:
 
 
 def continuity(derivatives: UnitPolynomials, requested: EndStates) -> int:
-    """Return the highest k with continuous derivatives 0 to k, including the given end states; -1: none.
-
-    Args:
-        derivatives: The `DERIVATIVES` of a trajectory.
-        requested: The motion before and after.
-    """
+    """Return the highest k with continuous derivatives 0 to k, including the given end states; -1: none."""
     starts, ends = (values[: MOST_CONTINUOUS + 1] for values in (derivatives.starts, derivatives.ends))
     begin, end = starts[:, 0].copy(), ends[:, -1].copy()
     begin[1] -= requested.initial_velocity

@@ -134,14 +134,8 @@ def _is_whole(
 ) -> np.ndarray:
     """Tell for each corner whether its blend takes the whole segment before (`direction` -1) or after (1) it.
 
-    Args:
-        robot: The robot, with its tool.
-        curve: Joint positions.
-        corners: N corners.
-        direction: Which side of the corners.
-        lengths: (corners,), of the segments on that side.
-        beyond: (corners,), largest lengths of the blends on the other side.
-        blended: (corners,), whether the segment ends at another corner.
+    `lengths` (corners,) are of these segments, and `beyond` (corners,) the largest lengths of the blends on the other
+    side. `blended` (corners,) tells which of the segments end at another corner.
     """
     whole: np.ndarray = (lengths <= SHORT_SEGMENT_RATIO * beyond) & ~blended
     rows = np.flatnonzero(whole)
@@ -155,12 +149,7 @@ def _ways_within(
 ) -> FloatArray:
     """Measure the length (corners,) of curve within the radius before (`direction` -1) or after (1) each corner.
 
-    Args:
-        robot: The robot, with its tool.
-        curve: Joint positions.
-        corners: N corners.
-        direction: Which side of the corners.
-        most: (corners,), largest length of the search.
+    The search goes no further than the lengths `most` (corners,).
     """
     origins = curve.breakpoints[corners.knots]
     inside, beyond, looks = np.zeros(len(most)), most.copy(), 0
@@ -181,12 +170,6 @@ def _ways_within(
 
 def _blends(robot: Robot, curve: SegmentedPolynomial, corners: Corners, blends: _Blends) -> tuple[_Blends, FloatArray]:
     """Return the blends that keep the tool within the radii.
-
-    Args:
-        robot: The robot, with its tool.
-        curve: Joint positions.
-        corners: N corners.
-        blends: As long as they may be.
 
     Returns:
         The blends, shorter where they would swing out, and the coefficients (corners, joints, 6).
@@ -228,12 +211,7 @@ def _joined_with(
 ) -> BlendedCurve:
     """Return the curve with the blends in the place of its corners.
 
-    Args:
-        curve: Joint positions.
-        waypoint_knots: (waypoints,), index of the breakpoint where each waypoint lies.
-        corners: (corners,), index of the breakpoint where each corner lies.
-        blends: Where they begin and end.
-        coefficients: (corners, joints, 6), of the blends.
+    `waypoint_knots` (waypoints,) and `corners` (corners,) are indices of breakpoints of the curve.
     """
     knots, behind = curve.breakpoints[waypoint_knots], np.searchsorted(waypoint_knots, corners)
     begins = np.where(blends.from_waypoint, knots[behind - 1], knots[behind] - blends.before)

@@ -126,14 +126,7 @@ def _steps(curve: PiecewisePolynomial) -> FloatArray:
 
 
 def straight_group(segment: int, start: FloatArray, end: FloatArray, velocity: FloatArray) -> SegmentGroup:
-    """Build one straight joint motion from rest to rest.
-
-    Args:
-        segment: Its index.
-        start: (joints,).
-        end: (joints,).
-        velocity: (joints,), limits.
-    """
+    """Build one straight joint motion from rest to rest."""
     time = float((np.abs(end - start) / counted_velocity(velocity)).max())
     coefficients = np.stack([start, (end - start) / time], axis=-1)[None]
     return SegmentGroup(

@@ -190,10 +190,6 @@ def run(proposals: Proposals[T], budget: Budget) -> T:
     """Make one attempt after the other until nothing more is proposed.
 
     Beyond the budget attempts count as refused, so that the best up to there is returned.
-
-    Args:
-        proposals: Proposes the attempts.
-        budget: The bounds on them.
     """
     deadline = inf if budget.seconds is None else monotonic() + budget.seconds
     count = 0

@@ -59,12 +59,7 @@ def _with_quicker(planned: Planned, number: int) -> Proposals[Planned]:
 def _with_better(planned: Planned, number: int, objective: Objective, most: float, until: float) -> Proposals[Planned]:
     """Improve one detour.
 
-    Args:
-        planned: The plan.
-        number: The number of the detour.
-        objective: The quantity to minimise.
-        most: The most motions that are looked at.
-        until: The time, s on the monotonic clock, at which it ends.
+    It looks at no more than `most` motions, and ends at the time `until`, s on the monotonic clock.
     """
     first = value = _value(planned, objective)
     timed, checks, longest = 0, 0, 0.0

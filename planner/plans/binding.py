@@ -39,13 +39,7 @@ OF_ROBOT = {
 
 
 def with_binding_limits(certificate: Certificate, problem: PlanningProblem, trajectory: Trajectory) -> Certificate:
-    """Return a certificate whose binding checks have their segment and the fields that would relax the limit.
-
-    Args:
-        certificate: The certificate of a plan.
-        problem: Its problem, with detours.
-        trajectory: Its trajectory.
-    """
+    """Return a certificate whose binding checks have their segment and the fields that would relax the limit."""
     checks = tuple(_with_fields(check, problem, trajectory) for check in certificate.checks)
     return replace(certificate, checks=checks)
 

@@ -83,14 +83,7 @@ def line_polynomials(plan: Plan) -> list[LinePolynomial]:
 
 
 def _line_polynomial(plan: Plan, group: SegmentGroup, k: int, line: Line) -> LinePolynomial:
-    """Return the polynomial of a line.
-
-    Args:
-        plan: The plan.
-        group: The segment group of the line.
-        k: Which of the group's segments it is.
-        line: The line itself.
-    """
+    """Return the polynomial of a line, the segment `k` of a segment group."""
     segment = int(group.segments[k])
     trajectory, robot, curve = plan.trajectory, plan.path.dynamics.robot_on(segment), group.curve
     first, last = curve.breakpoints[group.waypoint_knots[k : k + 2]]

@@ -21,12 +21,7 @@ ALONE = "must be left out with payload tolerances: they count only in limits of 
 
 
 def payload_faults(payload: Payload, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
-    """Find a mass that is too small, and tolerances with which the payload would be no body.
-
-    Args:
-        payload: The payload.
-        field: Path of the field that has it.
-    """
+    """Find a mass that is too small, and tolerances with which the payload would be no body."""
     if not payload.mass >= SMALLEST:
         yield (*field, "mass"), TOO_SMALL
     if not 0.0 <= payload.mass_tolerance <= payload.mass:

@@ -110,11 +110,6 @@ def read_dh(model: DHModel, *, id: str, source: str) -> RobotDescription:
 
     Limits that the table leaves out come from the default rule of `planner.robots.checks`; torque limits have none.
 
-    Args:
-        model: The table.
-        id: Identifier of the robot.
-        source: Where the table comes from.
-
     Raises:
         InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
     """

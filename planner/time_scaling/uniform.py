@@ -43,11 +43,6 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
 
     Velocity goes with 1 / T, acceleration with 1 / T^2, jerk with 1 / T^3, so that the factors are exact.
 
-    Args:
-        path: The path, with its limits.
-        pieces: The motion of whole segments.
-        guarantees: The quantities that have to be kept.
-
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """

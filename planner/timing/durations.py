@@ -136,11 +136,6 @@ def _with_least_durations(backend: BackEnd, path: JointPath, least: FloatArray) 
 
     The back end gets the minimum durations as durations. If it cannot give them to a segment group, the function slows
     the motion there on its own path.
-
-    Args:
-        backend: The back end that computes the time scaling.
-        path: The path, with its requested durations.
-        least: (segments,), s.
     """
     fastest = trajectory = backend.parametrize(path)
     requested = path.durations

@@ -37,13 +37,6 @@ def solutions_in(
 
     A continuum has more than the spread that is known of it: further solutions are sought from starts in that
     configuration.
-
-    Args:
-        robot: The robot, with its tool.
-        pose: The pose, which can be reached.
-        solutions: One or more, (joints,) each.
-        wanted: The configuration.
-        options: How poses are solved.
     """
     fitting = in_configuration(robot, solutions, wanted)
     if len(fitting) == len(solutions) or is_isolated(robot, pose, solutions[0]):

@@ -68,12 +68,7 @@ class Surroundings:
         return False
 
     def may_lead_on(self, index: int, at_poses: Sequence[AnyWaypoint]) -> np.ndarray:
-        """Tell from which poses (N,), bool, of a waypoint's goal region the motions of the tool may be free.
-
-        Args:
-            index: Index of the waypoint.
-            at_poses: The waypoint with each pose.
-        """
+        """Tell from which poses (N,), bool, of a waypoint's goal region the motions of the tool may be free."""
         return np.ones(len(at_poses), dtype=bool)
 
     def leads_on(self, chosen: Sequence[AnyWaypoint], index: int, before: FloatArray, position: FloatArray) -> bool:
@@ -208,12 +203,7 @@ class _Selection:
         return replace(waypoint, pose=pose, free=None)
 
     def pose_by_pose(self, waypoint: PoseWaypoint, solutions: FloatArray) -> FloatArray:
-        """Select joint positions with possibly collision-free tool motions, the first of each pose before any second.
-
-        Args:
-            waypoint: The requested waypoint.
-            solutions: (N, joints and offsets).
-        """
+        """Select joint positions whose tool motions may be free, the first of each pose before any second."""
         joints = self.pinned.robot.dof
         _, first, pose_of = np.unique(solutions[:, joints:].round(6), axis=0, return_index=True, return_inverse=True)
         at_poses = [self.with_pose(waypoint, solution) for solution in solutions[first]]

@@ -37,12 +37,7 @@ NEAR_SINGULARITY: dict[Singularity, str] = {
 
 
 def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Remedy]:
-    """Return changes after which a motion can be done.
-
-    Args:
-        refused: The motion.
-        before: The waypoint where it starts.
-    """
+    """Return changes after which a motion from the waypoint `before` can be done."""
     requested, point = refused.requested, refused.point
     waypoint, before = as_requested(requested.waypoint), as_requested(before)
     index, is_change = requested.index, isinstance(refused.error, ConfigurationChange)

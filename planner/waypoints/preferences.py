@@ -56,16 +56,7 @@ def best_of_continuum(
     costs: Costs,
     wanted: Configuration,
 ) -> list[FloatArray]:
-    """Return solutions (joints,) of least cost near known ones, and others spread widely.
-
-    Args:
-        robot: The robot, with its tool.
-        pose: Has a continuum of solutions.
-        options: How it is solved.
-        known: Some solutions in the requested configuration.
-        costs: Of joint positions.
-        wanted: The configuration.
-    """
+    """Return solutions (joints,) of least cost near known ones, and others spread widely."""
     search = Search(robot, pose, options)
     allowed = partial(_in_configuration, robot, wanted, costs)
     starts = np.array([*known, *wide_spread(search)])

@@ -128,12 +128,7 @@ def _finite(limits: FloatArray) -> FloatArray:
 
 
 def use_of_rates(pieces: SegmentedPolynomial, limits: SegmentLimits) -> float:
-    """Return the largest share of a velocity, acceleration or jerk limit that cubic pieces use, exactly.
-
-    Args:
-        pieces: The cubic pieces.
-        limits: The limits of each piece.
-    """
+    """Return the largest share of a velocity, acceleration or jerk limit that cubic pieces use, exactly."""
     h = pieces.lengths[:, None]
     a, j = (differentiate(pieces.coefficients, k) for k in (2, 3))
     rows = np.arange(len(h))

@@ -208,14 +208,7 @@ def _solved(
 ) -> Profile:
     """Return the fastest profile on intervals.
 
-    Args:
-        path: See `fastest_on`.
-        intervals: See `fastest_on`.
-        factors: See `fastest_on`.
-        solved: The limits for the first solution.
-        refinements: See `fastest_on`.
-        repairs: See `fastest_on`.
-        solver: See `fastest_on`.
+    The first solution is within the limits `solved`; see `fastest_on` for the rest.
     """
     limits, throughout = solved
     for solution in range(refinements + repairs + 1):

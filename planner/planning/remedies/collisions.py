@@ -47,12 +47,7 @@ MOST_HELPING = 3
 
 
 def collision_remedies(refused: Refused, refusal: Collision | ClearanceUnproved) -> Proposals[list[Remedy]]:
-    """Find changes with each of which the problem has been planned.
-
-    Args:
-        refused: The attempt that was refused.
-        refusal: The reason.
-    """
+    """Find changes with each of which the problem has been planned."""
     helping: list[Remedy] = []
     tried = 0
     for alternatives in _candidates(refused, refusal):

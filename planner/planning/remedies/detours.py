@@ -17,12 +17,7 @@ LONGER = 8
 
 
 def detour_remedies(refused: Refused, refusal: NoPathFound) -> Proposals[list[Remedy]]:
-    """Find changes with each of which the problem has been planned.
-
-    Args:
-        refused: The attempt that was refused.
-        refusal: The reason.
-    """
+    """Find changes with each of which the problem has been planned."""
     attempt, at = refused.attempt, (refusal.segment or 0) + 1
     motion = attempt.problem.waypoints[at].motion
     if not isinstance(motion, FreeMotion):

@@ -33,11 +33,7 @@ HELD = "the heaviest payload, kg, that leaves torque for the motion"
 
 
 def holding_remedies(attempt: Attempt) -> Proposals[list[Remedy]]:
-    """Find remedies where gravity alone exceeds a torque limit on a path; none where it does not.
-
-    Args:
-        attempt: The attempt that is refused.
-    """
+    """Find remedies where gravity alone exceeds a torque limit on a path; none where it does not."""
     path = attempt.path
     if path is None or not path.dynamics.has_dynamics:
         return []

@@ -27,12 +27,7 @@ REACH_BISECTIONS = 8
 
 
 def shorter_line_remedies(attempt: Attempt, refusal: PlanningError) -> Proposals[list[Remedy]]:
-    """Find a pose on a line to an unreachable pose that the same line reaches; none for other motions.
-
-    Args:
-        attempt: The attempt that is refused.
-        refusal: The refusal, which names the waypoint.
-    """
+    """Find a pose on a line to an unreachable pose that the same line reaches; none for other motions."""
     if refusal.waypoint is None:
         return []
     return (yield from first_proved(nearer_ends(attempt.problem, refusal.waypoint), attempt))

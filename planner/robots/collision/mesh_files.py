@@ -78,9 +78,6 @@ def meshes_in_folder(folder: Path) -> FindFile:
 
     Of a `file://` address or an absolute path the longest tail that is a path in the folder counts: the folder may have
     been copied. Links that lead out of the folder are not followed.
-
-    Args:
-        folder: The folder.
     """
     return partial(_file_in_folder, folder.resolve())
 

@@ -67,14 +67,10 @@ The final hulls contain all corners.
 
 
 def convex_pieces(mesh: Mesh, most: int = MOST_PIECES) -> tuple[ConvexHull, ...]:
-    """Cut a mesh into convex pieces that cover its surface to within a nanometre.
+    """Cut a mesh into at most `most` convex pieces that cover its surface to within a nanometre.
 
     The first cut, across x, y or z, is the one that reduces the volume of the hulls most. The function cuts the parts
     in the same way, until no cut reduces the volume much or there are enough pieces.
-
-    Args:
-        mesh: The triangles.
-        most: Number of pieces that there may be.
     """
     return _hulls(_parts(mesh, most))
 
@@ -85,10 +81,6 @@ def tight_pieces(mesh: Mesh, most: int = MOST_TIGHT_PIECES) -> tuple[ConvexHull,
     A bin needs five cuts before any of them reduces the volume of the hulls. So the function first cuts each connected
     component as in `convex_pieces`, then along its faces deep inside the hull of a part. Then it joins parts where that
     fills no cavity.
-
-    Args:
-        mesh: The triangles.
-        most: Number of pieces that there may be.
     """
     whole = hull_volume(mesh.triangles.reshape(-1, 3))
     components = _components(mesh.triangles)
