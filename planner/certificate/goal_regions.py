@@ -23,12 +23,7 @@ def misses_of_region(
 
     Angles of R = Rx(a) Ry(b) Rz(c) outside their ranges are clipped to the ends; the result is the remaining angle.
 
-    Args:
-        region: The tolerance region.
-        points: Requested positions (N, 3), m.
-        axes: Requested rotations (N, 3, 3).
-        positions: Positions (N, 3) of the tool, m.
-        rotations: Rotations (N, 3, 3) of the tool.
+    The arguments are those of `nearest_in_region`.
     """
     nearest, turned = nearest_in_region(region, points, axes, positions, rotations)
     return np.linalg.norm(positions - nearest, axis=1), angles_of(turned.transpose(0, 2, 1) @ rotations)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.dynamics.inverse import inverse_dynamics
+from planner.dynamics.inverse import check_dynamics, inverse_dynamics
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -64,10 +64,10 @@ class SegmentDynamics:
     def by_robot(
         self, function: Callable[..., tuple[FloatArray, ...]], segments: np.ndarray, *states: FloatArray
     ) -> tuple[FloatArray, ...]:
-        """Combine the results of a function for each robot and the states (N, joints) on its segments (N,)."""
+        """Combine the results of a function for each robot and the states (..., joints) on its segments (...)."""
         if len(self.robots) == 1:
             return function(self.robots[0], *states)
-        indices = np.broadcast_to(self.indices[segments], states[0].shape[:1])
+        indices = np.broadcast_to(self.indices[segments], states[0].shape[:-1])
         used = np.unique(indices).tolist()
         if len(used) <= 1:
             return function(self.robots[used[0] if used else 0], *states)
@@ -75,7 +75,7 @@ class SegmentDynamics:
         for index in used:
             rows = indices == index
             parts = function(self.robots[index], *(state[rows] for state in states))
-            results = results or tuple(np.empty((len(indices), *part.shape[1:])) for part in parts)
+            results = results or tuple(np.empty((*indices.shape, *part.shape[1:])) for part in parts)
             for result, part in zip(results, parts, strict=True):
                 result[rows] = part
         return results
@@ -97,25 +97,11 @@ class SegmentDynamics:
         Raises:
             MissingDynamics: The robot has neither inertias nor a payload on any segment.
         """
-        (torques,) = self._of_each(
-            lambda robot, *states: (inverse_dynamics(robot, *states),), segments, positions, velocities, accelerations
-        )
-        return torques
+        if not self.has_dynamics:
+            check_dynamics(self.robots[0])
 
-    def _of_each(
-        self, function: Callable[..., tuple[FloatArray, ...]], segments: np.ndarray, *states: FloatArray
-    ) -> tuple[FloatArray, ...]:
-        """Combine the results of a function for each robot and the states (..., joints) on its segments."""
-        if len(self.robots) == 1:
-            return function(self.robots[0], *states)
-        of_state = np.broadcast_to(self.indices[segments], states[0].shape[:-1])
-        results: tuple[FloatArray, ...] = ()
-        for index, robot in enumerate(self.robots):
-            rows = of_state == index
-            if not (rows.any() and robot.has_dynamics):
-                continue
-            parts = function(robot, *(state[rows] for state in states))
-            results = results or tuple(np.zeros(states[0].shape) for _ in parts)
-            for result, part in zip(results, parts, strict=True):
-                result[rows] = part
-        return results or function(self.robots[0], *(np.zeros_like(state) for state in states))
+        def of(robot: Robot, *states: FloatArray) -> tuple[FloatArray]:
+            return (inverse_dynamics(robot, *states) if robot.has_dynamics else np.zeros(states[0].shape),)
+
+        (torques,) = self.by_robot(of, segments, positions, velocities, accelerations)
+        return torques

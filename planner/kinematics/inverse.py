@@ -86,8 +86,7 @@ def inverse_kinematics(
         The solution; or why there is none, and the nearest pose found: look at its `status`.
     """
     search = Search(robot, as_pose(pose), options)
-    if reference is None and options.reference is not None:
-        reference = np.array(options.reference)
+    reference = options.reference if reference is None else reference
     near = None if reference is None else np.asarray(reference, dtype=np.float64)
     return _answer(search, _nearest(search, near, is_free))
 
@@ -115,8 +114,7 @@ def inverse_kinematics_many(
     Returns:
         One result for each pose.
     """
-    if reference is None and options.reference is not None:
-        reference = np.array(options.reference)
+    reference = options.reference if reference is None else reference
     near = None if reference is None else np.asarray(reference, dtype=np.float64)
     results: list[InverseKinematicsResult] = []
     if is_free is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from planner.tool_motions.batch import Batch, FollowedPieces
 from planner.tool_motions.follow import LONGEST_STEP, Lost, Track, follow
 from planner.tool_motions.inverse_jacobian import kept_motions
 from planner.tool_motions.polylines import Polyline
-from planner.tool_motions.pose_paths import PosePath
 from planner.tool_motions.pose_splines import PoseSpline
 from planner.trajectories.polynomials import PiecewisePolynomial
 
@@ -25,25 +24,13 @@ if TYPE_CHECKING:
 
     from planner.robots import Robot
     from planner.spatial import FloatArray
-    from planner.tool_motions.pose_paths import Line
+    from planner.tool_motions.pose_paths import Line, PiecedPath
 
 MANY_PIECES = 16
 """Number of pieces of a path up to which each is followed in `BATCH_FOLLOWING_STEPS`."""
 
 BATCH_FOLLOWING_STEPS = 4
 """Number of steps in which the pieces of a path of few are followed."""
-
-
-class PiecedPath(PosePath, Protocol):
-    """A path of the tool whose poses and twists are computed for many parameters at once."""
-
-    def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Return positions (N, 3), m, and rotations (N, 3, 3) at parameters (N,); None: none is given."""
-        ...
-
-    def twists(self, u: FloatArray) -> FloatArray:
-        """Return the linear over the angular velocities (N, 6) by u at parameters (N,); (N, 3) without a rotation."""
-        ...
 
 
 def follow_lines(

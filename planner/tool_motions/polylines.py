@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.spatial import Pose, right_jacobians, rotation_vectors, rotations_from_vectors
 from planner.tolerances import POSITION_TOLERANCE
-from planner.tool_motions.pose_paths import NoPath
+from planner.tool_motions.pose_paths import NoPath, PiecedPath
 from planner.tool_motions.via_poses import via_poses
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class _Lines(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Polyline:
+class Polyline(PiecedPath):
     """A path of straight lines from pose to pose, with blended corners, at one speed along u.
 
     The curve of a corner, over its length s, m, turns by angle (3 x^2 - 2 x^3), x = s / length. So its curvature is
@@ -160,11 +160,6 @@ class Polyline:
         rotations[corner] = rotations[corner] @ rotations_from_vectors(_blended(x)[0][:, None] * turns)
         return positions, rotations
 
-    def pose(self, u: float) -> Pose:
-        """Return the pose at u."""
-        positions, rotations = self.poses(np.array([u]))
-        return Pose(positions[0], None if rotations is None else rotations[0])
-
     def twists(self, u: FloatArray) -> FloatArray:
         """Return the linear over the angular velocities (N, 6) by u at parameters (N,); (N, 3) without a rotation."""
         at, s = self._located(u)
@@ -190,11 +185,6 @@ class Polyline:
         turned = weights[:, None] * turns
         rates[corner] += _products(rotations_from_vectors(turned) @ right_jacobians(turned), own)
         return np.hstack([linear, whole * _products(rotations, rates)])
-
-    def twist(self, u: float) -> FloatArray:
-        """Return the linear over the angular velocity (6,) by u; (3,) without a rotation."""
-        (twist,) = self.twists(np.array([u]))
-        return np.asarray(twist)
 
     def _located(self, u: FloatArray) -> tuple[np.ndarray, FloatArray]:
         """Return the pieces (N,) of parameters (N,), and the ways (N,), m, since they began."""

@@ -51,6 +51,28 @@ class PosePath(Protocol):
         ...
 
 
+class PiecedPath(PosePath, Protocol):
+    """A path of the tool whose poses and twists are computed for many parameters at once."""
+
+    def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Return positions (N, 3), m, and rotations (N, 3, 3) at parameters (N,); None: none is given."""
+        ...
+
+    def twists(self, u: FloatArray) -> FloatArray:
+        """Return the linear over the angular velocities (N, 6) by u at parameters (N,); (N, 3) without a rotation."""
+        ...
+
+    def pose(self, u: float) -> Pose:
+        """Return the pose at u."""
+        positions, rotations = self.poses(np.array([u]))
+        return Pose(positions[0], None if rotations is None else rotations[0])
+
+    def twist(self, u: float) -> FloatArray:
+        """Return the linear over the angular velocity (6,) by u; (3,) without a rotation."""
+        (twist,) = self.twists(np.array([u]))
+        return np.asarray(twist)
+
+
 ONE_PIECE = np.array([0.0, 1.0])
 """The breakpoints, without unit, of a path that is smooth from end to end."""
 

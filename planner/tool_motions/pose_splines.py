@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.spatial import Pose, quaternion, rotations_from_quaternions
-from planner.tool_motions.pose_paths import NoPath
+from planner.tool_motions.pose_paths import NoPath, PiecedPath
 from planner.tool_motions.via_poses import via_poses
 from planner.trajectories.polynomials import PiecewisePolynomial, differentiate, horner
 from planner.trajectories.splines import natural_spline
@@ -43,7 +43,7 @@ SMALLEST_QUATERNION = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class PoseSpline:
+class PoseSpline(PiecedPath):
     """A path on a spline of positions, and of quaternions where there are any, at one speed along u.
 
     Attributes:
@@ -95,11 +95,6 @@ class PoseSpline:
         (values,) = self.curve.evaluate(x, [0])
         return values[:, :3], rotations_from_quaternions(values[:, 3:]) if values.shape[1] > 3 else None
 
-    def pose(self, u: float) -> Pose:
-        """Return the pose at u."""
-        positions, rotations = self.poses(np.array([u]))
-        return Pose(positions[0], None if rotations is None else rotations[0])
-
     def twists(self, u: FloatArray) -> FloatArray:
         """Return the linear over the angular velocities (N, 6) by u at parameters (N,); (N, 3) without a rotation."""
         values, slopes = self._evaluate(u, 2)
@@ -111,11 +106,6 @@ class PoseSpline:
             angular = 2.0 * (real - np.cross(rates[:, :3], xyzw[:, :3])) / (xyzw * xyzw).sum(axis=1)[:, None]
             twists = np.hstack([linear, angular])
         return np.asarray(twists * (self._ends[-1] / np.linalg.norm(linear, axis=1))[:, None])
-
-    def twist(self, u: float) -> FloatArray:
-        """Return the linear over the angular velocity (6,) by u; (3,) without a rotation."""
-        (twist,) = self.twists(np.array([u]))
-        return np.asarray(twist)
 
     @cached_property
     def _ends(self) -> FloatArray:
