@@ -126,12 +126,7 @@ def certify_clearance(
 
 
 def segment_checkers(problem: PlanningProblem, positions: FloatArray) -> tuple[CollisionChecker, ...]:
-    """Return the collision checker of each segment, the same object where nothing changes.
-
-    Args:
-        problem: The problem, free of faults.
-        positions: (waypoints, joints), of the waypoints, rad or m.
-    """
+    """Return the collision checker of each segment, the same object where nothing changes."""
     if problem.scene is None:
         return (checker_of(problem.robot, None, problem.self_collision),) * max(1, len(positions) - 1)
     return checkers_of_segments(problem.robot, problem.scene, problem.self_collision, problem.handling, positions)

@@ -24,10 +24,7 @@ DURATION_ERROR = "duration_error"
 def certify_durations(trajectory: Trajectory, waypoints: Sequence[AnyWaypoint], whole: float | None) -> list[Check]:
     """Check durations, minimum durations and dwells against the request.
 
-    Args:
-        trajectory: The trajectory to be checked.
-        waypoints: The requested waypoints.
-        whole: The requested duration of the whole trajectory, s; None: none.
+    `whole` is the requested duration of the whole trajectory, s; None: none.
 
     Returns:
         The check of the duration that is farthest off; none if no duration is requested.

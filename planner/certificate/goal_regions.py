@@ -23,7 +23,7 @@ def misses_of_region(
 
     Angles of R = Rx(a) Ry(b) Rz(c) outside their ranges are clipped to the ends; the result is the remaining angle.
 
-    The arguments are those of `nearest_in_region`.
+    It takes the arguments of `nearest_in_region`.
     """
     nearest, turned = nearest_in_region(region, points, axes, positions, rotations)
     return np.linalg.norm(positions - nearest, axis=1), angles_of(turned.transpose(0, 2, 1) @ rotations)

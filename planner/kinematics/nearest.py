@@ -115,13 +115,7 @@ def _near_by(search: Search, reference: FloatArray, *, proved: bool) -> FloatArr
 
 
 def _of_closed_form(search: Search, candidates: FloatArray, reference: FloatArray) -> FloatArray | None:
-    """Return the nearest of all isolated solutions, and of a continuum where there seems to be one.
-
-    Args:
-        search: For the pose.
-        candidates: (N, joints), of a closed form.
-        reference: (joints,).
-    """
+    """Return the nearest of all isolated solutions, and of a continuum where there seems to be one."""
     starts = _within_limits(search, candidates[np.isfinite(candidates).all(axis=1)], reference)
     if not len(starts):
         return None

@@ -52,12 +52,7 @@ def kept_clear(attempt: Attempt) -> Proposals[Outcome]:
 
 
 def _in_half_spaces(refused: Refused, first: Planned) -> Proposals[Planned | None]:
-    """Search repeatedly with more half spaces that cut off collisions; None: no free motion is found.
-
-    Args:
-        refused: The refused attempt with the trajectory of its search.
-        first: The motion that the search begins with, which is free.
-    """
+    """Search repeatedly with more half spaces that cut off collisions; None: no free motion is found."""
     attempt, free, found = refused.attempt, first.plan.trajectory, refused.trajectory
     path, half_spaces = attempt.solved, None
     checkers = segment_checkers(attempt.with_detours, path.positions)

@@ -41,9 +41,7 @@ def _variant_of(refused: Refused, blamed: Blamed) -> Attempt | None:
 
     Where there are none, all detours are passed more slowly. None: nothing is left to be varied.
 
-    Args:
-        refused: The attempt that was refused.
-        blamed: The pairs that are too near, by the waypoints whose blends are small already; new ones are added.
+    `blamed` has the pairs that are too near, by the waypoints whose blends are small already; new ones are added.
     """
     refusal, attempt = refused.refusal, refused.attempt
     if isinstance(refusal, InvalidProblem) or is_unmade(refused) or attempt.detours is None:

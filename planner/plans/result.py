@@ -155,11 +155,6 @@ class Plan:
 def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
     """Compute the trajectory on the path of a problem, without a certificate.
 
-    Args:
-        problem: The problem, free of faults.
-        backend: The back end that computes the time scaling.
-        path: The solved path of the problem.
-
     Raises:
         InvalidProblem: The request has motion at the ends, but all waypoints are at one joint position.
         InvalidProblem: A joint travels too far for limits of torque or of the tool to be checked.

@@ -126,12 +126,7 @@ def _projecting(points: FloatArray, view: View) -> Callable[[FloatArray], FloatA
 def _svg(plan: Planned, frames: FloatArray, times: FloatArray, timing: str, painted: Painted) -> str:
     """Write the path of the last of the points (times, points, 2), the waypoints, and the moving sticks.
 
-    Args:
-        plan: The plan.
-        frames: The points.
-        times: Their times (times,), s.
-        timing: The attributes of every `animate` with its duration.
-        painted: The surroundings, behind the robot and before it.
+    `timing` has the attributes of every `animate` with its duration.
     """
     tool = frames[:, -1]
     rows = [

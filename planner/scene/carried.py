@@ -191,13 +191,7 @@ def _near(
 ) -> Iterator[tuple[str, str, float]]:
     """Yield pairs closer than their margin at a joint position, and the distance allowed instead.
 
-    Args:
-        robot: The arm.
-        scene: The obstacles.
-        position: (joints,), rad or m.
-        moving: Names of the moving links and objects.
-        standing: Name of the static object; None: all.
-        deepest: Largest allowed overlap, m; a deeper one keeps its margin.
+    `standing` names a static object; None: all. Pairs that overlap by more than `deepest`, m, keep their margin.
     """
     if not moving:
         return

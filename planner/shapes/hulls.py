@@ -161,11 +161,6 @@ def _blunted(points: FloatArray, faces: np.ndarray, normals: FloatArray) -> Floa
     Each of the polygon's corners gets the faces that look the way in which it lies. They lie where a share of the faces
     look, and all around, so that the tip is between them.
 
-    Args:
-        points: (N, 3), m.
-        faces: The triangles of their hull (F, 3).
-        normals: The directions out of these (F, 3).
-
     Returns:
         Points (M, 3) whose hull contains that of the others, m.
     """

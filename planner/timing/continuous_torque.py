@@ -42,12 +42,6 @@ def within_rms_torque(
 ) -> Trajectory:
     """Stretch the motions whose durations are free, by one factor, until the RMS torques keep their limits.
 
-    Args:
-        problem: The requested problem.
-        backend: The back end that computed the time scaling.
-        path: The solved path of the problem.
-        trajectory: A trajectory within all other limits.
-
     Raises:
         LimitsUnsatisfiable: No factor helps, or all durations are requested; the remedies are a longer cycle, a longer
             duration and a lighter payload.

@@ -29,11 +29,6 @@ if TYPE_CHECKING:
 def in_requested_durations(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
     """Compute a trajectory with the minimum durations of segments and the duration of the whole.
 
-    Args:
-        problem: The requested problem.
-        backend: The back end that computes the time scaling.
-        path: The solved path of the problem, on which something moves.
-
     Raises:
         InfeasibleDuration: The duration of a segment or of the whole is shorter than the limits allow.
         PlanningError: Another refusal of the back end.

@@ -45,12 +45,6 @@ RAMP_OPTIONS = ("acceleration_time", "deceleration_time")
 def slowed(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Trajectory:
     """Slow a trajectory on its own path in speed zones; return it unchanged if it is slow enough.
 
-    Args:
-        problem: The requested problem.
-        backend: The back end that computed the time scaling.
-        path: The solved path of the problem.
-        trajectory: The back end's trajectory, with the requested durations.
-
     Raises:
         InvalidProblem: A segment group that must be slowed has a requested passing, initial or final velocity,
             requested ramps, or requested durations of single segments.

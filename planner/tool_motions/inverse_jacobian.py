@@ -65,11 +65,6 @@ def kept_motions(robot: Robot, J: FloatArray, still: Collection[str] = ()) -> Fl
 
     They are the motions of joints that stand still or have no range, as many as possible, and the null space of J and
     these.
-
-    Args:
-        robot: The arm.
-        J: (rows, joints), its Jacobian.
-        still: Names of the joints that are to stand still.
     """
     has_no_room = robot.limit("upper") - robot.limit("lower") <= POSITION_TOLERANCE
     is_still = np.array([name in still for name in robot.joint_names])

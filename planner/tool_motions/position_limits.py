@@ -49,10 +49,6 @@ def shares_of_range(robot: Robot, positions: FloatArray) -> FloatArray:
 
     A joint without limits is never near one, and neither is a joint that has no room to move in: they count 0.
 
-    Args:
-        robot: The arm.
-        positions: (..., joints), rad or m.
-
     Returns:
         (..., joints).
     """

@@ -251,14 +251,7 @@ def follow_path(requested: RequestedMotion, start: FloatArray, path: PosePath) -
 def _follow_by_region_joints(
     requested: RequestedMotion, start: FloatArray, path: PosePath, region: Region
 ) -> ToolMotion | None:
-    """Follow the path with the region's coordinates as joints behind the tool; None: no tried end works.
-
-    Args:
-        requested: The motion.
-        start: (joints,), at its start.
-        path: The path as it is written, which the tool is on at both ends.
-        region: The tolerance region between the ends.
-    """
+    """Follow the path with the region's coordinates as joints behind the tool; None: no tried end works."""
     robot, ends = requested.robot, requested.given_ends(start)
     if not ends:
         solutions = all_solutions(robot, path.pose(1.0), requested.options, start)

@@ -59,12 +59,7 @@ class UnitPolynomials:
 
 
 def derivatives_on_unit_time(curve: PiecewisePolynomial, count: int) -> UnitPolynomials:
-    """Return the polynomials and their first derivatives by time, `count` in all, stacked on a new first axis.
-
-    Args:
-        curve: The polynomials of time.
-        count: Number of derivatives, the polynomials themselves included.
-    """
+    """Return the polynomials and their first derivatives by time, `count` in all, stacked on a new first axis."""
     return UnitPolynomials(*kernels.unit_derivatives(curve.lengths, curve.coefficients, count))
 
 

@@ -118,10 +118,6 @@ def parts_of(derivatives: UnitPolynomials, lengths: FloatArray) -> np.ndarray:
     """Count the parts (pieces,) of pieces on which no joint travels far and velocities and accelerations are parabolas.
 
     A parabola through three samples, steps of h apart, is off by at most h^3 / (9 sqrt(3)) times the third derivative.
-
-    Args:
-        derivatives: The motion and its derivatives by time, `DERIVATIVES` of them.
-        lengths: (pieces,), s.
     """
     density = np.array([LEAST_PEAK_SHARE, OFF_PARABOLA, MOST_PEAK_PARTS, SAMPLES_PER_RADIAN, FEWEST_PARTS])
     return count_parts(derivatives.bernstein, lengths, density)

@@ -58,16 +58,7 @@ def configuration_error(
     wanted: Configuration,
     options: InverseKinematicsOptions,
 ) -> PlanningError:
-    """Build the refusal of a reachable pose without a solution in the requested configuration; it names the others.
-
-    Args:
-        robot: The robot, with its tool.
-        index: Index of the waypoint.
-        pose: Its pose.
-        solutions: All solutions, or a spread, none of which has the configuration.
-        wanted: The configuration.
-        options: How poses are solved.
-    """
+    """Build the refusal of a reachable pose without a solution in the requested configuration; it names the others."""
     found = list(dict.fromkeys(configurations(robot, np.array(solutions))))
     others = "; ".join(map(str, found))
     changed = dict.fromkeys(other.of_parts(wanted.names) for other in found)

@@ -154,11 +154,7 @@ def positions_in_region(
 ) -> FloatArray:
     """Return joint positions (N, joints) all over the goal region of a waypoint, in its configuration.
 
-    Args:
-        pinned: The robot that reaches it.
-        waypoint: As it is requested, with a region.
-        near: (joints,), rad or m: where the robot comes from.
-        options: How poses are solved.
+    The robot comes from the joint position `near` (joints,).
     """
     found = np.array(_solutions(pinned.robot, waypoint, pinned.own(near), pinned.options(options)))
     own = found.reshape(len(found), -1)[:, : pinned.robot.dof]

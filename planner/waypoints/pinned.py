@@ -70,12 +70,7 @@ class Pinned:
 
 
 def pinned_robots(robots: Sequence[Robot], waypoints: Sequence[AnyWaypoint]) -> list[Pinned]:
-    """Return the remaining robot for each waypoint; equal fixed positions share one robot.
-
-    Args:
-        robots: The robot with the tool of each waypoint.
-        waypoints: Free of faults.
-    """
+    """Return the remaining robot for each waypoint; equal fixed positions share one robot."""
     known: dict[tuple[int, tuple[tuple[str, float], ...]], Pinned] = {}
     found = []
     for robot, waypoint in zip(robots, waypoints, strict=True):
@@ -97,12 +92,7 @@ def pinned_at(robot: Robot, pins: dict[str, float]) -> Pinned:
 def without_pins(robot: Robot, index: int, waypoint: AnyWaypoint, pose: Pose, near: FloatArray) -> Iterator[Remedy]:
     """Yield the remedy of a pose that can be reached where external axes are not pinned.
 
-    Args:
-        robot: With its tool and all its joints.
-        index: Index of the waypoint.
-        waypoint: Whose pose cannot be reached as it is pinned.
-        pose: Its pose.
-        near: (joints,), where the robot comes from.
+    The robot has all its joints, and comes from the joint position `near` (joints,).
     """
     if not isinstance(waypoint, PoseWaypoint) or not waypoint.external:
         return

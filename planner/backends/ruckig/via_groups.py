@@ -73,12 +73,7 @@ def time_joint_group(
 
 
 def least_stopping_time(travels: FloatArray, limits: SegmentLimits) -> float:
-    """Return the least duration, s, of a motion with a stop at each waypoint, by the joints' own limits.
-
-    Args:
-        travels: Travels (segments, joints), rad or m.
-        limits: The limits of each segment.
-    """
+    """Return the least duration, s, of a motion with a stop at each waypoint, by the joints' own limits."""
     d, limits = np.abs(travels), limits.along(travels)
     with np.errstate(divide="ignore"):
         v, a, j = ((limits.bounds(quantity).upper / d).ravel() for quantity in JOINT_DERIVATIVES[1:])

@@ -44,11 +44,7 @@ def path_limits(
 ) -> PathLimits:
     """Compute the limits on x and u.
 
-    Args:
-        dynamics: The robot, with its payloads.
-        limits: The limits of the segments.
-        intervals: The intervals of the curves.
-        factors: (segments,), on all times, in addition to the limits.
+    `factors` (segments,) are on all times, in addition to the limits.
 
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.

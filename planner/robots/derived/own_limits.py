@@ -53,13 +53,7 @@ OwnLimits = Mapping[str, float | Sequence[float] | VelocityCurves | TorqueCurve]
 
 
 def with_own_limits(joints: Sequence[Joint], limits: Mapping[str, OwnLimits], findings: Findings) -> tuple[Joint, ...]:
-    """Return the joints with limits of their owner, wider than before only where those before are nobody's figures.
-
-    Args:
-        joints: The joints with the limits that are known.
-        limits: The owner's, by the names of joints.
-        findings: The findings, which are added to.
-    """
+    """Return the joints with limits of their owner, wider than before only where those before are nobody's figures."""
     names = [joint.name for joint in joints]
     for name in limits:
         if name not in names:

@@ -18,11 +18,6 @@ MAX_TEXT_LENGTH = 2**20
 def parse_robot_document(text: str, format: Literal["URDF", "SRDF"], findings: Findings) -> Element:
     """Return the root element, `<robot>`.
 
-    Args:
-        text: The document.
-        format: The format of the document, for the findings.
-        findings: The findings, which are added to.
-
     Raises:
         InvalidRobotModel: Too long, not XML, with a DOCTYPE, with something left to expand, or not a robot.
     """
