@@ -60,9 +60,7 @@ def bound_rms_torque(
     """
     derivatives = derivatives_on_unit_time(trajectory, 1)
     lower, upper = np.zeros((2, len(rms.limits)))
-    robots = np.broadcast_to(
-        0 if len(dynamics.robots) == 1 else dynamics.indices[trajectory.segments], trajectory.segments.shape
-    )
+    robots = dynamics.indices_on(trajectory.segments)
     most = MOST_BOUND_PARTS + MOST_INTERVALS_OF_PIECE * len(robots)
     for index in np.unique(robots).tolist():
         rows, robot = np.flatnonzero(robots == index), dynamics.robots[index]

@@ -174,7 +174,7 @@ class ClearMotions(Surroundings):
     def _checkers(self, first: int, positions: FloatArray) -> Sequence[CollisionChecker]:
         """Return the robot and its surroundings on the segment to a waypoint, and on each segment after it.
 
-        `positions` (waypoints, joints) are those of all waypoints up to the last segment's end.
+        `positions` (waypoints, joints) belong to all waypoints up to the last segment's end.
         """
         scene, handling = self._problem.scene, self._problem.handling[: len(positions)]
         if scene is None or all(done.is_none for done in handling):

@@ -336,10 +336,6 @@ def position_limit_error(robot: Robot, index: int, q: FloatArray) -> JointPositi
     )
 
 
-def _is_solved(robot: Robot, pose: Pose) -> bool:
-    return inverse_kinematics(robot, pose).status == "solved"
-
-
 def unreachable_error(
     robot: Robot,
     index: int,
@@ -368,7 +364,7 @@ def unreachable_error(
     remedies = pose_remedy(index, waypoint, near, before, axes, f"the nearest reachable pose found, {away} away")
     if isinstance(waypoint, PoseWaypoint) and result.position_error > MANY_METRES:
         in_metres = replace(waypoint, pose=Pose(waypoint.pose.position * MILLIMETRE, waypoint.pose.rotation))
-        if _is_solved(robot, in_metres.pose_in_base):
+        if inverse_kinematics(robot, in_metres.pose_in_base).status == "solved":
             explanation = "the position looks like millimetres; it is in m"
             remedies = [Remedy(("waypoints", index, "pose"), in_metres.pose, explanation)]
             away += "; the position looks like millimetres, and is in metres"
