@@ -32,11 +32,7 @@ OF_TORQUES = ("torque", "power", "total_power", "torque_at_speed")
 
 
 def statement_of(plan: Plan) -> dict[str, Any]:
-    """Write everything that a proof is about, without the trajectory.
-
-    Args:
-        plan: The plan, whose certificate is satisfied.
-    """
+    """Write everything that a proof is about, without the trajectory."""
     path, problem = plan.path, plan.problem
     segments = max(1, len(path.limits.torque.upper))
     of_segments = [path.dynamics.robot_on(segment) for segment in range(segments)]

@@ -70,11 +70,6 @@ def build_model(name: str, base: Sequence[Link], chain: Sequence[MovingJoint]) -
     A continuous joint is an ordinary revolute one: Pinocchio's own has two configuration variables, and
     its one value here is an angle like any other. With z as the only axis, whatever else is derived from
     the model (symbolic dynamics, closed forms) has two kinds of joint to know.
-
-    Args:
-        name: Name of the model.
-        base: The links that do not move.
-        chain: The joints from the base to the tip.
     """
     model = pin.Model()
     model.name = name
@@ -100,10 +95,6 @@ def model_with_locked(model: pin.Model, held: Mapping[str, float]) -> pin.Model:
     """Return a model made by `build_model`, without its locked joints.
 
     Their links move with the joint before them.
-
-    Args:
-        model: The serial chain.
-        held: Positions by the names of joints, rad or m.
     """
     locked = pin.Model()
     locked.name, locked.gravity = model.name, model.gravity

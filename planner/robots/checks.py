@@ -78,13 +78,7 @@ DEFAULT_JERK_PER_ACCELERATION = 10.0
 
 
 def check_names(what: str, names: Iterable[str], findings: Findings) -> None:
-    """Check that every name is printable, unique, not reserved, and of reasonable length.
-
-    Args:
-        what: `link` or `joint`.
-        names: Names in the order of the description.
-        findings: The findings, which are added to.
-    """
+    """Check that every name of a link or joint is printable, unique, not reserved, and of reasonable length."""
     seen: set[str] = set()
     for name in names:
         if not name or len(name) > MAX_NAME_LENGTH or not name.isprintable() or name != name.strip():
@@ -172,10 +166,6 @@ def check_limits(joint: Joint, findings: Findings) -> Joint:
     """Return a joint with plausible motion limits, and default limits for missing ones.
 
     Zero, anything beyond 1e9, and speeds that no machine has are usual ways to write that a limit is not known.
-
-    Args:
-        joint: As described, its position limits already checked.
-        findings: The findings, which are added to.
     """
     known: dict[str, Any] = {}
     name = shown(joint.name)
@@ -250,13 +240,7 @@ def with_default_limits(joint: Joint) -> Joint:
 
 
 def with_velocity_curves(joint: Joint, curves: VelocityCurves, findings: Findings) -> Joint:
-    """Return the joint with velocity curves beside its own, and the position limits within which it can move both ways.
-
-    Args:
-        joint: The joint with its limits.
-        curves: The curves to be added.
-        findings: The findings, which are added to.
-    """
+    """Return the joint with velocity curves beside its own, and position limits within which it can move both ways."""
     name, together = shown(joint.name), joint.velocity_curves.with_others(curves)
     faults = [fault for curve in (*curves.upper, *curves.lower) for fault in curve_faults(curve)]
     if max(len(together.upper), len(together.lower)) > MOST_CURVES:
@@ -285,13 +269,7 @@ def with_velocity_curves(joint: Joint, curves: VelocityCurves, findings: Finding
 
 
 def with_torque_curve(joint: Joint, curve: TorqueCurve, findings: Findings) -> Joint:
-    """Return the joint with a torque curve; the torque limit is at most that at rest.
-
-    Args:
-        joint: The joint with its limits.
-        curve: The curve, nowhere above one that the joint has.
-        findings: The findings, which are added to.
-    """
+    """Return the joint with a torque curve; the torque limit is at most that at rest."""
     name, faults = shown(joint.name), list(torque_curve_faults(curve))
     if not faults and joint.torque_curve is not None and curve.exceeds(joint.torque_curve):
         faults.append("it must not be above the curve that it replaces")

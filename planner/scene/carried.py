@@ -180,9 +180,9 @@ def _near_before(robot: Robot, scene: Scene, done: Handling, position: FloatArra
 
 def _holders(robot: Robot, scene: Scene, link: str | None, touch_links: Sequence[str]) -> set[str]:
     """Return the names that move with a link, and all others that may touch its object."""
-    joint = robot.model.frames[_frame_id(robot, link)].parentJoint
+    joint = _parent(robot, link)
     links = {shape.link for shape in robot.collision_shapes if shape.joint == joint}
-    held = {thing.id for thing in scene.attached if _parent(robot, thing) == joint}
+    held = {thing.id for thing in scene.attached if _parent(robot, thing.link) == joint}
     return links | held | set(touch_links)
 
 
@@ -220,8 +220,8 @@ def _frame_id(robot: Robot, link: str | None) -> int:
     return int(robot.tool_frame_id if link is None else robot.model.getFrameId(link))
 
 
-def _parent(robot: Robot, thing: AttachedObject) -> int:
-    return int(robot.model.frames[_frame_id(robot, thing.link)].parentJoint)
+def _parent(robot: Robot, link: str | None) -> int:
+    return int(robot.model.frames[_frame_id(robot, link)].parentJoint)
 
 
 def _with_axes(pose: Pose) -> Pose:

@@ -124,10 +124,7 @@ def external_chain(
 def model_on_axes(model: pin.Model, chain: Sequence[MovingJoint], arm_origin: pin.SE3) -> pin.Model:
     """Return the model of an arm that stands on external axes.
 
-    Args:
-        model: The arm, a serial chain made by `build_model`.
-        chain: The axes.
-        arm_origin: Of the arm's base in the link of the last axis.
+    `arm_origin` is the placement of the arm's base in the link of the last axis.
     """
     base_link = Link(chain[0].joint.name + BASE_SUFFIX, pin.SE3.Identity())
     carried = build_model(model.name, [base_link], chain)
