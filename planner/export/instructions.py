@@ -39,6 +39,8 @@ class Speeds(NamedTuple):
     Attributes:
         joint: Share of the joints' limits of velocity: the largest of a joint, within every limit of the request.
         joint_acceleration: The same share of the limits of acceleration.
+        leading: Speed of the fastest joint, rad/s.
+        leading_acceleration: rad/s^2.
         linear: Speed of the tool, m/s.
         linear_acceleration: m/s^2.
         angular: rad/s.
@@ -47,6 +49,8 @@ class Speeds(NamedTuple):
 
     joint: float
     joint_acceleration: float
+    leading: float
+    leading_acceleration: float
     linear: float
     linear_acceleration: float
     angular: float
@@ -206,6 +210,8 @@ def _speeds(plan: Plan, segment: int) -> Speeds:
     return Speeds(
         share("velocity", v),
         share("acceleration", a),
+        float(np.abs(v).max()),
+        float(np.abs(a).max()),
         largest(velocities[0]),
         largest(accelerations[0]),
         largest(velocities[1]),

@@ -1,44 +1,62 @@
-"""URScript: a program of `movej` and `movel` from stop to stop for an arm of Universal Robots, with their times."""
+"""URScript for the pendant: one `movej`, `movel` or `movec` for each waypoint of an arm of Universal Robots."""
 
 from __future__ import annotations
 
+from math import floor
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import moves, origin
+from planner.export.instructions import instructions, refuse_other_makers
+from planner.export.programs import origin
 from planner.export.urscript import halt_away_from_start, joints, set_output
-from planner.guarantees import leaves_straight_motions
-from planner.problems.problem import JointMotion, LinearMotion
-from planner.problems.transitions import StopTransition
+from planner.kinematics.forward import tool_pose, tool_poses
 from planner.spatial import rotation_vector
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
-    from planner.export.programs import Move
+    from planner.export.instructions import Instruction
     from planner.plans.result import Plan
+    from planner.problems.actions import SetOutput
     from planner.spatial import Pose
+
+POINT_BLEND_SHARE = 0.4
+"""Blend radius of joint points as a share of the smallest distance of the tool between them: blends do not overlap."""
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
-    """Write a plan as one statement a segment, which the controller plans for itself in the time of the segment.
+    """Write a plan as a program with one instruction for each waypoint, which the controller plans for itself.
+
+    Joint positions are in rad. Poses are in m with a rotation vector in rad, in the frame of the plan's base.
 
     Raises:
-        UnsupportedFormat: The plan passes a waypoint without a stop, or a motion is neither straight in joint space nor
-            a line of the tool. Or the arm does not have six revolute joints.
+        UnsupportedFormat: The plan sets an output in motion or one with another name, or does not begin and end at
+            rest. Or the arm is of another maker, or does not have six revolute joints.
     """
-    motions = moves(plan, "URScript", options.sample_period)
+    refuse_other_makers(plan, "Universal Robots", "URScript")
+    before, found = instructions(plan, "URScript", options.sample_period)
+    tool = plan.problem.waypoints[0].tool
+    start = _pose(tool_pose(plan.problem.robots[0], plan.path.positions[0]))
+    has_points = any(each.kind == "points" for each in found)
+    has_poses = any(each.kind in ("line", "circle") for each in found)
+    body = [
+        *halt_away_from_start(plan.path.positions[0]),
+        *([f"  set_tcp({_pose(tool)})"] if tool is not None else []),
+        *([f"  base = pose_trans(get_forward_kin(start), pose_inv({start}))"] if has_poses else []),
+        *(f"  {line}" for line in _rest(before)),
+        *(f"  {line}" for i, each in enumerate(found) for line in _statements(plan, each, found[i + 1 : i + 2])),
+    ]
     program = "\n".join(
         [
-            f"# {origin(plan)}: joint positions in rad.",
-            "# The controller plans each motion itself, in the given time: the certificate does not hold for it.",
-            "# Lines are lines of the tool that is set there, which has to be the plan's at the start.",
+            f"# {origin(plan)}: joint positions in rad, poses in m and rad.",
+            "# The controller's own interpolation sets times and blends: the certified program is the format urscript.",
+            "# Speeds and accelerations are at most the plan's.",
+            "# The tool has to be the plan's at the start; base is the plan's base in the controller's.",
+            *(["# Joint points stand for curves that URScript does not have."] if has_points else []),
             "def planned_trajectory():",
-            *halt_away_from_start(plan.path.positions[0]),
-            *(f"  {line}" for line in _statements(plan, motions)),
+            *body,
             "end",
             "planned_trajectory()",
         ]
@@ -46,25 +64,58 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     return f"{program}\n".encode()
 
 
-def _statements(plan: Plan, motions: list[Move]) -> Iterator[str]:
-    last = len(plan.path.positions) - 1
-    for i, (waypoint, move) in enumerate(zip(plan.problem.waypoints, motions, strict=False)):
-        if 0 < i < last and not isinstance(waypoint.transition, StopTransition):
-            raise UnsupportedFormat(f"this form stops at every waypoint; waypoint {i} is passed", waypoint=i)
-        if waypoint.tool is not None:
-            yield f"set_tcp({_pose(waypoint.tool)})"
-        if len(move.time) > 1:
-            position, duration = joints(plan.path.positions[i]), float(move.time[-1])
-            match waypoint.motion:
-                case JointMotion() if not leaves_straight_motions(plan.backend):
-                    yield f"movej({position}, t={duration!r})"
-                case LinearMotion():
-                    yield f"movel({position}, t={duration!r})"
-                case _:
-                    message = f"this form has lines and straight joint motions only; the way to waypoint {i} is another"
-                    raise UnsupportedFormat(message, waypoint=i)
-        for step in move.steps_of_the_rest():
-            yield f"sleep({step!r})" if isinstance(step, float) else set_output(step)
+def _statements(plan: Plan, each: Instruction, following: Sequence[Instruction]) -> Iterator[str]:
+    speeds = each.speeds
+    axes = f"a={_at_most(speeds.leading_acceleration)}, v={_at_most(speeds.leading)}"
+    tool = f"a={_at_most(speeds.linear_acceleration)}, v={_at_most(speeds.linear)}"
+    radius = f", r={_radius(each.blend)}" if each.is_passed and each.blend > 0.0 else ""
+    if each.tool is not None:
+        yield f"set_tcp({_pose(each.tool)})"
+    yield f"# waypoint {each.waypoint}"
+    match each.kind:
+        case "joint":
+            yield f"movej({joints(np.radians(each.position[0]))}, {axes}{radius})"
+        case "points":
+            *first, last = (joints(np.radians(row)) for row in each.position)
+            own, shared = _point_blend(plan, [each]), _point_blend(plan, [each, *following])
+            yield from (f"movej({position}, {axes}, r={_radius(own)})" for position in first)
+            yield f"movej({last}, {axes}" + (f", r={_radius(shared)})" if each.is_passed else ")")
+        case "line":
+            yield f"movel({_placed(each.poses[0])}, {tool}{radius})"
+        case "circle":
+            via, end = map(_placed, each.poses)
+            yield f"movec({via}, {end}, {tool}{radius}, mode=0)"
+    yield from _rest(each.rest)
+
+
+def _point_blend(plan: Plan, curves: Sequence[Instruction]) -> float:
+    """Return the blend radius of the joint points of adjacent curves, m."""
+    gaps = []
+    for each in curves:
+        positions = np.vstack([plan.path.positions[each.segment], np.radians(each.position)])
+        points, _ = tool_poses(plan.problem.robots[each.segment + 1], positions)
+        gaps.append(float(np.linalg.norm(np.diff(points, axis=0), axis=1).min()))
+    return POINT_BLEND_SHARE * min(gaps)
+
+
+def _rest(steps: Sequence[float | SetOutput]) -> Iterator[str]:
+    for step in steps:
+        yield f"sleep({step!r})" if isinstance(step, float) else set_output(step)
+
+
+def _at_most(value: float) -> str:
+    """Round a positive number down to four decimals, of which it keeps at least the smallest."""
+    return f"{max(floor(value * 1e4), 1) / 1e4:.4f}"
+
+
+def _radius(value: float) -> str:
+    """Round a blend radius down to tenths of a millimetre."""
+    return f"{floor(round(value * 1e4, 6)) / 1e4:.4f}"
+
+
+def _placed(pose: Pose) -> str:
+    """Write a pose of the plan's base as a pose of the controller's."""
+    return f"pose_trans(base, {_pose(pose)})"
 
 
 def _pose(pose: Pose) -> str:
@@ -74,4 +125,4 @@ def _pose(pose: Pose) -> str:
 
 
 FORMAT = Format("urscript_moves", "text/x-urscript-moves", ".moves.script", render)
-"""The form of programs for Universal Robots with a statement for each motion."""
+"""The form of pendant programs for Universal Robots, with movej, movel and movec."""

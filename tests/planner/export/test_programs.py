@@ -8,22 +8,21 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from planner.backends import Cubic, MinEffort, Quintic, Ruckig
+from planner.backends import Cubic, Quintic, Ruckig
 from planner.errors import UnsupportedFormat
 from planner.export import ExportOptions, render
 from planner.export.urscript import set_output
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.actions import AtTime, SetOutput
-from planner.problems.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
-from planner.problems.transitions import BlendTransition, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import ThroughTransition
 from planner.robots import ExternalAxis, load_robot
-from planner.spatial import Pose
 from tests.planner.problems_of_tests import problem_of
 
 NUMBER = r"-?\d+(?:\.\d+)?"
 PERIOD = 0.05
-ROBOT = load_robot("kuka_kr16_l6_2")
+ROBOT = replace(load_robot("kuka_kr16_l6_2"), source="")  # an arm of no known maker
 START = np.array([0.0, -1.57, 1.57, 0.0, 0.5, 0.0])
 THIRD = START + np.array([0.3, 0.4, 0.1, -0.2, 0.3, 0.4])
 WAYPOINTS = [
@@ -179,42 +178,6 @@ def test_a_program_passes_the_positions_at_their_times(
     assert np.diff(read.times).max() < PERIOD + 0.4567 + 0.01
 
 
-def test_moves_are_one_statement_a_segment() -> None:
-    line = JointWaypoint(START + np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0]), motion=LinearMotion(), dwell=0.25)
-    solved = plan(PlanningProblem(ROBOT, [JointWaypoint(START), line, JointWaypoint(START + 0.3)]), Cubic())
-    program = render(solved, "urscript_moves").decode()
-    approach, *found = re.findall(
-        r"^  (movej|movel|sleep)\((?:(\[[^]]*\]), t=)?([^)]*)\)$", program, flags=re.MULTILINE
-    )
-    assert approach == ("movej", "", "start, t=1.0")
-    assert [name for name, _, _ in found] == ["movel", "sleep", "movej"]
-    arrivals, departures = solved.trajectory.arrivals, solved.trajectory.departures
-    expected = [arrivals[1], 0.25, arrivals[2] - departures[1]]
-    assert [float(seconds) for _, _, seconds in found] == pytest.approx(expected, rel=1e-12)
-    assert eval(found[0][1]) == solved.path.positions[1].tolist()  # noqa: S307
-    assert eval(found[2][1]) == solved.path.positions[2].tolist()  # noqa: S307
-
-
-@pytest.mark.parametrize(
-    ("waypoint", "reason"),
-    [
-        (JointWaypoint(START + 0.1, transition=ThroughTransition()), "stops at every waypoint"),
-        (JointWaypoint(START + 0.1, transition=BlendTransition(0.01)), "stops at every waypoint"),
-        (
-            PoseWaypoint(
-                Pose([1.5, 0.1, 1.1]), motion=CircularMotion(Pose([1.45, 0.05, 1.05]), tolerance_position=1e-3)
-            ),
-            "another",
-        ),
-    ],
-)
-def test_moves_refuse_what_the_form_cannot_carry(waypoint: JointWaypoint, reason: str) -> None:
-    solved = plan(PlanningProblem(ROBOT, [JointWaypoint(START), waypoint, JointWaypoint(START + 0.3)]), Cubic())
-    with pytest.raises(UnsupportedFormat, match=reason) as refused:
-        render(solved, "urscript_moves")
-    assert refused.value.waypoint == 1
-
-
 @pytest.mark.parametrize("name", ["krl", "rapid", "fanuc_ls", "urscript", "urscript_moves"])
 def test_programs_refuse_other_arms_and_motion_at_the_ends(name: str) -> None:
     with pytest.raises(UnsupportedFormat, match="three_dof_arm"):
@@ -227,12 +190,6 @@ def test_programs_refuse_other_arms_and_motion_at_the_ends(name: str) -> None:
         return
     with pytest.raises(UnsupportedFormat, match="apart or more"):
         render(plan(problem), name, ExportOptions(0.001))
-
-
-def test_moves_refuse_a_way_of_the_back_ends_own() -> None:
-    problem = PlanningProblem(ROBOT, [JointWaypoint(START), replace(JointWaypoint(START + 0.3), duration=2.0)])
-    with pytest.raises(UnsupportedFormat, match="the way to waypoint 1"):
-        render(plan(problem, MinEffort(iterations=0)), "urscript_moves")
 
 
 RAIL = ExternalAxis("rail", "prismatic", (1, 0, 0), lower=0.0, upper=3.0, velocity=1.0)
