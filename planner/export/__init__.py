@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.export import csv, fanuc, krl, krl_moves, mcap, npz, rapid, ros2, urscript, urscript_moves
+from planner.export import c_header, csv, fanuc, krl, krl_moves, mcap, npz, rapid, ros2, urscript, urscript_moves
 from planner.export.base import INCLUDABLE, ExportOptions, Format
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ FORMATS: dict[str, Format] = {
         krl_moves.FORMAT_KSS_8,
         rapid.FORMAT,
         fanuc.FORMAT,
+        c_header.FORMAT,
     )
 }
 """Every format by its name."""
@@ -36,8 +37,7 @@ def render(plan: Plan, format: str, options: ExportOptions = ExportOptions()) ->
         plan: The plan.
         format: `csv`, `ros2` (a `JointTrajectory` message as JSON), `npz` (numpy's arrays), `mcap` (a recording of
             ROS 2 messages). Robot programs are `urscript` and `urscript_moves` (Universal Robots), `krl`,
-            `krl_kss5` and `krl_kss8` (KUKA),
-            `rapid` (ABB), `fanuc_ls` (Fanuc).
+            `krl_kss5` and `krl_kss8` (KUKA), `rapid` (ABB), `fanuc_ls` (Fanuc), `c_header` (microcontrollers).
         options: The period of the samples, and the included quantities.
 
     Returns:

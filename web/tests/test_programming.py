@@ -226,6 +226,7 @@ FORMATS = {
     "krl_kss8": (".kss8.src", b"DEF plan"),
     "rapid": (".mod", b"MODULE"),
     "fanuc_ls": (".ls", b"/PROG"),
+    "c_header": (".h", b"// ngv_refuelling_arm"),
 }
 """The buttons of the formats, the endings of their files, and the first bytes of the files."""
 

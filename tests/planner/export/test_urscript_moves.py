@@ -73,7 +73,7 @@ def pinocchio_pose(position: np.ndarray) -> np.ndarray:
 
 
 def read(program: str) -> tuple[list[object], list[Statement]]:
-    """Parse a program by the grammar of URScript into the rest before it and its motions, or fail at a statement."""
+    """Parse a program into its first rest and its motions, or fail at a line outside the grammar."""
     lines = [line for line in program.split("\n") if not line.startswith("#")]
     assert lines[0] == "def planned_trajectory():" and lines[-3:] == ["end", "planned_trajectory()", ""]
     start = re.fullmatch(rf"  start = \[{ROW}\]", lines[1])

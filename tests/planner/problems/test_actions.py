@@ -165,7 +165,7 @@ def test_recordings_and_arrays_hold_outputs_and_tables_refuse() -> None:
     assert arrays["output_name"].tolist() == ["speed", "close"]
     assert arrays["output_value"].tolist() == [2.5, 1.0]
     assert arrays["output_time"] == pytest.approx([one[0] for one in expected])
-    for form in ("csv", "ros2"):
+    for form in ("csv", "ros2", "c_header"):
         with pytest.raises(UnsupportedFormat, match="actions"):
             render(solved, form)
-    assert set(FORMATS) == {"npz", "mcap", "csv", "ros2", "urscript", *NAMES}
+    assert set(FORMATS) == {"npz", "mcap", "csv", "ros2", "c_header", "urscript", *NAMES}

@@ -26,6 +26,7 @@ const FORMATS: Readonly<Record<PlanFormat, string>> = {
   krl_kss8: '.kss8.src',
   rapid: '.mod',
   fanuc_ls: '.ls',
+  c_header: '.h',
 };
 
 export function Exports() {
