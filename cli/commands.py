@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cli import batches, database, keys, plots
+from cli import batches, database, keys, paths, plots
 
 app = typer.Typer(
     name="planner",
@@ -23,6 +23,7 @@ app.add_typer(keys.app)
 app.command()(batches.batch)
 app.command()(batches.sweep)
 app.command()(plots.plot)
+app.command("import")(paths.import_)
 
 
 def _robot_ids(incomplete: str) -> list[str]:

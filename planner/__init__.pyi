@@ -88,6 +88,8 @@ from planner.operations import reverse_trajectory as reverse_trajectory
 from planner.operations import slice_trajectory as slice_trajectory
 from planner.operations import stop_joints as stop_joints
 from planner.operations import stop_on_path as stop_on_path
+from planner.path_files.read import PathFile as PathFile
+from planner.path_files.read import read_path as read_path
 from planner.paths import JointPath as JointPath
 from planner.planning import Budget as Budget
 from planner.planning import plan as plan

@@ -22,6 +22,7 @@ LAYERS = (
     "scene",
     "speed_zones",
     "problems",
+    "path_files",
     "tool_motions",
     "waypoints",
     "paths",

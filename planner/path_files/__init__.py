@@ -1,0 +1,1 @@
+"""Paths in files of CAD, CAM and tables, read as waypoints."""
