@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 COMMENT = re.compile(r"\([^()]*\)|;.*")
 """Text between brackets, and the rest of a line after a semicolon."""
 
-WORD = re.compile(r"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))", re.ASCII)
-"""A letter and a number."""
+WORD = re.compile(r"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))(?![eE])", re.ASCII)
+"""A letter and a number; an exponent would look like an extruder position."""
 
 NUMBERS = "NO"
 """Letters of the numbers of lines and programs."""
@@ -121,7 +121,7 @@ class _Program:
         at = 0
         while at < len(content) and content != "%":
             if (found := WORD.match(content, at)) is None:
-                rest = content[at : at + 20]
+                rest = content[at : at + 20].strip()
                 raise ValueError(
                     f"must have words such as G1 or X10.5; got {rest!r}. Write plain numbers: no expressions, "
                     "parameters or subprograms."
@@ -152,7 +152,7 @@ class _Program:
             self.left_out["M"].append(number)
 
     def set_mode(self, number: int, code: str) -> None:
-        """Set what a G code sets."""
+        """Set the motion, the unit or the kind of coordinates."""
         if code in MOTIONS:
             self.motion = code
         elif code in UNITS:

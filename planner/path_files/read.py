@@ -77,8 +77,8 @@ def read_path(
     the speed of the tool.
 
     Args:
-        path: The file. `.csv` has the columns `x`, `y`, `z`, or one for each joint; `.nc`, `.ngc`, `.gcode`, `.gc`,
-            `.tap` and `.cnc` are G-code; `.dxf` is a drawing (package ezdxf).
+        path: The file. `.csv` has the columns `x`, `y`, `z`, or one for each joint. `.nc`, `.ngc`, `.gcode`, `.gc`,
+            `.tap` and `.cnc` are G-code. `.dxf` is a drawing (package ezdxf).
         robot: The robot, whose joints are columns of a CSV file.
         units: The unit of lengths. In G-code it holds until a G20 or G21; it replaces the unit of a drawing. None: the
             unit that the file names, else mm; m for CSV.
@@ -130,7 +130,7 @@ def _joint_path(positions: FloatArray, notes: Sequence[str], blend: float | None
 
 
 def _rotation_of(tool_axis: Sequence[float]) -> FloatArray:
-    """Return the rotation with a z axis, and its x axis as near as possible to the frame's x axis, or else y axis.
+    """Return the rotation with a z axis; its x axis is nearest to the frame's x axis, else y axis.
 
     Raises:
         InvalidProblem: The axis is no direction.

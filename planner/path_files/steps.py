@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SHORTEST_STEP = 1e-6
 """Distance, m, below which two points of a path file are the same."""
 
-SAME_DIRECTION = 5e-3
+SMALLEST_CORNER = 5e-3
 """Angle, rad, below which a path has no corner: coordinates with three decimals turn the ends of small arcs so far."""
 
 TURNING_BACK = 2.9
@@ -77,7 +77,7 @@ def arc_steps(
         rotation: (3, 3): the orientation of the tool.
         speed: The limit on the speed of the tool, m/s; None: none.
     """
-    if angle > math.pi * (1.0 + SAME_DIRECTION):
+    if angle > math.pi * (1.0 + SMALLEST_CORNER):
         yield Step(Pose(point(0.5), rotation), point(0.25), speed)
         yield Step(Pose(end, rotation), point(0.75), speed)
     else:
@@ -182,7 +182,7 @@ def _join(before: _Ends, after: _Ends, blend: float | None) -> Transition:
     """Return the transition between two steps: through without a corner, else a blend or a stop."""
     cosine = float(np.clip(before.last @ after.first, -1.0, 1.0))
     corner = math.acos(cosine)
-    if corner < SAME_DIRECTION and not before.turns and not after.turns:
+    if corner < SMALLEST_CORNER and not before.turns and not after.turns:
         return ThroughTransition()
     radius = min(blend or 0.0, 0.5 * before.length, 0.5 * after.length)
     return BlendTransition(radius) if radius >= SMALLEST_BLEND and corner < TURNING_BACK else StopTransition()

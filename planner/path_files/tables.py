@@ -33,7 +33,7 @@ SPEED = "speed"
 JOINT = "position."
 """Beginning of the columns of joint positions, as the CSV of a plan has them."""
 
-SMALLEST_QUATERNION = 0.5
+SMALLEST_NORM = 0.5
 """The smallest norm of a quaternion; a smaller one is a mistake."""
 
 
@@ -80,13 +80,13 @@ class Table:
         Raises:
             InvalidProblem: With every cell that is no number.
         """
-        places = {name: self.columns.index(name) for name in units}
+        cells = {name: self.columns.index(name) for name in units}
         values = np.zeros((len(self.rows), len(units)))
         faults: list[str] = []
         for k, (line, row) in enumerate(self.rows):
-            for column, (name, place) in enumerate(places.items()):
+            for column, (name, cell) in enumerate(cells.items()):
                 try:
-                    values[k, column] = parse_number(row[place], name, units[name])
+                    values[k, column] = parse_number(row[cell], name, units[name])
                 except ValueError as error:
                     faults.append(f"line {line}: {error}")
             if len(faults) >= MOST_FAULTS:
@@ -131,7 +131,7 @@ def read_poses(table: Table, length: float, angle: float, rotation: FloatArray) 
     faults: list[str] = []
     if orientation == QUATERNION:
         norms = np.linalg.norm(values[:, 3:7], axis=1)
-        wrong = np.flatnonzero(norms < SMALLEST_QUATERNION)
+        wrong = np.flatnonzero(norms < SMALLEST_NORM)
         faults += [f"line {lines[k]}: a quaternion must have the norm 1; got {norms[k]:.3g}." for k in wrong]
     if limited:
         faults += [
