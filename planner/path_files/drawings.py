@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.errors import InvalidProblem
 from planner.path_files.steps import Step, ToolPath, arc_steps
 from planner.path_files.texts import FARTHEST, METRES, MOST_STEPS, refused
 from planner.spatial import Pose
@@ -59,7 +60,13 @@ def read_dxf(content: bytes, unit: float | None, rotation: FloatArray, lift: flo
     left_out: Counter[str] = Counter()
     count = 0
     for entity in drawing.modelspace():
-        shape = _shape(entity, unit, rotation)
+        try:
+            shape = _shape(entity, unit, rotation)
+        except InvalidProblem:
+            raise
+        except Exception as error:  # noqa: BLE001 - of a hostile file, ezdxf raises errors of many types
+            name = f"{entity.dxftype()} #{entity.dxf.handle}"
+            raise refused(f"{name}: ezdxf cannot read its points: {str(error)[:200]}") from None
         count += len(shape)
         if count > MOST_STEPS:
             raise refused(f"a drawing must have at most {MOST_STEPS} lines and arcs. Split the file.")
@@ -136,7 +143,7 @@ def _point(vertex: Sequence[float], entity: Any, unit: float) -> FloatArray:
     """
     point = np.array([float(value) for value in vertex]) * unit
     if not (np.abs(point) <= FARTHEST).all():
-        handle = entity.dxf.handle or "of a polyline"
+        handle = f"#{entity.dxf.handle}" if entity.dxf.handle else "of a polyline"
         raise refused(f"{entity.dxftype()} {handle}: coordinates must be finite, and at most {FARTHEST:g} m.")
     return point
 

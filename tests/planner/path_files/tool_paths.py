@@ -26,7 +26,7 @@ from planner.spatial import FloatArray
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-SPACING = 2e-5
+SPACING = 5e-5
 """Distance of dense points, m."""
 
 TABLE = Pose([0.95, -0.05, 0.6], rotation_from_rpy(0.0, 0.1, 0.4))
