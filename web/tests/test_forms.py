@@ -92,7 +92,7 @@ def test_fields_of_a_waypoint_are_given_in_units_of_people(poses: Page) -> None:
     form = more(page, "More fields of this waypoint")
     form.get_by_role("button", name="+ Payload", exact=True).click()
     fill(form.get_by_label("Mass (kg)"), "2.5")
-    form.get_by_role("button", name="+ Center of mass").click()
+    form.get_by_role("button", name="+ Center of mass", exact=True).click()
     fill(form.get_by_role("group", name="Center of mass").get_by_label("z", exact=True), "45")
     form.get_by_role("button", name="+ Tolerance region").click()
     form.get_by_role("button", name="+ Tool", exact=True).click()

@@ -21,13 +21,15 @@ export async function start(): Promise<void> {
   effect(() => {
     if (apiKey.value !== '' || robots.peek().length === 0) void loadLists();
   });
-  addEventListener('hashchange', () => {
-    if (location.hash !== written) void showAddress();
+  // The event has the link; by now the address may be that of an earlier request again, which was still being packed.
+  addEventListener('hashchange', ({ newURL }) => {
+    const { hash } = new URL(newURL);
+    if (hash !== written) void showAddress(hash);
   });
   effect(() => {
     if (request.value && time.value >= 0 && !playing.value) void writeAddress();
   });
-  if (!(await showAddress())) await chooseExample(EXAMPLES.find(({ name }) => name === FIRST_EXAMPLE)!);
+  if (!(await showAddress(location.hash))) await chooseExample(EXAMPLES.find(({ name }) => name === FIRST_EXAMPLE)!);
 }
 
 async function loadLists(): Promise<void> {
@@ -36,8 +38,8 @@ async function loadLists(): Promise<void> {
   if (kinds.answer) backends.value = kinds.answer.backends;
 }
 
-async function showAddress(): Promise<boolean> {
-  const shown = await fromFragment(location.hash);
+async function showAddress(hash: string): Promise<boolean> {
+  const shown = await fromFragment(hash);
   if (!shown) return false;
   if ('fault' in shown) {
     banner.value = { text: texts.said.wrongLink(shown.fault) };
