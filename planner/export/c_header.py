@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from planner.plans.result import Plan
 
 EVALUATION = """\
-// Writes position and velocity at a time, s. Before the start and after the end the time is that of the end nearest.
+// Writes position and velocity at a time, s. An earlier or later time counts as the start or the end.
 static inline void planned_evaluate(
     planned_real time, planned_real position[PLANNED_JOINTS], planned_real velocity[PLANNED_JOINTS]) {
   int first = 0, last = PLANNED_PIECES - 1;

@@ -232,6 +232,17 @@ def test_a_tool_is_set_before_the_line_that_it_makes() -> None:
     np.testing.assert_allclose(line.values[0], flange @ line.tool, atol=1e-9)
 
 
+def test_the_base_is_found_with_the_tool_of_the_start() -> None:
+    tool = Pose([0.02, -0.01, 0.15], Rotation.from_euler("xyz", [0.3, -0.4, 0.5]).as_matrix())
+    end = pinocchio_pose(HOME + 0.1) @ pin.SE3(tool.rotation, tool.position).homogeneous
+    line = PoseWaypoint(Pose(end[:3, 3] + [0.0, 0.1, 0.05], end[:3, :3]), motion=LinearMotion())
+    solved = plan(PlanningProblem(ROBOT, [joints(HOME + 0.1, tool=tool), line]), Cubic())
+    program = render(solved, "urscript_moves").decode()
+    assert program.index("set_tcp(") < program.index("get_forward_kin(")
+    (pose,) = re.findall(rf"pose_inv\(p\[{ROW}\]\)", program)
+    np.testing.assert_allclose(matrix(list(pose)), end, atol=1e-9)
+
+
 def test_an_arm_of_another_maker_is_refused_by_name() -> None:
     robot = load_robot("kuka_kr16_2")
     start = np.array([0.0, -1.57, 1.57, 0.0, 0.5, 0.0])
