@@ -102,7 +102,7 @@ def durations_sharing(
         free = np.isnan(durations) & (own > 0.0)
         fixed = np.where(np.isnan(durations), own, durations)[~free].sum()
         left = max(duration - (fastest.duration - own.sum()) - float(fixed), 0.0)
-        shared = np.where(free, own * left / max(float(own[free].sum()), np.finfo(float).tiny), durations)
+        shared = np.where(free, own * left / own[free].sum(), durations) if free.any() else durations
         short = free & (shared < least)
         if not short.any():
             return shared

@@ -223,3 +223,16 @@ def test_torque_limits_are_kept_by_a_slower_plan() -> None:
         pytest.fail("the limit holds the arm: the test is to be adapted")
     slower = plan(replace(problem, limits=tight, duration=3.0 * fastest.trajectory.duration), Toppra())
     assert worst(slower)["torque"] <= worst(fastest)["torque"]
+
+
+def test_a_duration_of_the_whole_that_no_segment_can_take_is_refused() -> None:
+    """The first segment is too short to move, and the second one has a duration."""
+    start = (-0.7242775126083874, -1.6969734405392467, 0.8493749782236915, 0.15130299338, 0.07916018692694, 0.87508278)
+    beside = (*np.add(start, 5e-10),)
+    waypoints = [
+        JointWaypoint(start),
+        JointWaypoint(beside),
+        JointWaypoint([-0.7, -1.7, 0.9, 0.1, 0.1, 0.9], duration=0.43895706428183856),
+    ]
+    with pytest.raises(InfeasibleDuration, match=r"it takes 0\.438957 s"):
+        plan(PlanningProblem(load_robot("kuka_kr16_2"), waypoints, duration=11.893), Ruckig())

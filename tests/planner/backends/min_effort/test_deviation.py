@@ -48,7 +48,8 @@ def deviation(planned: Plan, quantity: str = "tool_deviation") -> Check:
 
 def true_deviation(planned: Plan) -> float:
     """Return the deviation of the tool on the only segment, m."""
-    return StraightWay(planned.path.robot, planned.path.positions, DENSE).farthest(planned.trajectory)
+    fine = np.linspace(0.0, 1.0, 60_001)  # a millimetre between samples would add 2 % to a deviation of 2.4 mm
+    return StraightWay(planned.path.robot, planned.path.positions, fine).farthest(planned.trajectory)
 
 
 def true_joint_deviation(planned: Plan) -> float:
