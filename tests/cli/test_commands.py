@@ -111,14 +111,15 @@ def test_plan_writes_ros2(request_file: Path, tmp_path: Path) -> None:
         ("mod", b"MODULE PlannedTrajectory"),
         ("ls", b"/PROG  PLANNED"),
         ("script", b"# kuka_kr16_l6_2, quintic"),
-        ("moves.script", b"# kuka_kr16_l6_2, quintic"),
+        ("moves.script", b"# ur5e, quintic"),  # a program for the pendant names the arm's maker
         ("mcap", b"\x89MCAP0"),
     ],
 )
 def test_the_suffix_chooses_the_program(tmp_path: Path, suffix: str, begins: bytes) -> None:
     ends = ([0.0, -1.0, 1.0, 0.0, 0.5, 0.0], [0.5, -1.0, 1.0, 0.0, 0.5, 0.3])
     waypoints = [{"kind": "joint", "position": position} for position in ends]
-    request = {"robot": "kuka_kr16_l6_2", "waypoints": waypoints, "backend": {"kind": "quintic"}}
+    robot = "ur5e" if suffix == "moves.script" else "kuka_kr16_l6_2"
+    request = {"robot": robot, "waypoints": waypoints, "backend": {"kind": "quintic"}}
     file = tmp_path / f"out.{suffix}"
     assert planner("plan", "-", "-o", file, stdin=json.dumps(request)).exit_code == 0
     content = file.read_bytes()
