@@ -41,6 +41,13 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
+RequestArgument = Annotated[
+    str, typer.Argument(metavar="REQUEST", help="File with a request of POST /v1/trajectories; - reads stdin.")
+]
+BackEndOption = Annotated[
+    str | None,
+    typer.Option("--backend", metavar="KIND", help="Back end in place of the request's, with its default options."),
+]
 RobotOption = Annotated[
     str | None,
     typer.Option(
@@ -125,9 +132,7 @@ def worker(
 
 @app.command()
 def plan(
-    request: Annotated[
-        str, typer.Argument(metavar="REQUEST", help="File with a request of POST /v1/trajectories; - reads stdin.")
-    ],
+    request: RequestArgument,
     output: Annotated[
         str | None,
         typer.Option(
@@ -149,9 +154,7 @@ def plan(
     proof: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the proof of the certificate, for planner check.")
     ] = None,
-    backend: Annotated[
-        str | None, typer.Option(metavar="KIND", help="Back end in place of the request's, with its default options.")
-    ] = None,
+    backend: BackEndOption = None,
     robot: RobotOption = None,
     srdf: SrdfOption = None,
     tip: TipOption = None,
@@ -164,9 +167,7 @@ def plan(
 
 @app.command()
 def simulate(
-    request: Annotated[
-        str, typer.Argument(metavar="REQUEST", help="File with a request of POST /v1/trajectories; - reads stdin.")
-    ],
+    request: RequestArgument,
     feed_forward: Annotated[
         str,
         typer.Option(
@@ -189,9 +190,7 @@ def simulate(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw following errors and torques into a .png or .svg file.")
     ] = None,
-    backend: Annotated[
-        str | None, typer.Option(metavar="KIND", help="Back end in place of the request's, with its default options.")
-    ] = None,
+    backend: BackEndOption = None,
     robot: RobotOption = None,
     srdf: SrdfOption = None,
     tip: TipOption = None,

@@ -14,11 +14,7 @@ if TYPE_CHECKING:
 
 
 class Plant:
-    """A robot that torques move.
-
-    Attributes:
-        step: Step of the integration, s.
-    """
+    """A robot that torques move."""
 
     def __init__(self, robot: Robot, step: float, mass_error: float) -> None:
         """Build the model.
@@ -28,7 +24,7 @@ class Plant:
             step: Step of the integration, s.
             mass_error: Share by which all masses and inertias are larger than the robot's.
         """
-        self.step, self.mass_factor = step, 1.0 + mass_error
+        self.mass_factor = 1.0 + mass_error
         spec = mujoco.MjSpec()
         spec.compiler.degree = False
         spec.option.timestep = step

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidProblem, MissingDynamics
 from planner.tolerances import ROUNDING
 
@@ -151,14 +150,10 @@ def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
     planned = np.array(trajectory.evaluate(np.minimum(time, trajectory.duration), range(3)))
     planned[1:, time > trajectory.duration] = 0.0
     pieces, _ = trajectory.locate(np.minimum(time, trajectory.duration))
-    carried = dynamics.indices_on(trajectory.segments[pieces])
-    robots = [dynamics.robots[index] for index in carried]
-    moving, held = np.empty_like(planned[0]), np.empty_like(planned[0])
-    for index, robot in enumerate(dynamics.robots):
-        rows = carried == index
-        moving[rows] = inverse_dynamics(robot, *planned[:, rows])
-        held[rows] = inverse_dynamics(robot, planned[0, rows], *np.zeros((2, *planned[0, rows].shape)))
-    fed = {"torque": moving, "gravity": held, "none": np.zeros_like(moving)}[servo.feed_forward]
+    segments, rest = trajectory.segments[pieces], np.zeros_like(planned[0])
+    robots = [dynamics.robots[index] for index in dynamics.indices_on(segments)]
+    moving = dynamics.torques(segments, *planned)
+    fed = {"torque": moving, "gravity": dynamics.torques(segments, planned[0], rest, rest), "none": rest}
 
     plant = Plant(robots[0], servo.cycle / servo.steps, servo.mass_error)
     rate = 2.0 * np.pi * servo.frequency
@@ -170,7 +165,7 @@ def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
             plant.carry(robots[k])
         position[k] = plant.data.qpos
         correction = rate**2 * (q - position[k]) + 2.0 * rate * (v - plant.data.qvel)
-        needed = fed[k] + plant.mass_matrix() @ correction
+        needed = fed[servo.feed_forward][k] + plant.mass_matrix() @ correction
         torque[k] = np.clip(needed, lower, upper)
         limited[k] = torque[k] != needed
         plant.move(torque[k], servo.steps)

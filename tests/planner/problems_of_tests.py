@@ -10,7 +10,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
-from planner.backends import BACKENDS, BackEnd
+from planner.backends import BACKENDS, BackEnd, Cubic, MinEffort, Quintic, Ruckig, Toppra, Trapezoidal
 from planner.kinematics import Pose, configurations, forward_kinematics
 from planner.kinematics.options import InverseKinematicsOptions, Preference
 from planner.limits import Limits
@@ -80,6 +80,21 @@ MOST_WAYPOINTS_OF = {"min_effort": 3}
 
 OPTIONS_OF: dict[str, dict[str, object]] = {"min_effort": {"knots": 8, "max_joint_deviation": 0.3}}
 """Options of a slower back end, smaller than its defaults, and the properties that these leave out."""
+
+
+ALL_BACK_ENDS: tuple[BackEnd, ...] = (
+    Cubic(),
+    Quintic(),
+    Trapezoidal(),
+    Ruckig(),
+    Toppra(),
+    Toppra(jerk_limited=True),
+    MinEffort(),
+)
+"""Every back end that times a path itself, `toppra` with and without limits of jerk."""
+
+BACK_END_NAMES = tuple(f"{own.kind}-{getattr(own, 'jerk_limited', '')}" for own in ALL_BACK_ENDS)
+"""Their names in parametrized tests."""
 
 
 def backend_of(kind: str) -> BackEnd:

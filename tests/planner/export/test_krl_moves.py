@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -22,19 +22,20 @@ from planner.problems.actions import AtWaypoint, SetOutput
 from planner.problems.problem import (
     AnyWaypoint,
     CircularMotion,
-    JointWaypoint,
     LinearMotion,
     PlanningProblem,
     PolylineMotion,
     PoseWaypoint,
 )
 from planner.problems.transitions import BlendTransition, ThroughTransition
-from planner.robots import Robot, load_robot
+from planner.robots import load_robot
 from planner.spatial import Pose
+from tests.planner.export.programs import joints, pinocchio_pose, pose_beside
 
 ROBOT = load_robot("kuka_kr16_2")
 EXAMPLES = Path(__file__).parents[3] / "examples"
 HOME = np.array([0.0, -1.57, 1.57, 0.0, 0.5, 0.0])
+moved = partial(pose_beside, ROBOT, HOME)
 FORMS = ("krl_kss5", "krl_kss8")
 N = r"(-?\d+\.\d+)"
 AXES = r"\{" + ", ".join(f"A{i} {N}" for i in range(1, 7)) + r"\}"
@@ -111,25 +112,6 @@ def matrix(values: list[float]) -> np.ndarray:
     return found
 
 
-def pinocchio_pose(robot: Robot, position: np.ndarray) -> np.ndarray:
-    """Return the transform of the tool, computed by Pinocchio alone."""
-    data = robot.model.createData()
-    pin.framesForwardKinematics(robot.model, data, np.asarray(position))
-    found: np.ndarray = data.oMf[robot.tool_frame_id].homogeneous
-    return found
-
-
-def moved(*offset: float) -> Pose:
-    """Return the pose of the tool beside that of a joint position."""
-    base = pinocchio_pose(ROBOT, HOME + 0.1)
-    return Pose(base[:3, 3] + np.array(offset), base[:3, :3])
-
-
-def joints(position: np.ndarray, **more: Any) -> JointWaypoint:
-    """Make a waypoint at a joint position."""
-    return JointWaypoint(position.tolist(), **more)
-
-
 @pytest.fixture(scope="module")
 def mixed() -> Plan:
     """Plan a motion of every kind that KRL has, with a blend, waits and an output."""
@@ -138,7 +120,10 @@ def mixed() -> Plan:
         joints(HOME + 0.1),
         PoseWaypoint(moved(0.0, 0.1, 0.0), motion=LinearMotion(), transition=BlendTransition(0.02)),
         PoseWaypoint(moved(0.0, 0.1, 0.1), motion=LinearMotion(), dwell=0.5),
-        PoseWaypoint(moved(0.0, -0.1, 0.1), motion=CircularMotion(via=Pose(moved(0.0, 0.0, 0.2).position))),
+        PoseWaypoint(
+            moved(0.0, -0.1, 0.1),
+            motion=CircularMotion(via=Pose(moved(0.0, 0.0, 0.2).position)),
+        ),
         joints(HOME, transition=BlendTransition(0.05)),
         joints(HOME - [0.3, 0.1, 0.1, 0.0, 0.2, 0.1]),
     ]

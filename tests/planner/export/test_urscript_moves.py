@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Any
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
@@ -20,7 +20,6 @@ from planner.problems.actions import AtWaypoint, SetOutput
 from planner.problems.problem import (
     AnyWaypoint,
     CircularMotion,
-    JointWaypoint,
     LinearMotion,
     PlanningProblem,
     PolylineMotion,
@@ -29,9 +28,11 @@ from planner.problems.problem import (
 from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import load_robot
 from planner.spatial import Pose
+from tests.planner.export.programs import joints, pinocchio_pose, pose_beside
 
 ROBOT = load_robot("ur5e")
 HOME = np.array([0.0, -1.5, 1.7, -1.2, -1.4, 0.0])
+moved = partial(pose_beside, ROBOT, HOME)
 N = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
 ROW = ", ".join([N] * 6)
 PLACED = rf"pose_trans\(base, p\[{ROW}\]\)"
@@ -64,14 +65,6 @@ def matrix(values: list[str]) -> np.ndarray:
     return found
 
 
-def pinocchio_pose(position: np.ndarray) -> np.ndarray:
-    """Return the transform of the tool, computed by Pinocchio alone."""
-    data = ROBOT.model.createData()
-    pin.framesForwardKinematics(ROBOT.model, data, np.asarray(position))
-    found: np.ndarray = data.oMf[ROBOT.tool_frame_id].homogeneous
-    return found
-
-
 def read(program: str) -> tuple[list[object], list[Statement]]:
     """Parse a program into its first rest and its motions, or fail at a line outside the grammar."""
     lines = [line for line in program.split("\n") if not line.startswith("#")]
@@ -88,7 +81,7 @@ def read(program: str) -> tuple[list[object], list[Statement]]:
         if match := re.fullmatch(r"# waypoint (\d+)", line):
             waypoint = int(match[1])
         elif match := re.fullmatch(rf"base = pose_trans\(get_forward_kin\(start\), pose_inv\(p\[{ROW}\]\)\)", line):
-            base = BASE_OF_CONTROLLER @ pinocchio_pose(position) @ np.linalg.inv(matrix(list(match.groups())))
+            base = BASE_OF_CONTROLLER @ pinocchio_pose(ROBOT, position) @ np.linalg.inv(matrix(list(match.groups())))
         elif match := re.fullmatch(rf"set_tcp\(p\[{ROW}\]\)", line):
             tool = matrix(list(match.groups()))
         elif match := re.fullmatch(rf"movej\(\[{ROW}\], {ENDING}\)", line):
@@ -111,17 +104,6 @@ def read(program: str) -> tuple[list[object], list[Statement]]:
     return before, found
 
 
-def moved(*offset: float) -> Pose:
-    """Return the pose of the tool beside that of a joint position."""
-    base = pinocchio_pose(HOME + 0.1)
-    return Pose(base[:3, 3] + np.array(offset), base[:3, :3])
-
-
-def joints(position: np.ndarray, **more: Any) -> JointWaypoint:
-    """Make a waypoint at a joint position."""
-    return JointWaypoint(position.tolist(), **more)
-
-
 @pytest.fixture(scope="module")
 def mixed() -> Plan:
     """Plan a motion of every kind that URScript has, with blends, waits and an output."""
@@ -130,7 +112,10 @@ def mixed() -> Plan:
         joints(HOME + 0.1),
         PoseWaypoint(moved(0.0, 0.1, 0.0), motion=LinearMotion(), transition=BlendTransition(0.02)),
         PoseWaypoint(moved(0.0, 0.1, 0.1), motion=LinearMotion(), dwell=0.5),
-        PoseWaypoint(moved(0.0, -0.1, 0.1), motion=CircularMotion(via=Pose(moved(0.0, 0.0, 0.2).position))),
+        PoseWaypoint(
+            moved(0.0, -0.1, 0.1),
+            motion=CircularMotion(via=Pose(moved(0.0, 0.0, 0.2).position)),
+        ),
         joints(HOME, transition=BlendTransition(0.0512)),
         joints(HOME - [0.3, 0.1, 0.1, 0.0, 0.2, 0.1]),
     ]
@@ -146,7 +131,7 @@ def test_each_waypoint_is_one_instruction_at_its_pose(mixed: Plan) -> None:
         if each.kind == "joint":
             np.testing.assert_allclose(each.values[0], position, atol=1e-12)
         else:
-            np.testing.assert_allclose(each.values[-1], BASE_OF_CONTROLLER @ pinocchio_pose(position), atol=1e-9)
+            np.testing.assert_allclose(each.values[-1], BASE_OF_CONTROLLER @ pinocchio_pose(ROBOT, position), atol=1e-9)
     via = np.append(moved(0.0, 0.0, 0.2).position, 1.0)
     np.testing.assert_allclose(found[3].values[0][:, 3], BASE_OF_CONTROLLER @ via, atol=1e-9)
 
@@ -169,7 +154,7 @@ def test_speeds_are_within_those_of_the_certified_segments(mixed: Plan) -> None:
             assert [each.acceleration, each.speed] == pytest.approx(most, rel=5e-3)
             continue
         later = mixed.trajectory.evaluate(np.linspace(start + step, end, 2001), [0])[0]
-        pairs = zip(map(pinocchio_pose, q), map(pinocchio_pose, later), strict=True)
+        pairs = zip(*([pinocchio_pose(ROBOT, each) for each in rows] for rows in (q, later)), strict=True)
         speed = max(float(np.linalg.norm(b[:3, 3] - a[:3, 3])) for a, b in pairs) / step
         assert each.speed <= speed * 1.0001
         assert each.speed == pytest.approx(speed, rel=2e-3)
@@ -193,7 +178,7 @@ def test_joint_points_follow_a_curve_that_urscript_does_not_have(seed: int) -> N
     for waypoint in waypoints[1:]:
         assert np.abs(points - waypoint.position).max(axis=1).min() < 1e-5
     assert found[-1].radius == 0.0
-    places = [pinocchio_pose(position)[:3, 3] for position in (HOME, *points)]
+    places = [pinocchio_pose(ROBOT, position)[:3, 3] for position in (HOME, *points)]
     gaps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     radii = np.array([0.0, *(each.radius for each in found)])
     assert radii[1:-1].min() > 0.0
@@ -216,25 +201,25 @@ def test_a_polyline_is_a_line_for_each_corner() -> None:
     assert [each.radius for each in found] == [0.01, 0.01, 0.0]
     for each, pose in zip(found, [*corners, moved(0.0, 0.0, 0.1)], strict=True):
         expected = np.eye(4)
-        expected[:3] = np.column_stack([pinocchio_pose(HOME + 0.1)[:3, :3], pose.position])
+        expected[:3] = np.column_stack([pinocchio_pose(ROBOT, HOME + 0.1)[:3, :3], pose.position])
         np.testing.assert_allclose(each.values[0], BASE_OF_CONTROLLER @ expected, atol=1e-9)
 
 
 def test_a_tool_is_set_before_the_line_that_it_makes() -> None:
     tool = Pose([0.02, -0.01, 0.15], Rotation.from_euler("xyz", [0.3, -0.4, 0.5]).as_matrix())
-    start = pinocchio_pose(HOME + 0.1) @ pin.SE3(tool.rotation, tool.position).homogeneous
+    start = pinocchio_pose(ROBOT, HOME + 0.1) @ pin.SE3(tool.rotation, tool.position).homogeneous
     target = Pose(start[:3, 3] + [0.0, 0.1, 0.05], start[:3, :3])
     waypoints: list[AnyWaypoint] = [joints(HOME + 0.1), PoseWaypoint(target, motion=LinearMotion(), tool=tool)]
     solved = plan(PlanningProblem(ROBOT, waypoints), Cubic())
     (line,) = read(render(solved, "urscript_moves").decode())[1]
     assert line.tool is not None
-    flange = BASE_OF_CONTROLLER @ pinocchio_pose(solved.path.positions[-1])
+    flange = BASE_OF_CONTROLLER @ pinocchio_pose(ROBOT, solved.path.positions[-1])
     np.testing.assert_allclose(line.values[0], flange @ line.tool, atol=1e-9)
 
 
 def test_the_base_is_found_with_the_tool_of_the_start() -> None:
     tool = Pose([0.02, -0.01, 0.15], Rotation.from_euler("xyz", [0.3, -0.4, 0.5]).as_matrix())
-    end = pinocchio_pose(HOME + 0.1) @ pin.SE3(tool.rotation, tool.position).homogeneous
+    end = pinocchio_pose(ROBOT, HOME + 0.1) @ pin.SE3(tool.rotation, tool.position).homogeneous
     line = PoseWaypoint(Pose(end[:3, 3] + [0.0, 0.1, 0.05], end[:3, :3]), motion=LinearMotion())
     solved = plan(PlanningProblem(ROBOT, [joints(HOME + 0.1, tool=tool), line]), Cubic())
     program = render(solved, "urscript_moves").decode()

@@ -8,18 +8,10 @@ import numpy as np
 import pytest
 
 import planner
+from tests.planner.problems_of_tests import ALL_BACK_ENDS, BACK_END_NAMES
 
 HOME = np.array([0.0, -1.2, 1.8, -0.6, 1.6, 0.3])
 WAYPOINTS = [planner.JointWaypoint(HOME + step) for step in (0.0, 0.6, -0.3)]
-BACK_ENDS = (
-    planner.Cubic(),
-    planner.Quintic(),
-    planner.Trapezoidal(),
-    planner.Ruckig(),
-    planner.Toppra(),
-    planner.Toppra(jerk_limited=True),
-    planner.MinEffort(),
-)
 SCALE = 0.6
 SPEEDS = (0.2, 0.6, 3.0)
 
@@ -36,9 +28,7 @@ def _robot(scale: float, *, has_curves: bool) -> planner.Robot:
     return arm.derived(id="arm", limits=limits)
 
 
-@pytest.mark.parametrize(
-    "backend", BACK_ENDS, ids=[f"{own.kind}-{getattr(own, 'jerk_limited', '')}" for own in BACK_ENDS]
-)
+@pytest.mark.parametrize("backend", ALL_BACK_ENDS, ids=BACK_END_NAMES)
 @pytest.mark.parametrize("has_curves", [False, True])
 def test_a_scale_is_a_weaker_robot(backend: planner.BackEnd, has_curves: bool) -> None:
     load = planner.Payload(4.9, (0.0, 0.0, 0.1))

@@ -12,17 +12,9 @@ import pytest
 import planner
 from planner import InvalidProblem, MissingDynamics, Servo
 from planner.simulation.plant import Plant
+from tests.planner.problems_of_tests import ALL_BACK_ENDS, BACK_END_NAMES
 
 HOME = (0.0, -1.2, 1.8, -0.6, 1.6, 0.3)
-BACK_ENDS = [
-    planner.Cubic(),
-    planner.Quintic(),
-    planner.Trapezoidal(),
-    planner.Ruckig(),
-    planner.Toppra(),
-    planner.Toppra(jerk_limited=True),
-    planner.MinEffort(),
-]
 
 
 def _problem(robot: planner.Robot, home: tuple[float, ...] = HOME, count: int = 4) -> planner.PlanningProblem:
@@ -67,9 +59,7 @@ def test_heavier_arms_have_larger_torques() -> None:
     np.testing.assert_allclose(heavier.acceleration(), a, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "backend", BACK_ENDS, ids=[f"{own.kind}-{getattr(own, 'jerk_limited', '')}" for own in BACK_ENDS]
-)
+@pytest.mark.parametrize("backend", ALL_BACK_ENDS, ids=BACK_END_NAMES)
 def test_the_arm_follows_a_plan_with_its_torques(backend: planner.BackEnd) -> None:
     """With known masses and fine cycles the servo has next to nothing to do."""
     plan = planner.plan(_problem(planner.load_robot("ur5e")), backend)
