@@ -54,6 +54,38 @@ def test_the_stage_fills_the_window_and_shrinks_again(
         assert stage.bounding_box() == before
 
 
+HEIGHTS = """
+window.heights = [];
+const look = () => {
+  const stage = document.querySelector('.stage');
+  if (stage && document.querySelector('.verdict')) window.heights.push(stage.offsetHeight);
+  requestAnimationFrame(look);
+};
+requestAnimationFrame(look);
+"""
+"""Notes the height of the stage in each frame from the verdict on."""
+
+
+@pytest.mark.parametrize("width", [390, 820, 1280])
+def test_the_stage_keeps_its_height_once_the_verdict_is_shown(
+    browser: Browser, service: RunningService, width: int
+) -> None:
+    with opened(browser, f"{service.url}/", scripts=(HEIGHTS,), viewport={"width": width, "height": 844}) as page:
+        planned(page)
+        page.locator(".plot canvas").first.wait_for()
+        page.wait_for_function("() => window.heights.length > 20")
+        assert len(set(page.evaluate("window.heights"))) == 1
+
+
+def test_a_long_form_does_not_stretch_the_stage_beside_it(browser: Browser, service: RunningService) -> None:
+    with opened(browser, f"{service.url}/", viewport={"width": 820, "height": 844}) as page:
+        planned(page)
+        page.get_by_text("Fields of the whole request").click()
+        page.locator(".more-fields").wait_for()
+        assert page.locator("#waypoints").evaluate("it => it.offsetHeight") > 844
+        assert page.locator(".stage").evaluate("it => it.offsetHeight") < 0.5 * 844
+
+
 @pytest.mark.parametrize("width", [390, 820])
 def test_a_narrow_screen_shows_the_verdict_first(browser: Browser, service: RunningService, width: int) -> None:
     """The line above the stage leads to the result."""

@@ -1,5 +1,5 @@
 // The plots on the page, and what is shown in them.
-import { useEffect, useRef } from 'preact/hooks';
+import { useLayoutEffect, useRef } from 'preact/hooks';
 import { effect, signal } from '@preact/signals';
 import 'uplot/dist/uPlot.min.css';
 import { playing, time } from '../state/playback';
@@ -81,7 +81,7 @@ function PlotView({ quantity, planned, arm, joint, share }: PlotProps) {
   const host = useRef<HTMLDivElement>(null);
   const curves = curvesOf(planned, arm, quantity, joint, share);
   const shade = theme.value;
-  useEffect(() => (host.current && curves ? draw(host.current, curves, planned) : undefined), [planned, arm, joint, share, shade]);
+  useLayoutEffect(() => (host.current && curves ? draw(host.current, curves, planned) : undefined), [planned, arm, joint, share, shade]);
   const title = `${texts.quantities[quantity]}${curves ? ` (${curves.unit})` : ''}`;
   return (
     <figure class="plot">
