@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.export import c_header, csv, fanuc, krl, krl_moves, mcap, npz, rapid, ros2, urscript, urscript_moves
+from planner.export import c_header, csv, fanuc, krl, mcap, npz, pendant, rapid, ros2, urscript
 from planner.export.base import INCLUDABLE, ExportOptions, Format
 
 if TYPE_CHECKING:
@@ -18,11 +18,12 @@ FORMATS: dict[str, Format] = {
         npz.FORMAT,
         mcap.FORMAT,
         urscript.FORMAT,
-        urscript_moves.FORMAT,
+        pendant.urscript.FORMAT,
         krl.FORMAT,
-        krl_moves.FORMAT_KSS_5,
-        krl_moves.FORMAT_KSS_8,
+        pendant.krl.FORMAT_KSS_5,
+        pendant.krl.FORMAT_KSS_8,
         rapid.FORMAT,
+        pendant.rapid.FORMAT,
         fanuc.FORMAT,
         c_header.FORMAT,
     )
@@ -37,7 +38,8 @@ def render(plan: Plan, format: str, options: ExportOptions = ExportOptions()) ->
         plan: The plan.
         format: `csv`, `ros2` (a `JointTrajectory` message as JSON), `npz` (numpy's arrays), `mcap` (a recording of
             ROS 2 messages). Robot programs are `urscript` and `urscript_moves` (Universal Robots), `krl`,
-            `krl_kss5` and `krl_kss8` (KUKA), `rapid` (ABB), `fanuc_ls` (Fanuc), `c_header` (microcontrollers).
+            `krl_kss5` and `krl_kss8` (KUKA), `rapid` and `rapid_moves` (ABB), `fanuc_ls` (Fanuc), `c_header`
+            (microcontrollers).
         options: The period of the samples, and the included quantities.
 
     Returns:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from math import floor
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -178,3 +179,8 @@ def name_of(output: SetOutput, pattern: str, language: str, example: str) -> re.
 def numbers(values: FloatArray, decimals: int = 6) -> list[str]:
     """Write numbers with so many decimals, without an exponent, which not every controller reads."""
     return [f"{value:.{decimals}f}" for value in values.tolist()]
+
+
+def rounded_down(value: float, decimals: int) -> str:
+    """Round a positive number down; the smallest one that has these decimals is the least."""
+    return f"{max(floor(value * 10**decimals), 1) / 10**decimals:.{decimals}f}"

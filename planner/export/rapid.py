@@ -8,11 +8,13 @@ from planner.export.base import ExportOptions, Format
 from planner.export.programs import APPROACH, JOINTS, moves, name_of, numbers, origin, tolerances_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from planner.export.programs import Move
     from planner.kinematics import FloatArray
     from planner.plans.result import Plan
+    from planner.problems.actions import SetOutput
+    from planner.robots import Robot
 
 RAPID_EXTERNAL_AXES = 6
 """The most external axes that RAPID has, eax_a to eax_f."""
@@ -39,22 +41,14 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """
     robot = plan.path.robot
     motions = moves(plan, "RAPID", options.sample_period, RAPID_EXTERNAL_AXES)
-    start, period = numbers(motions[0].position[0]), options.sample_period
-    near = zip(NAMES, start, tolerances_of(robot), strict=False)
-    away = " OR ".join(f"Abs(actual.{name}-({value}))>{most:.3f}" for name, value, most in near)
+    period = options.sample_period
     lines = [
         "MODULE PlannedTrajectory",
         f"  ! {origin(plan)}: a point every {period:g} s",
         "  ! rax_1 to rax_6 are the joints of the model in degrees: its zeros and signs have to be the robot's,",
         "  ! and its third joint that of the upper arm; velocities and torques are not carried",
         "  PROC planned_trajectory()",
-        "    VAR jointtarget actual;",
-        "    actual:=CJointT();",
-        f"    IF {away} THEN",
-        '      TPWrite "The robot is not at the start of the trajectory";',
-        "      EXIT;",
-        "    ENDIF",
-        f"    {_move(motions[0].position[0], APPROACH, 'fine')}",
+        *halt_away_from_start(robot, motions[0].position[0]),
         *(f"    {line}" for move in motions for line in _statements(move)),
         "  ENDPROC",
         "ENDMODULE",
@@ -62,26 +56,53 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     return ("\r\n".join(lines) + "\r\n").encode()
 
 
+def halt_away_from_start(robot: Robot, start: FloatArray) -> list[str]:
+    """Write the lines that move the robot to its start from nearby, and otherwise end the program."""
+    near = zip(NAMES, numbers(start), tolerances_of(robot), strict=False)
+    away = " OR ".join(f"Abs(actual.{name}-({value}))>{most:.3f}" for name, value, most in near)
+    return [
+        "    VAR jointtarget actual;",
+        "    actual:=CJointT();",
+        f"    IF {away} THEN",
+        '      TPWrite "The robot is not at the start of the trajectory";',
+        "      EXIT;",
+        "    ENDIF",
+        f"    {_move(start, APPROACH, 'fine')}",
+    ]
+
+
 def _statements(move: Move) -> Iterator[str]:
     last = len(move.time) - 1
     for k in range(1, last + 1):
         yield _move(move.position[k], float(move.time[k] - move.time[k - 1]), "fine" if k == last else "z0")
-    for step in move.steps_of_the_rest():
+    yield from rest(move.steps_of_the_rest())
+
+
+def rest(steps: Iterable[float | SetOutput]) -> Iterator[str]:
+    """Write waits, s, and outputs, which are signals of the controller.
+
+    Raises:
+        UnsupportedFormat: An output has another name.
+    """
+    for step in steps:
         if isinstance(step, float):
             yield f"WaitTime {step:.6f};"
         else:
             name = name_of(step, OUTPUT_NAME, "RAPID", "doGripper, a signal that is configured")[0]
-            yield (
-                f"SetDO {name},{int(step.value)};" if isinstance(step.value, bool) else f"SetAO {name},{step.value!r};"
-            )
+            is_digital = isinstance(step.value, bool)
+            yield f"SetDO {name},{int(step.value)};" if is_digital else f"SetAO {name},{step.value!r};"
 
 
 def _move(position: FloatArray, seconds: float, zone: str) -> str:
     """Return the motion to a position of all axes, in degrees and millimetres, the arm's first, in a time."""
+    return f"MoveAbsJ {target(position)},v1000\\T:={seconds:.6f},{zone},tool0;"
+
+
+def target(position: FloatArray) -> str:
+    """Write the position of all axes, in degrees and millimetres, the arm's first."""
     values = numbers(position)
     external = [*values[JOINTS:], *[NO_AXIS] * RAPID_EXTERNAL_AXES][:RAPID_EXTERNAL_AXES]
-    target = f"[[{','.join(values[:JOINTS])}],[{','.join(external)}]]"
-    return f"MoveAbsJ {target},v1000\\T:={seconds:.6f},{zone},tool0;"
+    return f"[[{','.join(values[:JOINTS])}],[{','.join(external)}]]"
 
 
 FORMAT = Format("rapid", "text/x-rapid", ".mod", render)

@@ -31,7 +31,6 @@ MOST_FILES = 14
 
 LARGER_FOLDERS = {
     "planner/certificate": "a module for each kind of check",
-    "planner/export": "a module for each format",
     "planner/kernels": "a module for each subject of the compiled loops",
     "planner/tool_motions": "a module for each kind of path, and for each way in which the joints follow it",
 }

@@ -225,6 +225,7 @@ FORMATS = {
     "krl_kss5": (".kss5.src", b"DEF plan"),
     "krl_kss8": (".kss8.src", b"DEF plan"),
     "rapid": (".mod", b"MODULE"),
+    "rapid_moves": (".moves.mod", b"MODULE"),
     "fanuc_ls": (".ls", b"/PROG"),
     "c_header": (".h", b"// ngv_refuelling_arm"),
 }

@@ -204,7 +204,7 @@ ROWS = {
 """Positions of an arm on a rail and a turntable, as each language writes them."""
 
 
-@pytest.mark.parametrize("name", ["krl", "krl_kss5", "rapid", "urscript", "urscript_moves", "fanuc_ls"])
+@pytest.mark.parametrize("name", ["krl", "krl_kss5", "rapid", "rapid_moves", "urscript", "urscript_moves", "fanuc_ls"])
 @pytest.mark.parametrize("mark", ["\n", "\r\n", "\x0b", "\x85", "\u2028", '"; ', "\x00"])
 def test_what_a_robot_is_called_becomes_no_statement(solved_moves: Plan, name: str, mark: str) -> None:
     robot = replace(ROBOT, id=f"arm{mark}HALT;")

@@ -109,6 +109,7 @@ NAMES = {
     "krl_kss5": ("gripper", "speed", r"gripper = TRUE", r"speed = 2\.5", r"WAIT SEC 0\.(204|300)"),
     "krl_kss8": ("gripper", "speed", r"gripper = TRUE", r"speed = 2\.5", r"WAIT SEC 0\.(204|300)"),
     "rapid": ("gripper", "speed", r"SetDO gripper,1;", r"SetAO speed,2\.5;", r"WaitTime 0\.[23]00000;"),
+    "rapid_moves": ("gripper", "speed", r"SetDO gripper,1;", r"SetAO speed,2\.5;", r"WaitTime 0\.[23]00000;"),
     "fanuc_ls": ("DO_3", "AO_1", r"DO\[3\]=ON ;", r"AO\[1\]=2 ;", r"WAIT 0\.[23]0\(sec\) ;"),
     "urscript_moves": (
         "standard_digital_out_3", "standard_analog_out_0", r"set_standard_digital_out\(3, True\)",

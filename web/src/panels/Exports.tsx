@@ -25,6 +25,7 @@ const FORMATS: Readonly<Record<PlanFormat, string>> = {
   krl_kss5: '.kss5.src',
   krl_kss8: '.kss8.src',
   rapid: '.mod',
+  rapid_moves: '.moves.mod',
   fanuc_ls: '.ls',
   c_header: '.h',
 };

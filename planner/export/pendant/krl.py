@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
-from planner.export.instructions import instructions, refuse_other_makers
 from planner.export.krl import halt_away_from_start, position_of, set_signal
-from planner.export.programs import MILLIMETRES, axes_first, numbers, on_one_line, origin
+from planner.export.pendant.instructions import instructions, refuse_other_makers
+from planner.export.programs import MILLIMETRES, axes_first, numbers, on_one_line, origin, rounded_down
 from planner.spatial import rpy_from_rotations
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.export.instructions import Instruction, Speeds
+    from planner.export.pendant.instructions import Instruction, Speeds
     from planner.plans.result import Plan
     from planner.problems.actions import SetOutput
     from planner.spatial import Pose
@@ -153,13 +153,13 @@ def _settings(each: Instruction) -> Iterator[str]:
         elif each.is_passed and _joint_percent(each) > 0:
             yield f"$APO.CPTP = {_joint_percent(each)}"
     else:
-        yield f"$VEL.CP = {_at_most(speeds.linear, 4)}"
-        yield f"$ACC.CP = {_at_most(speeds.linear_acceleration, 4)}"
+        yield f"$VEL.CP = {rounded_down(speeds.linear, 4)}"
+        yield f"$ACC.CP = {rounded_down(speeds.linear_acceleration, 4)}"
         for axis in (1, 2):
-            yield f"$VEL.ORI{axis} = {_at_most(degrees(speeds.angular), 2)}"
-            yield f"$ACC.ORI{axis} = {_at_most(degrees(speeds.angular_acceleration), 2)}"
+            yield f"$VEL.ORI{axis} = {rounded_down(degrees(speeds.angular), 2)}"
+            yield f"$ACC.ORI{axis} = {rounded_down(degrees(speeds.angular_acceleration), 2)}"
     if each.blend > 0.0:
-        yield f"$APO.CDIS = {_at_most(each.blend * MILLIMETRES, 3)}"
+        yield f"$APO.CDIS = {rounded_down(each.blend * MILLIMETRES, 3)}"
 
 
 def _joint_percent(each: Instruction) -> int:
@@ -170,11 +170,6 @@ def _joint_percent(each: Instruction) -> int:
 def _percent(share: float) -> int:
     """Round a share down to whole percent, of which a controller takes at least one."""
     return max(floor(share * 100.0), 1)
-
-
-def _at_most(value: float, decimals: int) -> str:
-    """Round a positive number down; the smallest one that has these decimals is the least."""
-    return f"{max(floor(value * 10**decimals), 1) / 10**decimals:.{decimals}f}"
 
 
 def _rest(steps: tuple[float | SetOutput, ...] | list[float | SetOutput]) -> Iterator[str]:

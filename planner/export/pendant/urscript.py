@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
-from planner.export.instructions import instructions, refuse_other_makers
-from planner.export.programs import origin
+from planner.export.pendant.instructions import instructions, refuse_other_makers
+from planner.export.programs import origin, rounded_down
 from planner.export.urscript import halt_away_from_start, joints, set_output
 from planner.kinematics.forward import tool_pose, tool_poses
 from planner.spatial import rotation_vector
@@ -17,7 +17,7 @@ from planner.spatial import rotation_vector
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.export.instructions import Instruction
+    from planner.export.pendant.instructions import Instruction
     from planner.plans.result import Plan
     from planner.problems.actions import SetOutput
     from planner.spatial import Pose
@@ -66,8 +66,8 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
 
 def _statements(plan: Plan, each: Instruction, following: Sequence[Instruction]) -> Iterator[str]:
     speeds = each.speeds
-    axes = f"a={_at_most(speeds.leading_acceleration)}, v={_at_most(speeds.leading)}"
-    tool = f"a={_at_most(speeds.linear_acceleration)}, v={_at_most(speeds.linear)}"
+    axes = f"a={rounded_down(speeds.leading_acceleration, 4)}, v={rounded_down(speeds.leading, 4)}"
+    tool = f"a={rounded_down(speeds.linear_acceleration, 4)}, v={rounded_down(speeds.linear, 4)}"
     radius = f", r={_radius(each.blend)}" if each.is_passed and each.blend > 0.0 else ""
     if each.tool is not None:
         yield f"set_tcp({_pose(each.tool)})"
@@ -101,11 +101,6 @@ def _point_blend(plan: Plan, curves: Sequence[Instruction]) -> float:
 def _rest(steps: Sequence[float | SetOutput]) -> Iterator[str]:
     for step in steps:
         yield f"sleep({step!r})" if isinstance(step, float) else set_output(step)
-
-
-def _at_most(value: float) -> str:
-    """Round a positive number down to four decimals, of which it keeps at least the smallest."""
-    return f"{max(floor(value * 1e4), 1) / 1e4:.4f}"
 
 
 def _radius(value: float) -> str:
