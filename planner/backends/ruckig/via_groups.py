@@ -9,8 +9,8 @@ import numpy as np
 
 from planner.backends.jerk_limited.s_curves import s_curves, with_ramps
 from planner.backends.ruckig.state_to_state import Rates
+from planner.backends.ruckig.via_passages import pass_waypoints
 from planner.backends.ruckig.via_problem import ViaProblem
-from planner.backends.ruckig.via_states import pass_waypoints
 from planner.backends.shared.assembly import largest_speeds
 from planner.backends.shared.straight_lines import NOTICED
 from planner.constraints import Bounds

@@ -1,4 +1,10 @@
-"""The synchronised motions between waypoints, which are mended by slowing single joints."""
+"""Motions that pass waypoints in the least total time.
+
+Between two waypoints each joint moves from state to state as fast as it can, and waits for the slowest. The states come
+from the program of `via_program`, whose pieces of constant jerk have fixed ends. The exact motions can have two faults.
+A joint may be unable to arrive at some times after its shortest one; then all joints wait longer. And a joint may leave
+its position limits. Slower single joints at single waypoints remove both faults.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.ruckig.state_to_state import Passage, Passages, Rates, ShortestTimes, cubic_pieces
-from planner.backends.ruckig.via_problem import LATE, OUTSIDE_WEIGHT, ViaMotion, ViaProblem
+from planner.backends.ruckig.via_problem import LATE, OUTSIDE_WEIGHT, ViaMotion
+from planner.backends.ruckig.via_program import passing_states
 from planner.tolerances import LIMIT_TOLERANCE
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:
+    from planner.backends.ruckig.via_problem import ViaProblem
     from planner.spatial import FloatArray
 
 VIA_STATE_FACTORS = (0.75, 0.5, 0.25, 0.0)
@@ -21,35 +29,40 @@ MOST_MENDINGS = 24
 """Number of times that a joint is slowed at a waypoint, or at two, at most."""
 
 
-class BetweenWaypoints:
-    """The motions between the waypoints of a problem, whatever the rates there.
+def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
+    """Find a fast motion that may miss requested durations and position limits; the caller checks both.
 
-    Attributes:
-        problem: The waypoints and their limits, in units in which everything is about 1.
-        passages: The synchronised motions.
-        times: The shortest times of the single joints.
-        room: Distances (segments, joints) to the position limits below and above the starts.
+    Args:
+        problem: The problem in SI units.
+        stopping: Whether to come to rest at each inner waypoint.
+
+    Returns:
+        None: The motions at the ends are impossible.
     """
-
-    def __init__(self, problem: ViaProblem) -> None:
-        self.problem, travels = problem, problem.travels
-        self.passages = Passages(travels, problem.limits, problem.requested, problem.synchronization)
-        self.times = ShortestTimes(travels, problem.limits)
-        lower, upper = problem.limits.position
-        self.room = lower - problem.positions[:-1], upper - problem.positions[:-1]
+    cleaned = problem.without_rounding()
+    length, time = cleaned.units()
+    scaled = cleaned.in_units(length, time)
+    if stopping or len(problem.requested) == 1:
+        return MendedPassages(scaled, scaled.resting_rates).motion(problem, length, time)
+    passages = MendedPassages(scaled, passing_states(scaled))
+    passages.mend()
+    return passages.motion(problem, length, time)
 
 
 class MendedPassages:
     """The synchronised motions between the waypoints, in units in which everything is about 1.
 
     Args:
-        between: The problem, in these units.
+        problem: The problem, in these units.
         rates: Velocities and accelerations (waypoints, joints) with which the waypoints are passed.
     """
 
-    def __init__(self, between: BetweenWaypoints, rates: Rates) -> None:
-        self.problem, self.rates = between.problem, rates
-        self._passages, self._room, self._times = between.passages, between.room, between.times
+    def __init__(self, problem: ViaProblem, rates: Rates) -> None:
+        self.problem, self.rates, travels = problem, rates, problem.travels
+        self._passages = Passages(travels, problem.limits, problem.requested, problem.synchronization)
+        self._times = ShortestTimes(travels, problem.limits)
+        lower, upper = problem.limits.position
+        self._room = lower - problem.positions[:-1], upper - problem.positions[:-1]
         self.shortest = self._shortest()
         self.passages = self._passages.of(range(len(self.shortest)), *_ends(rates))
 

@@ -80,6 +80,12 @@ class ViaProblem:
         possible: FloatArray = np.minimum(np.minimum(velocity * t, acceleration * t**2 / 4.0), jerk * t**3 / 32.0)
         return possible
 
+    @property
+    def resting_rates(self) -> Rates:
+        """The rates (waypoints, joints) with all inner waypoints at rest."""
+        inner = np.zeros_like(self.positions[1:-1])
+        return Rates(*(np.vstack([start, inner, end]) for start, end in zip(self.start, self.end, strict=True)))
+
     def without_rounding(self) -> ViaProblem:
         """Hold the joints at rest that would move by no more than rounding."""
         moves = (np.abs(self.travels) > NO_TRAVEL * self.possible_travels).any(axis=0)

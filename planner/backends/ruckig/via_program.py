@@ -68,8 +68,7 @@ def passing_states(problem: ViaProblem) -> Rates:
         problem: The problem, in units in which everything is about 1.
     """
     grid, travels, free = _grid(PIECES_PER_SEGMENT), problem.travels, np.isnan(problem.requested)
-    count, joints = travels.shape
-    bounds = np.empty((2, count, joints, len(grid.powers)))
+    bounds = np.empty((2, *travels.shape, len(grid.powers)))
     for power, quantity in enumerate(JOINT_DERIVATIVES[1:], 1):
         lower, upper = np.abs(problem.limits.bounds(quantity))
         bounds[..., grid.powers == power] = np.stack([upper, lower])[..., None]
@@ -79,17 +78,16 @@ def passing_states(problem: ViaProblem) -> Rates:
         own[..., grid.powers == 0] = room[..., None]
     bounds = np.minimum(bounds, NO_LIMIT)
     # It begins at rest at all inner waypoints, with the least jerks there are.
-    times = np.zeros(count)
+    times = np.zeros(len(travels))
     for power in (1, 2, 3):
         own = grid.powers == power
         used = np.abs(travels[..., None] * grid.travel[own]) / bounds.min(axis=0)[..., own]
         times = np.maximum(times, used.max(axis=(1, 2)) ** (1.0 / power))
-    states = np.zeros((count + 1, joints, 2))
-    for at, rates in ((0, problem.start), (-1, problem.end)):
-        states[at] = np.stack(rates, axis=-1)
     shortest = np.where(free, 0.0, problem.requested)
     program = PassingProblem(*grid, travels, bounds, shortest, np.where(free, 1.0, LATE))
-    found = best_states(program, np.maximum(times, shortest) * FIRST_DURATION_RATIO, states)
+    found = best_states(
+        program, np.maximum(times, shortest) * FIRST_DURATION_RATIO, np.stack(problem.resting_rates, axis=-1)
+    )
     return Rates(found[..., 0], found[..., 1])
 
 
