@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from benchmarks.checkouts import BEFORE
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -29,16 +31,17 @@ def _show(figures: dict[str, Any], as_json: bool, print_table: Callable[[dict[st
 
 @app.command()
 def http(
+    other: Annotated[str, typer.Argument(help="The other version: the folder of a checkout, or a commit.")] = BEFORE,
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     seconds: Annotated[float, typer.Option(help="Length of each load, s.", min=0.5)] = 5.0,
     requests: Annotated[int, typer.Option(help="Requests of the latency measurement.", min=10)] = 1000,
     starts: Annotated[int, typer.Option(help="Starts of the service.", min=1)] = 5,
 ) -> None:
-    """Measure the overhead of HTTP, queue and serialisation; requests a second; start; memory."""
+    """Measure the service beside another version: latency, its parts, requests a second, start, memory."""
     from benchmarks.service.http import measure
     from benchmarks.service.http_report import print_json, print_table
 
-    figures = measure(seconds, requests, starts)
+    figures = measure(other, seconds, requests, starts)
     print_json(figures) if json else print_table(figures)
 
 
@@ -175,12 +178,12 @@ def jobs(
 
 @app.command()
 def versions(
-    other: Annotated[Path, typer.Argument(help="Folder of the other checkout, as of the commit before.")],
+    other: Annotated[str, typer.Argument(help="The other version: the folder of a checkout, or a commit.")],
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     seconds: Annotated[float, typer.Option(help="Repetition of each kind of request, s.", min=0.0)] = 1.0,
     only: Annotated[list[str] | None, typer.Option(help="Only kinds whose name has all these words.")] = None,
 ) -> None:
-    """Compare another checkout with this one: times by kind of request, and changes of answers."""
+    """Compare another version with this one: times by kind of request, and changes of answers."""
     from benchmarks.versions.report import print_json, print_table
     from benchmarks.versions.versions import measure
 

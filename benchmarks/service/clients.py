@@ -53,6 +53,10 @@ class Connection:
         head = bytes(self._buffer[:HEAD_LIMIT]).partition(b"\r\n\r\n")[0]
         return seconds, head, needed - len(head) - 4
 
+    def close(self) -> None:
+        """Close the connection."""
+        self._socket.close()
+
 
 HEAD_LIMIT = 4096
 

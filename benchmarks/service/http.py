@@ -1,4 +1,4 @@
-"""The figures of the HTTP service: overhead for a plan, requests a second, start, memory."""
+"""The figures of the HTTP service beside another version: latency, requests a second, start, memory."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import ExitStack, closing
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import orjson
 import psutil
@@ -17,15 +18,22 @@ from api.contract.requests import PlanRequest
 from api.work.answers.formats import FORMATS
 from api.work.answers.plans import AnswerOptions
 from api.work.conversion.problems import to_backend, to_planning_problem
+from benchmarks.checkouts import HERE, NAMES, checkout_of
 from benchmarks.machine import machine
 from benchmarks.service.clients import Connection
 from benchmarks.service.processes import workers_of
-from benchmarks.service.workload import ROBOT, ROWS, bodies, http_request
+from benchmarks.service.workload import ROBOT, ROWS, WAYPOINTS, bodies, http_request
 from cli.local_service import local_service
 from planner.planning import plan
 from planner.robots import load_robot
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
 WORKERS = 2
+SIZES = (2, WAYPOINTS)
+"""Numbers of waypoints of the requests."""
+
 CONNECTIONS = (1, 2, 4, 8, 16)
 WARM_UP = 100
 STAGES = ("queue", "validate", "plan", "serialise")
@@ -34,65 +42,92 @@ STAGES = ("queue", "validate", "plan", "serialise")
 MEGABYTE = 1e6
 
 
-def measure(seconds: float, requests: int, starts: int) -> dict[str, Any]:
-    """Return all figures; times in s, memory in bytes.
+class Version:
+    """The running service of one version.
+
+    Attributes:
+        port: Where it listens.
+        process: Its server.
+    """
+
+    def __init__(self, checkout: Path, log: Path, stack: ExitStack) -> None:
+        url, service = stack.enter_context(local_service(log, WORKERS, checkout))
+        self.port = int(url.rpartition(":")[2])
+        self.process = psutil.Process(service.pid)
+
+
+def measure(beside: str, seconds: float, requests: int, starts: int) -> dict[str, Any]:
+    """Return all figures of both versions; times in s, memory in bytes.
+
+    The versions run side by side and work by turns, so that other programs slow both.
 
     Args:
+        beside: The other version: the folder of a checkout, or a commit.
         seconds: Length of each load.
         requests: Requests of the latency measurement.
-        starts: Starts of the service.
+        starts: Starts of each service.
     """
     where = machine()
-    requested = bodies(load_robot(ROBOT).middle.tolist())
-    wire = [http_request(body) for body in requested]
-    with tempfile.TemporaryDirectory() as folder:
-        log, file = Path(folder, "service.log"), Path(folder, "bodies")
-        file.write_bytes(b"\n".join(requested))
-        ready = [_start_to_ready(log) for _ in range(starts)]
-        with local_service(log, WORKERS) as (url, service):
-            port = int(url.rpartition(":")[2])
-            process = psutil.Process(service.pid)
-            idle = _memory(process)
-            latency = _latency(port, wire, requests)
-            loads = [_load(port, connections, seconds, file, process) for connections in CONNECTIONS]
-            loaded = _memory(process)
+    requested = {size: bodies(load_robot(ROBOT).middle.tolist(), waypoints=size) for size in SIZES}
+    with tempfile.TemporaryDirectory() as folder, checkout_of(beside) as other, ExitStack() as stack:
+        log = Path(folder, "service.log")
+        checkouts = dict(zip(NAMES, (other, HERE), strict=True))
+        ready = [{name: _start_to_ready(log, checkout) for name, checkout in checkouts.items()} for _ in range(starts)]
+        versions = {name: Version(checkout, Path(folder, name), stack) for name, checkout in checkouts.items()}
+        idle = {name: _memory(version.process) for name, version in versions.items()}
+        latency, loads = {}, {}
+        for size, each in requested.items():
+            wire, file = [http_request(body) for body in each], Path(folder, "bodies")
+            file.write_bytes(b"\n".join(each))
+            latency[size] = _latencies(versions, wire, requests)
+            loads[size] = [
+                {name: _load(version, connections, seconds, file) for name, version in versions.items()}
+                for connections in CONNECTIONS
+            ]
+        loaded = {name: _memory(version.process) for name, version in versions.items()}
     return {
         "machine": where,
         "workers": WORKERS,
         "latency": latency,
         "throughput": loads,
-        "in_process": _in_process(requested),
-        "start_to_ready": {"median": median(ready), "worst": max(ready), "starts": starts},
+        "in_process": _in_process(requested[WAYPOINTS]),
+        "start_to_ready": {name: _distribution([start[name] for start in ready]) for name in NAMES},
         "memory": {"idle": idle, "after_load": loaded},
     }
 
 
-def _start_to_ready(log: Path) -> float:
+def _start_to_ready(log: Path, checkout: Path) -> float:
     start = time.perf_counter()
-    with local_service(log, WORKERS):
+    with local_service(log, WORKERS, checkout):
         return time.perf_counter() - start
 
 
-def _latency(port: int, requests: list[bytes], count: int) -> dict[str, Any]:
-    """Measure one client, one request at a time: the overhead beside the plan, by cause."""
-    connection = Connection(port)
-    stages: dict[str, list[float]] = {name: [] for name in (*STAGES, "hand_over", "transport", "added", "client_total")}
-    size = 0
-    for i in range(-WARM_UP, count):
-        client_total, head, size = connection.send(requests[i % len(requests)])
-        timings = _server_timing(head)
-        if i < 0:
-            continue
-        for name in STAGES:
-            stages[name].append(timings[name])
-        stages["hand_over"].append(timings["total"] - sum(timings[name] for name in STAGES))
-        stages["transport"].append(client_total - timings["total"])
-        stages["added"].append(client_total - timings["plan"])
-        stages["client_total"].append(client_total)
+def _latencies(versions: Mapping[str, Version], requests: list[bytes], count: int) -> dict[str, Any]:
+    """Measure one client, which sends each request to both versions: the overhead beside the plan, by cause."""
+    measured: dict[str, list[dict[str, float]]] = {name: [] for name in versions}
+    with ExitStack() as stack:
+        connections = {name: stack.enter_context(closing(Connection(each.port))) for name, each in versions.items()}
+        for i in range(-WARM_UP, count):
+            for name in sorted(versions, reverse=i % 2 == 0):
+                times = _times_of(connections[name], requests[i % len(requests)])
+                if i >= 0:
+                    measured[name].append(times)
     return {
-        "requests": count,
-        "response_bytes": size,
-        **{name: _distribution(values) for name, values in stages.items()},
+        name: {stage: _distribution([row[stage] for row in rows]) for stage in rows[0]}
+        for name, rows in measured.items()
+    }
+
+
+def _times_of(connection: Connection, request: bytes) -> dict[str, float]:
+    """Send a request, and return the time of each stage, s."""
+    client_total, head, _ = connection.send(request)
+    timings = _server_timing(head)
+    return {
+        **{name: timings[name] for name in STAGES},
+        "hand_over": timings["total"] - sum(timings[name] for name in STAGES),
+        "transport": client_total - timings["total"],
+        "added": client_total - timings["plan"],
+        "client_total": client_total,
     }
 
 
@@ -111,14 +146,15 @@ def _distribution(values: list[float]) -> dict[str, float]:
     return {"median": median(ordered), "p99": ordered[int(len(ordered) * 0.99)], "worst": ordered[-1]}
 
 
-def _load(port: int, connections: int, seconds: float, file: Path, service: psutil.Process) -> dict[str, Any]:
+def _load(version: Version, connections: int, seconds: float, file: Path) -> dict[str, Any]:
     """Measure several clients at once, in a process of their own, and the whole processor time for a request."""
-    command = [sys.executable, "-m", "benchmarks.service.clients", str(port), str(connections), str(seconds), str(file)]
-    workers = workers_of(service)
-    before = _cpu_seconds([service]), _cpu_seconds(workers)
+    arguments = [str(version.port), str(connections), str(seconds), str(file)]
+    workers = workers_of(version.process)
+    before = _cpu_seconds([version.process]), _cpu_seconds(workers)
+    command = [sys.executable, "-m", "benchmarks.service.clients", *arguments]
     output = subprocess.run(command, check=True, capture_output=True).stdout
     result: dict[str, Any] = orjson.loads(output)
-    result["server_cpu"] = (_cpu_seconds([service]) - before[0]) / result["requests"]
+    result["server_cpu"] = (_cpu_seconds([version.process]) - before[0]) / result["requests"]
     result["workers_cpu"] = (_cpu_seconds(workers) - before[1]) / result["requests"]
     return result
 

@@ -1,104 +1,125 @@
-"""The figures for a person, beside the targets."""
+"""The figures of both versions for a person, beside the targets."""
 
 from __future__ import annotations
 
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import orjson
 from rich.text import Text
 
+from benchmarks.checkouts import NAMES, SLOWER
 from benchmarks.machine import print_machine
 from benchmarks.service.http import MEGABYTE
 from cli.work.terminal import plain_table, terminal
 
-AIMS = {"added_median": 1e-3, "added_p99": 5e-3, "requests_per_second": 800.0, "start": 3.0, "memory": 180.0 * MEGABYTE}
-"""s, 1/s, bytes."""
+if TYPE_CHECKING:
+    from rich.table import Table
+
+ADDED, START, MEMORY = 1e-3, 3.0, 180.0 * MEGABYTE
+"""Aims for the median latency besides the plan, s, the start, s, and a worker, bytes."""
+
+RATES = {2: 1000.0, 10: 500.0}
+"""Aims for requests a second, by the number of waypoints."""
+
+LATENCIES = {2: 1.5e-3, 10: 3e-3}
+"""Aims for the median latency, s, by the number of waypoints."""
 
 STAGES = (
-    ("plan", "inverse kinematics, time law, certificate"),
-    ("queue", "parse, hand the request to a worker"),
+    ("plan", "inverse kinematics, time scaling, certificate"),
+    ("queue", "hand the request to a worker"),
     ("validate", "schema, conversion, request hash"),
     ("serialise", "sample, write JSON"),
-    ("hand_over", "bring the answer back, rest of the server"),
+    ("hand_over", "parse, bring the answer back, rest of the server"),
     ("transport", "sockets and client"),
     ("client_total", "all of it, as the client sees it"),
 )
 
+COLUMNS = (*NAMES, "ratio")
+
 
 def print_json(figures: dict[str, Any]) -> None:
-    sys.stdout.write(orjson.dumps(figures | {"aims": AIMS}, option=orjson.OPT_INDENT_2).decode() + "\n")
+    document = orjson.dumps(figures, option=orjson.OPT_INDENT_2 | orjson.OPT_NON_STR_KEYS)
+    sys.stdout.write(document.decode() + "\n")
 
 
 def print_table(figures: dict[str, Any]) -> None:
     console = terminal()
-    latency, memory = figures["latency"], figures["memory"]
     print_machine(console, figures["machine"])
-    console.print(f"{figures['workers']} workers, answers of {latency['response_bytes'] / 1e3:.0f} kB\n")
+    alone = figures["in_process"]["plans_per_second"]
+    console.print(f"{figures['workers']} workers; the library alone plans {alone:.0f} times 10 waypoints a second\n")
     console.print(_overview(figures), "")
-    console.print(_where_the_time_goes(figures), "")
-    console.print(_throughput(figures), "")
+    for size, versions in figures["latency"].items():
+        console.print(_where_the_time_goes(size, versions), "")
+    for size, loads in figures["throughput"].items():
+        console.print(_throughput(size, loads), "")
     table = plain_table("MB", "RSS", "PSS", "USS", right=["RSS", "PSS", "USS"], title="Memory")
     for when, title in (("idle", "idle"), ("after_load", "after load")):
         for process in ("worker", "server"):
-            sizes = memory[when][process]
-            table.add_row(f"{process}, {title}", *(f"{sizes[kind] / MEGABYTE:.0f}" for kind in ("rss", "pss", "uss")))
+            for name in NAMES:
+                sizes = figures["memory"][when][name][process]
+                cells = (f"{sizes[kind] / MEGABYTE:.0f}" for kind in ("rss", "pss", "uss"))
+                table.add_row(f"{process}, {title}, {name}", *cells)
     console.print(table, "")
 
 
-def _overview(figures: dict[str, Any]) -> Any:
-    added, start = figures["latency"]["added"], figures["start_to_ready"]
-    best = max(figures["throughput"], key=lambda load: load["requests_per_second"])
-    memory = figures["memory"]["after_load"]["worker"]["rss"]
-    table = plain_table("figure", "measured", "aim", "worst seen", right=["measured", "aim", "worst seen"])
-    rows = (
-        ("added to the plan, median", added["median"], AIMS["added_median"], 1e3, "ms", added["worst"]),
-        ("added to the plan, 99 of 100", added["p99"], AIMS["added_p99"], 1e3, "ms", None),
-        ("start to ready", start["median"], AIMS["start"], 1.0, "s", start["worst"]),
-        ("memory of a worker after load (RSS)", memory, AIMS["memory"], 1.0 / MEGABYTE, "MB", None),
-    )
-    rate, aim = best["requests_per_second"], AIMS["requests_per_second"]
-    for name, value, bound, scale, unit, worst in rows:
-        measured = Text(f"{value * scale:.3g} {unit}", style="green" if value <= bound else "yellow")
-        table.add_row(
-            name, measured, f"{bound * scale:.3g} {unit}", "" if worst is None else f"{worst * scale:.3g} {unit}"
-        )
-    table.add_row(
-        f"requests a second ({best['connections']} clients)",
-        Text(f"{rate:.0f}", style="green" if rate >= aim else "yellow"),
-        f"{aim:.0f}",
-        "",
-    )
+def _overview(figures: dict[str, Any]) -> Table:
+    table = plain_table("figure", *COLUMNS, "aim", right=[*COLUMNS, "aim"])
+    start = [figures["start_to_ready"][name]["median"] for name in NAMES]
+    table.add_row("start to ready, s", *_cells(*start), f"{START:g}")
+    memory = [figures["memory"]["after_load"][name]["worker"]["rss"] / MEGABYTE for name in NAMES]
+    table.add_row("memory of a worker after load (RSS), MB", *_cells(*memory), f"{MEMORY / MEGABYTE:g}")
+    for size, versions in figures["latency"].items():
+        for stage, words, aim in (
+            ("added", "added to the plan", ADDED),
+            ("client_total", "latency", LATENCIES[size]),
+        ):
+            for key in ("median", "p99"):
+                times = [versions[name][stage][key] * 1e3 for name in NAMES]
+                said = f"{aim * 1e3:g}" if key == "median" else ""
+                table.add_row(f"{words}, {size} waypoints, {key}, ms", *_cells(*times), said)
+    for size, loads in figures["throughput"].items():
+        rates = [max(load[name]["requests_per_second"] for load in loads) for name in NAMES]
+        table.add_row(f"requests a second, {size} waypoints", *_rates(*rates), f"{RATES[size]:g}")
     return table
 
 
-def _where_the_time_goes(figures: dict[str, Any]) -> Any:
-    latency = figures["latency"]
-    numbers = ["median", "99 of 100", "worst"]
-    title = f"Where the time goes, ms (one client, {latency['requests']} requests)"
-    table = plain_table("stage", *numbers, "what", right=numbers, title=title)
+def _cells(before: float, now: float) -> tuple[str, str, Text]:
+    """Write a figure of both versions, and the ratio, red where it has grown by more than 5 %."""
+    ratio = now / before
+    return f"{before:.3f}", f"{now:.3f}", Text(f"{ratio:.3f}", style="red" if ratio > SLOWER else "green")
+
+
+def _rates(before: float, now: float) -> tuple[str, str, Text]:
+    """Write a rate of both versions, and the ratio, red where it has fallen by more than 5 %."""
+    ratio = now / before
+    return f"{before:.0f}", f"{now:.0f}", Text(f"{ratio:.3f}", style="red" if ratio * SLOWER < 1.0 else "green")
+
+
+def _where_the_time_goes(size: int, versions: dict[str, Any]) -> Table:
+    title = f"Where the time goes: median of one client's requests with {size} waypoints, ms"
+    table = plain_table("stage", *COLUMNS, "what", right=COLUMNS, title=title)
     for name, what in STAGES:
-        values = latency[name]
+        times = [versions[version][name]["median"] * 1e3 for version in NAMES]
         style = "bold" if name == "client_total" else ""
-        cells = (f"{values[key] * 1e3:.3f}" for key in ("median", "p99", "worst"))
-        table.add_row(name.replace("_", " "), *cells, Text(what, style="dim"), style=style)
+        table.add_row(name.replace("_", " "), *_cells(*times), Text(what, style="dim"), style=style)
     return table
 
 
-def _throughput(figures: dict[str, Any]) -> Any:
-    numbers = ["clients", "requests/s", "median", "99 of 100", "worst", "failed", "workers", "server", "client"]
-    alone = figures["in_process"]
-    title = (
-        "Requests a second; latency, and processor time for a request, in ms\n"
-        f"(the library alone, in process on one core: {alone['plans_per_second']:.0f} a second)"
-    )
-    table = plain_table(*numbers, right=numbers, title=title)
-    for load in figures["throughput"]:
-        table.add_row(
-            str(load["connections"]),
-            f"{load['requests_per_second']:.0f}",
-            *(f"{load[f'latency_{key}'] * 1e3:.1f}" for key in ("median", "p99", "worst")),
-            str(load["failures"]),
-            *(f"{load[f'{who}_cpu'] * 1e3:.2f}" for who in ("workers", "server", "client")),
-        )
+def _throughput(size: int, loads: list[dict[str, Any]]) -> Table:
+    numbers = ["requests/s", "ratio", "median", "99 of 100", "worst", "failed", "workers", "server", "client"]
+    title = f"Requests a second with {size} waypoints; latency, and processor time for a request, in ms"
+    table = plain_table("clients", *numbers, right=numbers, title=title)
+    for load in loads:
+        ratio = _rates(*(load[name]["requests_per_second"] for name in NAMES))[2]
+        for name in NAMES:
+            own = load[name]
+            table.add_row(
+                f"{own['connections']}, {name}",
+                f"{own['requests_per_second']:.0f}",
+                ratio if name == "now" else "",
+                *(f"{own[f'latency_{key}'] * 1e3:.1f}" for key in ("median", "p99", "worst")),
+                str(own["failures"]),
+                *(f"{own[f'{who}_cpu'] * 1e3:.2f}" for who in ("workers", "server", "client")),
+            )
     return table

@@ -1,4 +1,4 @@
-"""The request that is measured: ten joint waypoints of the repaired refuelling arm, sampled to 500 rows."""
+"""The requests that are measured: joint waypoints of the repaired refuelling arm; ten are sampled to 500 rows."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ SPREAD = 0.1
 """rad, of the waypoints about the middle of every joint: small enough for the limits at the requested durations."""
 
 
-def bodies(middle: list[float], seed: int = 0) -> list[bytes]:
-    """Return the request bodies, about the joint position `middle`."""
+def bodies(middle: list[float], seed: int = 0, waypoints: int = WAYPOINTS) -> list[bytes]:
+    """Return the request bodies with so many waypoints each, about the joint position `middle`."""
     rng = random.Random(seed)  # noqa: S311 - no secret
     duration = (ROWS - 1) * SAMPLE_PERIOD / (WAYPOINTS - 1)
     requests = []
     for _ in range(VARIANTS):
-        positions = [[q + rng.uniform(-SPREAD, SPREAD) for q in middle] for _ in range(WAYPOINTS)]
-        waypoints = [{"kind": "joint", "position": position, "duration": duration} for position in positions]
-        del waypoints[0]["duration"]
-        request = {"robot": ROBOT, "waypoints": waypoints, "backend": {"kind": "cubic"}, "sample_period": SAMPLE_PERIOD}
+        positions = [[q + rng.uniform(-SPREAD, SPREAD) for q in middle] for _ in range(waypoints)]
+        path = [{"kind": "joint", "position": position, "duration": duration} for position in positions]
+        del path[0]["duration"]
+        request = {"robot": ROBOT, "waypoints": path, "backend": {"kind": "cubic"}, "sample_period": SAMPLE_PERIOD}
         requests.append(orjson.dumps(request))
     return requests
 

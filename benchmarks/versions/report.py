@@ -8,8 +8,8 @@ from typing import Any
 import orjson
 from rich.text import Text
 
+from benchmarks.checkouts import NAMES, SLOWER
 from benchmarks.machine import print_machine
-from benchmarks.versions.versions import NAMES, SLOWER
 from cli.work.terminal import plain_table, terminal
 
 WIDTH = 140

@@ -19,6 +19,7 @@ import numpy as np
 import orjson
 import psutil
 
+from benchmarks.checkouts import HERE, NAMES, SLOWER, checkout_of
 from benchmarks.machine import machine
 from benchmarks.service.processes import workers_of
 from benchmarks.versions.requests import kinds, uploads
@@ -30,17 +31,8 @@ if TYPE_CHECKING:
     from benchmarks.versions.requests import Kind
     from planner.spatial import FloatArray
 
-HERE = Path(__file__).parents[2]
-"""The checkout of this version."""
-
-NAMES = ("before", "now")
-"""The other checkout and this one."""
-
 LEAST_ROUNDS = 3
 """The least number of times that each request of a kind is repeated."""
-
-SLOWER = 1.05
-"""Ratio of times above which a kind of request counts as slower."""
 
 CHANGED = 1e-6
 """Relative difference of costs above which an answer counts as changed."""
@@ -82,20 +74,19 @@ class Version:
             return response.status, response.read()
 
 
-def measure(other: Path, seconds: float, only: Sequence[str] = ()) -> dict[str, Any]:
+def measure(beside: str, seconds: float, only: Sequence[str] = ()) -> dict[str, Any]:
     """Return the ratios of times and costs of every kind of request.
 
     Args:
-        other: The folder of the other checkout.
+        beside: The other version: the folder of a checkout, or a commit.
         seconds: Time for repeating the requests of a kind; they are repeated at least three times.
         only: Words that a kind's name has to contain, all of them.
     """
     where = machine()
     chosen = [kind for kind in kinds() if all(word in kind.name for word in only)]
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+    with tempfile.TemporaryDirectory() as folder, checkout_of(beside) as other, ExitStack() as stack:
         versions = [
-            Version(checkout.resolve(), Path(folder, name), stack)
-            for name, checkout in zip(NAMES, (other, HERE), strict=True)
+            Version(checkout, Path(folder, name), stack) for name, checkout in zip(NAMES, (other, HERE), strict=True)
         ]
         rows = [compare(kind, versions, seconds) for kind in chosen]
     slower = [row["name"] for row in rows if row["time"] is not None and row["time"]["p50"] > SLOWER]

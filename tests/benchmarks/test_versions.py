@@ -7,9 +7,11 @@ import shutil
 from contextlib import redirect_stdout
 from typing import TYPE_CHECKING
 
+import numpy as np
 import orjson
 import pytest
 
+from benchmarks.checkouts import HERE
 from benchmarks.versions import report, requests, versions
 from benchmarks.versions.requests import Kind
 
@@ -32,7 +34,7 @@ def test_kinds_are_always_the_same_and_have_names_of_their_own() -> None:
 def test_another_version_is_told_from_this_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the copy the tool is 1 m higher, and plans along ten waypoints are refused."""
     for package in ("api", "cli", "planner", "examples"):
-        shutil.copytree(versions.HERE / package, tmp_path / package)
+        shutil.copytree(HERE / package, tmp_path / package)
     forward = tmp_path / "planner/kinematics/forward.py"
     forward.write_text(
         forward.read_text().replace("Pose(placement.translation.copy()", "Pose(placement.translation + 1")
@@ -46,7 +48,7 @@ def test_another_version_is_told_from_this_one(tmp_path: Path, monkeypatch: pyte
     chosen = [kind for kind in requests.kinds() if kind.name in wanted]
     chosen = [Kind(kind.name, kind.path, kind.bodies[:2], kind.cost) for kind in chosen]
     monkeypatch.setattr(versions, "kinds", lambda: chosen)
-    figures = versions.measure(tmp_path, seconds=0.0)
+    figures = versions.measure(str(tmp_path), seconds=0.0)
     rows = {row["name"]: row for row in figures["kinds"]}
     pose, three, ten_waypoints = (rows[name] for name in wanted)
     assert (pose["changed"], pose["refused"]) == (2, {"before": 0, "now": 0})
@@ -65,5 +67,5 @@ def test_another_version_is_told_from_this_one(tmp_path: Path, monkeypatch: pyte
 
 
 def test_the_ratio_of_nothing_to_nothing_is_one() -> None:
-    pairs = versions.np.array([[0.0, 0.0], [2.0, 3.0]])
+    pairs = np.array([[0.0, 0.0], [2.0, 3.0]])
     assert versions._ratios(pairs).tolist() == [1.0, 1.5]
