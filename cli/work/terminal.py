@@ -15,8 +15,8 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from planner.certificate import MEASURES
 from planner.kinematics import configurations
-from planner.quantities import MEASURES
 from planner.robots import LIMITED_QUANTITIES
 
 if TYPE_CHECKING:

@@ -6,13 +6,18 @@ from planner.certificate.samples import certify_interpolation, certify_samples, 
 from planner.certificate.sampling import worst_overshoot
 from planner.certificate.speed_zones import SpeedZoneCheck, certify_speed_zones
 from planner.certificate.trajectories import certify, certify_polynomials
+from planner.guarantees import EndStates
+from planner.quantities import MEASURES
+from planner.speed_zones import refuse_zone_faults
 
 __all__ = [
     "CLEARANCE_TOLERANCE",
+    "MEASURES",
     "Certificate",
     "Check",
     "Clearance",
     "ClearanceReport",
+    "EndStates",
     "SpeedZoneCheck",
     "at_rest",
     "certify",
@@ -23,5 +28,6 @@ __all__ = [
     "certify_speed_zones",
     "interpolated",
     "interpolation_of",
+    "refuse_zone_faults",
     "worst_overshoot",
 ]

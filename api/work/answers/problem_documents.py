@@ -9,7 +9,6 @@ from api.base import problem_documents
 from api.base.errors import MOST_FAULTS, ServiceError
 from api.work.answers.values import nearest_answer, path_point_answer, value_answer
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, InvalidRobotModel, NoPathFound
-from planner.fields import KIND
 
 if TYPE_CHECKING:
     from planner import FieldPath
@@ -65,7 +64,7 @@ def _detail(error: PlanningError) -> str:
     return error.message
 
 
-NAMES = {"inverse_kinematics": "ik", KIND: "kind"}
+NAMES = {"inverse_kinematics": "ik", "__class__": "kind"}
 """The steps of a library's field path that a request calls by another name."""
 
 

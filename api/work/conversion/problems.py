@@ -16,8 +16,8 @@ from api.work.conversion.kept_meshes import kept_pieces
 from api.work.conversion.poses import to_pose, to_rotation, with_axes
 from api.work.conversion.scenes import to_scene, to_speed_zones
 from planner.backends import BACKENDS, BackEnd
+from planner.certificate import EndStates
 from planner.errors import InvalidProblem
-from planner.guarantees import END_OPTIONS, EndStates
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
@@ -273,13 +273,12 @@ def to_end_states(request: requests.ValidateRequest, joints: int) -> EndStates:
     Raises:
         InvalidProblem: There are more values than joints, or fewer.
     """
-    asked = {name: getattr(request, name) for name in END_OPTIONS}
-    return EndStates(
-        **{
-            name: np.zeros(joints) if values is None else to_vector(values, joints, (name,))
-            for name, values in asked.items()
-        }
-    )
+
+    def rates(name: str) -> FloatArray:
+        values = getattr(request, name)
+        return np.zeros(joints) if values is None else to_vector(values, joints, (name,))
+
+    return EndStates(rates("initial_velocity"), rates("initial_acceleration"), rates("final_velocity"))
 
 
 def to_vector(values: Sequence[float], length: int, field: FieldPath) -> FloatArray:

@@ -13,9 +13,8 @@ from api.work.conversion.given_trajectories import to_trajectory
 from api.work.conversion.problems import frames_in_world, mounted, to_matrix, with_tool
 from api.work.conversion.scenes import to_scene, to_speed_zones
 from api.work.tasks.context import task
-from planner.certificate import at_rest
+from planner.certificate import at_rest, refuse_zone_faults
 from planner.scene import CollisionChecker
-from planner.speed_zones import refuse_zone_faults
 
 if TYPE_CHECKING:
     from api.pool.messages import Reply

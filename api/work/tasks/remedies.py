@@ -14,7 +14,6 @@ from api.work.answers.problem_documents import pointer_of
 from api.work.answers.values import value_answer
 from api.work.tasks.context import to_json, validated
 from planner.errors import InvalidProblem, PlanningError
-from planner.fields import BACK_END
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -56,7 +55,7 @@ def at_back_end(index: int) -> Iterator[None]:
     """Let refusals about the back end point to one back end of a comparison."""
 
     def moved(field: FieldPath) -> FieldPath:
-        return ("backends", index, *field[1:]) if field[0] == BACK_END else field
+        return ("backends", index, *field[1:]) if field[0] == "backend" else field
 
     try:
         yield

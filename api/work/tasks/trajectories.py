@@ -28,13 +28,12 @@ from api.work.conversion.time_budgets import attempts_until, within_deadline
 from api.work.tasks.context import task
 from api.work.tasks.remedies import acceptable_remedies, at_back_end
 from planner.backends import BACKENDS
-from planner.certificate import CLEARANCE_TOLERANCE, certify_interpolation, certify_polynomials
+from planner.certificate import CLEARANCE_TOLERANCE, certify_interpolation, certify_polynomials, refuse_zone_faults
 from planner.comparison import figures
 from planner.errors import PlanningError
 from planner.planning import plan
-from planner.plots.quantities import joint_indices
+from planner.plots import joint_indices
 from planner.scene import CollisionChecker
-from planner.speed_zones import refuse_zone_faults
 
 if TYPE_CHECKING:
     from api.work.answers.formats import Format
