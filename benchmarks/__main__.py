@@ -196,7 +196,7 @@ def proofs(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     plans: Annotated[int, typer.Option(help="Random plans, over all back ends.", min=1)] = 20,
     tampered: Annotated[int, typer.Option(help="Tampered files.", min=0)] = 1000,
-    seconds: Annotated[float, typer.Option(help="Most time for tampered files in Python, s.", min=0.0)] = 300.0,
+    seconds: Annotated[float, typer.Option(help="Most time for tampered files in each checker, s.", min=0.0)] = 300.0,
 ) -> None:
     """Measure proof files: sizes, times of writing and checking; try tampered files with both checkers."""
     from benchmarks.proofs.measure import measure, print_table
