@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -132,7 +133,7 @@ class SegmentLimits:
     further: Mapping[Constraint, FloatArray] = field(default_factory=dict)
     rms: RmsTorque | None = None
 
-    @property
+    @cached_property
     def constraints(self) -> list[tuple[Constraint, Bounds]]:
         """The constraints that are limited anywhere, and their limits (segments, columns)."""
         one: dict[Constraint, FloatArray] = {TOOL[quantity]: limit for quantity, limit in self.of_tool.items()}

@@ -40,8 +40,8 @@ class PathLimits(NamedTuple):
     bounds: FloatArray
 
     def of(self, rows: np.ndarray) -> PathLimits:
-        """Take some of the intervals."""
-        return PathLimits(self.lengths[rows], *(part[:, rows] for part in self[1:]))
+        """Take some of the intervals, by index."""
+        return PathLimits(*(part.take(rows, axis=-1 if part.ndim < 3 else 1) for part in self))
 
     def with_new(self, rows: np.ndarray, new: np.ndarray, limits: PathLimits) -> PathLimits:
         """Return the limits on rows (N,) of these intervals, but where they are new (N,) those given."""

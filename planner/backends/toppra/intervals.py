@@ -10,14 +10,13 @@ import numpy as np
 from planner.kernels.polynomials import states_on_pieces
 from planner.kinematics.turns import counted_velocity
 from planner.tolerances import ROUNDING
-from planner.trajectories.polynomials import shifted
+from planner.trajectories.polynomials import joined, shifted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.paths import SegmentGroup
     from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial
+    from planner.trajectories.polynomials import SegmentedPolynomial
 
 MOST_INTERVAL_TURN = 0.25
 """Largest turn of a curve's direction on one interval, rad, joints measured by their velocity limits. With 0.3 random
@@ -82,20 +81,6 @@ class Intervals:
         coefficients = shifted(self.coefficients[rows], (starts * lengths)[:, None])
         return Intervals((ends - starts) * lengths, coefficients, self.segments[rows], self.groups[rows])
 
-    def graded(self) -> Intervals:
-        """Split the intervals next to rest, which take longer than others, into parts of about equal time."""
-        marks = np.linspace(0.0, 1.0, PARTS_AT_REST + 1) ** 2
-        starts, ends = self.rests[:-1], self.rests[1:]
-        inner = np.zeros((len(starts), 2 * (PARTS_AT_REST - 1)))
-        inner[starts, : PARTS_AT_REST - 1] = marks[1:-1] * np.where(ends, 0.5, 1.0)[starts, None]
-        inner[ends, PARTS_AT_REST - 1 :] = 1.0 - marks[1:-1] * np.where(starts, 0.5, 1.0)[ends, None]
-        return self.split_at(inner)
-
-    def split_at(self, inner: FloatArray) -> Intervals:
-        """Split intervals at shares (intervals, N) of each, in any order; 0 and 1 split nothing."""
-        rows, starts, ends = shares_between(inner)
-        return self.parts(rows, starts, ends)
-
     def of(self, rows: np.ndarray) -> Intervals:
         """Take some of the intervals."""
         return Intervals(self.lengths[rows], self.coefficients[rows], self.segments[rows], self.groups[rows])
@@ -117,28 +102,18 @@ def shares_between(inner: FloatArray) -> tuple[np.ndarray, FloatArray, FloatArra
     return np.nonzero(there)[0], points[:, :-1][there], points[:, 1:][there]
 
 
-def cut(
-    groups: Sequence[SegmentGroup],
-    curves: Sequence[PiecewisePolynomial],
-    velocity: FloatArray,
-    fewest: int = LEAST_GRID_INTERVALS,
-) -> Intervals:
-    """Cut the curves of groups into intervals, more of them where the curves turn.
+def cut(curves: Sequence[SegmentedPolynomial], velocity: FloatArray, fewest: int = LEAST_GRID_INTERVALS) -> Intervals:
+    """Cut the curves of groups into intervals, more of them where the curves turn and next to rest.
+
+    An interval next to rest takes longer than others, and is split into parts of about equal time.
 
     Args:
-        groups: One a curve.
-        curves: Each with the pieces of its group's curve.
+        curves: One for each group.
         velocity: (segments, joints), limits, rad/s or m/s.
         fewest: Least number of intervals between two waypoints.
     """
-    order = max(curve.coefficients.shape[2] for curve in curves)
-    padded = [np.pad(c.coefficients, ((0, 0), (0, 0), (0, order - c.coefficients.shape[2]))) for c in curves]
-    whole = Intervals(
-        lengths=np.concatenate([curve.lengths for curve in curves]),
-        coefficients=np.concatenate(padded),
-        segments=np.concatenate([group.curve.segments for group in groups]),
-        groups=np.repeat(np.arange(len(groups)), [len(group.curve.segments) for group in groups]),
-    )
+    curve, groups = joined(curves), np.repeat(np.arange(len(curves)), [len(curve.segments) for curve in curves])
+    whole = Intervals(curve.lengths, curve.coefficients, curve.segments, groups)
     limit = velocity[whole.segments]
     _, first, second = (rows / counted_velocity(limit) for rows in whole.at(PROBES))
     speeds, bends = np.linalg.norm(first, axis=2), np.linalg.norm(second, axis=2)
@@ -148,5 +123,9 @@ def cut(
     spans = np.bincount(whole.segments, whole.lengths)[whole.segments]
     lengths = np.bincount(whole.groups, whole.lengths)[whole.groups]
     shares = np.maximum(whole.lengths / spans, FEWEST_OF_A_RUN / LEAST_GRID_INTERVALS * whole.lengths / lengths)
-    parts = np.ceil(fewest * np.maximum(turns / (MOST_INTERVAL_TURN * LEAST_GRID_INTERVALS), shares) - ROUNDING)
-    return whole.split(np.clip(parts, 1, MOST_TURN_INTERVALS).astype(int)).graded()
+    wanted = np.ceil(fewest * np.maximum(turns / (MOST_INTERVAL_TURN * LEAST_GRID_INTERVALS), shares) - ROUNDING)
+    parts = np.clip(wanted, 1, MOST_TURN_INTERVALS).astype(int)[:, None]
+    starts, ends = whole.rests[:-1, None], whole.rests[1:, None]
+    near = np.linspace(0.0, 1.0, PARTS_AT_REST + 1)[1:-1] ** 2 / np.maximum(parts, 1 + (starts & ends))
+    inner = np.arange(1, parts.max()) / parts, np.where(starts, near, 0.0), np.where(ends, 1.0 - near, 1.0)
+    return whole.parts(*shares_between(np.minimum(np.hstack(inner), 1.0)))

@@ -16,7 +16,6 @@ from planner.constraints.rows import path_speed_shares
 from planner.kernels.profile import PathLimits
 from planner.kinematics.forward import JointStates
 from planner.time_scaling.refusals import refuse_what_gravity_exceeds
-from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,48 +77,23 @@ def _sampled(
     limited = [own for own in limits.constraints if own[0].has_rows and any(map(own[0].is_known, dynamics.robots))]
     if not limited:
         return []
-    q, first, second = states
-    segments = np.broadcast_to(intervals.segments, q.shape[:2])
-    # Where a segment group goes on, the end of an interval is the start of the next.
-    own = np.ones(q.shape[:2], dtype=bool)
-    own[-1, :-1] = intervals.rests[1:-1] | ~np.all([_equal(rows[-1, :-1], rows[0, 1:]) for rows in states], axis=0)
+    points, count, joints = states[0].shape
+    segments = np.tile(intervals.segments, points)
 
     def of(robot: Robot, *path: FloatArray) -> tuple[FloatArray, ...]:
         at = JointStates(robot, *path)
         return tuple(part for constraint, _ in limited for part in constraint.rows(at))
 
-    found = [
-        _at_all_points(rows, own) for rows in dynamics.by_robot(of, segments[own], q[own], first[own], second[own])
-    ]
+    found = dynamics.by_robot(of, segments, *(values.reshape(-1, joints) for values in states))
     parts: list[tuple[FloatArray, ...]] = []
     for k, (constraint, bounds) in enumerate(limited):
-        by_u, by_x, rest = found[3 * k : 3 * k + 3]
-        middle, half = (values[segments] for values in bounds.centred)
-        middle, half = (np.repeat(values, by_u.shape[2] // values.shape[2], axis=2) for values in (middle, half))
+        by_u, by_x, rest = (rows.reshape(points, count, -1) for rows in found[3 * k : 3 * k + 3])
+        middle, half = (np.repeat(side, by_u.shape[2] // side.shape[1], axis=1) for side in bounds.centred)
+        middle, half = (np.broadcast_to(side[intervals.segments], by_u.shape) for side in (middle, half))
         if constraint.counts_at_rest:
-            refuse_what_gravity_exceeds(dynamics, segments, rest, middle, half)
+            refuse_what_gravity_exceeds(dynamics, segments.reshape(points, count), rest, middle, half)
         parts.append((by_u / half, by_x / half, np.clip((rest - middle) / half, -MOST_GRAVITY, MOST_GRAVITY)))
     return parts
-
-
-def _equal(ends: FloatArray, starts: FloatArray) -> np.ndarray:
-    """Return whether (rows,) a curve goes on from the ends (rows, joints) of intervals to the starts of the next."""
-    equal: np.ndarray = (np.abs(ends - starts) <= ROUNDING * np.abs(starts).max(initial=0.0)).all(axis=1)
-    return equal
-
-
-def _at_all_points(values: FloatArray, own: np.ndarray) -> FloatArray:
-    """Put values (N, joints) to points (points, intervals, joints).
-
-    Args:
-        values: The values at the points that are not the start of the next interval.
-        own: (points, intervals), which these are.
-    """
-    rows = np.empty((*own.shape, values.shape[1]))
-    rows[own] = values
-    shared = np.flatnonzero(~own[-1])
-    rows[-1, shared] = rows[0, shared + 1]
-    return rows
 
 
 def _bounds(

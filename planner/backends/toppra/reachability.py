@@ -203,7 +203,7 @@ def _rows(limits: PathLimits, throughout: np.ndarray) -> LinearRows:
     rows = _signed(limits._replace(bounds=np.maximum(limits.bounds, straight)), *middle)
     if not throughout.any():
         return rows
-    part = limits.of(throughout)
+    part = limits.of(np.flatnonzero(throughout))
     grows = 2.0 * part.lengths[:, None]
     by_point = part.per_u + POINT_SHARES[:, None, None] * grows * part.per_x, part.per_x, part.rest
     bounding = (np.moveaxis(values, 0, 2) @ QUADRATIC_TO_BERNSTEIN for values in by_point)

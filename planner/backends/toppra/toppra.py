@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, SegmentGroup, StraightMotions
     from planner.spatial import FloatArray
     from planner.time_scaling.uniform import TimeScaling
-    from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
+    from planner.trajectories.polynomials import SegmentedPolynomial
     from planner.trajectories.trajectory import Trajectory
 
 FEW_INTERVALS = 12
@@ -205,29 +205,28 @@ def _fastest(path: JointPath, groups: Sequence[SegmentGroup], solver: Solver) ->
     """
 
     def fastest(
-        of: Sequence[SegmentGroup],
-        curves: Sequence[PiecewisePolynomial],
+        curves: Sequence[SegmentedPolynomial],
         fewest: int = LEAST_GRID_INTERVALS,
         steps: tuple[int, int] = (MOST_GRID_REFINEMENTS, MOST_PROFILE_REPAIRS),
     ) -> Profile:
-        intervals = cut(of, curves, path.limits.velocity.narrower, fewest)
+        intervals = cut(curves, path.limits.velocity.narrower, fewest)
         return fastest_on(path, intervals, np.ones(len(path.durations)), *steps, solver=solver)
 
     curves = [smooth_curve(path, group) if group.is_spline else group.curve for group in groups]
-    profile = fastest(groups, curves)
+    profile = fastest(curves)
     durations = profile.durations
     rivals = [k for k, group in enumerate(groups) if group.is_spline and curves[k] is not group.curve]
     in_earnest = LEAST_GRID_INTERVALS, (MOST_GRID_REFINEMENTS, MOST_PROFILE_REPAIRS)
     for how, handicap in (((FEW_INTERVALS, (0, 0)), HANDICAP), (in_earnest, 1.0)):
         if rivals:
-            rival = fastest([groups[k] for k in rivals], [groups[k].curve for k in rivals], *how)
+            rival = fastest([groups[k].curve for k in rivals], *how)
             own = zip(rivals, rival.durations, strict=True)
             rivals = [k for k, duration in own if duration < handicap * durations[k]]
     if not rivals:
         return profile
     if len(rivals) == len(groups):
         return rival
-    return fastest(groups, [group.curve if k in rivals else curves[k] for k, group in enumerate(groups)])
+    return fastest([group.curve if k in rivals else curves[k] for k, group in enumerate(groups)])
 
 
 def _within_limits(

@@ -251,8 +251,7 @@ int profile(int64_t intervals, int64_t count, const double* lengths, const doubl
 int use(int64_t intervals, int64_t count, const double* lengths, const double* per_u, const double* per_x,
         const double* rest, const double* bounds, const int64_t* constant, const double* x, double* bends, double* used,
         double* unused, double* dips) {
-    use_of_limits({intervals, count, lengths, per_u, per_x, rest, bounds}, constant, x, bends, used, unused, dips);
-    return OK;
+    return use_of_limits({intervals, count, lengths, per_u, per_x, rest, bounds}, constant, x, bends, used, unused, dips);
 }
 
 int crossings(int64_t intervals, int64_t count, const double* lengths, const double* per_u, const double* per_x,

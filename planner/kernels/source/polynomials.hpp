@@ -15,12 +15,12 @@ static inline void bernstein_matrix(int64_t order, double* m) {
     }
 }
 
-// The d-th derivatives (joints, order) of a piece, scaled to unit time, and their Bernstein coefficients. ORDER is the order
-// where the compiler knows it, which makes quintics and cubics four times as fast.
-template <int64_t ORDER>
-static inline void derivatives_of_piece(int64_t joints, int64_t any_order, int64_t d, double length, const double* matrix,
-                                        double* factor, const double* c, double* u, double* b) {
-    const int64_t order = ORDER ? ORDER : any_order, terms = d < order ? order - d : 0;
+// The d-th derivatives (joints, order) of a piece, scaled to unit time, and their Bernstein coefficients. ORDER and D are the
+// order and d where the compiler knows them, which makes quintics and cubics many times as fast.
+template <int64_t ORDER, int64_t D>
+static inline void derivatives_of_piece(int64_t joints, int64_t any_order, int64_t any_d, double length, const double* matrix,
+                                        double* factor, const double* c, double* __restrict u, double* __restrict b) {
+    const int64_t order = ORDER ? ORDER : any_order, d = ORDER ? D : any_d, terms = d < order ? order - d : 0;
     double power = 1.0;
     for (int64_t k = 0; k < terms; k++, power *= length) {
         factor[k] = power;
@@ -31,23 +31,29 @@ static inline void derivatives_of_piece(int64_t joints, int64_t any_order, int64
         for (int64_t k = terms; k < order; k++) u[k] = 0.0;
         for (int64_t i = 0; i < order; i++) b[i] = u[0];
         for (int64_t k = 1; k < terms; k++)
-            for (int64_t i = k; i < order; i++) b[i] += u[k] * matrix[k * order + i];
+            for (int64_t i = 0; i < order; i++) b[i] += u[k] * matrix[k * order + i];
     }
 }
 
 // Derivatives 0 to count - 1 by time of polynomials of time, scaled to unit time: unit, bernstein (count, pieces, joints, order).
 static inline int unit_derivatives(int64_t pieces, int64_t joints, int64_t order, int64_t count, const double* lengths,
                                    const double* coefficients, double* unit, double* bernstein) {
+    static constexpr auto ANY = derivatives_of_piece<0, 0>;
+    static constexpr decltype(ANY) CUBIC[4] = {derivatives_of_piece<4, 0>, derivatives_of_piece<4, 1>, derivatives_of_piece<4, 2>,
+                                               derivatives_of_piece<4, 3>};
+    static constexpr decltype(ANY) QUINTIC[6] = {derivatives_of_piece<6, 0>, derivatives_of_piece<6, 1>, derivatives_of_piece<6, 2>,
+                                                 derivatives_of_piece<6, 3>, derivatives_of_piece<6, 4>, derivatives_of_piece<6, 5>};
     Scratch<double> matrix(order * order), factor(order);
     if (!matrix || !factor) return NO_MEMORY;
     bernstein_matrix(order, matrix.data);
-    const auto of_piece = order == 6 ? derivatives_of_piece<6> : order == 4 ? derivatives_of_piece<4> : derivatives_of_piece<0>;
-    for (int64_t d = 0; d < count; d++)
+    for (int64_t d = 0; d < count; d++) {
+        const auto of_piece = d < order && order == 6 ? QUINTIC[d] : d < order && order == 4 ? CUBIC[d] : ANY;
         for (int64_t p = 0; p < pieces; p++) {
             const int64_t row = (d * pieces + p) * joints * order;
             of_piece(joints, order, d, lengths[p], matrix.data, factor.data, coefficients + p * joints * order, unit + row,
                      bernstein + row);
         }
+    }
     return OK;
 }
 
@@ -93,6 +99,9 @@ static inline int largest_magnitudes(int64_t rows, int64_t order, const double* 
                 if (value > best[g]) { best[g] = value; at_row[g] = r; at_unit[g] = unit; }
             };
             if (pass == 0) { see(row[0], 0.0); see(row[order - 1], 1.0); continue; }
+            double most = 0.0;
+            for (int64_t i = 0; i < order; i++) { const double x = ratio(row[i]); most = x > most ? x : most; }
+            if (!(most > best[g] * (1.0 + rounding))) continue;
             memcpy(stack.data, row, order * sizeof(double));
             parts[0] = {0.0, 1.0};
             for (int64_t top = 1; top > 0;) {
@@ -153,15 +162,17 @@ static inline int count_parts(int64_t pieces, int64_t joints, int64_t order, con
             peaks[k * joints + j] = fmax(peaks[k * joints + j], d.least_share * largest) + 2.2250738585072014e-308;
     }
     for (int64_t p = 0; p < pieces; p++) {
-        double bend = 0.0, travel = 0.0;
-        for (int64_t j = 0; j < joints; j++) {
+        double bend = 0.0;
+        for (int64_t j = 0; j < joints; j++)
             for (int k = 0; k < 2; k++) bend = fmax(bend, hull(k + 4, p * joints + j) / peaks[k * joints + j]);
-            const double* velocity = bernstein + (rows + p * joints + j) * order;
-            if (hull(1, p * joints + j) > travel) travel = fmax(travel, bound_by_parts(velocity, order, scratch.data));
+        const double half = lengths[p] * cbrt(bend / (9.0 * sqrt(3.0) * d.off_parabola)), of_travel = d.samples_per_radian * lengths[p];
+        double most = fmax(fmin(half, 2.0 * d.most_parts), 2.0 * d.fewest_parts);
+        for (int64_t j = 0; j < joints; j++) {
+            const int64_t row = rows + p * joints + j;
+            if (of_travel * hull(1, p * joints + j) > most)
+                most = fmax(most, of_travel * bound_by_parts(bernstein + row * order, order, scratch.data));
         }
-        double half = lengths[p] * cbrt(bend / (9.0 * sqrt(3.0) * d.off_parabola));
-        half = fmax(fmin(half, 2.0 * d.most_parts), d.samples_per_radian * travel * lengths[p]);
-        parts[p] = (int64_t)ceil(fmax(0.5 * half, d.fewest_parts));
+        parts[p] = (int64_t)ceil(0.5 * most);
     }
     return OK;
 }

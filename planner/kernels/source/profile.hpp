@@ -145,25 +145,23 @@ static inline void range_at(const Limits& l, int64_t point, int64_t i, double x,
     }
 }
 
-// The largest shares (probes) that a motion takes of what rest leaves of a limit.
-static inline void used_at_probes(const Limits& l, int64_t i, double x0, double x1, double bend, double* used) {
+// The largest shares (probes) that a motion takes of what rest leaves of a limit. `shares` has room for one of each limit.
+static inline void used_at_probes(const Limits& l, int64_t i, double x0, double x1, double bend, double* __restrict shares,
+                                  double* used) {
     for (int p = 0; p < PROBES; p++) {
-        const double share = PROBE[p], d = l.lengths[i];
-        const double u = (x1 - x0) / (2.0 * d) + bend * (2.0 * share - 1.0);
-        const double x = x0 + (x1 - x0) * share - 2.0 * bend * d * (share - share * share);
-        const bool is_point = p % 2 == 0;
-        double most = 0.0;
+        const double d = l.lengths[i], u = (x1 - x0) / (2.0 * d) + bend * (2.0 * PROBE[p] - 1.0);
+        const double x = x0 + (x1 - x0) * PROBE[p] - 2.0 * bend * d * (PROBE[p] - PROBE[p] * PROBE[p]);
         for (int64_t k = 0; k < l.count; k++) {
             double moved = 0.0, rest = 0.0;
-            for (int point = is_point ? p / 2 : 0; point <= (is_point ? p / 2 : POINTS - 1); point++) {
+            for (int point = 0; point < POINTS; point++) {
                 const int64_t at = l.row(point, i) + k;
                 moved += AT_PROBE[p][point] * (l.per_u[at] * u + l.per_x[at] * x);
                 rest += AT_PROBE[p][point] * l.rest[at];
             }
-            const double share = moved < 0.0 ? -moved / (1.0 + rest) : moved / (1.0 - rest);
-            most = share > most ? share : most;
+            shares[k] = fabs(moved) / (moved < 0.0 ? 1.0 + rest : 1.0 - rest);
         }
-        used[p] = most;
+        used[p] = 0.0;
+        for (int64_t k = 0; k < l.count; k++) used[p] = shares[k] > used[p] ? shares[k] : used[p];
     }
 }
 
@@ -187,14 +185,16 @@ static inline double best_bend(const Limits& l, int64_t i, double x0, double x1)
 // For each interval: the bend, 0 where u is constant, and the largest share of a limit that is used with it; where u is
 // constant the share of the tightest limit that this leaves unused, on average; and by how much x may exceed its bound
 // between probes where it is close to it.
-static inline void use_of_limits(const Limits& l, const int64_t* constant, const double* x, double* bends, double* used,
-                                 double* unused, double* dips) {
+static inline int use_of_limits(const Limits& l, const int64_t* constant, const double* x, double* bends, double* used,
+                                double* unused, double* dips) {
+    Scratch<double> shares(l.count);
+    if (!shares) return NO_MEMORY;
     for (int64_t i = 0; i < l.intervals; i++) {
         const double x0 = x[i], x1 = x[i + 1], d = l.lengths[i];
         double at[PROBES], bound[PROBES];
         for (int p = 0; p < PROBES; p++) bound[p] = l.bound(p, i);
         bends[i] = constant[i] ? 0.0 : best_bend(l, i, x0, x1);
-        used_at_probes(l, i, x0, x1, bends[i], at);
+        used_at_probes(l, i, x0, x1, bends[i], shares.data, at);
         used[i] = 0.0;
         for (int p = 0; p < PROBES; p++) {
             const double inner = PROBE[p] * (1.0 - PROBE[p]);
@@ -212,6 +212,7 @@ static inline void use_of_limits(const Limits& l, const int64_t* constant, const
             if (close[p - 1] || close[p] || close[p + 1])
                 dips[i] = fmax(dips[i], (bound[p - 1] - 2.0 * bound[p] + bound[p + 1]) / bound[p] / 8.0);
     }
+    return OK;
 }
 
 // For each interval: the least time in which it could be crossed by gaining speed, going on at the highest and braking, and

@@ -143,7 +143,7 @@ def test_trap_the_grid_does_not_depend_on_the_unit_of_the_path(unit: float) -> N
     factors = np.ones(len(path.durations))
     durations, counts = [], []
     for curve in (path.groups[0].curve, path.groups[0].curve.stretched(unit)):
-        law = fastest_on(path, cut(path.groups, [curve], path.limits.velocity.narrower), factors)
+        law = fastest_on(path, cut([curve], path.limits.velocity.narrower), factors)
         durations.append(law.times.sum())
         counts.append(len(law.times))
     assert counts[0] == counts[1]
@@ -200,7 +200,7 @@ def test_the_package_computes_the_profile(case: str, monkeypatch: pytest.MonkeyP
     }[case]
     path = solve_path(problem)
     groups = path.every_group
-    intervals = cut(groups, [group.curve for group in groups], path.limits.velocity.narrower)
+    intervals = cut([group.curve for group in groups], path.limits.velocity.narrower)
     ones = np.ones(len(path.durations))
     fast = fastest_on(path, intervals, ones, refinements=0, repairs=0)
     own = TOPPRA.compute_parameterization
