@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,7 @@ class SampledConstraints:
         exact: The constraints whose peaks are found without samples, and their limits (rows, columns).
         constraints: The others whose values can be computed; what follows is of them.
         of_column: The index (columns,) in `constraints` of the constraint of each column.
+        columns: The columns of each of `constraints`.
         joints: The joint of each column; None: the column is not of a joint.
         middle: The middle (rows, columns) between lower and upper limits.
         half: Their distance (rows, columns) from there; infinite: none.
@@ -42,6 +44,7 @@ class SampledConstraints:
         joints = [names if constraint.of_joints else (None,) for constraint in self.constraints]
         self.joints: list[str | None] = [name for own in joints for name in own]
         self.of_column = np.repeat(np.arange(len(joints)), [len(own) for own in joints])
+        self.columns = [slice(*own) for own in pairwise(accumulate(map(len, joints), initial=0))]
         none = np.empty((rows, 0)), np.empty((rows, 0))
         self.middle, self.half = map(np.hstack, zip(none, *(bounds.centred for _, bounds in known), strict=True))
         quantities = [self.constraints[k].name for k in self.of_column]

@@ -11,7 +11,7 @@ from planner.time_scaling.compose import follow_curve, split_at_knots
 from planner.time_scaling.limits_on_curve import limits_on
 from planner.time_scaling.linear_limits import GRIDPOINTS, QuadraticSpline
 from planner.time_scaling.refusals import duration_of_group
-from planner.time_scaling.retiming import fastest_retiming
+from planner.time_scaling.retiming import fastest_retiming, smooth_start
 from planner.time_scaling.uniform import scaled_to_duration
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
@@ -108,7 +108,9 @@ def fastest_scaling(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial
     counts = [count + each * len(group.segments) for count, each, _ in TIME_ROUNDS]
     is_dense = len(scaling.lengths) > max(counts)
     if is_dense:  # a time scaling that has nothing to do with its limits would be cut everywhere, time and again
-        scaling = retimed(scaling, fastest_retiming(scaling.lengths, limits.along(scaling), TIME_ROUNDS[0][2]))
+        within = limits.along(scaling)
+        first = smooth_start(scaling.lengths, within)
+        scaling = retimed(scaling, fastest_retiming(scaling.lengths, within, TIME_ROUNDS[0][2], start=first))
         scaling = scaling.split(np.full(len(scaling.lengths), DENSE_PARTS))
         scaling = retimed(
             scaling, fastest_retiming(scaling.lengths, near_limits(limits.along(scaling)), TIME_ROUNDS[1][2])
@@ -117,8 +119,9 @@ def fastest_scaling(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial
         if wanted < len(scaling.lengths):
             continue
         scaling = scaling.split(np.ceil(scaling.lengths / scaling.lengths.sum() * wanted).astype(int))
-        within = limits.along(scaling)
-        scaling = retimed(scaling, fastest_retiming(scaling.lengths, near_limits(within) if number else within, gap))
+        within = near_limits(limits.along(scaling)) if number else limits.along(scaling)
+        start = None if number else smooth_start(scaling.lengths, within)
+        scaling = retimed(scaling, fastest_retiming(scaling.lengths, within, gap, start=start))
     enough, gap = (ENOUGH_OF_DENSE, TIME_ROUNDS[1][2]) if is_dense else (ENOUGH, TIME_ROUNDS[-1][2])
     return limits.on_segments(refined(limits, scaling, gap, enough))
 
@@ -178,7 +181,11 @@ def _quintic(group: SegmentGroup) -> PiecewisePolynomial:
 
 def retimed_lengths(scaling: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
     """Return the durations (pieces,), s, of the pieces of a time scaling after retiming."""
-    b = QuadraticSpline(scaling.lengths).states(unknowns)[0].reshape(len(GRIDPOINTS), -1)
+    return _lengths(scaling, unknowns, QuadraticSpline(scaling.lengths).states(unknowns)[0])
+
+
+def _lengths(scaling: PiecewisePolynomial, unknowns: FloatArray, b: FloatArray) -> FloatArray:
+    b = b.reshape(len(GRIDPOINTS), -1)
     u, weights = GAUSS_RULE[0, :, None], GAUSS_RULE[1]
     inside = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
     lengths: FloatArray = weights @ (1.0 / np.sqrt(inside)) * scaling.lengths
@@ -188,7 +195,7 @@ def retimed_lengths(scaling: PiecewisePolynomial, unknowns: FloatArray) -> Float
 def retimed(scaling: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
     """Return the time scaling after retiming: quintics with exact speed and acceleration at its nodes."""
     b, a, _ = QuadraticSpline(scaling.lengths).states(unknowns).reshape(3, len(GRIDPOINTS), -1)
-    lengths = retimed_lengths(scaling, unknowns)
+    lengths = _lengths(scaling, unknowns, b)
     b, a = np.append(b[0], b[-1, -1]), np.append(a[0], a[-1, -1])
     s, speed, gain = scaling.evaluate(scaling.breakpoints, range(3))
     speed, gain = speed * np.sqrt(b)[:, None], gain * b[:, None] + speed * a[:, None]

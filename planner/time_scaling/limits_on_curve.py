@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
+    Side = FloatArray | float
+    LimitGroup = tuple[FloatArray, Side, Side, Side, Side, Side]
+    """The arrays of `LinearLimits` for some limits, (gridpoints, pieces, limits), or one number for all of them."""
+
 SAMPLES_PER_PIECE = 5
 """Gridpoints for torque and tool speed on each piece of a curve at least."""
 
@@ -86,8 +90,9 @@ class LimitsOnCurve:
 
     def used(self, scaling: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
         """Return the largest and the least share (pieces,) of its limits that the time scaling uses on each piece."""
-        halves = self.along(scaling.split(np.full(len(scaling.lengths), 2)))
-        used = halves.used().max(axis=0).reshape(len(GRIDPOINTS), -1, 2)
+        groups = self._groups(scaling.split(np.full(len(scaling.lengths), 2)))
+        shares = [np.abs(by_b + rest) / (constant + inverse) for by_b, _, _, rest, constant, inverse in groups]
+        used = np.max([share.max(axis=2) for share in shares], axis=0).reshape(len(GRIDPOINTS), -1, 2)
         return used.max(axis=(0, 2)), used.min(axis=(0, 2))
 
     def rates(self, scaling: PiecewisePolynomial) -> list[FloatArray]:
@@ -97,6 +102,17 @@ class LimitsOnCurve:
 
     def along(self, scaling: PiecewisePolynomial) -> LinearLimits:
         """Linearise all limits at the gridpoints of pieces of the time scaling, each divided by the limit itself."""
+        groups = self._groups(scaling)
+        shape = groups[0][0].shape[:2]
+        ends = np.cumsum([0, *(group[0].shape[2] for group in groups)])
+        parts = np.empty((6, ends[-1], *shape))
+        for group, begin, end in zip(groups, ends, ends[1:], strict=False):
+            for rows, values in zip(parts, group, strict=True):
+                rows[begin:end] = np.broadcast_to(values, (*shape, end - begin)).transpose(2, 0, 1)
+        return LinearLimits(*parts.reshape(6, ends[-1], -1))
+
+    def _groups(self, scaling: PiecewisePolynomial) -> list[LimitGroup]:
+        """Return the limits at the gridpoints of pieces of the time scaling, each (gridpoints, pieces, limits)."""
         s, ds, dds, q, first, second, third = self.rates(scaling)
         on = self.pieces(scaling)
         at, segments = self.points(on, s[..., 0]), self.curve.segments[on]
@@ -105,21 +121,16 @@ class LimitsOnCurve:
         middle, half = own.acceleration.centred
         speeds = np.maximum(speeds, self.sampled.path_speed_use(at, own)[..., None] * ds)
         speeds = np.maximum(speeds, self.sampled.speed_use(own, q, first)[..., None])
-        groups: list[tuple[FloatArray | float, ...]] = [
+        groups: list[LimitGroup] = [
             (speeds**2, 0.0, 0.0, 0.0, 1.0, 0.0),
             (second / half, first / half, 0.0, -middle / half, 1.0, 0.0),
-            (*(rate / own.jerk.upper for rate in (third, 3.0 * second, first)), 0.0, 0.0, 1.0),
+            (third / own.jerk.upper, 3.0 * second / own.jerk.upper, first / own.jerk.upper, 0.0, 0.0, 1.0),
         ]
         groups += self.sampled.groups_at(own, at, ds, dds)
         groups += self.sampled.by_speed_at(own, at, ds, dds, first)
         if self.sampled.jerks:
             groups.append(self.sampled.tool_jerks_at(own, q, first, second, third))
-        ends = np.cumsum([0, *(np.shape(group[0])[-1] for group in groups)])
-        parts = np.empty((6, ends[-1], *at.shape))
-        for group, begin, end in zip(groups, ends, ends[1:], strict=False):
-            for rows, values in zip(parts, group, strict=True):
-                rows[begin:end] = np.broadcast_to(values, (*at.shape, end - begin)).transpose(2, 0, 1)
-        return LinearLimits(*parts.reshape(6, ends[-1], -1))
+        return groups
 
 
 class _Sampled:
@@ -184,9 +195,7 @@ class _Sampled:
                 use = np.maximum(use, shares.max(axis=2) ** (1.0 / constraint.order))
         return use
 
-    def groups_at(
-        self, limits: SegmentLimits, at: FloatArray, ds: FloatArray, dds: FloatArray
-    ) -> Iterator[tuple[FloatArray | float, ...]]:
+    def groups_at(self, limits: SegmentLimits, at: FloatArray, ds: FloatArray, dds: FloatArray) -> Iterator[LimitGroup]:
         """Yield the parts of `LinearLimits` that each constraint with rows is, each (points, pieces, rows)."""
         for constraint, bounds in limits.constraints:
             if constraint in self.rows:
@@ -196,7 +205,7 @@ class _Sampled:
 
     def by_speed_at(
         self, limits: SegmentLimits, at: FloatArray, ds: FloatArray, dds: FloatArray, v: FloatArray
-    ) -> Iterator[tuple[FloatArray | float, ...]]:
+    ) -> Iterator[LimitGroup]:
         """Yield the parts of `LinearLimits` that functions of torques and speeds are, each (points, pieces, rows).
 
         A retiming by b has the torques by_b b + by_a a + rest and the velocities v sqrt(b).
@@ -225,14 +234,16 @@ class _Sampled:
             ds: Path velocities (..., 1).
             dds: Path accelerations (..., 1).
         """
-        by_u, by_x, rest = (
-            np.stack([np.interp(at, self.gridpoints, row) for row in part.T], axis=-1) for part in self.rows[constraint]
-        )
+        after = np.clip(np.searchsorted(self.gridpoints, at), 1, len(self.gridpoints) - 1)
+        before = self.gridpoints[after - 1]
+        share = ((at - before) / (self.gridpoints[after] - before))[..., None]
+        rows = (np.asarray(part) for part in self.rows[constraint])
+        by_u, by_x, rest = (part[after - 1] * (1.0 - share) + part[after] * share for part in rows)
         return by_x * ds**2 + by_u * dds, by_u * ds, rest
 
     def tool_jerks_at(
         self, limits: SegmentLimits, q: FloatArray, first: FloatArray, second: FloatArray, third: FloatArray
-    ) -> tuple[FloatArray | float, ...]:
+    ) -> LimitGroup:
         """Return the parts of `LinearLimits` that jerks of the tool are, each (points, pieces, rows).
 
         Args:

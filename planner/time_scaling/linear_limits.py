@@ -106,13 +106,12 @@ class QuadraticSpline:
         value[0, 1] = value[1, 2] = padded[:-1] / both
         slope[0, 0] = slope[1, 1] = -1.0 / both
         slope[0, 1] = slope[1, 2] = 1.0 / both
-        start, end = value[0, :, :-1], value[1, :, 1:]
-        middle = np.array([[0.0], [1.0], [0.0]])
+        start, end = value[0, :, None, :-1], value[1, :, None, 1:]
+        middle, u = np.array([0.0, 1.0, 0.0])[:, None, None], GRIDPOINTS[:, None]
         self.maps = np.empty((3, 3, len(GRIDPOINTS), len(widths)))
-        for k, u in enumerate(GRIDPOINTS):
-            self.maps[0, :, k] = (1.0 - u) ** 2 * start + 2.0 * u * (1.0 - u) * middle + u * u * end
-            self.maps[1, :, k] = (1.0 - u) * slope[0, :, :-1] + u * slope[1, :, 1:]
-            self.maps[2, :, k] = (start - 2.0 * middle + end) / widths**2
+        self.maps[0] = (1.0 - u) ** 2 * start + 2.0 * u * (1.0 - u) * middle + u * u * end
+        self.maps[1] = (1.0 - u) * slope[0, :, None, :-1] + u * slope[1, :, None, 1:]
+        self.maps[2] = (start - 2.0 * middle + end) / widths**2
         if (
             begins_evenly
         ):  # the value at the start is the first Bezier point of the first interval, and its unknown idle

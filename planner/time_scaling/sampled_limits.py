@@ -14,7 +14,7 @@ from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.sampled_peaks import DERIVATIVES, EASY_TRAVEL, MOST_TRAVEL
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from planner.constraints import Constraint
     from planner.dynamics import SegmentDynamics
@@ -97,7 +97,6 @@ class SampledLimits(SampledConstraints):
         Raises:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
-        powers = 1.0 / np.array([self.constraints[k].order for k in self.of_column])
 
         def needed(at: np.ndarray, states: Sequence[FloatArray]) -> FloatArray:
             """Return the factors (N, columns) that samples of pieces `at` (N,) need."""
@@ -105,29 +104,29 @@ class SampledLimits(SampledConstraints):
             rest = self._at_rest(rows[at], pieces.segments[at], states[0])
             moved = values - rest
             room = self.half[rows[at]] - np.sign(moved) * (rest - self.middle[rows[at]])
-            factors = (np.abs(moved) / room) ** powers
-            for column, own in self._own_factors(pieces.segments[at], states, rows[at]):
-                factors[:, column] = own
+            factors = np.abs(moved) / room
+            for constraint, own in zip(self.constraints, self.columns, strict=True):
+                if constraint.has_factors:
+                    factors[:, own] = self._own_factors(
+                        constraint, pieces.segments[at], states, self.half[rows[at], own]
+                    )
+                else:
+                    factors[:, own] **= 1.0 / constraint.order
             return self.with_bends(factors, rates, rows[at], pieces.lengths[at])
 
         return self._largest(needed, pieces, rows, groups, above, derivatives, as_factors=True)
 
     def _own_factors(
-        self, segments: np.ndarray, states: Sequence[FloatArray], rows: np.ndarray
-    ) -> Iterator[tuple[np.ndarray, FloatArray]]:
-        """Yield the columns, and their factors (N, columns), of each constraint that has `factors` of its own."""
-        for k, constraint in enumerate(self.constraints):
-            if constraint.has_factors:
-                column = np.flatnonzero(self.of_column == k)
+        self, constraint: Constraint, segments: np.ndarray, states: Sequence[FloatArray], limits: FloatArray
+    ) -> FloatArray:
+        """Return the factors (N, columns) of a constraint that has `factors` of its own."""
 
-                def of(
-                    robot: Robot, limits: FloatArray, *own: FloatArray, limited: Constraint = constraint
-                ) -> tuple[FloatArray]:
-                    is_known = limited.is_known(robot)
-                    return (limited.factors(JointStates(robot, *own), limits) if is_known else np.zeros_like(limits),)
+        def of(robot: Robot, limits: FloatArray, *own: FloatArray) -> tuple[FloatArray]:
+            is_known = constraint.is_known(robot)
+            return (constraint.factors(JointStates(robot, *own), limits) if is_known else np.zeros_like(limits),)
 
-                (factors,) = self.dynamics.by_robot(of, segments, self.half[rows][:, column], *states)
-                yield column, factors
+        (factors,) = self.dynamics.by_robot(of, segments, limits, *states)
+        return factors
 
     def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
         """Return the largest share (pieces,) of one of these limits that each piece uses.
@@ -176,14 +175,10 @@ class SampledLimits(SampledConstraints):
 
     def _at_rest(self, rows: np.ndarray, segments: np.ndarray, q: FloatArray) -> FloatArray:
         """Return the values (N, columns) at rest; refuse torques where gravity exceeds a limit."""
-        values = np.zeros((len(q), len(self.of_column)))
-        counting = [k for k, constraint in enumerate(self.constraints) if constraint.counts_at_rest]
-        if not counting:
-            return values
-        still = np.zeros_like(q)
-        for k in counting:
-            own = self.of_column == k
-            values[:, own] = self.values(segments, (q, still, still), [self.constraints[k]])[0]
-            limits = values[:, own], self.middle[rows][:, own], self.half[rows][:, own]
-            refuse_what_gravity_exceeds(self.dynamics, segments, *limits)
+        values, still = np.zeros((len(q), len(self.of_column))), np.zeros_like(q)
+        for constraint, own in zip(self.constraints, self.columns, strict=True):
+            if constraint.counts_at_rest:
+                values[:, own] = self.values(segments, (q, still, still), [constraint])[0]
+                limits = values[:, own], self.middle[rows, own], self.half[rows, own]
+                refuse_what_gravity_exceeds(self.dynamics, segments, *limits)
         return values

@@ -18,7 +18,7 @@ from planner.constraints import Constraint
 from planner.time_scaling.compose import compose
 from planner.time_scaling.fastest import refined, retimed
 from planner.time_scaling.limits_on_curve import LimitsOnCurve
-from planner.time_scaling.retiming import RequestedDurations, fastest_retiming
+from planner.time_scaling.retiming import RequestedDurations, fastest_retiming, smooth_start
 from planner.time_scaling.uniform import slowest, time_scalings
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, shifted
 
@@ -144,9 +144,9 @@ def _slowed(
             scaling.lengths, segments == np.array([*requested])[:, None], np.array([*requested.values()])
         )
 
-    scaling = retimed(
-        scaling, fastest_retiming(scaling.lengths, bounds.along(scaling), PATH_GAP, requested_of(scaling))
-    )
+    linear = bounds.along(scaling)
+    start = smooth_start(scaling.lengths, linear)
+    scaling = retimed(scaling, fastest_retiming(scaling.lengths, linear, PATH_GAP, requested_of(scaling), start))
     scaling = bounds.on_segments(refined(bounds, scaling, PATH_GAP, requested=requested_of))
     timed, of = compose(curve, scaling, group.tolerance)
     row = scaling.segments[of]
