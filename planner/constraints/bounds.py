@@ -54,7 +54,11 @@ class Bounds(NamedTuple):
 
     def used(self, rows: np.ndarray, values: FloatArray) -> FloatArray:
         """Return the shares (..., joints) that values (..., joints) use of the limits in rows (...)."""
-        return np.asarray(values / np.where(values < 0.0, self.lower[rows], self.upper[rows]))
+        return self.of(rows).shares(values)
+
+    def shares(self, values: FloatArray) -> FloatArray:
+        """Return the shares (..., joints) that values (..., joints) use of limits that broadcast against them."""
+        return np.asarray(values / np.where(values < 0.0, self.lower, self.upper))
 
     def within(self, others: Bounds | FloatArray) -> Bounds:
         """Return the limits that keep others, too: bounds or magnitudes (..., joints)."""

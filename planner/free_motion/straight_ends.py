@@ -12,7 +12,7 @@ from planner.free_motion.free_path import FreePath, find_free_path
 from planner.kinematics.forward import tool_pose
 from planner.problems.problem import LinearMotion, PoseWaypoint
 from planner.spatial import Pose
-from planner.tool_motions.tool_motion import RequestedMotion, ToolMotion, follow_motion
+from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, ToolMotion, follow_motion
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -73,13 +73,16 @@ def find_path_with_straight_ends(
 
 def _line_back(edges: FreeEdges, robot: Robot, position: FloatArray, options: InverseKinematicsOptions) -> FloatArray:
     """Return joint positions (positions, joints) back along the tool's axis; the first one alone where none is free."""
-    here = tool_pose(robot, position)
+    here, reach = tool_pose(robot, position), inf
+    followed: ToolMotion | RefusedMotion | None = None
     for length in RETRACT_LENGTHS:
-        there = Pose(here.position - length * np.asarray(here.rotation)[:, 2], here.rotation)
-        waypoint = PoseWaypoint(there, motion=LinearMotion())
-        followed = follow_motion(RequestedMotion(robot, options, 0, waypoint, here, there), position)
-        if isinstance(followed, ToolMotion):
-            u = np.linspace(0.0, followed.curve.breakpoints[-1], round(length / LEG) + 1)
+        if not isinstance(followed, ToolMotion) and length <= reach:
+            there = Pose(here.position - length * np.asarray(here.rotation)[:, 2], here.rotation)
+            waypoint, longest = PoseWaypoint(there, motion=LinearMotion()), length
+            followed = follow_motion(RequestedMotion(robot, options, 0, waypoint, here, there), position)
+            reach = followed.point.fraction * length if isinstance(followed, RefusedMotion) else length
+        if isinstance(followed, ToolMotion):  # a shorter line is a part of it
+            u = np.linspace(0.0, length / longest * followed.curve.breakpoints[-1], round(length / LEG) + 1)
             line: FloatArray = followed.curve.evaluate(u, [0])[0]
             if edges.first_unproved(line) is None:
                 return line

@@ -110,7 +110,7 @@ def fastest_retiming(
 
 
 def smooth_start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
-    """Return a smooth start (intervals + 2,) for the search for the fastest retiming of a slow motion, up to a factor.
+    """Return a smooth start (intervals + 2,) for the fastest retiming of a slow motion, up to a factor.
 
     It is the largest constant b that the limits allow at each gridpoint, the least near each interval, smoothed by
     moving averages.

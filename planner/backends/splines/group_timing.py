@@ -266,6 +266,8 @@ class _CurveTiming(_Timing):
         self.knots = group.curve.breakpoints[group.knots]
         self.segments = group.curve.segments[group.knots[:-1]]
         self.tool_speeds = ToolSpeeds(path, group)
+        kept = [(order, name) for order, name in enumerate(JOINT_DERIVATIVES) if order and name in enforced]
+        self.limits = {order: path.limits.bounds(name).of(self.segments[:, None]) for order, name in kept}
 
     def first_durations(self) -> FloatArray:
         """Return the durations of the best time scaling found.
@@ -326,19 +328,17 @@ class _CurveTiming(_Timing):
             durations: Durations (intervals,), s, of the time scaling.
             units: Unit times (samples,) or (intervals, samples) of the samples.
         """
-        scaling, curve, limits = self._scaling(durations), self.group.curve, self.path.limits
+        scaling, curve = self._scaling(durations), self.group.curve
         t = units * durations[:, None]
         s = horner(scaling.coefficients, t)
         starts, ends = self.knots[:-1, None], self.knots[1:, None]
         margin = NEGLIGIBLE_SHARE * (ends - starts)  # at its ends an interval's own derivatives count
         within = np.clip(s, starts + margin, ends - margin)
-        on, highest = curve.locate(within)[0], 3 if "jerk" in self.enforced else 2
-        _, ds, _, _, *rates = ScaledCurve(curve, scaling).derivatives(np.arange(len(t))[:, None], on, t, highest)
+        on = curve.locate(within)[0]
+        _, ds, _, *rates = ScaledCurve(curve, scaling).derivatives(np.arange(len(t))[:, None], on, t, 3)
         factors = np.maximum(self.tool_speeds.shares_at(within) * np.abs(ds[..., 0]), LEAST_FACTOR)
-        for order, (quantity, values) in enumerate(zip(JOINT_DERIVATIVES[1:], rates, strict=False), 1):
-            if quantity in self.enforced:
-                ratios = limits.bounds(quantity).used(np.broadcast_to(self.segments[:, None], t.shape), values)
-                factors = np.maximum(factors, ratios.max(axis=2) ** (1.0 / order))
+        for order, limits in self.limits.items():
+            factors = np.maximum(factors, limits.shares(rates[order]).max(axis=2) ** (1.0 / order))
         return factors, float(ds.min())
 
     def _runs_backwards_error(self) -> InfeasibleDuration:
