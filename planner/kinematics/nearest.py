@@ -12,7 +12,7 @@ import numpy as np
 from planner.kinematics.configurations import keeps_configuration
 from planner.kinematics.forward import jacobian
 from planner.kinematics.search import BEYOND, QUICK, STEADY, search_all, targets
-from planner.kinematics.seeds import searched_box, seed_table
+from planner.kinematics.seeds import seed_table
 from planner.kinematics.turns import TURN, by_distance, counted_velocity, nearest_turn, travel_times, turns_within
 from planner.tolerances import SAME_SOLUTION
 
@@ -67,9 +67,6 @@ CONFIRMED = 1e-5
 MANY_POSES = 8
 """Number of poses above which finding all candidates together is faster."""
 
-HELD_AT = 32
-"""Positions at which an end joint of a redundant arm is held, besides the reference's."""
-
 
 def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None:
     """Return the solution nearest to the reference (joints,); None if none is found.
@@ -77,20 +74,17 @@ def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None
     - For an arm with a closed form, all isolated solutions are compared, unless a descent finds one that is provably
       the nearest.
     - Of a continuum, the answer is a local minimum of the distance along the continuum. The search covers its nearest
-      parts. A closed form with an end joint fixed at many positions gives these, or descents from a table.
+      parts, which descents from a table find.
     - For any other arm, the answer is the result of a descent from the reference without a jump. If it jumps, the
       answer is the nearest result of descents from a table.
     """
-    redundant = search.robot.dof > search.rows
     target = search.target
-    form = None if redundant else seed_table(search.robot).form(target)
+    form = None if search.robot.dof > search.rows else seed_table(search.robot).form(target)
     near = _near_by(search, reference, proved=form is not None)
     if near is not None:
         return near
     if form is not None:
         return _of_closed_form(search, form(target.tips, target.rotations)[0], reference)
-    if redundant and (found := _with_an_end_joint_held(search, reference)) is not None:
-        return found
     solutions = by_distance(search.robot, search_all([search], reference)[0], reference)
     return _along_continuum(search, np.array(solutions), reference, FAMILIES) if solutions else None
 
@@ -154,18 +148,6 @@ def _touching(search: Search, starts: FloatArray, J: FloatArray, reference: Floa
     along = (starts[:, None] + line).reshape(-1, search.robot.dof)
     turned = np.clip(nearest_turn(search.robot, along, reference), search.lower, search.upper)
     return np.array(by_distance(search.robot, turned, reference))
-
-
-def _with_an_end_joint_held(search: Search, reference: FloatArray) -> FloatArray | None:
-    """Return the nearest solution of a redundant arm that has a closed form with its first or last joint held."""
-    form = seed_table(search.robot).redundant_form
-    if form is None or search.rows != 6:
-        return None
-    low, high = searched_box(search.robot)
-    values = np.linspace(low[form.held], high[form.held], HELD_AT)
-    values = np.append(values, np.clip(reference, low, high)[form.held])
-    starts = _within_limits(search, form(search.tip.translation, search.tip.rotation, values), reference)
-    return _along_continuum(search, starts, reference, FAMILIES)
 
 
 def _within_limits(search: Search, candidates: FloatArray, reference: FloatArray) -> FloatArray:

@@ -76,13 +76,9 @@ class Screws:
         levers: FloatArray = np.cumsum(lengths[::-1])[::-1]
         return levers
 
-    def without_first(self, count: int = 1) -> Screws:
-        """Return the same arm with its first joints held at 0, as many as are said."""
+    def without_first(self, count: int) -> Screws:
+        """Return the same arm with so many of its first joints held at 0."""
         return Screws(self.axes[count:], self.points[count:], self.is_angle[count:], self.position, self.rotation)
-
-    def backwards(self) -> Screws:
-        """Return arm seen from its tip: with joint positions -q in reverse order it takes T(0) T(q)^-1 for its pose."""
-        return Screws(self.axes[::-1], self.points[::-1], self.is_angle[::-1], np.zeros(3), np.eye(3))
 
     def poses(self, positions: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Compute the positions (N, 3) of a point of the tip and its rotations (N, 3, 3), in base axes.

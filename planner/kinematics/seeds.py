@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kinematics.closed_form import closed_form
-from planner.kinematics.redundant import redundant_form
 from planner.kinematics.screws import screws_of
 from planner.last_used import LastUsed, bytes_of_arrays
 
@@ -55,7 +54,6 @@ class SeedTable:
         self.positions, self.rotations, jacobians = self.screws.reach(self.configurations, np.zeros(3))
         self._closed_form = closed_form(self.screws, None)
         self.levers = self.screws.levers(self.lower, self.upper)
-        self.redundant_form = redundant_form(self.screws)
         reach = float(np.sqrt(self.positions.var(axis=0).sum()))
         reach = reach if reach > LEAST_TIP_TRAVEL else 1.0
         # |p - p*|^2 / reach^2 + (0.5 |R - R*|_F)^2, without the terms that are the same in every row
