@@ -185,6 +185,9 @@ from planner.spatial import rotation_from_quaternion as rotation_from_quaternion
 from planner.spatial import rotation_from_rpy as rotation_from_rpy
 from planner.spatial import rpy_from_rotations as rpy_from_rotations
 from planner.speed_zones import SpeedZone as SpeedZone
+from planner.tasks import OrderedTasks as OrderedTasks
+from planner.tasks import Task as Task
+from planner.tasks import order_tasks as order_tasks
 from planner.timing.action_times import TimedAction as TimedAction
 from planner.trajectories.trajectory import PlanWarning as PlanWarning
 from planner.trajectories.trajectory import Trajectory as Trajectory

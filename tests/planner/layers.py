@@ -36,6 +36,7 @@ LAYERS = (
     "simulation",
     "proofs",
     "planning",
+    "tasks",
     "operations",
     "comparison",
     "export",

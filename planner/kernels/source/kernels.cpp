@@ -1,6 +1,7 @@
 // The C interface of the kernels: arrays in, arrays out, and a code that says what failed. All arrays are in row order.
 #include "bounded_peaks.hpp"
 #include "descent.hpp"
+#include "orders.hpp"
 #include "passing.hpp"
 #include "polynomials.hpp"
 #include "profile.hpp"
@@ -392,6 +393,23 @@ int first_collision(const int64_t* scene, int64_t position_count, const double* 
         if (const int code = sees_collision(at, wanted, items, reinterpret_cast<Measure>((intptr_t)measure), sees)) return code;
         if (sees) *first = row;
     }
+    return OK;
+}
+
+// Improve the chosen states (tasks) of an order until no step and no choice of states next to the flagged tasks saves time.
+int settle_order(int64_t states, int64_t tasks, const double* durations, const int64_t* opposites, const int64_t* task_of,
+                 const int64_t* states_of, int64_t rules, const int64_t* before, const int64_t* after, const int64_t* group_of,
+                 int64_t lengths, const int64_t* moved, int64_t* chosen, int64_t* flags) {
+    const OrderProblem in{states, tasks, durations, opposites, task_of, states_of, rules, before, after, group_of, lengths, moved};
+    OrderSearch search(in, chosen, flags);
+    if (!search) return NO_MEMORY;
+    search.run();
+    return OK;
+}
+
+int least_joint_distances(int64_t tasks, int64_t joints, const int64_t* states_of, const double* exits, const int64_t* blocks_of,
+                          const double* entries, double* least) {
+    least_distances(tasks, joints, states_of, exits, blocks_of, entries, least);
     return OK;
 }
 }

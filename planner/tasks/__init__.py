@@ -1,0 +1,6 @@
+"""Tasks in any order: the order, the joint positions and the motions between, chosen together."""
+
+from planner.tasks.order import OrderedTasks, order_tasks
+from planner.tasks.task import Task
+
+__all__ = ["OrderedTasks", "Task", "order_tasks"]

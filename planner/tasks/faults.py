@@ -1,0 +1,130 @@
+"""Faults of tasks, and refusals of their plans in terms of the tasks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from planner.errors import InvalidProblem
+from planner.problems.check import check_problem
+from planner.problems.motion_around import FreeMotion
+from planner.problems.problem import CartesianMotion, JointMotion, PoseWaypoint, RelativeWaypoint
+from planner.problems.transitions import StopTransition
+from planner.tasks.rules import Rules, rule_faults
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.backends.base import BackEnd
+    from planner.errors import PlanningError
+    from planner.fields import FieldPath
+    from planner.problems.problem import Motion, PlanningProblem
+    from planner.tasks.order import Place
+    from planner.tasks.task import Task
+
+MOST_ENDS = 2
+"""The largest number of waypoints of a problem besides its tasks: the start and the end."""
+
+
+def refuse_faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motion, backend: BackEnd) -> None:
+    """Refuse tasks that contradict themselves, each other or the robot.
+
+    Raises:
+        InvalidProblem: With every fault found.
+        PlanningError: As `check_problem` does, for the tasks in some allowed order.
+    """
+    faults = [*_faults(problem, tasks, travel), *rule_faults(tasks)]
+    if faults:
+        raise InvalidProblem(faults)
+    rules, order = Rules.of(tasks), list[int]()
+    while len(order) < len(tasks):
+        order.append(min(rules.next_tasks(order, len(tasks))))
+    fields: list[FieldPath] = [("waypoints", 0)]
+    waypoints = [problem.waypoints[0]]
+    for index in order:
+        first, *others = tasks[index].waypoints
+        waypoints += [replace(first, motion=travel), *others]
+        fields += [("tasks", index, "waypoints", k) for k in range(len(tasks[index].waypoints))]
+    if len(problem.waypoints) > 1:
+        waypoints.append(problem.waypoints[1])
+        fields.append(("waypoints", 1))
+    try:
+        check_problem(replace(problem, waypoints=waypoints), backend)
+    except InvalidProblem as refusal:
+        raise InvalidProblem([(_in_task(fault.field, fields), fault.message) for fault in refusal.faults]) from None
+
+
+def _in_task(field: FieldPath, fields: Sequence[FieldPath]) -> FieldPath:
+    """Return the field of a task that a field of the list of all waypoints stands for."""
+    return (*fields[int(field[1])], *field[2:]) if len(field) > 1 and field[0] == "waypoints" else field
+
+
+def _faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motion) -> Iterator[tuple[FieldPath, str]]:
+    if not 1 <= len(problem.waypoints) <= MOST_ENDS:
+        yield ("waypoints",), f"must be the start, and the end if there is one; got {len(problem.waypoints)} waypoints"
+    for k, waypoint in enumerate(problem.waypoints):
+        if isinstance(waypoint, RelativeWaypoint):
+            yield ("waypoints", k), "must not be relative: the order decides what comes before it"
+    if problem.actions:
+        yield ("actions",), "must be empty: the order decides when they happen"
+    if not isinstance(travel, JointMotion):
+        yield ("travel",), "must be a joint motion or a free motion"
+    if isinstance(travel, FreeMotion) and travel.time_budget is not None:
+        yield ("travel", "time_budget"), "must be omitted; limit the time of the whole search instead"
+    if not tasks:
+        yield ("tasks",), "must have at least one task"
+    for i, task in enumerate(tasks):
+        yield from _task_faults(task, ("tasks", i), has_end=len(problem.waypoints) > 1)
+
+
+def _task_faults(task: Task, field: FieldPath, *, has_end: bool) -> Iterator[tuple[FieldPath, str]]:
+    if not task.waypoints:
+        yield (*field, "waypoints"), "must have at least one waypoint"
+        return
+    if task.closed and len(task.waypoints) == 1:
+        yield (*field, "closed"), "must be false for a single waypoint: a contour has two or more"
+    either = "reversible" if task.reversible else "closed"
+    for k, waypoint in enumerate(task.waypoints):
+        there = (*field, "waypoints", k)
+        if waypoint.tool is not None:
+            yield (*there, "tool"), "must be omitted: all tasks have the tool of the robot"
+        if isinstance(waypoint, RelativeWaypoint) and (k == 0 or task.reversible or task.closed):
+            why = "first one of a task" if k == 0 else f"task that is {either}"
+            yield there, f"must not be relative in the {why}"
+        is_followed = isinstance(waypoint.motion, CartesianMotion) and (k > 0 or task.closed)
+        if isinstance(waypoint, PoseWaypoint) and waypoint.free is not None and is_followed:
+            yield (*there, "free"), "must be omitted where a tool motion ends"
+        handles = waypoint.attach or waypoint.detach or waypoint.payload is not None or waypoint.put_down
+        if handles and (task.reversible or task.closed):
+            yield (*field, either), "must be false for a task that takes or puts down an object or a payload"
+        if not k and not task.closed and not isinstance(waypoint.motion, JointMotion):
+            yield (*there, "motion"), "must be omitted: the motion to a task is the `travel` motion"
+        may_end = task.closed or k == len(task.waypoints) - 1 or (task.reversible and k == 0)
+        if may_end and not has_end and not isinstance(waypoint.transition, StopTransition):
+            yield (*there, "transition"), "must be a stop: without an end, the trajectory may end here"
+
+
+def in_tasks(refusal: PlanningError, tasks: Sequence[Task], places: Sequence[Place]) -> PlanningError:
+    """Return a refusal of a plan that names tasks in place of the plan's waypoints.
+
+    Args:
+        refusal: The refusal, with indices of the plan's waypoints.
+        tasks: The tasks.
+        places: The place of each waypoint of the plan among the tasks.
+    """
+
+    def name(index: int) -> str:
+        task, waypoint = places[index]
+        if task is None:
+            return "end" if index else "start"
+        called = tasks[task].name
+        of = f"task {task}" if called is None else f"task {task} ({called!r})"
+        return f"{waypoint} of {of}"
+
+    text = refusal._text  # noqa: SLF001
+    if refusal.waypoint is not None:
+        text = text.replace("{waypoint}", name(refusal.waypoint))
+    if refusal.segment is not None:
+        end = min(refusal.segment + 1, len(places) - 1)
+        text = text.replace("{segment_end}", name(end)).replace("{segment}", f"to waypoint {name(end)}")
+    return refusal.with_fields(_text=text, waypoint=None, segment=None, remedies=(), hints=())

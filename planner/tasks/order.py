@@ -1,0 +1,259 @@
+"""Tasks in the order of the shortest certified duration that the search finds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+from time import monotonic
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.backends import as_backend
+from planner.backends.splines.cubic import Cubic
+from planner.errors import InvalidProblem
+from planner.planning.attempts import Attempt, Budget, Refused, is_unmade, run
+from planner.planning.better_detours import with_better_detours
+from planner.planning.variants import planned
+from planner.problems.motion_around import FreeMotion
+from planner.problems.problem import JointMotion
+from planner.problems.transitions import StopTransition
+from planner.tasks.bound import least_duration
+from planner.tasks.costs import Costs
+from planner.tasks.faults import in_tasks, refuse_faults
+from planner.tasks.rules import Rules
+from planner.tasks.search import best_order
+from planner.tasks.states import states_of_tasks
+from planner.tasks.task import Task
+from planner.tasks.travel import UNUSABLE, JointSpeeds
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.backends.base import BackEnd
+    from planner.errors import PlanningError
+    from planner.planning.attempts import Proposals
+    from planner.plans.result import Plan
+    from planner.problems.problem import AnyWaypoint, Motion, PlanningProblem
+    from planner.tasks.states import States
+
+MOST_REPAIRS = 50
+"""The largest number of orders that are planned: each refused motion, and each detour, may lead to another order."""
+
+SHARE_OF_SEARCH = 0.7
+"""The share of a time budget after which the search for an order ends; the rest is for its plan."""
+
+
+class Place(NamedTuple):
+    """The place of a waypoint of the plan among the tasks.
+
+    Attributes:
+        task: Index of the task; None: the start or the end.
+        waypoint: Index of the waypoint in its task; in the problem for the start and the end.
+    """
+
+    task: int | None
+    waypoint: int
+
+
+@dataclass(frozen=True, eq=False)
+class OrderedTasks:
+    """Tasks in order, with their certified plan.
+
+    Attributes:
+        order: The indices of the tasks in the order of the plan.
+        reversed: For each task in order, whether the robot visits its waypoints in the opposite direction.
+        first: For each task in order, the index of the waypoint at which it begins.
+        places: For each waypoint of `problem`, its task and its waypoint there.
+        problem: The ordinary problem, whose waypoints are the tasks in order; free motions are as requested.
+        plan: Its certified plan.
+        bound: A lower bound on the duration of all orders, s. It compares the joint positions that the search knows.
+        estimate: The duration that the search estimates for the order, s.
+        planned_orders: The number of orders that were planned, with those that have no plan.
+    """
+
+    order: tuple[int, ...]
+    reversed: tuple[bool, ...]
+    first: tuple[int, ...]
+    places: tuple[Place, ...]
+    problem: PlanningProblem
+    plan: Plan
+    bound: float
+    estimate: float
+    planned_orders: int
+
+    @property
+    def gap(self) -> float:
+        """The share of the plan's duration above the lower bound, from 0 to 1."""
+        return max(0.0, 1.0 - self.bound / self.plan.trajectory.duration)
+
+
+def order_tasks(
+    problem: PlanningProblem,
+    tasks: Sequence[Task],
+    backend: BackEnd | str = Cubic(),
+    *,
+    travel: Motion | None = None,
+    seconds: float | None = None,
+) -> OrderedTasks:
+    """Choose the order, the directions and the joint positions of tasks, and plan them.
+
+    The search minimises an estimated duration: every joint motion takes as long as its slowest joint. A motion without a
+    plan, and the duration of a detour, correct the estimate, and the search goes on.
+
+    Args:
+        problem: The robot, the limits and the scene. Its waypoints are the start and, if there is a second one, the end.
+        tasks: The tasks, one or more.
+        backend: The back end that puts time on the path, or its kind.
+        travel: The motion to the first waypoint of each task; None: a free motion in a scene, otherwise a joint motion.
+        seconds: The time after which the search ends with the best order so far, s. None: no limit of time, so that
+            equal requests have equal answers.
+
+    Returns:
+        The order and its plan, with a lower bound.
+
+    Raises:
+        InvalidProblem: A task contradicts itself, the other tasks or the robot.
+        PlanningError: A task cannot be reached, or no order has a plan.
+    """
+    if travel is None:
+        travel = JointMotion() if problem.scene is None else FreeMotion()
+    tasks, backend = tuple(tasks), as_backend(backend)
+    refuse_faults(problem, tasks, travel, backend)
+    return run(_Ordering(problem, tasks, backend, travel, seconds).proposals(), Budget(MOST_REPAIRS * 10, seconds))
+
+
+class _Ordering:
+    def __init__(
+        self,
+        problem: PlanningProblem,
+        tasks: tuple[Task, ...],
+        backend: BackEnd,
+        travel: Motion,
+        seconds: float | None,
+    ) -> None:
+        self.problem, self.backend, self.travel = problem, backend, travel
+        start, end = Task(problem.waypoints[:1]), Task(problem.waypoints[-1:])
+        self.tasks = (start, *tasks, end)
+        self.has_end = len(problem.waypoints) > 1
+        self.began = monotonic()
+        self.deadline = inf if seconds is None else self.began + SHARE_OF_SEARCH * seconds
+        every = [waypoint for task in self.tasks for waypoint in task.waypoints]
+        stops = all(isinstance(waypoint.transition, StopTransition) for waypoint in every)
+        speeds = JointSpeeds.of(problem.robot, problem.limits, stops=stops)
+        states = self._states(speeds)
+        if not self.has_end:
+            states.durations[states.tasks == states.tasks[-1]] = 0.0
+        self.costs = Costs(states, speeds, has_end=self.has_end)
+        self.rules = Rules.of(self.tasks)
+
+    def _states(self, speeds: JointSpeeds) -> States:
+        start = states_of_tasks(self.problem, self.tasks[:1], None, speeds)
+        near = start.entries[0] if len(start.entries) == 1 else None
+        return states_of_tasks(self.problem, self.tasks, near, speeds)
+
+    def proposals(self) -> Proposals[OrderedTasks]:
+        """Plan the best order, and others where plans show that the estimate of a motion is wrong."""
+        chosen = best_order(self.costs, self.rules, self.deadline)
+        least = least_duration(self.costs, self.costs.total(chosen))
+        best: OrderedTasks | None = None
+        refusal: PlanningError | None = None
+        for count in range(1, MOST_REPAIRS + 1):
+            estimate = self.costs.total(chosen)
+            if estimate >= UNUSABLE:
+                break
+            problem, places = self._ordered(chosen)
+            outcome = yield from with_better_detours(planned(Attempt(problem, self.backend)))
+            if is_unmade(outcome):
+                break
+            if isinstance(outcome, Refused):
+                refusal = in_tasks(outcome.refusal, self.tasks[1:-1], places)
+                if not self._corrected(chosen, places, outcome.refusal):
+                    break
+            else:
+                plan = outcome.plan
+                if best is None or plan.trajectory.duration < best.plan.trajectory.duration:
+                    best = self._result(chosen, places, problem, plan, least, estimate, count)
+                self._learn(chosen, places, plan)
+            other = best_order(self.costs, self.rules, self.deadline, chosen)
+            if isinstance(outcome, Refused) or self.costs.total(other) < self.costs.total(chosen):
+                chosen = other
+            else:
+                break
+        if best is None:
+            assert refusal is not None  # noqa: S101 - the first attempt always runs
+            raise refusal
+        return replace(best, planned_orders=count)
+
+    def _ordered(self, chosen: np.ndarray) -> tuple[PlanningProblem, tuple[Place, ...]]:
+        """Return the ordinary problem of states (tasks,) in order, and the places of its waypoints."""
+        waypoints: list[AnyWaypoint] = []
+        places: list[Place] = []
+        for state in (chosen if self.has_end else chosen[:-1]).tolist():
+            index, visit = int(self.costs.states.tasks[state]), self.costs.states.visits[state]
+            task, is_end = self.tasks[index], index in (0, len(self.tasks) - 1)
+            motion = task.waypoints[0].motion if is_end else self.travel
+            waypoints += task.visited(visit, motion, self.costs.states.positions[state])
+            number = min(index, 1)
+            places += [Place(None, number) if is_end else Place(index - 1, step) for step in task.steps(visit)]
+        return replace(self.problem, waypoints=waypoints), tuple(places)
+
+    def _result(
+        self,
+        chosen: np.ndarray,
+        places: tuple[Place, ...],
+        problem: PlanningProblem,
+        plan: Plan,
+        least: float,
+        estimate: float,
+        count: int,
+    ) -> OrderedTasks:
+        inner = chosen[1:-1]
+        visits = [self.costs.states.visits[state] for state in inner.tolist()]
+        return OrderedTasks(
+            tuple((self.costs.states.tasks[inner] - 1).tolist()),
+            tuple(visit.is_reversed for visit in visits),
+            tuple(visit.first for visit in visits),
+            places,
+            problem,
+            plan,
+            least,
+            estimate,
+            count,
+        )
+
+    def _corrected(self, chosen: np.ndarray, places: Sequence[Place], refusal: PlanningError) -> bool:
+        """Exclude the motion or the state that a refusal names; return whether there is one."""
+        at = refusal.waypoint if refusal.segment is None else refusal.segment + 1
+        if isinstance(refusal, InvalidProblem) or at is None or not 0 <= at < len(places):
+            return False
+        states, first = self._of_waypoints(chosen)
+        if refusal.segment is not None and first[at]:
+            self.costs.set_known(states[at - 1], states[at], UNUSABLE)
+        elif places[at].task is None:
+            return False
+        else:
+            self.costs.exclude(states[at])
+        return True
+
+    def _of_waypoints(self, chosen: np.ndarray) -> tuple[list[int], list[bool]]:
+        """Return for each waypoint of the ordered problem its state, and whether it is the first one of its task."""
+        states: list[int] = []
+        first: list[bool] = []
+        for state in chosen.tolist():
+            count = len(self.costs.states.positions[state])
+            states += [state] * count
+            first += [True] + [False] * (count - 1)
+        return states, first
+
+    def _learn(self, chosen: np.ndarray, places: Sequence[Place], plan: Plan) -> None:
+        """Set the durations of detours between tasks to those of their plan."""
+        states, first = self._of_waypoints(chosen)
+        numbers = np.array(plan.problem.numbers)
+        for detour in plan.detours:
+            at = detour.waypoint
+            if not detour.has_corners or not first[at] or at >= len(places):
+                continue
+            begin, end = (int(np.flatnonzero(numbers == number)[-1]) for number in (at - 1, at))
+            duration = float(plan.trajectory.arrivals[end] - plan.trajectory.departures[begin])
+            self.costs.set_known(states[at - 1], states[at], duration)

@@ -1,0 +1,151 @@
+"""Local search for the order of tasks and their states.
+
+The states of the tasks are chosen for the order by dynamic programming, and the order for the states by reversals of
+parts (2-opt, Croes 1958) and moves of up to three tasks (Or 1976). A reversed part has its states in the opposite
+direction. Where neither helps, two neighbouring parts are exchanged, and the search begins again (iterated local
+search).
+"""
+
+from __future__ import annotations
+
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.kernels.orders import OrderProblem
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+    from planner.tasks.costs import Costs
+    from planner.tasks.rules import Rules
+
+MOST_STATES = 1000
+"""The largest number of states whose durations the local search keeps: 8 MB."""
+
+FEWEST_STATES = 4
+"""The fewest states of a task that the local search keeps."""
+
+MOST_MOVED = 3
+"""The largest number of neighbouring tasks that one step moves together, besides whole groups."""
+
+LONGEST_EXCHANGED = 30
+"""The largest number of tasks in each of the parts that are exchanged to leave a local optimum."""
+
+EXCHANGES = 20_000
+"""The number of such exchanges without a gain, times the number of tasks, after which the search ends."""
+
+FEWEST_EXCHANGED = 3
+"""The number of places, with start and end, up to which no two parts can be exchanged."""
+
+LEAST_GAIN = 1e-9
+"""The smallest gain, s, of a step."""
+
+
+class Search:
+    """The search among some states of every task."""
+
+    def __init__(self, costs: Costs, rules: Rules, kept: np.ndarray) -> None:
+        """Compute the durations between the states `kept`, in the order of their tasks."""
+        self.rules, self.tasks = rules, costs.states.tasks[kept]
+        rows = np.full(len(costs.states.tasks), -1)
+        rows[kept] = np.arange(len(kept))
+        count = int(self.tasks[-1]) + 1
+        groups = np.full(count, -1)
+        for number, group in enumerate(rules.groups):
+            groups[group] = number
+        lengths = {*range(1, MOST_MOVED + 1), *map(len, rules.groups)}
+        self.problem = OrderProblem(
+            costs.between(kept, kept),
+            rows[costs.states.opposites[kept]],
+            self.tasks,
+            rules.before,
+            rules.after,
+            groups,
+            tuple(sorted(length for length in lengths if length < count - 2)),
+        )
+
+    def total(self, chosen: np.ndarray) -> float:
+        """Return the duration, s, of states (tasks,) in order."""
+        return float(self.problem.durations[chosen[:-1], chosen[1:]].sum())
+
+    def run(self, chosen: np.ndarray, deadline: float) -> np.ndarray:
+        """Return better states (tasks,) in order.
+
+        Args:
+            chosen: The first order.
+            deadline: The time on the monotonic clock at which the search ends.
+        """
+        random = np.random.default_rng(0)
+        best = self.problem.settled(chosen, np.ones(len(chosen)))
+        least, in_vain = self.total(best), 0
+        while in_vain * len(best) < EXCHANGES and monotonic() < deadline and len(best) > FEWEST_EXCHANGED:
+            other = self._exchanged(best, random)
+            total = self.total(other)
+            in_vain = 0 if total < least - LEAST_GAIN else in_vain + 1
+            if total <= least:
+                best, least = other, total
+        return best
+
+    def _exchanged(self, chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        """Exchange two neighbouring parts at random, if the rules allow it, and return the local optimum from there."""
+        count = len(chosen)
+        first = int(random.integers(1, count - 2))
+        middle = first + int(random.integers(1, min(LONGEST_EXCHANGED, count - 2 - first) + 1))
+        last = middle + int(random.integers(1, min(LONGEST_EXCHANGED, count - 1 - middle) + 1))
+        other = np.concatenate([chosen[:first], chosen[middle:last], chosen[first:middle], chosen[last:]])
+        if not self.rules.allow(self.tasks[other]):
+            return chosen
+        flags = np.zeros(count)
+        flags[self.tasks[chosen[[first - 1, first, middle - 1, middle, last - 1, last]]]] = 1
+        return self.problem.settled(other, flags)
+
+
+def best_order(costs: Costs, rules: Rules, deadline: float, chosen: np.ndarray | None = None) -> np.ndarray:
+    """Find states (tasks,) in an order of short duration.
+
+    Args:
+        costs: The durations, and the states; the first task is the start, the last the end.
+        rules: The rules of the order.
+        deadline: The time on the monotonic clock at which the search ends.
+        chosen: States in an allowed order to begin with; None: the nearest task follows each task.
+    """
+    of_tasks = costs.states.of_tasks
+    chosen = _nearest_first(costs, rules) if chosen is None else chosen
+    share = max(FEWEST_STATES, MOST_STATES // len(of_tasks))
+    while True:
+        best, totals = costs.best_states([of_tasks[task] for task in costs.states.tasks[chosen]])
+        kept = _kept(costs, best, totals, share)
+        search = Search(costs, rules, kept)
+        found = kept[search.run(np.searchsorted(kept, best), deadline)]
+        if len(kept) == len(costs.states.tasks) or monotonic() >= deadline:
+            return found
+        if costs.total(found) >= costs.total(best) - LEAST_GAIN:
+            return best
+        chosen = found
+
+
+def _kept(costs: Costs, chosen: np.ndarray, totals: list[FloatArray], share: int) -> np.ndarray:
+    """Return the best states of each task, up to `share` and their opposites, ascending."""
+    states, kept = costs.states, []
+    for state, total in zip(chosen.tolist(), totals, strict=True):
+        own = states.of_tasks[states.tasks[state]]
+        best = own[np.argsort(total, kind="stable")[:share]]
+        kept += [[state], best, states.opposites[best]]
+    return np.unique(np.concatenate(kept))
+
+
+def _nearest_first(costs: Costs, rules: Rules) -> np.ndarray:
+    """Return states (tasks,) in an allowed order, each the nearest to the one before."""
+    states = costs.states
+    of_tasks = states.of_tasks
+    state = int(of_tasks[0][0])
+    chosen, done = [state], [0, len(of_tasks) - 1]
+    while len(done) < len(of_tasks):
+        following = rules.next_tasks(done, len(of_tasks))
+        own = np.concatenate([of_tasks[task] for task in sorted(following)])
+        state = int(own[costs.between(np.array([state]), own)[0].argmin()])
+        chosen.append(state)
+        done.append(int(states.tasks[state]))
+    last = of_tasks[-1]
+    return np.array([*chosen, int(last[costs.between(np.array([state]), last)[0].argmin()])])

@@ -1,0 +1,120 @@
+"""Tasks: waypoints that the robot visits together, in a direction and from an entry that the planner chooses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from planner.problems.motion_around import FreeMotion
+from planner.problems.problem import (
+    JointMotion,
+    JointWaypoint,
+    PolylineMotion,
+    SplineMotion,
+    Waypoint,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.problems.problem import AnyWaypoint, Motion
+    from planner.spatial import FloatArray
+
+ARRIVAL = ("motion", "duration", "minimum_duration", "limits", "process_force")
+"""The fields of a waypoint about the segment that ends there."""
+
+
+class Visit(NamedTuple):
+    """The way in which the robot visits the waypoints of a task.
+
+    Attributes:
+        first: Index of the waypoint at which it begins, in the given direction.
+        is_reversed: Whether it visits the waypoints in the opposite direction.
+    """
+
+    first: int = 0
+    is_reversed: bool = False
+
+
+@dataclass(frozen=True)
+class Task:
+    """Waypoints that belong together: a point, a line or seam, a closed contour, or a pick with its place.
+
+    Attributes:
+        waypoints: One or more, in the given direction. The robot goes to the first one by the `travel` motion.
+            The motion of every other waypoint starts at the waypoint before it.
+        name: A name for people and for `after`; None: none.
+        reversible: Whether the robot may visit the waypoints in the opposite direction.
+        closed: Whether the waypoints are a closed contour, which the robot may enter at any of them and then leaves
+            there. The motion of the first waypoint closes the contour: it starts at the last one.
+        after: The names of tasks that come before this one.
+        group: The name of a group, whose tasks follow each other without another task between; None: none.
+
+    Examples:
+        >>> import planner
+        >>> planner.Task([planner.JointWaypoint([0.0, 0.5])], name="hole").reversible
+        False
+    """
+
+    waypoints: Sequence[AnyWaypoint]
+    name: str | None = None
+    reversible: bool = False
+    closed: bool = False
+    after: Sequence[str] = ()
+    group: str | None = None
+
+    def __post_init__(self) -> None:
+        """Keep tuples, which cannot change."""
+        for name in ("waypoints", "after"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+
+    def steps(self, visit: Visit = Visit()) -> list[int]:
+        """Return the indices of the waypoints in the order of a visit; a closed contour ends where it begins."""
+        count = len(self.waypoints)
+        order = [(visit.first + k) % count for k in range(count + self.closed)]
+        return order[::-1] if visit.is_reversed else order
+
+    def visited(self, visit: Visit, travel: Motion, positions: FloatArray) -> list[AnyWaypoint]:
+        """Return the waypoints of a visit, with joint positions where joint motions end.
+
+        Args:
+            visit: The direction and the first waypoint.
+            travel: The motion to the first waypoint.
+            positions: (steps, joints), rad or m: the joint positions of the visit.
+        """
+        steps, found = self.steps(visit), []
+        for k, (index, position) in enumerate(zip(steps, positions, strict=True)):
+            waypoint = self.waypoints[index]
+            if k:
+                # The segment ends at the later of its waypoints in the given direction.
+                owner = self.waypoints[steps[k - 1] if visit.is_reversed else index]
+                arrival = {name: getattr(owner, name) for name in ARRIVAL}
+                arrival["motion"] = _reversed(owner.motion) if visit.is_reversed else owner.motion
+            else:
+                source = Waypoint() if self.closed else self.waypoints[0]
+                arrival = {name: getattr(source, name) for name in ARRIVAL} | {"motion": travel}
+            waypoint = replace(waypoint, **arrival)
+            found.append(_at_position(waypoint, position) if isinstance(waypoint.motion, JointMotion) else waypoint)
+        return found
+
+    def visits(self) -> list[Visit]:
+        """Return the ways in which the robot may visit the waypoints; every one is followed by its opposite, if any."""
+        directions = (False, True) if self.reversible else (False,)
+        return [Visit(first, way) for first in range(len(self.waypoints) if self.closed else 1) for way in directions]
+
+
+def _reversed(motion: Motion) -> Motion:
+    """Return a motion in the opposite direction."""
+    if isinstance(motion, PolylineMotion | SplineMotion):
+        return replace(motion, poses=motion.poses[::-1])
+    return motion
+
+
+def _at_position(waypoint: AnyWaypoint, position: FloatArray) -> JointWaypoint:
+    """Return a waypoint at a joint position (joints,), which no whole turn changes."""
+    motion = waypoint.motion
+    assert isinstance(motion, JointMotion)  # noqa: S101 - the caller's condition
+    kept: dict[str, Any] = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)}
+    turned = motion if isinstance(motion, FreeMotion) else replace(motion, turns="as_given")
+    return JointWaypoint(**kept | {"motion": turned}, position=tuple(position.tolist()))
+
