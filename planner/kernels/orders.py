@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,17 +17,19 @@ LANES = 4
 """The number of states in a block, which the kernels compare at once."""
 
 
-class OrderProblem(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class OrderProblem:
     """Tasks to be put in order, each in one of its states.
 
     Attributes:
         durations: (states, states), s, from the row to the column.
         opposites: (states,): the index of the state in the opposite direction; the state itself if there is none.
         tasks: (states,): the index of the task of each state, ascending from 0.
-        before: (rules,): tasks that come before those in `after`.
+        before: (rules,): tasks, each of which comes before the task of the same row in `after`.
         after: (rules,).
         groups: (tasks,): the index of the group of each task; -1: none.
         lengths: The numbers of neighbouring tasks that one step moves together.
+        arguments: The same, as the kernel reads it.
     """
 
     durations: FloatArray
@@ -36,28 +39,38 @@ class OrderProblem(NamedTuple):
     after: np.ndarray
     groups: np.ndarray
     lengths: tuple[int, ...]
+    arguments: tuple[Any, ...] = field(init=False, repr=False)
 
-    def settled(self, chosen: np.ndarray, flags: np.ndarray) -> np.ndarray:
-        """Return the local optimum that steps and choices of states lead to.
-
-        Args:
-            chosen: (tasks,): the states in an order that the rules allow; its first and last tasks stay.
-            flags: (tasks,): whether the steps next to each task are tried.
+    def __post_init__(self) -> None:
+        """Check the arrays once, for many searches.
 
         Raises:
             ValueError: The shapes differ, or an index is out of range.
         """
         states, count, rules = len(self.tasks), len(self.groups), len(self.before)
         task_of = indices(self.tasks, count, states)
-        states_of = np.searchsorted(task_of, np.arange(count + 1))
-        found, flags = indices(chosen, states, count).copy(), np.asarray(flags, dtype=np.int64).copy()
         lengths = np.array(self.lengths, dtype=np.int64)
-        call(
-            "settle_order",
+        arguments = (
             *(states, count, doubles(self.durations, states, states), indices(self.opposites, states, states)),
-            *(task_of, states_of, rules, indices(self.before, count, rules), indices(self.after, count, rules)),
-            *(doubles(self.groups, count).astype(np.int64), len(lengths), lengths, found, flags),
+            *(task_of, np.searchsorted(task_of, np.arange(count + 1))),
+            *(rules, indices(self.before, count, rules), indices(self.after, count, rules)),
+            *(indices(self.groups + 1, count + 1, count) - 1, len(lengths), lengths),
         )
+        object.__setattr__(self, "arguments", arguments)
+
+    def settled(self, chosen: np.ndarray, flags: np.ndarray) -> np.ndarray:
+        """Return the local optimum that steps and choices of states lead to.
+
+        Args:
+            chosen: (tasks,): the states in an order that the rules allow; its first and last tasks stay.
+            flags: (tasks,), bool: whether the steps next to each task are tried.
+
+        Raises:
+            ValueError: The shapes differ, or an index is out of range.
+        """
+        count = len(self.groups)
+        found = indices(chosen, len(self.tasks), count).copy()
+        call("settle_order", *self.arguments, found, indices(flags, 2, count).copy())
         return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,7 +40,8 @@ class Costs:
             found[np.ix_(rows == start, columns == end)] = duration
         if not self.has_end:
             found[:, states.tasks[columns] == states.tasks[-1]] = 0.0
-        return found + self.durations[columns]
+        found += self.durations[columns]
+        return found
 
     def set_known(self, start: int, end: int, duration: float) -> None:
         """Set the duration, s, of the motion from one state to another, and of the opposite motion."""
@@ -52,7 +54,7 @@ class Costs:
 
     def total(self, chosen: np.ndarray) -> float:
         """Return the estimated duration, s, of states (tasks,) in order."""
-        pairs = zip(chosen[:-1], chosen[1:], strict=True)
+        pairs = itertools.pairwise(chosen)
         return float(sum(self.between(np.array([a]), np.array([b]))[0, 0] for a, b in pairs))
 
     def best_states(self, layers: Sequence[np.ndarray]) -> tuple[np.ndarray, list[FloatArray]]:
@@ -64,7 +66,7 @@ class Costs:
         Returns:
             The chosen states (tasks,), and for each task the least durations (states,), s, of the whole by each state.
         """
-        steps = [self.between(a, b) for a, b in zip(layers[:-1], layers[1:], strict=True)]
+        steps = [self.between(a, b) for a, b in itertools.pairwise(layers)]
         reached = [np.zeros(len(layers[0]))]
         for step in steps:
             reached.append((reached[-1][:, None] + step).min(axis=0))

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from planner.errors import PlanningError
     from planner.fields import FieldPath
     from planner.problems.problem import Motion, PlanningProblem
-    from planner.tasks.order import Place
+    from planner.tasks.order import Origin
     from planner.tasks.task import Task
 
-MOST_ENDS = 2
+MOST_GIVEN = 2
 """The largest number of waypoints of a problem besides its tasks: the start and the end."""
 
 
@@ -60,7 +60,7 @@ def _in_task(field: FieldPath, fields: Sequence[FieldPath]) -> FieldPath:
 
 
 def _faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motion) -> Iterator[tuple[FieldPath, str]]:
-    if not 1 <= len(problem.waypoints) <= MOST_ENDS:
+    if not 1 <= len(problem.waypoints) <= MOST_GIVEN:
         yield ("waypoints",), f"must be the start, and the end if there is one; got {len(problem.waypoints)} waypoints"
     for k, waypoint in enumerate(problem.waypoints):
         if isinstance(waypoint, RelativeWaypoint):
@@ -104,27 +104,27 @@ def _task_faults(task: Task, field: FieldPath, *, has_end: bool) -> Iterator[tup
             yield (*there, "transition"), "must be a stop: without an end, the trajectory may end here"
 
 
-def in_tasks(refusal: PlanningError, tasks: Sequence[Task], places: Sequence[Place]) -> PlanningError:
+def in_tasks(refusal: PlanningError, tasks: Sequence[Task], origins: Sequence[Origin]) -> PlanningError:
     """Return a refusal of a plan that names tasks in place of the plan's waypoints.
 
     Args:
         refusal: The refusal, with indices of the plan's waypoints.
         tasks: The tasks.
-        places: The place of each waypoint of the plan among the tasks.
+        origins: The origin of each waypoint of the plan.
     """
 
     def name(index: int) -> str:
-        task, waypoint = places[index]
+        task, waypoint = origins[index]
         if task is None:
-            return "end" if index else "start"
+            return "of the end" if waypoint else "of the start"
         called = tasks[task].name
         of = f"task {task}" if called is None else f"task {task} ({called!r})"
         return f"{waypoint} of {of}"
 
-    text = refusal._text  # noqa: SLF001
+    text = refusal._text
     if refusal.waypoint is not None:
         text = text.replace("{waypoint}", name(refusal.waypoint))
     if refusal.segment is not None:
-        end = min(refusal.segment + 1, len(places) - 1)
+        end = min(refusal.segment + 1, len(origins) - 1)
         text = text.replace("{segment_end}", name(end)).replace("{segment}", f"to waypoint {name(end)}")
     return refusal.with_fields(_text=text, waypoint=None, segment=None, remedies=(), hints=())

@@ -23,7 +23,7 @@ from planner.tasks.costs import Costs
 from planner.tasks.faults import in_tasks, refuse_faults
 from planner.tasks.rules import Rules
 from planner.tasks.search import best_order
-from planner.tasks.states import states_of_tasks
+from planner.tasks.states import NoState, states_of_tasks
 from planner.tasks.task import Task
 from planner.tasks.travel import UNUSABLE, JointSpeeds
 
@@ -44,8 +44,8 @@ SHARE_OF_SEARCH = 0.7
 """The share of a time budget after which the search for an order ends; the rest is for its plan."""
 
 
-class Place(NamedTuple):
-    """The place of a waypoint of the plan among the tasks.
+class Origin(NamedTuple):
+    """The origin of a waypoint of the plan.
 
     Attributes:
         task: Index of the task; None: the start or the end.
@@ -64,7 +64,7 @@ class OrderedTasks:
         order: The indices of the tasks in the order of the plan.
         reversed: For each task in order, whether the robot visits its waypoints in the opposite direction.
         first: For each task in order, the index of the waypoint at which it begins.
-        places: For each waypoint of `problem`, its task and its waypoint there.
+        origins: For each waypoint of `problem`, its task and its waypoint there.
         problem: The ordinary problem, whose waypoints are the tasks in order; free motions are as requested.
         plan: Its certified plan.
         bound: A lower bound on the duration of all orders, s. It compares the joint positions that the search knows.
@@ -75,7 +75,7 @@ class OrderedTasks:
     order: tuple[int, ...]
     reversed: tuple[bool, ...]
     first: tuple[int, ...]
-    places: tuple[Place, ...]
+    origins: tuple[Origin, ...]
     problem: PlanningProblem
     plan: Plan
     bound: float
@@ -98,11 +98,11 @@ def order_tasks(
 ) -> OrderedTasks:
     """Choose the order, the directions and the joint positions of tasks, and plan them.
 
-    The search minimises an estimated duration: every joint motion takes as long as its slowest joint. A motion without a
-    plan, and the duration of a detour, correct the estimate, and the search goes on.
+    The search minimises an estimated duration: every joint motion takes as long as its slowest joint. A plan corrects
+    the estimates of detours and of motions that are refused, and the search goes on.
 
     Args:
-        problem: The robot, the limits and the scene. Its waypoints are the start and, if there is a second one, the end.
+        problem: The robot, the limits and the scene. Its waypoints are the start and optionally the end.
         tasks: The tasks, one or more.
         backend: The back end that puts time on the path, or its kind.
         travel: The motion to the first waypoint of each task; None: a free motion in a scene, otherwise a joint motion.
@@ -148,9 +148,13 @@ class _Ordering:
         self.rules = Rules.of(self.tasks)
 
     def _states(self, speeds: JointSpeeds) -> States:
-        start = states_of_tasks(self.problem, self.tasks[:1], None, speeds)
-        near = start.entries[0] if len(start.entries) == 1 else None
-        return states_of_tasks(self.problem, self.tasks, near, speeds)
+        try:
+            start = states_of_tasks(self.problem, self.tasks[:1], None, speeds)
+            near = start.entries[0] if len(start.entries) == 1 else None
+            return states_of_tasks(self.problem, self.tasks, near, speeds)
+        except NoState as none:
+            steps = self.tasks[none.task].steps()
+            raise in_tasks(none.refusal, self.tasks[1:-1], [self._origin(none.task, step) for step in steps]) from None
 
     def proposals(self) -> Proposals[OrderedTasks]:
         """Plan the best order, and others where plans show that the estimate of a motion is wrong."""
@@ -162,19 +166,19 @@ class _Ordering:
             estimate = self.costs.total(chosen)
             if estimate >= UNUSABLE:
                 break
-            problem, places = self._ordered(chosen)
+            problem, origins = self._ordered(chosen)
             outcome = yield from with_better_detours(planned(Attempt(problem, self.backend)))
             if is_unmade(outcome):
                 break
             if isinstance(outcome, Refused):
-                refusal = in_tasks(outcome.refusal, self.tasks[1:-1], places)
-                if not self._corrected(chosen, places, outcome.refusal):
+                refusal = in_tasks(outcome.refusal, self.tasks[1:-1], origins)
+                if not self._corrected(chosen, origins, outcome.refusal):
                     break
             else:
                 plan = outcome.plan
                 if best is None or plan.trajectory.duration < best.plan.trajectory.duration:
-                    best = self._result(chosen, places, problem, plan, least, estimate, count)
-                self._learn(chosen, places, plan)
+                    best = self._result(chosen, origins, problem, plan, least, estimate, count)
+                self._learn(chosen, origins, plan)
             other = best_order(self.costs, self.rules, self.deadline, chosen)
             if isinstance(outcome, Refused) or self.costs.total(other) < self.costs.total(chosen):
                 chosen = other
@@ -185,23 +189,28 @@ class _Ordering:
             raise refusal
         return replace(best, planned_orders=count)
 
-    def _ordered(self, chosen: np.ndarray) -> tuple[PlanningProblem, tuple[Place, ...]]:
-        """Return the ordinary problem of states (tasks,) in order, and the places of its waypoints."""
+    def _ordered(self, chosen: np.ndarray) -> tuple[PlanningProblem, tuple[Origin, ...]]:
+        """Return the ordinary problem of states (tasks,) in order, and the origins of its waypoints."""
         waypoints: list[AnyWaypoint] = []
-        places: list[Place] = []
+        origins: list[Origin] = []
         for state in (chosen if self.has_end else chosen[:-1]).tolist():
             index, visit = int(self.costs.states.tasks[state]), self.costs.states.visits[state]
-            task, is_end = self.tasks[index], index in (0, len(self.tasks) - 1)
+            task, is_end = self.tasks[index], self._origin(index, 0).task is None
             motion = task.waypoints[0].motion if is_end else self.travel
             waypoints += task.visited(visit, motion, self.costs.states.positions[state])
-            number = min(index, 1)
-            places += [Place(None, number) if is_end else Place(index - 1, step) for step in task.steps(visit)]
-        return replace(self.problem, waypoints=waypoints), tuple(places)
+            origins += [self._origin(index, step) for step in task.steps(visit)]
+        return replace(self.problem, waypoints=waypoints), tuple(origins)
+
+    def _origin(self, index: int, step: int) -> Origin:
+        """Return the origin of a waypoint of a task, counted with the start and the end."""
+        if index in (0, len(self.tasks) - 1):
+            return Origin(None, min(index, 1))
+        return Origin(index - 1, step)
 
     def _result(
         self,
         chosen: np.ndarray,
-        places: tuple[Place, ...],
+        origins: tuple[Origin, ...],
         problem: PlanningProblem,
         plan: Plan,
         least: float,
@@ -214,7 +223,7 @@ class _Ordering:
             tuple((self.costs.states.tasks[inner] - 1).tolist()),
             tuple(visit.is_reversed for visit in visits),
             tuple(visit.first for visit in visits),
-            places,
+            origins,
             problem,
             plan,
             least,
@@ -222,15 +231,15 @@ class _Ordering:
             count,
         )
 
-    def _corrected(self, chosen: np.ndarray, places: Sequence[Place], refusal: PlanningError) -> bool:
+    def _corrected(self, chosen: np.ndarray, origins: Sequence[Origin], refusal: PlanningError) -> bool:
         """Exclude the motion or the state that a refusal names; return whether there is one."""
         at = refusal.waypoint if refusal.segment is None else refusal.segment + 1
-        if isinstance(refusal, InvalidProblem) or at is None or not 0 <= at < len(places):
+        if isinstance(refusal, InvalidProblem) or at is None or not 0 <= at < len(origins):
             return False
         states, first = self._of_waypoints(chosen)
         if refusal.segment is not None and first[at]:
             self.costs.set_known(states[at - 1], states[at], UNUSABLE)
-        elif places[at].task is None:
+        elif origins[at].task is None:
             return False
         else:
             self.costs.exclude(states[at])
@@ -246,13 +255,13 @@ class _Ordering:
             first += [True] + [False] * (count - 1)
         return states, first
 
-    def _learn(self, chosen: np.ndarray, places: Sequence[Place], plan: Plan) -> None:
+    def _learn(self, chosen: np.ndarray, origins: Sequence[Origin], plan: Plan) -> None:
         """Set the durations of detours between tasks to those of their plan."""
         states, first = self._of_waypoints(chosen)
         numbers = np.array(plan.problem.numbers)
         for detour in plan.detours:
             at = detour.waypoint
-            if not detour.has_corners or not first[at] or at >= len(places):
+            if not detour.has_corners or not first[at] or at >= len(origins):
                 continue
             begin, end = (int(np.flatnonzero(numbers == number)[-1]) for number in (at - 1, at))
             duration = float(plan.trajectory.arrivals[end] - plan.trajectory.departures[begin])

@@ -1,4 +1,4 @@
-"""The rules of an order: what comes before what, and what stays together."""
+"""The rules of an order: precedence between tasks, and groups that stay together."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Rules:
     """The rules of an order of tasks.
 
     Attributes:
-        before: (rules,): tasks that come before those in `after`.
+        before: (rules,): tasks, each of which comes before the task of the same row in `after`.
         after: (rules,).
         groups: The tasks of each group.
     """
@@ -40,9 +40,9 @@ class Rules:
 
     def allow(self, order: np.ndarray) -> bool:
         """Tell whether an order (tasks,) of all tasks keeps the rules."""
-        places = np.argsort(order)
-        spans = (np.ptp(places[group]) + 1 == len(group) for group in self.groups)
-        return bool((places[self.before] < places[self.after]).all()) and all(spans)
+        positions = np.argsort(order)
+        spans = (np.ptp(positions[group]) + 1 == len(group) for group in self.groups)
+        return bool((positions[self.before] < positions[self.after]).all()) and all(spans)
 
     def next_tasks(self, done: Sequence[int], count: int) -> list[int]:
         """Return the tasks that may follow those done; none are left out that lead to an allowed order.
@@ -72,7 +72,10 @@ def rule_faults(tasks: Sequence[Task]) -> Iterator[tuple[FieldPath, str]]:
     named: dict[str, int] = {}
     for index, task in enumerate(tasks):
         if task.name is not None and task.name in named:
-            yield ("tasks", index, "name"), f"must occur once; {task.name!r} is also the name of task {named[task.name]}"
+            yield (
+                ("tasks", index, "name"),
+                f"must occur once; {task.name!r} is also the name of task {named[task.name]}",
+            )
         elif task.name is not None:
             named[task.name] = index
     unknown = False
@@ -89,6 +92,9 @@ def rule_faults(tasks: Sequence[Task]) -> Iterator[tuple[FieldPath, str]]:
         following = rules.next_tasks(done, len(tasks))
         if not following:
             left = next(index for index, task in enumerate(tasks) if index not in done and (task.after or task.group))
-            yield ("tasks", left, "after"), "no order keeps this rule together with the `after` and `group` of all tasks"
+            yield (
+                ("tasks", left, "after"),
+                "no order keeps this rule together with the `after` and `group` of all tasks",
+            )
             return
         done.append(following[0])

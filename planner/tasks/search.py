@@ -1,9 +1,8 @@
 """Local search for the order of tasks and their states.
 
-The states of the tasks are chosen for the order by dynamic programming, and the order for the states by reversals of
-parts (2-opt, Croes 1958) and moves of up to three tasks (Or 1976). A reversed part has its states in the opposite
-direction. Where neither helps, two neighbouring parts are exchanged, and the search begins again (iterated local
-search).
+Dynamic programming chooses the states of the tasks for an order. Reversals of parts (2-opt, Croes 1958) and moves of up
+to three tasks (Or 1976) improve the order for these states. A reversed part has its states in the opposite direction.
+Where neither helps, the search exchanges two neighbouring parts, or shuffles a part, and begins again.
 """
 
 from __future__ import annotations
@@ -32,8 +31,17 @@ MOST_MOVED = 3
 LONGEST_EXCHANGED = 30
 """The largest number of tasks in each of the parts that are exchanged to leave a local optimum."""
 
-EXCHANGES = 20_000
-"""The number of such exchanges without a gain, times the number of tasks, after which the search ends."""
+MOST_CHANGES = 1_000
+"""The largest number of such changes without a gain after which the search ends."""
+
+CHANGES = 20_000
+"""The number of such changes without a gain, times the number of tasks, after which it ends."""
+
+SHUFFLES = 20
+"""The number of other changes that are drawn where the rules do not allow an exchange."""
+
+LONGEST_SHUFFLED = 8
+"""The largest number of tasks that such a change shuffles."""
 
 FEWEST_EXCHANGED = 3
 """The number of places, with start and end, up to which no two parts can be exchanged."""
@@ -77,28 +85,45 @@ class Search:
             deadline: The time on the monotonic clock at which the search ends.
         """
         random = np.random.default_rng(0)
-        best = self.problem.settled(chosen, np.ones(len(chosen)))
-        least, in_vain = self.total(best), 0
-        while in_vain * len(best) < EXCHANGES and monotonic() < deadline and len(best) > FEWEST_EXCHANGED:
-            other = self._exchanged(best, random)
+        best = self.problem.settled(chosen, np.ones(len(chosen), dtype=bool))
+        least, in_vain, most = self.total(best), 0, min(MOST_CHANGES, CHANGES // len(best))
+        while in_vain < most and monotonic() < deadline and len(best) > FEWEST_EXCHANGED:
+            other = self._changed(best, random)
             total = self.total(other)
             in_vain = 0 if total < least - LEAST_GAIN else in_vain + 1
             if total <= least:
                 best, least = other, total
         return best
 
-    def _exchanged(self, chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """Exchange two neighbouring parts at random, if the rules allow it, and return the local optimum from there."""
-        count = len(chosen)
-        first = int(random.integers(1, count - 2))
-        middle = first + int(random.integers(1, min(LONGEST_EXCHANGED, count - 2 - first) + 1))
-        last = middle + int(random.integers(1, min(LONGEST_EXCHANGED, count - 1 - middle) + 1))
-        other = np.concatenate([chosen[:first], chosen[middle:last], chosen[first:middle], chosen[last:]])
-        if not self.rules.allow(self.tasks[other]):
-            return chosen
-        flags = np.zeros(count)
-        flags[self.tasks[chosen[[first - 1, first, middle - 1, middle, last - 1, last]]]] = 1
-        return self.problem.settled(other, flags)
+    def _changed(self, chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        """Change a part of the order at random, and return the local optimum from there."""
+        other = _exchanged(chosen, random)
+        for _ in range(SHUFFLES):
+            if self.rules.allow(self.tasks[other]):
+                flags = np.zeros(len(chosen), dtype=bool)
+                moved = np.flatnonzero(other != chosen)
+                flags[self.tasks[other[np.unique([moved - 1, moved, moved + 1])]]] = True
+                return self.problem.settled(other, flags)
+            other = _shuffled(chosen, random)
+        return chosen
+
+
+def _exchanged(chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Return an order with two neighbouring parts exchanged."""
+    count = len(chosen)
+    first = int(random.integers(1, count - 2))
+    middle = first + int(random.integers(1, min(LONGEST_EXCHANGED, count - 2 - first) + 1))
+    last = middle + int(random.integers(1, min(LONGEST_EXCHANGED, count - 1 - middle) + 1))
+    return np.concatenate([chosen[:first], chosen[middle:last], chosen[first:middle], chosen[last:]])
+
+
+def _shuffled(chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Return an order with a part in random order."""
+    first, last = np.sort(random.choice(np.arange(1, len(chosen)), 2, replace=False)).tolist()
+    last = min(last, first + LONGEST_SHUFFLED)
+    other = chosen.copy()
+    random.shuffle(other[first:last])
+    return other
 
 
 def best_order(costs: Costs, rules: Rules, deadline: float, chosen: np.ndarray | None = None) -> np.ndarray:
@@ -117,7 +142,7 @@ def best_order(costs: Costs, rules: Rules, deadline: float, chosen: np.ndarray |
         best, totals = costs.best_states([of_tasks[task] for task in costs.states.tasks[chosen]])
         kept = _kept(costs, best, totals, share)
         search = Search(costs, rules, kept)
-        found = kept[search.run(np.searchsorted(kept, best), deadline)]
+        found: np.ndarray = kept[search.run(np.searchsorted(kept, best), deadline)]
         if len(kept) == len(costs.states.tasks) or monotonic() >= deadline:
             return found
         if costs.total(found) >= costs.total(best) - LEAST_GAIN:
@@ -131,7 +156,8 @@ def _kept(costs: Costs, chosen: np.ndarray, totals: list[FloatArray], share: int
     for state, total in zip(chosen.tolist(), totals, strict=True):
         own = states.of_tasks[states.tasks[state]]
         best = own[np.argsort(total, kind="stable")[:share]]
-        kept += [[state], best, states.opposites[best]]
+        best = np.append(best, state)
+        kept += [best, states.opposites[best]]
     return np.unique(np.concatenate(kept))
 
 

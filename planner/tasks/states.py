@@ -19,7 +19,6 @@ from planner.problems.problem import CartesianMotion, JointMotion, JointWaypoint
 from planner.problems.regions import region_of
 from planner.scene import Handling, is_free
 from planner.scene.carried import checker_at_waypoints
-from planner.tasks.task import Task, Visit
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, follow_motion
 from planner.waypoints.pinned import pinned_robots
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from planner.kinematics.inverse import IsFree
     from planner.problems.problem import AnyWaypoint, PlanningProblem
     from planner.spatial import FloatArray, Pose
+    from planner.tasks.task import Task, Visit
     from planner.tasks.travel import JointSpeeds
 
 TURN_SAMPLES = 12
@@ -40,8 +40,18 @@ TURN_SAMPLES = 12
 SAMPLES_OF_MOTION = 17
 """The number of joint positions on a tool motion by which its duration is estimated."""
 
-Positions = list[list["FloatArray"]]
-"""The joint positions (n, joints) that each waypoint of each task may have."""
+
+class NoState(Exception):
+    """A task has no state.
+
+    Attributes:
+        task: Index of the task.
+        refusal: The reason, with the index of a waypoint of the task.
+    """
+
+    def __init__(self, task: int, refusal: PlanningError) -> None:
+        super().__init__(refusal)
+        self.task, self.refusal = task, refusal
 
 
 class Carried(NamedTuple):
@@ -93,12 +103,12 @@ def states_of_tasks(
     Args:
         problem: The robot, its options and its scene.
         tasks: The tasks.
-        near: (joints,), rad or m: the joint position that solutions are turned nearest to; None: the reference of the
-            options, or the middle of the limits.
+        near: (joints,), rad or m: the joint position to which solutions are turned. None: the reference of the options,
+            or the middle of the limits.
         speeds: The limits by which durations are estimated.
 
     Raises:
-        PlanningError: A task has no state; `waypoint` is the index of the waypoint at fault in its list.
+        NoState: A task has no state.
     """
     candidates = _candidates(problem, tasks, near)
     entries, exits, durations, of_task, opposites = [], [], [], [], []
@@ -107,7 +117,7 @@ def states_of_tasks(
     for index, task in enumerate(tasks):
         carried = _carried(problem, task, candidates[index], speeds)
         if not carried:
-            raise _refusal(problem, task)
+            raise NoState(index, _refusal(problem, task))
         for forwards in carried:
             for visit in task.visits():
                 there = _on_visit(problem, forwards.positions, visit)
@@ -237,9 +247,7 @@ def _carried(
     return found
 
 
-def _fastest_to(
-    starts: Sequence[Carried], waypoint: AnyWaypoint, position: FloatArray, speeds: JointSpeeds
-) -> Carried:
+def _fastest_to(starts: Sequence[Carried], waypoint: AnyWaypoint, position: FloatArray, speeds: JointSpeeds) -> Carried:
     """Return the fastest way on to a joint position (joints,) of a waypoint."""
     durations = speeds.durations(np.array([start.positions[-1] for start in starts]), position)
     totals = [start.duration + _at_least(waypoint, t) for start, t in zip(starts, durations.tolist(), strict=True)]
@@ -260,9 +268,7 @@ def _followed(
             goal = moved_pose(there, there.rotation, waypoint)
         case _:
             goal = tool_pose(robot, np.array(waypoint.position))
-    motion = follow_motion(
-        RequestedMotion(robot, problem.inverse_kinematics, index, waypoint, there, goal), start
-    )
+    motion = follow_motion(RequestedMotion(robot, problem.inverse_kinematics, index, waypoint, there, goal), start)
     if isinstance(motion, RefusedMotion):
         return None
     (samples,) = motion.curve.evaluate(np.linspace(0.0, motion.curve.breakpoints[-1], SAMPLES_OF_MOTION), (0,))

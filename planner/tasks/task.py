@@ -36,6 +36,10 @@ class Visit(NamedTuple):
     is_reversed: bool = False
 
 
+FORWARDS = Visit()
+"""The visit in the given direction, from the first waypoint on."""
+
+
 @dataclass(frozen=True)
 class Task:
     """Waypoints that belong together: a point, a line or seam, a closed contour, or a pick with its place.
@@ -68,7 +72,7 @@ class Task:
         for name in ("waypoints", "after"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
 
-    def steps(self, visit: Visit = Visit()) -> list[int]:
+    def steps(self, visit: Visit = FORWARDS) -> list[int]:
         """Return the indices of the waypoints in the order of a visit; a closed contour ends where it begins."""
         count = len(self.waypoints)
         order = [(visit.first + k) % count for k in range(count + self.closed)]
@@ -87,9 +91,9 @@ class Task:
             waypoint = self.waypoints[index]
             if k:
                 # The segment ends at the later of its waypoints in the given direction.
-                owner = self.waypoints[steps[k - 1] if visit.is_reversed else index]
-                arrival = {name: getattr(owner, name) for name in ARRIVAL}
-                arrival["motion"] = _reversed(owner.motion) if visit.is_reversed else owner.motion
+                later = self.waypoints[steps[k - 1] if visit.is_reversed else index]
+                arrival = {name: getattr(later, name) for name in ARRIVAL}
+                arrival["motion"] = _reversed(later.motion) if visit.is_reversed else later.motion
             else:
                 source = Waypoint() if self.closed else self.waypoints[0]
                 arrival = {name: getattr(source, name) for name in ARRIVAL} | {"motion": travel}
@@ -117,4 +121,3 @@ def _at_position(waypoint: AnyWaypoint, position: FloatArray) -> JointWaypoint:
     kept: dict[str, Any] = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)}
     turned = motion if isinstance(motion, FreeMotion) else replace(motion, turns="as_given")
     return JointWaypoint(**kept | {"motion": turned}, position=tuple(position.tolist()))
-

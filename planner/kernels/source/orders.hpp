@@ -30,7 +30,9 @@ struct OrderSearch {
     int64_t back(int64_t k) const { return in.opposites[chosen[k]]; }
 
     void run() {
-        while (true) {
+        add_up();
+        choose_states();
+        do {
             add_up();
             bool is_settled = false;
             while (!is_settled) {
@@ -42,8 +44,7 @@ struct OrderSearch {
                     if (improve(k)) is_settled = false;
                 }
             }
-            if (!choose_states()) return;
-        }
+        } while (choose_states());
     }
 
     // The durations from the first place to each other one: as chosen, and in the opposite direction.
