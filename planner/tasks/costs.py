@@ -21,7 +21,7 @@ class Costs:
     """The estimated durations from state to state, with what plans have shown of some of them.
 
     Attributes:
-        states: The states of all tasks; those of the first task are the start, those of the last the end.
+        states: The states of all tasks; the first task is the start, the last the end.
         speeds: The limits of the joints.
         has_end: Whether the last task is a requested end; otherwise the motion to it takes no time.
         known: Durations, s, of motions between two states, from plans.

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from planner.errors import PlanningError
     from planner.fields import FieldPath
     from planner.problems.problem import Motion, PlanningProblem
-    from planner.tasks.order import Origin
-    from planner.tasks.task import Task
+    from planner.tasks.task import Origin, Task
 
 MOST_GIVEN = 2
 """The largest number of waypoints of a problem besides its tasks: the start and the end."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import inf
 from time import monotonic
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from planner.tasks.faults import in_tasks, refuse_faults
 from planner.tasks.rules import Rules
 from planner.tasks.search import best_order
 from planner.tasks.states import NoState, states_of_tasks
-from planner.tasks.task import Task
+from planner.tasks.task import Origin, Task
 from planner.tasks.travel import UNUSABLE, JointSpeeds
 
 if TYPE_CHECKING:
@@ -44,18 +44,6 @@ SHARE_OF_SEARCH = 0.7
 """The share of a time budget after which the search for an order ends; the rest is for its plan."""
 
 
-class Origin(NamedTuple):
-    """The origin of a waypoint of the plan.
-
-    Attributes:
-        task: Index of the task; None: the start or the end.
-        waypoint: Index of the waypoint in its task; in the problem for the start and the end.
-    """
-
-    task: int | None
-    waypoint: int
-
-
 @dataclass(frozen=True, eq=False)
 class OrderedTasks:
     """Tasks in order, with their certified plan.
@@ -69,7 +57,7 @@ class OrderedTasks:
         plan: Its certified plan.
         bound: A lower bound on the duration of all orders, s. It compares the joint positions that the search knows.
         estimate: The duration that the search estimates for the order, s.
-        planned_orders: The number of orders that were planned, with those that have no plan.
+        planned_orders: The number of orders that were planned or refused.
     """
 
     order: tuple[int, ...]
@@ -256,7 +244,7 @@ class _Ordering:
         return states, first
 
     def _learn(self, chosen: np.ndarray, origins: Sequence[Origin], plan: Plan) -> None:
-        """Set the durations of detours between tasks to those of their plan."""
+        """Correct the durations of detours between tasks by their plan."""
         states, first = self._of_waypoints(chosen)
         numbers = np.array(plan.problem.numbers)
         for detour in plan.detours:

@@ -40,6 +40,18 @@ FORWARDS = Visit()
 """The visit in the given direction, from the first waypoint on."""
 
 
+class Origin(NamedTuple):
+    """The origin of a waypoint of the plan.
+
+    Attributes:
+        task: Index of the task; None: the start or the end.
+        waypoint: Index of the waypoint in its task; in the problem for the start and the end.
+    """
+
+    task: int | None
+    waypoint: int
+
+
 @dataclass(frozen=True)
 class Task:
     """Waypoints that belong together: a point, a line or seam, a closed contour, or a pick with its place.

@@ -8,22 +8,11 @@ import pytest
 import planner
 from planner.problems.problem import LinearMotion
 from tests.planner.tasks.brute_force import Choice, contour_ways, joint_times, shortest
+from tests.planner.tasks.parts import DOWN, HOME, LIMITS, ROBOT, joint_waypoint, over_table
 from tests.sizes import SIZE
 
-ROBOT = planner.load_robot("ur5e")
-HOME = ROBOT.named_positions["home"]
-LIMITS = ROBOT.limit("velocity"), ROBOT.limit("acceleration")
-DOWN = np.diag([1.0, -1.0, -1.0])
 CASES = max(2, SIZE.examples // 20)
 """Seeds of random tasks: 2 in the quick suite, 25 in the large one."""
-
-
-def joint_waypoint(position: np.ndarray | tuple[float, ...]) -> planner.JointWaypoint:
-    return planner.JointWaypoint(tuple(position))
-
-
-def over_table(x: float, y: float, z: float = 0.1) -> planner.Pose:
-    return planner.Pose(np.array([x, y, z]), DOWN)
 
 
 def random_position(random: np.random.Generator) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import planner
-from tests.planner.tasks.test_order import DOWN, HOME, ROBOT, joint_waypoint, over_table
+from tests.planner.tasks.parts import DOWN, HOME, ROBOT, joint_waypoint, over_table
 
 POINT = joint_waypoint(np.array(HOME) + 0.1)
 START = planner.PlanningProblem(ROBOT, ["home"])
