@@ -18,6 +18,7 @@ from planner.certificate import SpeedZoneCheck as SpeedZoneCheck
 from planner.certificate import certify as certify
 from planner.certificate import certify_samples as certify_samples
 from planner.certificate import interpolated as interpolated
+from planner.certificate.residual_vibration import residual_amplitudes as residual_amplitudes
 from planner.certificate.sampling import SampleCertificate as SampleCertificate
 from planner.comparison import Comparison as Comparison
 from planner.comparison import Figures as Figures
@@ -131,6 +132,7 @@ from planner.problems.problem import ViaWaypoint as ViaWaypoint
 from planner.problems.problem import Waypoint as Waypoint
 from planner.problems.regions import Free as Free
 from planner.problems.regions import Region as Region
+from planner.problems.residual_vibration import ResidualVibration as ResidualVibration
 from planner.problems.transitions import BlendTransition as BlendTransition
 from planner.problems.transitions import StopTransition as StopTransition
 from planner.problems.transitions import ThroughTransition as ThroughTransition

@@ -129,6 +129,9 @@ class LeavesStraightMotions(HasCapabilities, Protocol):
 END_OPTIONS = ("initial_velocity", "initial_acceleration", "final_velocity")
 """Names of the options of a back end whose trajectory may begin and end in motion, in the order of `EndStates`."""
 
+RAMP_OPTIONS = ("acceleration_time", "deceleration_time")
+"""Names of the options of a back end that give the times of acceleration and of braking."""
+
 
 def moves_at_its_ends(backend: HasCapabilities) -> TypeGuard[MovesAtItsEnds]:
     """Tell whether a back end has the options of motion at its ends."""

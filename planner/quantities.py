@@ -51,6 +51,7 @@ MEASURES = {
     "waypoint_orientation_error": Measure("Tool turned off a waypoint", "rad"),
     "duration_error": Measure("Duration error", "s"),
     "tool_deviation": Measure("Tool off the straight motion", "m"),
+    "residual_vibration": Measure("Residual vibration", "rad", "m"),
     "joint_deviation": Measure("Joint off the straight motion", "rad", "m"),
 }
 """Every quantity that a check of the certificate may have: no `Check` is made of another."""

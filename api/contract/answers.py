@@ -138,7 +138,8 @@ class Check(Answer):
     `tool_deviation` of the tool, m, and `joint_deviation` of the farthest joint, rad or m. Errors against the request:
     `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations, minimum durations and dwells,
     s. The tool has `waypoint_position_error`, m, and `waypoint_orientation_error`, rad, at pose and relative
-    waypoints."""
+    waypoints. `residual_vibration` is the largest amplitude that a motion from stop to stop leaves in the requested
+    vibration mode, rad or m. Its limit is 5 % of the amplitude that the unshaped motion leaves."""
     joint: str | None
     """The name of the joint with the largest share of its limit; null: the quantity belongs to the tool."""
     peak: float
@@ -152,7 +153,7 @@ class Check(Answer):
     """The time of the peak, s from the start of the trajectory."""
     method: Literal["exact", "bounded", "sampled"]
     """The method. `exact`: at the extrema of the polynomials. `bounded`: the quantity exceeds `peak` at no time.
-    `sampled`: in samples that are refined near peaks."""
+    `sampled`: in samples that are refined near peaks; of the residual vibration, at 61 frequencies of its band."""
     enforced: bool
     """Whether the back end promises to keep the limit; false: the value is only reported and may exceed it."""
     bounded: bool

@@ -21,11 +21,13 @@ from api.contract.parts.common import (
     Number,
     Payload,
     Pose,
+    ResidualVibration,
     Schema,
     Seconds,
     Seed,
     SelfCollision,
     Tool,
+    VibrationMode,
 )
 from api.contract.parts.pictures import Picture  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.scenes import SceneOrId, SpeedZones  # noqa: TC001 - pydantic evaluates the annotations
@@ -144,6 +146,9 @@ class TrajectoryRequest(Schema):
     speed_zones: SpeedZones = Field(default_factory=list)
     """Speed limits of every point of the robot near objects of the `scene`. The trajectory is slowed on its own path,
     and the certificate reports `speed_zones`. This is not a safety function."""
+    residual_vibration: ResidualVibration | None = None
+    """The vibration mode of the arm whose residual vibration after each motion is suppressed or reported, as the check
+    `residual_vibration`. Omitted: no mode is known."""
     sample_period: Annotated[float, Field(ge=1e-6, le=LARGEST)] = 0.01
     """The sample period of the answer, s."""
     include: Annotated[list[Include], Field(max_length=16)] = Field(default_factory=list)
@@ -268,4 +273,6 @@ class ValidateRequest(GivenTrajectory):
     self_collision: SelfCollision = None
     speed_zones: SpeedZones = Field(default_factory=list)
     """Speed limits of every point of the robot near objects of the `scene`."""
+    residual_vibration: VibrationMode | None = None
+    """The vibration mode whose amplitude at the end of the trajectory is reported; omitted: none."""
     deadline: Deadline = DEFAULT_DEADLINE

@@ -2,6 +2,7 @@
 
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, Clearance, ClearanceReport, at_rest, certify_clearance
+from planner.certificate.residual_vibration import certify_residual_vibration
 from planner.certificate.samples import certify_interpolation, certify_samples, interpolated, interpolation_of
 from planner.certificate.sampling import worst_overshoot
 from planner.certificate.speed_zones import SpeedZoneCheck, certify_speed_zones
@@ -24,6 +25,7 @@ __all__ = [
     "certify_clearance",
     "certify_interpolation",
     "certify_polynomials",
+    "certify_residual_vibration",
     "certify_samples",
     "certify_speed_zones",
     "interpolated",

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from planner.robots.process_force import ProcessForce
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
+    from planner.trajectories.trajectory import Trajectory
 
 SHORTEST_REST = 0.01
 """Duration of a trajectory, s, without motion and without a requested rest.
@@ -144,6 +145,11 @@ class JointPath:
         """The groups, and each straight motion as a segment group of its own, in order."""
         own = self.straight_groups(self.straight.segments)
         return tuple(sorted((*self.groups, *own), key=lambda group: group.first))
+
+    def rows_of_groups(self, trajectory: Trajectory) -> list[np.ndarray]:
+        """Return the indices of the pieces that each of `every_group` has in a trajectory, without dwells."""
+        moves = trajectory.moves
+        return [np.flatnonzero(moves & np.isin(trajectory.segments, group.segments)) for group in self.every_group]
 
     @cached_property
     def straight(self) -> StraightMotions:

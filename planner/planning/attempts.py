@@ -20,6 +20,7 @@ from planner.paths import solve_path
 from planner.plans.result import certified, timed
 from planner.problems.blend_radii import with_blend_radii
 from planner.problems.check import check_problem
+from planner.timing.shaping import shaped
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ class Attempt:
         return replace(self, problem=with_blend_radii(self.problem, radii), path=None)
 
     def made(self) -> Planned | Refused:
-        """Run the pipeline: check, find detours, solve the path, put time on it, certify."""
+        """Run the pipeline: check, find detours, solve the path, put time on it, shape motions, certify."""
         attempt, trajectory = self, None
         try:
             if attempt.detours is None:
@@ -105,9 +106,10 @@ class Attempt:
             if attempt.path is None:
                 attempt = replace(attempt, path=solve_path(problem))
             path = attempt.solved
-            trajectory = timed(problem, attempt.backend, path)
+            unshaped = timed(problem, attempt.backend, path)
+            trajectory = shaped(problem.residual_vibration, path, unshaped)
             attempt.refuse_unless_better(trajectory)
-            plan = certified(problem, attempt.backend, path, trajectory)
+            plan = certified(problem, attempt.backend, path, trajectory, unshaped)
         except PlanningError as refusal:
             return Refused(attempt, refusal.numbered(problem.numbers), trajectory)
         warnings = (*attempt.warnings, *plan.warnings)

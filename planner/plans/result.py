@@ -13,33 +13,38 @@ from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance
 from planner.certificate.durations import certify_durations
 from planner.certificate.joint_motions import certify_joint_motions
 from planner.certificate.limits import certificate_of, unless_missed
+from planner.certificate.residual_vibration import certify_residual_vibration
 from planner.certificate.sampling import SampleCertificate, certify_sampling
 from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.certificate.tool_axes import certify_tool_axes
 from planner.certificate.tool_path import certify_tool_path
 from planner.certificate.waypoints import certify_passages, certify_waypoints
-from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
+from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, PlanningError, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions, moves_at_its_ends
+from planner.limits import SMALLEST
 from planner.plans.binding import with_binding_limits
 from planner.plans.warnings import plan_warnings
+from planner.problems.problem import ViaWaypoint
 from planner.samples import Samples, sample_at
 from planner.time_scaling.sampled_limits import refuse_what_turns_too_often
 from planner.timing.action_times import action_times
 from planner.timing.continuous_torque import within_rms_torque
 from planner.timing.durations import duration_error, in_requested_durations
+from planner.timing.shaping import shaping_time
 from planner.timing.slowing import slowed
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Sequence
 
     from planner.backends.base import BackEnd
-    from planner.certificate.checks import Certificate
+    from planner.certificate.checks import Certificate, Check
     from planner.certificate.clearance import ClearanceReport
     from planner.certificate.speed_zones import SpeedZoneCheck
     from planner.certificate.waypoints import MetWaypoints
     from planner.free_motion.detours import Detour
+    from planner.guarantees import EndStates
     from planner.paths import JointPath
     from planner.plots.animation import Animation
     from planner.plots.picture import Picture
@@ -153,7 +158,9 @@ class Plan:
 
 
 def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
-    """Compute the trajectory on the path of a problem, without a certificate.
+    """Compute the trajectory on the path of a problem, not shaped and without a certificate.
+
+    A requested duration of the whole leaves time for shaping.
 
     Raises:
         InvalidProblem: The request has motion at the ends, but all waypoints are at one joint position.
@@ -161,6 +168,21 @@ def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajec
         InfeasibleDuration: A duration, of a segment or of the whole, is shorter than the limits allow.
         PlanningError: Another refusal of the back end.
     """
+    extra = shaping_time(problem.residual_vibration, path)
+    if problem.duration is None or not extra:
+        return _timed(problem, backend, path)
+    try:
+        return _timed(replace(problem, duration=max(problem.duration - extra, SMALLEST)), backend, path)
+    except InfeasibleDuration as refusal:
+        raise duration_error(problem.duration, (refusal.limit or 0.0) + extra) from None
+    except PlanningError as refusal:
+        whole = [remedy for remedy in refusal.remedies if remedy.field == ("duration",)]
+        longer = [replace(remedy, value=remedy.value + extra) for remedy in whole]
+        raise refusal.with_remedies([*longer, *(own for own in refusal.remedies if own not in whole)]) from None
+
+
+def _timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
+    """Compute the trajectory on the path of a problem in its durations."""
     refuse_what_turns_too_often(path)
     trajectory = in_requested_durations(problem, backend, path) if len(path.moving) else _rest(path, backend)
     trajectory = within_rms_torque(problem, backend, path, slowed(problem, backend, path, trajectory))
@@ -169,8 +191,21 @@ def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajec
     return trajectory
 
 
-def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Plan:
+def certified(
+    problem: PlanningProblem,
+    backend: BackEnd,
+    path: JointPath,
+    trajectory: Trajectory,
+    unshaped: Trajectory | None = None,
+) -> Plan:
     """Certify a trajectory that `timed` computed for the same problem, back end and path.
+
+    Args:
+        problem: The problem.
+        backend: The back end.
+        path: The path.
+        trajectory: The trajectory, shaped if the problem requests it.
+        unshaped: The trajectory before it was shaped; None: it was not shaped.
 
     Raises:
         InvalidProblem: The request has an action after the end of the trajectory.
@@ -178,8 +213,12 @@ def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, traje
         ClearanceUnproved: The planner could not prove the clearance.
         LimitsUnsatisfiable: The trajectory breaks a limit that the back end enforces.
     """
-    met = certify_waypoints(trajectory, problem, path.positions, [k for group in path.groups for k in group.blended])
-    certificate = _certificate(problem, backend, path, trajectory, met)
+    near = [k for group in path.groups for k in group.blended]
+    if unshaped is not None and unshaped is not trajectory:
+        passed = (k for group in path.groups for k in group.segments[1:].tolist())
+        near += [k for k in passed if isinstance(problem.waypoints[k], ViaWaypoint)]  # shaped motions cut these corners
+    met = certify_waypoints(trajectory, problem, path.positions, near)
+    certificate = _certificate(problem, backend, path, trajectory, met, near, unshaped or trajectory)
     refuse_unless_satisfied(certificate)
     certificate = replace(
         with_binding_limits(certificate, problem, trajectory),
@@ -236,10 +275,16 @@ def _rest(path: JointPath, backend: BackEnd) -> Trajectory:
 
 
 def _certificate(
-    problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory, met: MetWaypoints
+    problem: PlanningProblem,
+    backend: BackEnd,
+    path: JointPath,
+    trajectory: Trajectory,
+    met: MetWaypoints,
+    near: Sequence[int],
+    unshaped: Trajectory,
 ) -> Certificate:
     wanted = np.where(np.isnan(met.positions), path.positions, met.positions)
-    wanted[[waypoint for group in path.groups for waypoint in group.blended]] = np.nan
+    wanted[near] = np.nan
     checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, path.waypoints, met.targets)
     checks += certify_tool_axes(trajectory, problem.robots, problem.waypoints)
     checks += [*certify_passages(trajectory, path.robot.joint_names, path.passed_at), *met.checks]
@@ -247,9 +292,25 @@ def _certificate(
     if leaves_straight_motions(backend):
         checks += certify_joint_motions(trajectory, path.dynamics, problem.waypoints, path.positions, backend)
     ends = end_states(backend, path.robot.dof)
+    checks += _residual_vibration(problem, path, trajectory, unshaped, ends)
     return unless_missed(
         certificate_of(trajectory, path.robot, path.limits, backend.guarantees, wanted, checks, ends, path.dynamics)
     )
+
+
+def _residual_vibration(
+    problem: PlanningProblem, path: JointPath, trajectory: Trajectory, unshaped: Trajectory, ends: EndStates
+) -> list[Check]:
+    """Return the check of residual vibration, if a mode is requested."""
+    mode = problem.residual_vibration
+    if mode is None or not len(path.moving):
+        return []
+    rows = path.rows_of_groups(trajectory)
+    motions = [trajectory.of(own) for own in rows]
+    times = trajectory.breakpoints[[own[-1] + 1 for own in rows]]
+    before = [unshaped.of(own) for own in path.rows_of_groups(unshaped)] if mode.suppress else None
+    around = ends.initial_velocity, ends.final_velocity
+    return certify_residual_vibration(mode, path.robot.joint_names, motions, times, around, before)
 
 
 def refuse_unless_satisfied(certificate: Certificate) -> None:

@@ -14,7 +14,13 @@ from planner.problems.motion_around import FreeMotion
 from planner.problems.payload_faults import payload_faults, tolerance_faults
 from planner.problems.problem import CircularMotion, JointMotion, LinearMotion, PolylineMotion, SplineMotion
 from planner.problems.rated_payload import refuse_payload_above_rating
-from planner.problems.stop_faults import action_faults, objects_handled_faults, process_force_faults, tool_faults
+from planner.problems.stop_faults import (
+    action_faults,
+    objects_handled_faults,
+    process_force_faults,
+    tool_faults,
+    vibration_faults,
+)
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.problems.waypoint_faults import waypoint_faults
 from planner.scene.faults import scene_faults
@@ -51,6 +57,7 @@ def check_problem(problem: PlanningProblem, backend: HasCapabilities) -> None:
         LimitsUnsatisfiable: The requested motion at the ends, or the velocity at a passed waypoint, breaks a limit.
     """
     faults = list(_faults(problem))
+    faults += vibration_faults(problem, backend)
     faults += _passing_faults(problem, backend)
     if moves_at_its_ends(backend):
         faults += _end_faults(problem, backend)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from planner.problems.actions import Action
     from planner.problems.moves import Move
     from planner.problems.regions import Free
+    from planner.problems.residual_vibration import ResidualVibration
     from planner.problems.transitions import Transition
     from planner.robots.payload import Payload
     from planner.robots.process_force import ProcessForce
@@ -40,7 +41,6 @@ START_TOLERANCE = 1e-4
 
 It covers encoder errors and rounding of a robot at its limit, and is too small to see.
 """
-
 
 Turns = Literal["nearest", "as_given"]
 """How a joint waypoint selects among positions that differ by whole turns of a continuous joint."""
@@ -321,14 +321,13 @@ class PlanningProblem:
         payload: The payload until a waypoint changes it; None: none.
         duration: Time for the whole trajectory, dwells included, s. Segments without a `duration` share the time left
             by dwells and the other segments, in proportion to their shortest times. None: as fast as the limits allow.
-        start_tolerance: Largest excess of a joint waypoint, such as the start, beyond a position limit, rad or m. The
-            planner moves such a waypoint to the limit, with a warning.
+        start_tolerance: Largest excess of a joint waypoint beyond a position limit that is moved to it, rad or m.
         actions: Actions besides motion; the plan has their times.
         scene: The obstacles, and the objects that the robot carries; None: no obstacle is known.
         self_collision: Whether the planner checks the arm against itself. None: only in a scene, and not if its shapes
             are capsules along its kinematics.
-        speed_zones: Limits on the speed of every point of the robot near objects of the scene. The planner slows the
-            trajectory there, on the same path.
+        speed_zones: Speed limits of every point of the robot near objects; it slows there, on the same path.
+        residual_vibration: A vibration mode whose residual vibration is suppressed or reported; None: none is known.
     """
 
     robot: Robot
@@ -342,6 +341,7 @@ class PlanningProblem:
     scene: Scene | None = None
     self_collision: bool | None = None
     speed_zones: Sequence[SpeedZone] = ()
+    residual_vibration: ResidualVibration | None = None
 
     def __post_init__(self) -> None:
         """Convert waypoints of other types; keep waypoints, actions and speed zones in tuples, which cannot change.

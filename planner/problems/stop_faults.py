@@ -1,10 +1,12 @@
-"""Checks of the robot's actions at its stops: outputs and waits, handled objects, tool changes."""
+"""Checks of what happens only at stops or between them: actions, handled objects, tool changes, shaped motions."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from planner.fields import BACK_END
+from planner.guarantees import END_OPTIONS, RAMP_OPTIONS
 from planner.problems.actions import AtWaypoint, Wait
 from planner.problems.motion_around import FreeMotion
 from planner.problems.transitions import StopTransition
@@ -15,7 +17,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.fields import FieldPath
+    from planner.guarantees import HasCapabilities
     from planner.problems.problem import PlanningProblem
+
+MODE_RANGES = {"frequency": (0.1, 1000.0), "damping": (0.0, 0.2), "frequency_error": (0.0, 0.19)}
+"""The least and the largest value of each number of a mode. With larger errors, three impulses leave more than 5 %."""
 
 
 def action_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
@@ -73,3 +79,38 @@ def tool_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         if before is not after and not isinstance(problem.waypoints[i].transition, StopTransition):
             text = "must be a stop: the tool changes here"
             yield ("waypoints", i, "transition"), text
+
+
+def vibration_faults(problem: PlanningProblem, backend: HasCapabilities) -> Iterator[tuple[FieldPath, str]]:
+    """Find faults of the requested mode, and fields that a shaped trajectory cannot keep."""
+    mode = problem.residual_vibration
+    if mode is None:
+        return
+    numbers = ((name, getattr(mode, name), *ends) for name, ends in MODE_RANGES.items())
+    wrong = [each for each in numbers if not each[2] <= each[1] <= each[3]]
+    for name, number, least, most in wrong:
+        yield ("residual_vibration", name), f"must be from {least:g} to {most:g}; got {number:g}"
+    if wrong or not mode.suppress:
+        return
+    instead = "or set `residual_vibration.suppress` to false, which only reports the vibration."
+    for i, waypoint in enumerate(problem.waypoints):
+        if not isinstance(waypoint.transition, StopTransition):
+            message = "must be a stop: suppression of residual vibration shapes motions from stop to stop. Stop here, "
+            yield ("waypoints", i, "transition"), message + instead
+        if waypoint.duration is not None:
+            message = (
+                f"must be left out: suppression of residual vibration lengthens each motion by {mode.period:.4g} s; "
+                f"got {waypoint.duration:g}. Set a `minimum_duration` or the `duration` of the whole trajectory, "
+            )
+            yield ("waypoints", i, "duration"), message + instead
+    for name in END_OPTIONS:
+        if any(getattr(backend, name, None) or ()):
+            message = "must be rest: suppression of residual vibration shapes motions from rest to rest. Leave it out, "
+            yield (BACK_END, name), message + instead
+    for name in RAMP_OPTIONS:
+        if getattr(backend, name, None) is not None:
+            message = (
+                f"must be left out: suppression of residual vibration lengthens ramps by {mode.period:.4g} s; got "
+                f"{getattr(backend, name):g}. Limit the acceleration instead, "
+            )
+            yield (BACK_END, name), message + instead

@@ -97,10 +97,9 @@ def slow_down(
     path = path.keeping(kept)
     if "jerk" not in kept:
         path = replace(path, limits=path.limits.without(["jerk"]))
-    segments, changed = trajectory.segments, False
-    motions = [trajectory.of(np.array([row])) for row in range(len(segments))]
-    for group in path.every_group:
-        rows = np.flatnonzero(trajectory.moves & np.isin(segments, group.segments))
+    changed = False
+    motions = [trajectory.of(np.array([row])) for row in range(len(trajectory.segments))]
+    for group, rows in zip(path.every_group, path.rows_of_groups(trajectory), strict=True):
         if not len(rows):
             continue
         motion = trajectory.of(rows)

@@ -16,7 +16,7 @@ from planner.backends.base import enforced
 from planner.certificate.clearance import segment_checkers
 from planner.errors import InfeasibleDuration, InvalidProblem, Remedy
 from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, end_states
+from planner.guarantees import END_OPTIONS, RAMP_OPTIONS, end_states
 from planner.speed_zones import DECIDED_TO, SPEED_BOUND_EXCESS, PointSpeed, most_speed, moving_bodies, near_intervals
 from planner.timing.durations import in_longer_durations, in_requested_durations
 from planner.timing.own_path import Part, slow_down
@@ -37,9 +37,6 @@ WIDER = 4e-3
 
 SHARE = 1.0 - 1.5 * SPEED_BOUND_EXCESS
 """Fraction of a zone's speed to which motions are slowed; the certificate's bound exceeds the speed by that much."""
-
-RAMP_OPTIONS = ("acceleration_time", "deceleration_time")
-"""Names of the options that give the times of acceleration and of braking."""
 
 
 def slowed(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Trajectory:

@@ -257,6 +257,25 @@ class ProcessForce(Schema):
     the request's `frames`."""
 
 
+class VibrationMode(Schema):
+    """A vibration mode of the arm, driven by the acceleration of each joint."""
+
+    frequency: Annotated[float, Field(ge=0.1, le=1000.0)]
+    """The natural frequency of the undamped mode, Hz."""
+    damping: Annotated[float, Field(ge=0.0, le=0.2)] = 0.0
+    """The damping ratio of the mode, without unit; 1 is critical."""
+    frequency_error: Annotated[float, Field(ge=0.0, le=0.19)] = 0.15
+    """The largest relative error of the frequency in both directions, without unit."""
+
+
+class ResidualVibration(VibrationMode):
+    """A vibration mode of the arm whose residual vibration is suppressed, or only reported."""
+
+    suppress: bool = True
+    """Whether each motion from stop to stop is shaped. It then takes one period longer and leaves at most 5 % of the
+    amplitude that the unshaped motion leaves. `false`: the certificate reports the amplitude."""
+
+
 class Payload(Schema):
     """A body carried at the robot's tip frame (the flange, independent of the tool)."""
 

@@ -15,6 +15,7 @@ from api.work.conversion.curves import to_payload_table, to_torque_curve, to_vel
 from api.work.conversion.kept_meshes import kept_pieces
 from api.work.conversion.poses import to_pose, to_rotation, with_axes
 from api.work.conversion.scenes import to_scene, to_speed_zones
+from api.work.conversion.vibration import to_residual_vibration
 from planner.backends import BACKENDS, BackEnd
 from planner.certificate import EndStates
 from planner.errors import InvalidProblem
@@ -67,6 +68,7 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> planner.
         scene=None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames)),
         self_collision=request.self_collision,
         speed_zones=to_speed_zones(request.speed_zones),
+        residual_vibration=to_residual_vibration(request.residual_vibration),
     )
 
 

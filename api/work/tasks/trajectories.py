@@ -25,10 +25,17 @@ from api.work.conversion.given_trajectories import to_trajectory
 from api.work.conversion.problems import frames_in_world, to_backend, to_end_states, to_limits, to_planning_problem
 from api.work.conversion.scenes import to_scene, to_speed_zones
 from api.work.conversion.time_budgets import attempts_until, within_deadline
+from api.work.conversion.vibration import to_residual_vibration
 from api.work.tasks.context import task
 from api.work.tasks.remedies import acceptable_remedies, at_back_end
 from planner.backends import BACKENDS
-from planner.certificate import CLEARANCE_TOLERANCE, certify_interpolation, certify_polynomials, refuse_zone_faults
+from planner.certificate import (
+    CLEARANCE_TOLERANCE,
+    certify_interpolation,
+    certify_polynomials,
+    certify_residual_vibration,
+    refuse_zone_faults,
+)
 from planner.comparison import figures
 from planner.errors import PlanningError
 from planner.planning import plan
@@ -160,8 +167,14 @@ def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests
     limits, ends = to_limits(request.limits), to_end_states(request, robot.dof)
     interpolation, trajectory = to_trajectory(request, robot)
     if interpolation == "polynomials":
-        return interpolation, certify_polynomials(robot, trajectory, limits=limits, ends=ends)
-    return interpolation, certify_interpolation(robot, trajectory, interpolation, limits, ends)
+        certificate = certify_polynomials(robot, trajectory, limits=limits, ends=ends)
+    else:
+        certificate = certify_interpolation(robot, trajectory, interpolation, limits, ends)
+    if (mode := to_residual_vibration(request.residual_vibration)) is None:
+        return interpolation, certificate
+    around = ends.initial_velocity, ends.final_velocity
+    left = certify_residual_vibration(mode, robot.joint_names, [trajectory], trajectory.breakpoints[-1:], around)
+    return interpolation, replace(certificate, checks=(*certificate.checks, *left))
 
 
 @task("list_backends")

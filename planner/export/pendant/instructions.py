@@ -114,7 +114,14 @@ def instructions(plan: Plan, language: str, period: float) -> tuple[list[float |
 
     Raises:
         UnsupportedFormat: The arm is another, the trajectory begins or ends in motion, or an output is set in motion.
+            Or the plan suppresses residual vibration.
     """
+    mode = plan.problem.residual_vibration
+    if mode is not None and mode.suppress:
+        raise UnsupportedFormat(
+            f"{language} instructions leave the time scaling to the controller, which does not suppress residual "
+            "vibration. Choose a format that has the time of every point."
+        )
     rests = dict(zip(stops(plan, language), moves(plan, language, period), strict=True))
     moving = set(plan.path.moving.tolist())
     found: list[Instruction] = []

@@ -19,6 +19,7 @@ from planner.planning.remedies.collisions import collision_remedies
 from planner.planning.remedies.detours import detour_remedies
 from planner.planning.remedies.durations import duration_remedies
 from planner.planning.remedies.holding import holding_remedies
+from planner.planning.remedies.shaping import shaping_remedies
 from planner.planning.remedies.shorter_lines import shorter_line_remedies
 
 if TYPE_CHECKING:
@@ -35,6 +36,14 @@ def remedies_for(refused: Refused) -> Proposals[tuple[list[Remedy], list[Remedy]
     Returns:
         The remedies, and hints: changes that the refusal names and that do not lead to a plan by themselves.
     """
+    remedies, hints = yield from _remedies_of_kind(refused)
+    if not remedies:
+        remedies = yield from shaping_remedies(refused)
+    return remedies, hints
+
+
+def _remedies_of_kind(refused: Refused) -> Proposals[tuple[list[Remedy], list[Remedy]]]:
+    """Find remedies by the kind of a refusal; see `remedies_for`."""
     refusal = refused.refusal
     if isinstance(refusal, InfeasibleDuration):
         return (yield from duration_remedies(refused, refusal)), []

@@ -95,6 +95,7 @@ def factors() -> list[Factor]:
         Factor("attached", (NONE, *kinds("SolidShape"))),
         Factor("self_collision", (NONE, "true", "false")),
         Factor("speed_zones", (NONE, "given", "of an object"), {"object": kinds("SceneShape")}),
+        Factor("residual_vibration", (NONE, "reported")),
         Factor("handled", (NONE, "attach", "attach and detach"), {"object": kinds("SolidShape")}),
         Factor("action", (NONE, *kinds("Action"))),
         Factor("moment", tuple(schema()["$defs"]["ActionMoment"]["properties"]), {"action": kinds("Action")}),

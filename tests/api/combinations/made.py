@@ -351,6 +351,13 @@ class Combined(Plans):
             request["speed_zones"] = [
                 zone | ({"objects": ["thing"]} if self.has("speed_zones", "of an object") else {})
             ]
+        if self.has("residual_vibration", "reported"):
+            request["residual_vibration"] = {
+                "frequency": 9.0,
+                "damping": 0.03,
+                "frequency_error": 0.1,
+                "suppress": False,
+            }
         if row.get("handled", NONE) != NONE:
             request["waypoints"][1]["attach"] = [{"id": "thing", "touch_links": []}]
             if self.has("handled", "attach and detach"):

@@ -188,7 +188,9 @@ def test_generated_clients_meet_one_form_of_an_answer(document: dict[str, Any]) 
             assert len(success) == 1, path
 
 
-UNITS = re.compile(r"\b(rad|m|s|kg|N|J|W|MiB|bytes|1e-9 s)\b|[Uu]nit|times as|number of|ind(ex|ices)|seed|status|share")
+UNITS = re.compile(
+    r"\b(rad|m|s|Hz|kg|N|J|W|MiB|bytes|1e-9 s)\b|[Uu]nit|times as|number of|ind(ex|ices)|seed|status|share"
+)
 """Words that describe a number: its unit, that it has no unit, or that it is a count."""
 
 

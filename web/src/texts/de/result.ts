@@ -51,6 +51,7 @@ export const ofResult: typeof english = {
     waypoint_orientation_error: 'Verdrehung am Wegpunkt',
     duration_error: 'Fehler der Dauer',
     tool_deviation: 'Werkzeug neben der geraden Bewegung',
+    residual_vibration: 'Restschwingung',
     joint_deviation: 'Gelenk neben der geraden Bewegung',
   },
   clearance: {
