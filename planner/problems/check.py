@@ -307,7 +307,10 @@ def _refuse_impossible_ends(problem: PlanningProblem, backend: MovesAtItsEnds) -
         LimitsUnsatisfiable: The motion breaks a limit at once or later. An initial acceleration a leads to the velocity
             v + a |a| / (2 j) while the jerk limit j reduces it to zero.
     """
-    limits, ends = problem.segment_limits(), end_states(backend, problem.robot.dof)
+    ends = end_states(backend, problem.robot.dof)
+    if not (ends.starts_moving or ends.ends_moving):
+        return
+    limits = problem.segment_limits()
     velocity, acceleration = ends.initial_velocity, ends.initial_acceleration
     bound_for = velocity + acceleration * np.abs(acceleration) / (2.0 * limits.jerk.upper[0])
     for option, quantity, segment, values, where in (

@@ -41,8 +41,10 @@ def refuse_what_turns_too_often(path: JointPath) -> None:
     Raises:
         InvalidProblem: Joints travel further than `MOST_TRAVEL` on segments with limits of torque or of the tool.
     """
-    limited = SampledLimits(path.dynamics, path.limits).limited
     travels = np.abs(np.diff(path.positions, axis=0))
+    if travels.max(initial=0.0) <= EASY_TRAVEL:
+        return
+    limited = SampledLimits(path.dynamics, path.limits).limited
     beyond = np.where(limited, np.maximum(travels.max(axis=1) - EASY_TRAVEL, 0.0), 0.0)
     too_far = np.flatnonzero(np.cumsum(beyond) > MOST_TRAVEL)
     if len(too_far):

@@ -45,13 +45,21 @@ class Passage(NamedTuple):
         duration: The duration, s or in the caller's unit of time.
         lowest: The least position (joints,) on the way, relative to the start.
         highest: The greatest position (joints,) on the way, relative to the start.
-        profiles: Ruckig's profiles, one a joint.
+        position: Positions (joints, phases + 1) at the starts of Ruckig's phases and at the end, relative to the start.
+        velocity: Velocities (joints, phases + 1) there.
+        acceleration: Accelerations (joints, phases + 1) there.
+        jerk: Jerks (joints, phases).
+        times: Durations (joints, phases) of the phases.
     """
 
     duration: float
     lowest: FloatArray
     highest: FloatArray
-    profiles: Sequence[ruckig.Profile]
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    jerk: FloatArray
+    times: FloatArray
 
 
 class ShortestTimes:
@@ -110,11 +118,10 @@ class Passages:
         profiles = [profile for output in outputs if output is not None for profile in output.profiles[0]]
         if not profiles:
             return [None] * len(outputs)
-        lowest, highest = (iter(x.reshape(-1, starts.velocity.shape[1])) for x in _extremes(profiles))
-        return [
-            None if output is None else Passage(output.duration, next(lowest), next(highest), output.profiles[0])
-            for output in outputs
-        ]
+        phases = [np.array([getattr(profile, name) for profile in profiles]) for name in ("p", "v", "a", "j", "t")]
+        each = (x.reshape(-1, starts.velocity.shape[1], *x.shape[1:]) for x in (*_extremes(*phases), *phases))
+        motions = zip(*each, strict=True)
+        return [None if output is None else Passage(output.duration, *next(motions)) for output in outputs]
 
 
 def _input(travels: FloatArray, limits: SegmentLimits) -> ruckig.InputParameter:
@@ -142,9 +149,10 @@ def _calculate(
     return True
 
 
-def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArray]:
+def _extremes(
+    p: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray, t: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Give the least and the greatest position (profiles,) on the way; the library's `position_extrema` misses many."""
-    p, v, a, j, t = (np.array([getattr(profile, name) for profile in profiles]) for name in ("p", "v", "a", "j", "t"))
     ends = p
     p, v, a = p[:, :-1], v[:, :-1], a[:, :-1]
     # Both roots of v + a t + j t^2 / 2 without cancellation; what lies beyond the phase counts as its end.
@@ -156,14 +164,14 @@ def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArra
     return np.minimum(turns.min(axis=(0, 2)), ends.min(axis=1)), np.maximum(turns.max(axis=(0, 2)), ends.max(axis=1))
 
 
-def cubic_pieces(profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Rates) -> tuple[FloatArray, FloatArray]:
-    """Read the profiles as cubics on common pieces: the phases of all joints.
+def cubic_pieces(passage: Passage, travel: FloatArray, end: Rates) -> tuple[FloatArray, FloatArray]:
+    """Read a motion as cubics on common pieces: the phases of all joints.
 
-    Rounding leaves a difference between the end of the profiles and the wanted state. The least change of the jerks
+    Rounding leaves a difference between the end of the motion and the wanted state. The least change of the jerks
     removes it.
 
     Args:
-        profiles: Profiles, one a joint, from position 0 on.
+        passage: The motion.
         travel: Travel (joints,) from start to end.
         end: Velocity and acceleration (joints,) at the end.
 
@@ -171,7 +179,7 @@ def cubic_pieces(profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Ra
         Lengths (pieces,), and coefficients (pieces, joints, 4), ascending powers of local time.
     """
     # In extended precision: a phase may be as short as 1e-8 of the whole.
-    phases = np.array([profile.t for profile in profiles], dtype=np.longdouble)
+    phases = passage.times.astype(np.longdouble)
     phase_ends = np.cumsum(phases, axis=1)
     phase_starts = phase_ends - phases
     duration = phase_ends.max()
@@ -180,9 +188,9 @@ def cubic_pieces(profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Ra
     times = times[np.append(True, np.diff(times) > ROUNDING * duration)]
     middles = (times[:-1] + times[1:]) / 2.0
     phase = (middles[:, None, None] > phase_ends[:, :-1]).sum(axis=2)
-    joint = np.arange(len(profiles))
+    joint = np.arange(len(travel))
     p, v, a, j = (
-        np.array([getattr(profile, name) for profile in profiles])[joint, phase] for name in ("p", "v", "a", "j")
+        values[joint, phase] for values in (passage.position, passage.velocity, passage.acceleration, passage.jerk)
     )
     since = (times[:-1, None] - phase_starts[joint, phase]).astype(np.float64)
     coefficients = np.stack(

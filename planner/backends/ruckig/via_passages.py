@@ -168,7 +168,7 @@ class MendedPassages:
             requested = self.problem.requested[segment]
             kept = passage.duration <= requested * (1.0 + LIMIT_TOLERANCE)
             end = Rates(*(rate[segment + 1] for rate in self.rates))
-            h, c = cubic_pieces(passage.profiles, problem.travels[segment] / length, end)
+            h, c = cubic_pieces(passage, problem.travels[segment] / length, end)
             scale = (problem.requested[segment] if kept else passage.duration * time) / h.sum()
             durations.append(float(scale * h.sum()))
             part = SegmentedPolynomial(h, c * length[:, None], np.full(len(h), segment)).stretched(scale)

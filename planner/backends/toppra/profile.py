@@ -137,8 +137,10 @@ class Profile:
     @property
     def has_many_intervals(self) -> bool:
         """Whether the path has too many intervals for a further split."""
+        if len(self.x) <= MOST_SPLITTABLE_INTERVALS:
+            return False
         segments = int(np.count_nonzero(np.diff(self.intervals.segments, prepend=-1)))
-        return len(self.x) > max(MOST_SPLITTABLE_INTERVALS, MANY_OF_A_SEGMENT * segments)
+        return len(self.x) > MANY_OF_A_SEGMENT * segments
 
     @cached_property
     def mean_times(self) -> FloatArray:
