@@ -30,6 +30,9 @@ _SYNCHRONIZATIONS = {
 }
 """The library's names of the synchronizations; with `none` each joint has a duration of its own."""
 
+RATE_LIMITS = ("min_velocity", "max_velocity", "min_acceleration", "max_acceleration", "max_jerk")
+"""The library's names of the limits."""
+
 
 class Rates(NamedTuple):
     """Velocities and accelerations of several states, both (states, joints)."""
@@ -74,7 +77,7 @@ class ShortestTimes:
 
     def __init__(self, travels: FloatArray, limits: SegmentLimits) -> None:
         self.shape = travels.shape
-        self._input = _input(travels, limits)
+        self._input = _input(travels, *_rates(limits))
         self._input.synchronization = _SYNCHRONIZATIONS["none"]
         self._library = ruckig.Ruckig(travels.size)
         self._output = ruckig.Trajectory(travels.size)
@@ -101,8 +104,7 @@ class Passages:
     def __init__(
         self, travels: FloatArray, limits: SegmentLimits, least: FloatArray, synchronization: Synchronization
     ) -> None:
-        each = (limits.of(np.array([row])) for row in range(len(travels)))
-        self._inputs = [_input(travel, own) for travel, own in zip(travels, each, strict=True)]
+        self._inputs = [_input(*row) for row in zip(travels, *_rates(limits), strict=True)]
         for own, seconds in zip(self._inputs, least.tolist(), strict=True):
             own.synchronization = _SYNCHRONIZATIONS[synchronization]
             own.minimum_duration = None if np.isnan(seconds) else seconds
@@ -124,15 +126,17 @@ class Passages:
         return [None if output is None else Passage(output.duration, *next(motions)) for output in outputs]
 
 
-def _input(travels: FloatArray, limits: SegmentLimits) -> ruckig.InputParameter:
+def _rates(limits: SegmentLimits) -> tuple[FloatArray, ...]:
+    """Return the limits of velocity, acceleration and jerk (rows, joints) in the order of `RATE_LIMITS`."""
+    return (*limits.velocity, *limits.acceleration, limits.jerk.upper)
+
+
+def _input(travels: FloatArray, *limits: FloatArray) -> ruckig.InputParameter:
     """Return the library's input for motions from position 0 over travels, each with limits of its own."""
     requested = ruckig.InputParameter(travels.size)
     requested.target_position = travels.ravel().tolist()
-    for quantity in ("velocity", "acceleration"):
-        lower, upper = limits.bounds(quantity)
-        setattr(requested, f"max_{quantity}", upper.ravel().tolist())
-        setattr(requested, f"min_{quantity}", lower.ravel().tolist())
-    requested.max_jerk = limits.jerk.upper.ravel().tolist()
+    for name, limit in zip(RATE_LIMITS, limits, strict=True):
+        setattr(requested, name, limit.ravel().tolist())
     return requested
 
 

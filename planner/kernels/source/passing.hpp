@@ -38,11 +38,12 @@ struct PassingPoint {
 
 struct PassingSearch {
     static constexpr int64_t FIXED = PassingProblem::FIXED, SIDES = FIXED + 2;  // by the states, the duration, the gradient
+    static constexpr int64_t MOST_UNKNOWNS = PassingProblem::MOST_UNKNOWNS, SIDE = MOST_UNKNOWNS;  // columns of a system
     const PassingProblem& in;
     const int64_t segments, joints, rows, unknowns, own, all;  // own: slacks of all joints in one direction
     PassingPoint point, step, there;
     Scratch<double> slacks, duals, left, widened, changes, dual_changes, growth, columns, inner, values;
-    Scratch<double> chain_sides, solved, taken, gradient, by_durations;
+    Scratch<double> chain_sides, solved, taken, gradient, by_durations, padded;
     Scratch<int64_t> firsts, dense_firsts;
     Envelope chain, dense;
 
@@ -60,18 +61,18 @@ struct PassingSearch {
           left(all), widened(all), changes(all), dual_changes(all), growth(2 * own),
           columns(segments * joints * FIXED * SIDES), inner(segments * joints * unknowns * SIDES), values(rows),
           chain_sides(2 * segments * (segments + 1)), solved(2 * segments * joints * (segments + 1)),
-          taken(segments * (segments + 1)), gradient(segments), by_durations(segments), firsts(2 * segments),
-          dense_firsts(segments), chain(2 * (segments - 1), chain_firsts(2 * (segments - 1), firsts.data), 8 * segments),
+          taken(segments * (segments + 1)), gradient(segments), by_durations(segments), padded(rows * MOST_UNKNOWNS),
+          firsts(2 * segments), dense_firsts(segments), chain(2 * (segments - 1), chain_firsts(2 * (segments - 1), firsts.data), 8 * segments),
           dense(segments, no_firsts(segments, dense_firsts.data), segments * (segments + 1) / 2) {}
     explicit operator bool() const {
         return point.values && step.values && there.values && slacks && duals && left && widened && changes && dual_changes &&
-               growth && columns && inner && values && chain_sides && solved && taken && gradient && by_durations && firsts &&
-               dense_firsts && chain && dense;
+               growth && columns && inner && values && chain_sides && solved && taken && gradient && by_durations && padded &&
+               firsts && dense_firsts && chain && dense;
     }
 
     // The slacks, flat: those of the upper and the lower limits, then those of the durations.
     void set_slacks(PassingPoint& at, double* slacks) {
-        double u[PassingProblem::MOST_UNKNOWNS];
+        double u[MOST_UNKNOWNS];
         for (int64_t k = 0; k < segments; k++) {
             const double time = at.times()[k], power[4] = {1.0, time, time * time, time * time * time};
             for (int64_t j = 0; j < joints; j++) {
@@ -93,20 +94,19 @@ struct PassingSearch {
     // numbers. The system is condensed, segment by segment and joint by joint, to one for the durations.
     bool newton(double barrier) {
         const int64_t free = unknowns - FIXED, states = 2 * (segments - 1), sides = segments + 1;
-        double small[PassingProblem::MOST_UNKNOWNS * PassingProblem::MOST_UNKNOWNS];
+        double small[MOST_UNKNOWNS * MOST_UNKNOWNS];
         memset(taken.data, 0, segments * sides * sizeof(double));
         for (int64_t k = 0; k < segments; k++) {
             const double time = point.times()[k], power[4] = {0.0, 1.0, 2.0 * time, 3.0 * time * time};
             const double scale[FIXED] = {time, time * time, time, time * time};
-            by_durations[k] = duals[2 * own + k] / slacks[2 * own + k];
-            gradient[k] = in.costs[k] - barrier / slacks[2 * own + k];
+            double stiffness = duals[2 * own + k] / slacks[2 * own + k], slope = in.costs[k] - barrier / slacks[2 * own + k];
             for (int64_t j = 0; j < joints; j++) {
                 const int64_t row = (k * joints + j) * rows;
                 const double *begin = point.state(k, j), *end = point.state(k + 1, j);
                 const double by_time[FIXED] = {begin[0], 2.0 * time * begin[1], end[0], 2.0 * time * end[1]};
-                double system[PassingProblem::MOST_UNKNOWNS][PassingProblem::MOST_UNKNOWNS + 2] = {};
+                alignas(V) double system[MOST_UNKNOWNS][SIDE + W] = {};  // its lower half, a vector at a time; two right sides
                 for (int64_t r = 0; r < rows; r++) {
-                    const double* c = in.coefficients + r * unknowns;
+                    const double* c = padded.data + r * MOST_UNKNOWNS;
                     double moved = 0.0, stiff = 0.0, mixed = 0.0, pushed = 0.0;
                     for (int64_t i = 0; i < FIXED; i++) moved += by_time[i] * c[i];
                     for (int64_t side = 0; side < 2; side++) {
@@ -116,19 +116,21 @@ struct PassingSearch {
                         stiff += own_stiff;
                         mixed -= sign * own_stiff * grown;
                         pushed += sign * push;
-                        by_durations[k] += own_stiff * grown * grown;
-                        gradient[k] -= push * grown;
+                        stiffness += own_stiff * grown * grown;
+                        slope -= push * grown;
                     }
                     for (int64_t i = 0; i < unknowns; i++) {
-                        const double weighted = stiff * c[i];
-                        for (int64_t l = 0; l <= i; l++) system[i][l] += weighted * c[l];
-                        system[i][unknowns] += mixed * c[i];
-                        system[i][unknowns + 1] += pushed * c[i];
+                        const V weighted = splat(stiff * c[i]);
+                        for (int64_t l = 0; l <= i; l += W) *(V*)(system[i] + l) += weighted * *(const V*)(c + l);
+                        system[i][SIDE] += mixed * c[i];
+                        system[i][SIDE + 1] += pushed * c[i];
                     }
                 }
-                for (int64_t i = 0; i < unknowns; i++)
-                    for (int64_t l = 0; l < unknowns + 2; l++)
-                        system[i][l] *= (i < FIXED ? scale[i] : 1.0) * (l < FIXED ? scale[l] : 1.0);
+                for (int64_t i = 0; i < unknowns; i++) {
+                    const double own_scale = i < FIXED ? scale[i] : 1.0;
+                    for (int64_t l = 0; l <= i && l < FIXED; l++) system[i][l] *= own_scale * scale[l];
+                    for (int64_t l = SIDE; l < SIDE + 2; l++) system[i][l] *= own_scale;
+                }
                 for (int64_t i = 0; i < unknowns; i++) for (int64_t l = i + 1; l < unknowns; l++) system[i][l] = system[l][i];
                 // The free numbers, by Cholesky's factors.
                 double* by = inner.data + (k * joints + j) * unknowns * SIDES;  // (free, SIDES)
@@ -139,28 +141,35 @@ struct PassingSearch {
                         if (i == l && !(rest > 0.0)) return false;
                         small[i * free + l] = i == l ? sqrt(rest) : rest / small[l * free + l];
                     }
-                for (int64_t c = 0; c < SIDES; c++) {
-                    for (int64_t i = 0; i < free; i++) {
-                        double rest = system[FIXED + i][c < FIXED ? c : unknowns + c - FIXED];
-                        for (int64_t e = 0; e < i; e++) rest -= small[i * free + e] * by[e * SIDES + c];
-                        by[i * SIDES + c] = rest / small[i * free + i];
-                    }
-                    for (int64_t i = free - 1; i >= 0; i--) {
-                        double rest = by[i * SIDES + c];
-                        for (int64_t e = i + 1; e < free; e++) rest -= small[e * free + i] * by[e * SIDES + c];
-                        by[i * SIDES + c] = rest / small[i * free + i];
-                    }
-                    for (int64_t i = 0; i < FIXED; i++) {
-                        double rest = system[i][c < FIXED ? c : unknowns + c - FIXED];
-                        for (int64_t e = 0; e < free; e++) rest -= system[i][FIXED + e] * by[e * SIDES + c];
-                        columns[((k * joints + j) * FIXED + i) * SIDES + c] = rest;
-                    }
+                double rest[SIDES];
+                auto start = [&](const double* row) {
+                    for (int64_t c = 0; c < SIDES; c++) rest[c] = row[c < FIXED ? c : SIDE + c - FIXED];
+                };
+                auto subtract = [&](double share, const double* row) {
+                    for (int64_t c = 0; c < SIDES; c++) rest[c] -= share * row[c];
+                };
+                for (int64_t i = 0; i < free; i++) {
+                    start(system[FIXED + i]);
+                    for (int64_t e = 0; e < i; e++) subtract(small[i * free + e], by + e * SIDES);
+                    for (int64_t c = 0; c < SIDES; c++) by[i * SIDES + c] = rest[c] / small[i * free + i];
+                }
+                for (int64_t i = free - 1; i >= 0; i--) {
+                    memcpy(rest, by + i * SIDES, sizeof(rest));
+                    for (int64_t e = i + 1; e < free; e++) subtract(small[e * free + i], by + e * SIDES);
+                    for (int64_t c = 0; c < SIDES; c++) by[i * SIDES + c] = rest[c] / small[i * free + i];
+                }
+                for (int64_t i = 0; i < FIXED; i++) {
+                    start(system[i]);
+                    for (int64_t e = 0; e < free; e++) subtract(system[i][FIXED + e], by + e * SIDES);
+                    memcpy(columns.data + ((k * joints + j) * FIXED + i) * SIDES, rest, sizeof(rest));
                 }
                 for (int64_t e = 0; e < free; e++) {
-                    by_durations[k] -= system[FIXED + e][unknowns] * by[e * SIDES + FIXED];
-                    gradient[k] -= system[FIXED + e][unknowns] * by[e * SIDES + FIXED + 1];
+                    stiffness -= system[FIXED + e][SIDE] * by[e * SIDES + FIXED];
+                    slope -= system[FIXED + e][SIDE] * by[e * SIDES + FIXED + 1];
                 }
             }
+            by_durations[k] = stiffness;
+            gradient[k] = slope;
         }
         // The states of each joint, those at the ends of the whole given.
         for (int64_t j = 0; j < joints && states; j++) {
@@ -216,7 +225,7 @@ struct PassingSearch {
                 const double *begin = step.state(k, j), *end = step.state(k + 1, j);
                 const double known[SIDES] = {begin[0], begin[1], end[0], end[1], faster[k], 1.0};
                 const double* by = inner.data + (k * joints + j) * unknowns * SIDES;
-                double u[PassingProblem::MOST_UNKNOWNS], *numbers = step.free(k, j);
+                double u[MOST_UNKNOWNS], *numbers = step.free(k, j);
                 for (int64_t e = 0; e < free; e++) {
                     numbers[e] = 0.0;
                     for (int64_t c = 0; c < SIDES; c++) numbers[e] -= by[e * SIDES + c] * known[c];
@@ -246,6 +255,9 @@ struct PassingSearch {
         constexpr double MARGIN = 0.05;          // room that a limit is widened to leave where it leaves next to none
         constexpr double NO_ROOM = 1e-3;         // share of that room below which it does
         const int64_t unknown = PassingPoint::size(in);
+        memset(padded.data, 0, rows * MOST_UNKNOWNS * sizeof(double));  // the coefficients, so that their rows are vectors
+        for (int64_t r = 0; r < rows; r++)
+            memcpy(padded.data + r * MOST_UNKNOWNS, in.coefficients + r * unknowns, unknowns * sizeof(double));
         set_slacks(point, slacks.data);
         for (int64_t k = 0; k < segments; k++) {
             const double time = point.times()[k], power[4] = {0.0, time, time * time, time * time * time};
