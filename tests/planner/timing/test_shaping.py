@@ -22,6 +22,7 @@ from planner import (
     Limits,
     LimitsUnsatisfiable,
     LinearMotion,
+    PlanningError,
     PlanningProblem,
     Pose,
     RelativeWaypoint,
@@ -47,7 +48,7 @@ from planner.problems.stop_faults import MODE_RANGES
 from planner.spatial import FloatArray
 from planner.timing.shaping import impulses_of
 from planner.trajectories.polynomials import PiecewisePolynomial
-from tests.planner.problems_of_tests import backend_of, problems
+from tests.planner.problems_of_tests import backend_of, path_problems, problems
 from tests.planner.timing.two_mass_arm import vibration_after
 from tests.sizes import NAME
 
@@ -134,6 +135,32 @@ def test_random_plans_keep_their_path_and_limits_and_take_one_period_longer(kind
     trial()
 
 
+@pytest.mark.sized
+@pytest.mark.parametrize("kind", ["toppra", "trapezoidal"])
+def test_motions_of_the_tool_are_shaped_within_their_tolerances_or_refused(kind: str) -> None:
+    @settings(max_examples=RANDOM, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(problem=path_problems(kind), frequency=st.floats(3.0, 60.0), damping=st.floats(0.0, 0.2))
+    def trial(problem: PlanningProblem, frequency: float, damping: float) -> None:
+        stops = tuple(replace(waypoint, transition=StopTransition()) for waypoint in problem.waypoints)
+        mode = ResidualVibration(frequency, damping)
+        problem = replace(problem, waypoints=stops, residual_vibration=mode)
+        reported = replace(problem, residual_vibration=replace(mode, suppress=False))
+        try:
+            before = plan(reported, backend_of(kind), Budget(attempts=1))
+        except PlanningError:
+            return
+        try:
+            made = plan(problem, backend_of(kind), Budget(attempts=1))
+        except LimitsUnsatisfiable as refusal:
+            assert any(name in refusal.message for name in ("deviation", "tcp", "torque"))
+            return
+        for shaped, own in zip(motions_of(made), motions_of(before), strict=True):
+            left, excited = (residual_amplitudes(each, mode.band, damping) for each in (shaped, own))
+            assert (left <= MOST_RESIDUAL * excited + 1e-12).all()
+
+    trial()
+
+
 def keeps_to(shaped: PiecewisePolynomial, own: PiecewisePolynomial) -> None:
     """Check by samples that a shaped straight motion stays on its path, no faster than the unshaped one."""
     of_shaped, of_own = (
@@ -150,6 +177,23 @@ def keeps_to(shaped: PiecewisePolynomial, own: PiecewisePolynomial) -> None:
     # Samples of the unshaped motion miss its peaks by less than a hundredth.
     most, most_of_own = of_shaped.max(axis=(1, 2)), of_own.max(axis=(1, 2))
     assert (most <= 1.01 * most_of_own + 1e-9 * scale).all()
+
+
+@pytest.mark.sized
+def test_amplitudes_of_pieces_of_any_length_and_degree_with_jumps_of_the_velocity() -> None:
+    rng = np.random.default_rng(11)
+    for trial in range(3 * SIMULATED):
+        lengths = 10.0 ** rng.uniform(-5.0, 0.0, 6)
+        order = 2 + trial % 7
+        coefficients = rng.uniform(-1.0, 1.0, (6, 2, order)) / lengths[:, None, None] ** np.arange(order)
+        ends = (coefficients * lengths[:, None, None] ** np.arange(order)).sum(axis=2)
+        coefficients[1:, :, 0] = coefficients[0, :, 0] + np.cumsum(ends - coefficients[:, :, 0], axis=0)[:-1]
+        motion = PiecewisePolynomial(lengths, coefficients)
+        frequency, damping = float(10.0 ** rng.uniform(-0.5, 1.5)), float(rng.choice([0.0, 0.1]))
+        simulated = vibration_after(motion, frequency, damping)
+        computed = residual_amplitudes(motion, [frequency, frequency], damping)
+        np.testing.assert_array_equal(computed[0], computed[1])
+        np.testing.assert_allclose(simulated, computed[0], rtol=3e-4)
 
 
 def response_after(weights: FloatArray, delays: FloatArray, frequency: float, damping: float) -> float:
