@@ -10,6 +10,7 @@ import numpy as np
 from planner.kinematics import quaternion, tool_accelerations, tool_velocities
 from planner.kinematics.forward import tool_poses_on
 from planner.spatial import rpy_from_rotations
+from planner.trajectories.reversals import directions, towards
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -73,7 +74,9 @@ def sample_at(
     if "jerk" in include:
         more["jerk"] = derivatives[3]
     if "torque" in include:
-        more["torque"] = dynamics.torques(segment, position, velocity, acceleration)
+        more["torque"] = dynamics.torques(
+            segment, position, _moving(dynamics, trajectory, time, velocity), acceleration
+        )
     if "tcp_pose" in include:
         points, rotations = tool_poses_on(dynamics, segment, position)
         more["tcp_position"] = np.ascontiguousarray(points)
@@ -85,3 +88,14 @@ def sample_at(
     if "tcp_acceleration" in include:
         more["tcp_acceleration"] = dynamics.by_robot(tool_accelerations, segment, position, velocity, acceleration)
     return Samples(time, position, velocity, acceleration, segment, **more)
+
+
+def _moving(dynamics: SegmentDynamics, trajectory: Trajectory, time: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Return velocities (N, joints) with the direction of the motion where a joint starts, stops or reverses.
+
+    There its Coulomb friction is that of the moving joint.
+    """
+    if dynamics.robots[0].friction is None:
+        return velocity
+    pieces, _ = trajectory.locate(time)
+    return towards(directions(trajectory)[pieces], velocity)

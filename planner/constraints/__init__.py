@@ -6,7 +6,11 @@ from planner.constraints.quantities import POWER, TOOL, TORQUE, TOTAL_POWER, VEL
 from planner.constraints.torque_at_speed import TORQUE_AT_SPEED
 from planner.constraints.torque_with_tolerances import TORQUE_WITH_TOLERANCES
 
+OF_FRICTION = (TORQUE, TORQUE_WITH_TOLERANCES)
+"""The constraints with rows to which the friction of the joints is added."""
+
 __all__ = [
+    "OF_FRICTION",
     "POWER",
     "TOOL",
     "TORQUE",

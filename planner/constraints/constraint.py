@@ -38,7 +38,6 @@ class Constraint(Protocol):
         counts_at_rest: Whether it has a value where the robot rests.
         follows_path_speed: Whether it depends on path and path velocity alone.
         has_rows: Whether it has `rows`. Back ends scale all others in time as a whole.
-        has_factors: Whether it has `factors`; the factors of all others follow from the value at rest and `order`.
         is_exact: Whether it has `peaks`; the peaks of all others are found on samples.
         of_shares: Whether its values are shares of limits that depend on the state; `shown` returns both.
         of_states: Whether its values are so quickly computed that no back end needs to interpolate them.
@@ -51,7 +50,6 @@ class Constraint(Protocol):
     counts_at_rest: bool = False
     follows_path_speed: bool = True
     has_rows: bool = False
-    has_factors: bool = False
     is_exact: bool = False
     of_states: bool = False
     of_shares: bool = False
@@ -90,9 +88,20 @@ class Constraint(Protocol):
         del robot, motion, limits, groups, above
         raise NotImplementedError
 
-    def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
-        """Return the factors (N, columns) on time above which all slower motions keep limits (N, columns)."""
-        del states, limits
+    def has_factors(self, robot: Robot) -> bool:
+        """Return whether it has `factors`; the factors of all others follow from the value at rest and `order`."""
+        del robot
+        return False
+
+    def factors(self, states: JointStates, limits: FloatArray, middle: FloatArray) -> FloatArray:
+        """Return the factors (N, columns) on time above which all slower motions keep their limits.
+
+        Args:
+            states: The states at N times.
+            limits: The distance (N, columns) of the limits from their middle.
+            middle: The middle (N, columns) between the lower and the upper limits.
+        """
+        del states, limits, middle
         raise NotImplementedError
 
     def shown(self, states: JointStates, column: int, limit: float) -> tuple[float, float]:

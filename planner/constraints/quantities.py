@@ -11,7 +11,7 @@ from planner.constraints.constraint import Constraint, Rows
 from planner.constraints.excess import first_excess
 from planner.constraints.rows import tool_acceleration_rows
 from planner.constraints.speed_shares import largest_speed_shares
-from planner.dynamics import inverse_dynamics, path_dynamics
+from planner.dynamics import inverse_dynamics, path_dynamics, torques_by_pace
 from planner.guarantees import TCP_ORDERS
 from planner.kinematics.forward import ACCELERATIONS, OF_PATH_SPEED
 from planner.quantities import MEASURES
@@ -42,7 +42,7 @@ NAMED = {
 
 @dataclass(frozen=True)
 class Torque(Constraint):
-    """The torques or forces of the joints, those against gravity included."""
+    """The torques or forces of the joints, those against gravity and friction included."""
 
     name: str = "torque"
     unit: str = MEASURES["torque"].unit
@@ -66,13 +66,22 @@ class Torque(Constraint):
             return Rows(*np.zeros((3, *path.q.shape)))
         return Rows(*path_dynamics(path.robot, path.q, path.v, path.a))
 
+    def has_factors(self, robot: Robot) -> bool:
+        """Return whether the joints have friction."""
+        return robot.friction is not None
+
+    def factors(self, states: JointStates, limits: FloatArray, middle: FloatArray) -> FloatArray:
+        """Return the factors; the torques are polynomials of the pace."""
+        held, linear, square = torques_by_pace(states.robot, states.q, states.v, states.a)
+        return 1.0 / first_excess(np.stack([held - middle, linear, square, np.zeros_like(square)]), limits)
+
 
 @dataclass(frozen=True)
 class Power(Constraint):
     """The mechanical power: torque times velocity of each joint, or the sum of these products over all joints.
 
     It is negative where a joint brakes, so that a joint that drives another one through the arm counts for nothing in
-    the sum. Limits are limits of its magnitude. Friction and losses of the drives are not in it.
+    the sum. Limits are limits of its magnitude. The joints' friction is in it, other losses are not.
     """
 
     name: str
@@ -80,11 +89,14 @@ class Power(Constraint):
     unit: str = MEASURES["power"].unit
     order: int = 1
     follows_path_speed: bool = False
-    has_factors: bool = True
 
     def is_known(self, robot: Robot) -> bool:
         """Return whether the robot or its payload has inertias."""
         return robot.has_dynamics
+
+    def has_factors(self, robot: Robot) -> bool:
+        """Return that it has."""
+        return True
 
     def values(self, states: JointStates) -> FloatArray:
         """Return the powers (N, columns), W."""
@@ -95,13 +107,10 @@ class Power(Constraint):
         powers = torques * velocities
         return powers if self.of_joints else powers.sum(axis=-1, keepdims=True)
 
-    def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
-        """Return the factors: at the pace x the power is g x + m x^3, with g from torques at rest."""
-        still = np.zeros_like(states.q)
-        held = inverse_dynamics(states.robot, states.q, still, still)
-        moved = TORQUE.values(states) - held
-        none = np.zeros_like(limits)
-        by_pace = np.stack([none, self.of(held, states.v), none, self.of(moved, states.v)])
+    def factors(self, states: JointStates, limits: FloatArray, middle: FloatArray) -> FloatArray:
+        """Return the factors: the power is a cubic of the pace."""
+        torques = torques_by_pace(states.robot, states.q, states.v, states.a)
+        by_pace = np.stack([-middle, *(self.of(part, states.v) for part in torques)])
         return 1.0 / first_excess(by_pace, limits)
 
 

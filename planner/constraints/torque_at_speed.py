@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.constraints.constraint import Constraint
 from planner.constraints.quantities import TORQUE
-from planner.dynamics import inverse_dynamics
+from planner.dynamics import torques_by_pace
 from planner.quantities import MEASURES
 from planner.tolerances import ROUNDING
 
@@ -34,12 +34,15 @@ class TorqueAtSpeed(Constraint):
     order: int = 2
     of_joints: bool = True
     follows_path_speed: bool = False
-    has_factors: bool = True
     of_shares: bool = True
 
     def is_known(self, robot: Robot) -> bool:
         """Return whether a joint has a torque curve, and torques can be computed."""
         return robot.torque_curves is not None and robot.has_dynamics
+
+    def has_factors(self, robot: Robot) -> bool:
+        """Return that it has."""
+        return True
 
     def values(self, states: JointStates) -> FloatArray:
         """Return the shares (N, joints) of the allowed torques, signed."""
@@ -48,13 +51,13 @@ class TorqueAtSpeed(Constraint):
             return np.zeros_like(states.v)
         return TORQUE.values(states) / curves.at(np.abs(states.v))
 
-    def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
-        """Return the factors. At the pace x the torque is g + m x^2, and the speed is |v| x."""
-        curves, still = states.robot.torque_curves, np.zeros_like(states.q)
+    def factors(self, states: JointStates, limits: FloatArray, middle: FloatArray) -> FloatArray:
+        """Return the factors. At the pace x the torque is a polynomial of x, and the speed is |v| x."""
+        curves = states.robot.torque_curves
         if curves is None:
             return np.zeros_like(limits)
-        held = inverse_dynamics(states.robot, states.q, still, still)
-        return 1.0 / largest_paces(curves, held, TORQUE.values(states) - held, np.abs(states.v), limits)
+        held, linear, moved = torques_by_pace(states.robot, states.q, states.v, states.a)
+        return 1.0 / largest_paces(curves, held, moved, np.abs(states.v), limits, linear)
 
     def shown(self, states: JointStates, column: int, limit: float) -> tuple[float, float]:
         """Return the torque of a joint and the largest one that is allowed at its speed, both magnitudes."""
@@ -67,16 +70,24 @@ TORQUE_AT_SPEED = TorqueAtSpeed()
 
 
 def largest_paces(
-    curves: TorqueCurves, held: FloatArray, moved: FloatArray, speeds: FloatArray, shares: FloatArray | float = 1.0
+    curves: TorqueCurves,
+    held: FloatArray,
+    moved: FloatArray,
+    speeds: FloatArray,
+    shares: FloatArray | float = 1.0,
+    linear: FloatArray | float = 0.0,
 ) -> FloatArray:
-    """Return the paces (..., joints) up to which torques `held` + `moved` x^2 keep to the curves at speeds `speeds` x.
+    """Return the paces (..., joints) up to which torques keep to the curves at the speeds `speeds` x.
+
+    At the pace x the torques are `held` + `linear` x + `moved` x^2.
 
     Args:
         curves: The curves of the joints.
         held: Torques (..., joints) at rest.
-        moved: Torques (..., joints) of the motion at the pace 1.
+        moved: Torques (..., joints) that grow with the square of the pace, at the pace 1.
         speeds: Speeds (..., joints) at the pace 1, not negative.
         shares: The shares (..., joints) of the curves that may be used.
+        linear: Torques (..., joints) that grow with the pace, at the pace 1.
     """
     first = np.full(held.shape, np.inf)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -87,7 +98,7 @@ def largest_paces(
             there = (low < FASTEST_PACE) & np.isfinite(torque)
             low = np.where(there, low, 0.0)
             for sign in (1.0, -1.0):
-                excess = sign * held - shares * torque, shares * slope * speeds, sign * moved
+                excess = sign * held - shares * torque, shares * slope * speeds + sign * linear, sign * moved
                 found = low + _first_positive(*_since(low, *excess))
                 first = np.where(there & (found <= high), np.minimum(first, found), first)
     return first

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.constraints.constraint import Constraint, Rows
+from planner.constraints.excess import first_excess
 from planner.constraints.quantities import TORQUE
-from planner.dynamics import inverse_dynamics
+from planner.dynamics import torques_by_pace
 from planner.dynamics.payload_tolerances import payload_tolerances
 from planner.quantities import MEASURES
 from planner.tolerances import ROUNDING
@@ -44,11 +45,14 @@ class TorqueWithTolerances(Constraint):
     counts_at_rest: bool = True
     follows_path_speed: bool = False
     has_rows: bool = True
-    has_factors: bool = True
 
     def is_known(self, robot: Robot) -> bool:
         """Return whether a payload has tolerances."""
         return bool(robot.uncertain_payloads)
+
+    def has_factors(self, robot: Robot) -> bool:
+        """Return that it has."""
+        return True
 
     def values(self, states: JointStates) -> FloatArray:
         """Return the torques (N, joints), N m or N."""
@@ -73,16 +77,24 @@ class TorqueWithTolerances(Constraint):
         each = np.array(own) + added  # (rows of a joint, terms, points, joints)
         return Rows(*each.transpose(1, 2, 3, 0).reshape(3, *path.q.shape[:-1], -1))
 
-    def factors(self, states: JointStates, limits: FloatArray) -> FloatArray:
-        """Return the factors: at the pace x every torque is g + m x^2, with g from torques at rest."""
+    def factors(self, states: JointStates, limits: FloatArray, middle: FloatArray) -> FloatArray:
+        """Return the factors: at the pace x every torque is g + m x^2, with g from torques at rest.
+
+        With friction, sum |g| + sum |m| x^2 stands for the sum of the magnitudes of the generators.
+        """
         generators, still = payload_tolerances(states.robot), np.zeros_like(states.q)
         if generators is None:
             return np.zeros_like(limits)
-        held, whole = (
-            np.array([inverse_dynamics(states.robot, states.q, *motion), *generators.torques(states.q, *motion)])
-            for motion in ((still, still), (states.v, states.a))
-        )
-        return 1.0 / np.sqrt(largest_squared_paces(held, whole - held, limits))
+        held, linear, moved = torques_by_pace(states.robot, states.q, states.v, states.a)
+        resting = generators.torques(states.q, still, still)
+        moving = generators.torques(states.q, states.v, states.a) - resting
+        if states.robot.friction is None:
+            terms = np.array([held, *resting]), np.array([moved, *moving])
+            return 1.0 / np.sqrt(largest_squared_paces(*terms, limits))
+        constant, square = np.abs(resting).sum(axis=0), np.abs(moving).sum(axis=0)
+        each = [np.stack([constant + side * held, side * linear, square + side * moved, still]) for side in (1.0, -1.0)]
+        paces: FloatArray = np.min([first_excess(coefficients, limits) for coefficients in each], axis=0)
+        return 1.0 / paces
 
 
 def largest_squared_paces(held: FloatArray, moved: FloatArray, limits: FloatArray) -> FloatArray:

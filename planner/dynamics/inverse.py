@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def inverse_dynamics(robot: Robot, positions: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike) -> FloatArray:
-    """Compute the joint torques of a motion, including gravity and payload.
+    """Compute the joint torques of a motion, including gravity, payload, friction and the inertia of rotors.
 
     Args:
         robot: The robot, with its payload, if any.
@@ -38,6 +38,28 @@ def inverse_dynamics(robot: Robot, positions: ArrayLike, velocities: ArrayLike, 
         raise ValueError(f"states of shapes {q.shape}, {v.shape}, {a.shape}: the robot has {robot.dof} joints")
     rows = (values.reshape(-1, robot.dof) for values in (q, v, a))
     return serial_chain.inverse_dynamics(robot.chain, *rows).reshape(q.shape)
+
+
+def torques_by_pace(
+    robot: Robot, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the coefficients of 1, x and x^2, each (..., joints), of the torques of a motion at the pace x.
+
+    The first are gravity and Coulomb friction, the second viscous friction.
+
+    Args:
+        robot: The robot.
+        positions: (..., joints), rad or m.
+        velocities: Velocities at the pace 1, of the same shape.
+        accelerations: Accelerations at the pace 1.
+    """
+    still = np.zeros_like(positions)
+    held = inverse_dynamics(robot, positions, still, still)
+    moved = inverse_dynamics(robot, positions, velocities, accelerations) - held
+    if robot.friction is None:
+        return held, still, moved
+    constant, linear = robot.friction.along(velocities, robot.dof)
+    return held + constant, linear, moved - constant - linear
 
 
 def check_dynamics(robot: Robot) -> None:

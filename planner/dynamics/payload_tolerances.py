@@ -38,6 +38,9 @@ MANY_ROBOTS = 32
 INERTIAS = slice(12, 25)
 """The mass, centre of mass and inertia among the numbers of a link of a chain."""
 
+DRIVES = slice(26, 29)
+"""The rotor inertia and the friction among these numbers."""
+
 
 class PayloadTolerances(NamedTuple):
     """Bodies on massless arms, whose torques bound the effect of the tolerances of payloads.
@@ -81,7 +84,7 @@ def payload_tolerances(robot: Robot) -> PayloadTolerances | None:
         for factor, mass, center, inertia in generator:
             row[len(chains)] = factor
             links = robot.chain.links.copy()
-            links[:, INERTIAS] = 0.0
+            links[:, INERTIAS] = links[:, DRIVES] = 0.0
             rotation = tip.placement.rotation
             turned = (rotation @ inertia @ rotation.T).ravel()
             links[tip.parentJoint - 1, INERTIAS] = [mass, *tip.placement.act(center), *turned]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.dynamics.inverse import check_dynamics, inverse_dynamics
+from planner.dynamics.inverse import check_dynamics, inverse_dynamics, torques_by_pace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -105,3 +105,16 @@ class SegmentDynamics:
 
         (torques,) = self.by_robot(of, segments, positions, velocities, accelerations)
         return torques
+
+    def torques_by_pace(self, segments: np.ndarray, *states: FloatArray) -> tuple[FloatArray, ...]:
+        """Return the coefficients of 1, x and x^2, each (N, joints), of the torques at the pace x.
+
+        Args:
+            segments: (N,), index of the segment of each state.
+            states: Positions, velocities and accelerations at the pace 1, each (N, joints).
+        """
+
+        def of(robot: Robot, *states: FloatArray) -> tuple[FloatArray, ...]:
+            return torques_by_pace(robot, *states) if robot.has_dynamics else (np.zeros(states[0].shape),) * 3
+
+        return self.by_robot(of, segments, *states)

@@ -17,10 +17,14 @@ if TYPE_CHECKING:
     import casadi as ca
 
     from planner.robots import Robot
+    from planner.robots.description import Joint
     from planner.spatial import FloatArray
 
 ZERO_ELEMENT = 1e-15
 """Magnitude below which an element of a rotation is zero: each one left in is carried through the whole expression."""
+
+ROUNDED_SHARE = 1e-2
+"""Share of a joint's velocity limit below which the Coulomb friction of the expression is rounded."""
 
 
 class SymbolicMotion(NamedTuple):
@@ -75,7 +79,8 @@ def symbolic_motion(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> SymbolicMotio
         force, moment = force + own_force, moment + own_moment
         if pushing is not None and i == tool.parentJoint:
             force, moment = force + pushing[0], moment + pushing[1]
-        torques.append(ca.dot(z, moment if robot.is_angle[i - 1] else force))
+        of_body = ca.dot(z, moment if robot.is_angle[i - 1] else force)
+        torques.append(of_body + _of_drive(robot.joints[i - 1], v[i - 1], a[i - 1]))
         moment = bodies[i].rotation @ moment
         force = bodies[i].rotation @ force
         moment = moment + ca.cross(bodies[i].offset, force)
@@ -134,6 +139,19 @@ def _inertial_wrench(body: _Moving, inertia: Any) -> tuple[ca.SX, ca.SX]:
     return force, moment
 
 
+def _of_drive(joint: Joint, v: ca.SX, a: ca.SX) -> ca.SX:
+    """Return the torque of a rotor and of friction, whose Coulomb part is rounded about the velocity 0."""
+    torque = joint.rotor_inertia * a + joint.damping * v
+    if joint.friction == 0.0:
+        return torque
+    return torque + joint.friction * v / (v**2 + _rounded_speed(joint) ** 2) ** 0.5
+
+
+def _rounded_speed(joint: Joint) -> float:
+    """Return the speed, rad/s or m/s, about which the Coulomb friction of a joint is rounded."""
+    return ROUNDED_SHARE * (joint.velocity if np.isfinite(joint.velocity) else 1.0)
+
+
 def _process_wrench(robot: Robot, bodies: Sequence[_Moving]) -> tuple[ca.SX, ca.SX] | None:
     """Return the process force, and its moment about the origin of the joint that moves the tool, in its axes."""
     import casadi as ca
@@ -158,7 +176,8 @@ def _constant(values: FloatArray) -> ca.SX:
 def dynamics_content(robot: Robot) -> bytes:
     """Return bytes that are equal for robots with equal expressions, as the key of a cache."""
     model, tool = robot.model, robot.model.frames[robot.tool_frame_id]
-    arrays = [robot.chain.load, robot.is_angle, tool.placement.homogeneous]
+    drives = [(j.rotor_inertia, j.damping, j.friction, _rounded_speed(j) if j.friction else 0.0) for j in robot.joints]
+    arrays = [robot.chain.load, robot.is_angle, tool.placement.homogeneous, np.array(drives)]
     for placement, inertia in zip(model.jointPlacements.tolist(), model.inertias.tolist(), strict=True):
         arrays += [placement.homogeneous, np.array([inertia.mass]), inertia.lever, inertia.inertia]
     return b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)

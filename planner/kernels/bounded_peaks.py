@@ -189,7 +189,7 @@ def bound_peaks(
     call(
         "bound_peaks",
         joints,
-        doubles(arm.chain.links, joints, arm.chain.links.shape[1]),
+        doubles(arm.chain.links, joints, LINK_NUMBERS),
         doubles(arm.chain.load, LOAD_NUMBERS),
         arm.tool_joints,
         doubles(arm.tool, 3),

@@ -14,8 +14,11 @@ if TYPE_CHECKING:
 
     from planner.spatial import FloatArray
 
-LINK_NUMBERS = 26
+LINK_NUMBERS = 29
 """Numbers that describe a joint and the link behind it: the size of the structure `Link` of the kernels."""
+
+REST_SPEED = 1e-9
+"""Speed, rad/s or m/s, up to which a joint rests, without Coulomb friction: still joints have rounding."""
 
 LOAD_NUMBERS = 14
 """Numbers that describe free fall and the force of the tool: the size of the structure `Load` of the kernels."""
@@ -30,7 +33,8 @@ class SerialChain(NamedTuple):
     Attributes:
         links: (joints, `LINK_NUMBERS`). First the rotation (9, row by row) and origin (3) of the joint's frame in the
             one before, at position 0. Then the mass of its link, centre of mass (3) in that frame, inertia (9) about
-            the centre of mass. Last, 1 for a revolute joint, 0 for a prismatic one. SI units.
+            the centre of mass. Then 1 for a revolute joint, 0 for a prismatic one. Last, the rotor inertia, the
+            Coulomb friction and the viscous friction by the speed. SI units.
         load: (`LOAD_NUMBERS`,). First the acceleration (3) of free fall in the base frame. Then the force (3) and the
             moment (3) that the tool exerts, and the point (3) of a link where it does. Then the index of this link, or
             -1 without a force. Last, 1 for the base's axes, 0 for the link's. SI units.
@@ -40,20 +44,24 @@ class SerialChain(NamedTuple):
     load: FloatArray
 
     @classmethod
-    def of_model(cls, model: pin.Model, turns: np.ndarray, force: ArrayLike = NO_FORCE) -> SerialChain:
+    def of_model(
+        cls, model: pin.Model, turns: np.ndarray, force: ArrayLike = NO_FORCE, drives: ArrayLike | None = None
+    ) -> SerialChain:
         """Read the chain of a Pinocchio model.
 
         Args:
             model: Its joints turn about, or slide along, their z axes.
             turns: Whether each joint turns, (joints,).
             force: The numbers of `load` after free fall.
+            drives: Rotor inertia, Coulomb friction and viscous friction (joints, 3); None: none.
         """
         placements, inertias = model.jointPlacements.tolist()[1:], model.inertias.tolist()[1:]
         rows = [
             np.hstack([at.rotation.ravel(), at.translation, body.mass, body.lever, body.inertia.ravel(), turning])
             for at, body, turning in zip(placements, inertias, turns, strict=True)
         ]
-        return cls(np.array(rows), np.hstack([model.gravity.linear, force]))
+        of_drives = np.zeros((len(rows), 3)) if drives is None else drives
+        return cls(np.hstack([rows, of_drives]), np.hstack([model.gravity.linear, force]))
 
 
 def inverse_dynamics(
@@ -67,7 +75,7 @@ def inverse_dynamics(
     states, joints = len(positions), len(chain.links)
     motion = [doubles(values, states, joints) for values in (positions, velocities, accelerations)]
     torques = np.empty((states, joints))
-    call("inverse_dynamics", joints, chain.links, chain.load, states, *motion, torques)
+    call("inverse_dynamics", joints, doubles(chain.links, joints, LINK_NUMBERS), chain.load, states, *motion, torques)
     return torques
 
 
@@ -82,5 +90,5 @@ def path_dynamics(chain: SerialChain, positions: FloatArray, first: FloatArray, 
     points, joints = len(positions), len(chain.links)
     path = [doubles(values, points, joints) for values in (positions, first, second)]
     terms = np.empty((3, points, joints))
-    call("path_dynamics", joints, chain.links, chain.load, points, *path, *terms)
+    call("path_dynamics", joints, doubles(chain.links, joints, LINK_NUMBERS), chain.load, points, *path, *terms)
     return terms

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kernels.library import call, doubles
-from planner.kernels.serial_chain import LOAD_NUMBERS
+from planner.kernels.serial_chain import LINK_NUMBERS, LOAD_NUMBERS
 
 if TYPE_CHECKING:
     from planner.kernels.bounded_peaks import Motion
@@ -34,7 +34,7 @@ def bound_torque_squares(
     call(
         "torque_squares",
         joints,
-        doubles(chain.links, joints, chain.links.shape[1]),
+        doubles(chain.links, joints, LINK_NUMBERS),
         doubles(chain.load, LOAD_NUMBERS),
         pieces,
         order,

@@ -28,7 +28,7 @@ LIMITED = (*JOINT_CLAIMS, VELOCITY_AT_POSITION.name, *BOUNDED_CLAIMS)
 """The limited quantities that a proof can cover."""
 
 OF_TORQUES = ("torque", "power", "total_power", "torque_at_speed")
-"""The quantities that depend on torques; the checkers know no process force."""
+"""The quantities that depend on torques; the checkers know no process force, friction and rotor inertia."""
 
 
 def statement_of(plan: Plan) -> dict[str, Any]:
@@ -44,6 +44,9 @@ def statement_of(plan: Plan) -> dict[str, Any]:
     not_covered += [f"waypoints: the tolerance region of waypoint {k} but for its nearest pose" for k in regions]
     if any(robot.process_force is not None for robot in of_segments):
         not_covered += [f"{name}: a process force acts" for name in claims if name in OF_TORQUES]
+        claims = [name for name in claims if name not in OF_TORQUES]
+    if any(joint.has_drive for joint in path.robot.joints):
+        not_covered += [f"{name}: joints have friction or a rotor inertia" for name in claims if name in OF_TORQUES]
         claims = [name for name in claims if name not in OF_TORQUES]
     if path.dynamics.changes:
         not_covered.append("torque at rest while the payload changes")

@@ -35,7 +35,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.errors import UnknownRobot
-from planner.robots.checks import with_default_limits, with_velocity_curves
+from planner.robots.checks import DRIVE_VALUES, with_default_limits, with_velocity_curves
 from planner.robots.collision.geometry import CollisionElement
 from planner.robots.collision.outlines import OUTLINE_UNCERTAINTY, Outline
 from planner.robots.dh import DHJoint
@@ -143,7 +143,10 @@ def _unit(entry: dict[str, Any]) -> float:
 def _read_urdf(id: str, entry: dict[str, Any], folder: Path) -> Robot:
     urdf = (folder / entry["urdf"]).read_text(encoding="utf-8")
     meshes = folder.parent.parent  # of the package example-robot-data, whose meshes name it
-    return Robot.from_urdf(urdf, id=id, tip_frame=entry["tip_frame"], meshes=meshes, source=entry["source"])
+    robot = Robot.from_urdf(urdf, id=id, tip_frame=entry["tip_frame"], meshes=meshes, source=entry["source"])
+    # Friction in documents of the package keeps simulations stable: no maker has published it.
+    without: dict[str, Any] = dict.fromkeys(DRIVE_VALUES, 0.0)
+    return replace(robot, joints=tuple(replace(joint, **without) for joint in robot.joints))
 
 
 def _collision(robot: Robot, joints: tuple[Joint, ...], entry: dict[str, Any]) -> CollisionGeometry | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.robots.findings import shown
+from planner.robots.findings import listed, shown
 from planner.robots.varying.torque_curves import torque_curve_faults
 from planner.robots.varying.velocity_curves import VelocityTable, curve_faults
 
@@ -35,6 +35,9 @@ RESERVED_NAME = "universe"
 
 DYNAMIC_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
 """Names of the limits that may be missing, which means that there is none."""
+
+DRIVE_VALUES = ("friction", "damping", "rotor_inertia")
+"""The values of a joint's drive, by the names of the fields of `Joint`."""
 
 MAX_NUMBER = 1e9
 """A larger number is an error in a length or a mass, and the usual way to write "no limit" in a limit."""
@@ -276,6 +279,39 @@ def with_torque_curve(joint: Joint, curve: TorqueCurve, findings: Findings) -> J
     for fault in faults:
         findings.error("invalid_torque_curve", name, f"torque curve of {name}: {fault}")
     return joint if faults else replace(joint, torque=min(joint.torque, curve.torques[0]), torque_curve=curve)
+
+
+def with_checked_drives(joints: Iterable[Joint], findings: Findings) -> tuple[Joint, ...]:
+    """Return the joints without implausible friction and rotor inertia, and note which joints have any."""
+    checked = tuple(_checked_drive(joint, findings) for joint in joints)
+    with_drives = [joint for joint in checked if joint.has_drive]
+    if with_drives:
+        text = f"torques have the friction and the rotor inertia of {listed(joint.name for joint in with_drives)}"
+        findings.info("joint_friction", None, text)
+    for joint in with_drives:
+        fastest = joint.friction + joint.damping * joint.velocity
+        if fastest >= joint.torque:
+            name = shown(joint.name)
+            text = (
+                f"the friction of {name} is {fastest:g} at its velocity limit, its torque limit is {joint.torque:g}: "
+                "friction that keeps simulations stable is too large for planning"
+            )
+            findings.warning("large_friction", name, text)
+    return checked
+
+
+def _checked_drive(joint: Joint, findings: Findings) -> Joint:
+    """Return a joint whose implausible values are 0."""
+    name = shown(joint.name)
+    known: dict[str, Any] = {value: float(getattr(joint, value)) for value in DRIVE_VALUES}
+    for value, number in known.items():
+        limit = joint.torque if value == "friction" else math.inf
+        if not 0.0 <= number <= MAX_NUMBER or not number < limit:
+            bound = f"{MAX_NUMBER:g}" if number >= MAX_NUMBER or limit == math.inf else f"its torque limit {limit:g}"
+            text = f"the {value.replace('_', ' ')} of {name} is {number:g}, not from 0 to {bound}: it is left out"
+            findings.warning("implausible_friction", name, text)
+            known[value] = 0.0
+    return replace(joint, **known)
 
 
 def _reach(curve: VelocityCurve, speed: float, sign: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,9 @@ LIMITED_QUANTITIES = ("position", "velocity", "acceleration", "jerk", "torque")
 RANGED_QUANTITIES = ("velocity", "acceleration", "torque")
 """Names of those whose limits may differ by direction."""
 
+LEAST_FRICTION = 1e-200
+"""A torque, N m or N, by which to divide in place of no friction."""
+
 
 @dataclass(frozen=True)
 class Joint:
@@ -51,6 +54,9 @@ class Joint:
         velocity_curves: Velocity limits that depend on the position, beside `velocity` and `ranges`.
         rms_torque: Limit of the continuous torque or force, the root of the mean of its square over a cycle, N m or N.
         torque_curve: The torque limit that depends on the speed, beside `torque` and `ranges`; None: none.
+        friction: Coulomb friction of the moving joint, N m or N. At rest there is none.
+        damping: Viscous friction by the speed, N m s/rad or N s/m.
+        rotor_inertia: Inertia of the drive's rotor, times the square of the gear ratio, kg m^2 or kg.
     """
 
     name: str
@@ -66,11 +72,19 @@ class Joint:
     velocity_curves: VelocityCurves = NO_CURVES
     rms_torque: float = np.inf
     torque_curve: TorqueCurve | None = None
+    friction: float = 0.0
+    damping: float = 0.0
+    rotor_inertia: float = 0.0
 
     @property
     def is_angle(self) -> bool:
         """Whether the joint turns (rather than slides)."""
         return self.kind != "prismatic"
+
+    @property
+    def has_drive(self) -> bool:
+        """Whether it has friction or a rotor inertia."""
+        return any((self.friction, self.damping, self.rotor_inertia))
 
     @property
     def travel(self) -> float:
@@ -106,6 +120,24 @@ class DisabledCollision:
     link_1: str
     link_2: str
     reason: str | None
+
+
+class JointFriction(NamedTuple):
+    """The friction of joints: coulomb sign(v) + viscous v, at velocities v.
+
+    Attributes:
+        coulomb: (joints,), N m or N.
+        viscous: (joints,), N m s/rad or N s/m.
+    """
+
+    coulomb: FloatArray
+    viscous: FloatArray
+
+    def along(self, velocities: FloatArray, columns: int) -> tuple[FloatArray, FloatArray]:
+        """Return Coulomb and viscous friction (..., columns) at velocities (..., joints), as often for each joint."""
+        repeats = columns // velocities.shape[-1]
+        constant, linear = self.coulomb * np.sign(velocities), self.viscous * velocities
+        return np.repeat(constant, repeats, axis=-1), np.repeat(linear, repeats, axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,3 +203,9 @@ class RobotDescription:
         """The torque limits of the joints by their speeds; None: there are none."""
         curves = [joint.torque_curve for joint in self.joints]
         return TorqueCurves.of(curves) if any(curves) else None
+
+    @cached_property
+    def friction(self) -> JointFriction | None:
+        """The friction of the joints; None: there is none."""
+        friction = JointFriction(*np.array([(joint.friction, joint.damping) for joint in self.joints]).reshape(-1, 2).T)
+        return friction if friction.coulomb.any() or friction.viscous.any() else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from itertools import repeat
 from typing import Literal, get_args
 
 import numpy as np
@@ -11,6 +12,7 @@ import pinocchio as pin
 from planner.robots.build import Body, Link, MovingJoint, build_model
 from planner.robots.chain_checks import check_chain
 from planner.robots.checks import (
+    DRIVE_VALUES,
     MAX_JOINTS,
     MAX_NUMBER,
     check_angles,
@@ -19,6 +21,7 @@ from planner.robots.checks import (
     check_limits,
     check_names,
     check_position_limits,
+    with_checked_drives,
     with_torque_curve,
     with_velocity_curves,
 )
@@ -60,6 +63,9 @@ class DHJoint:
         velocity_curves: Velocity limits that depend on the position.
         rms_torque: Limit of the continuous (RMS) torque or force over a cycle, N m or N.
         torque_curve: The torque limit that depends on the speed.
+        friction: Coulomb friction of the moving joint, N m or N.
+        damping: Viscous friction by the speed, N m s/rad or N s/m.
+        rotor_inertia: Inertia of the drive's rotor, times the square of the gear ratio, kg m^2 or kg.
         name: The joint's name; None: `joint_1`, `joint_2`, ...
         mass: Mass of link i, kg.
         center_of_mass: Center of mass of link i, m, in frame i of the table: the frame that this row ends in.
@@ -81,6 +87,9 @@ class DHJoint:
     velocity_curves: VelocityCurves = NO_CURVES
     rms_torque: float | None = None
     torque_curve: TorqueCurve | None = None
+    friction: float | None = None
+    damping: float | None = None
+    rotor_inertia: float | None = None
     name: str | None = None
     mass: float | None = None
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -128,7 +137,7 @@ def read_dh(model: DHModel, *, id: str, source: str) -> RobotDescription:
     tip = _placement(TIP_FRAME, model.tip, findings)
     findings.raise_errors()
     bodies = [_body(shown(name), row, findings) for name, row in zip(names, model.joints, strict=True)]
-    joints = [_joint(name, row, findings) for name, row in zip(names, model.joints, strict=True)]
+    joints = with_checked_drives(map(_joint, names, model.joints, repeat(findings)), findings)
     findings.raise_errors()
 
     chain = []
@@ -147,7 +156,7 @@ def read_dh(model: DHModel, *, id: str, source: str) -> RobotDescription:
     pin_model = build_model(id, [Link(BASE_FRAME, pin.SE3.Identity())], chain)
     collision = CollisionGeometry(pin_model, TIP_FRAME, [joint.travel for joint in joints])
     remarks = tuple(findings.items)
-    return RobotDescription(id, source, pin_model, tuple(joints), TIP_FRAME, collision=collision, findings=remarks)
+    return RobotDescription(id, source, pin_model, joints, TIP_FRAME, collision=collision, findings=remarks)
 
 
 def _check_row(name: str, row: DHJoint, findings: Findings) -> None:
@@ -169,7 +178,8 @@ def _check_row(name: str, row: DHJoint, findings: Findings) -> None:
 
 def _joint(name: str, row: DHJoint, findings: Findings) -> Joint:
     """Return the joint of a row, with checked and completed limits."""
-    given = {limit: getattr(row, limit) for limit in LIMITS if getattr(row, limit) is not None}
+    names = (*LIMITS, *DRIVE_VALUES)
+    given = {each: getattr(row, each) for each in names if getattr(row, each) is not None}
     joint = Joint(name, row.kind, **given)
     joint = check_limits(check_position_limits(joint, findings), findings)
     joint = with_velocity_curves(joint, row.velocity_curves, findings)

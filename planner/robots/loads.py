@@ -12,7 +12,6 @@ from planner.kernels.serial_chain import NO_FORCE, SerialChain
 if TYPE_CHECKING:
     from planner.robots.description import RobotDescription
     from planner.robots.payload import Payload
-    from planner.robots.process_force import ProcessForce
     from planner.spatial import Pose
 
 
@@ -46,14 +45,15 @@ def fields_with_payload(robot: RobotDescription, tip_frame: int, payload: Payloa
     return {"model": model, "payload_mass": mass, "uncertain_payloads": robot.uncertain_payloads + uncertain}
 
 
-def loaded_chain(model: pin.Model, turns: np.ndarray, tool_frame: int, force: ProcessForce | None) -> SerialChain:
-    """Return the chain of a model whose tool exerts a force, for kernels.
+def loaded_chain(robot: RobotDescription, tool_frame: int) -> SerialChain:
+    """Return the chain of a robot with its drives and process force, for kernels.
 
     Args:
-        model: The model.
-        turns: Whether each joint turns, (joints,).
-        tool_frame: The id of the tool's frame in the model.
-        force: The force; None: none.
+        robot: The robot.
+        tool_frame: The id of the tool's frame in its model.
     """
-    load = NO_FORCE if force is None else force.on_chain(model.frames[tool_frame])
-    return SerialChain.of_model(model, turns, load)
+    force = robot.process_force
+    load = NO_FORCE if force is None else force.on_chain(robot.model.frames[tool_frame])
+    turns = np.array([joint.is_angle for joint in robot.joints])
+    drives = [(joint.rotor_inertia, joint.friction, joint.damping) for joint in robot.joints]
+    return SerialChain.of_model(robot.model, turns, load, drives)

@@ -182,11 +182,11 @@ class Robot(PickledByFields, RobotDescription):
         Args:
             id: Name of the robot; None: this one's.
             limits: Limits of single joints by their names, e.g. `{"joint_1": {"lower": -1.0, "velocity": 0.5}}`. The
-                names are `lower`, `upper` (rad or m), `velocity`, `acceleration`, `jerk` and `torque` (N m or N).
-                `velocity_range`, `acceleration_range` and `torque_range` are pairs of a lower and an upper limit;
-                `velocity_curves` hold beside this robot's. A limit may be wider than this robot's only if that is a
-                default or an estimate; a warning in `findings` says so. A continuous joint with position limits becomes
-                a revolute one.
+                names are `lower`, `upper` (rad or m), `velocity`, `acceleration`, `jerk` and `torque` (N m or N), and
+                `friction`, `damping` and `rotor_inertia`. `velocity_range`, `acceleration_range` and `torque_range` are
+                pairs of a lower and an upper limit; `velocity_curves` hold beside this robot's. A limit may be wider
+                than this robot's only if that is a default or an estimate; a warning in `findings` says so. A
+                continuous joint with position limits becomes a revolute one.
             group: Name of one of `groups`, whose joints are left; the others are fixed. None: all are left.
             locked: Positions by the names of fixed joints, rad or m; they are no joints any more. The joints
                 that the group leaves out are fixed at 0 otherwise, or at the limit nearest to it.
@@ -246,8 +246,8 @@ class Robot(PickledByFields, RobotDescription):
 
     @cached_property
     def chain(self) -> SerialChain:
-        """The joints and inertias of the model, for compiled kernels."""
-        return loaded_chain(self.model, self.is_angle, self.tool_frame_id, self.process_force)
+        """The joints and inertias of the model and the drives, for compiled kernels."""
+        return loaded_chain(self, self.tool_frame_id)
 
     @property
     def dof(self) -> int:

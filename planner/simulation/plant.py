@@ -42,7 +42,14 @@ class Plant:
                 explicitinertial=True,
             )
             kind = mujoco.mjtJoint.mjJNT_HINGE if is_angle else mujoco.mjtJoint.mjJNT_SLIDE
-            body.add_joint(type=kind, axis=[0.0, 0.0, 1.0])
+            joint = robot.joints[number - 1]
+            body.add_joint(
+                type=kind,
+                axis=[0.0, 0.0, 1.0],
+                armature=joint.rotor_inertia,
+                damping=joint.damping,
+                frictionloss=joint.friction,
+            )
         self.model: Any = spec.compile()
         self.data: Any = mujoco.MjData(self.model)
         self.carry(robot)

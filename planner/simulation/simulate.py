@@ -126,8 +126,8 @@ class Simulation:
 def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
     """Run a plan in MuJoCo.
 
-    The arm has the robot's inertias, payloads, tools and process forces, as they change along the plan. It has no
-    friction, elasticity or backlash, and its links pass through each other: the certificate has the clearance.
+    The arm has the robot's inertias, friction, rotors, payloads, tools and process forces, as they change along the
+    plan. It has no elasticity or backlash, and its links pass through each other: the certificate has the clearance.
 
     Args:
         plan: The plan.

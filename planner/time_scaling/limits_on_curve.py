@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.constraints import POWER, TORQUE, TORQUE_AT_SPEED, TOTAL_POWER
+from planner.constraints import OF_FRICTION, POWER, TORQUE, TORQUE_AT_SPEED, TOTAL_POWER
 from planner.constraints.quantities import Power
 from planner.constraints.torque_at_speed import rows_at_speed
 from planner.dynamics import SegmentDynamics
 from planner.kinematics.forward import JERKS, JointStates
+from planner.robots.description import LEAST_FRICTION
 from planner.time_scaling.compose import ScaledCurve
 from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits
 from planner.time_scaling.refusals import refuse_what_gravity_exceeds
@@ -44,6 +45,9 @@ FEWER_PER_RADIAN = 10
 
 MANY_SAMPLES = 10_000
 """Number of samples of a piece beyond which there are fewer on a radian, for their memory."""
+
+SLOWEST_PACE = 1e-3
+"""Least pace at which viscous friction is linearised, as a multiple of the present one."""
 
 
 def limits_on(path: JointPath, group: SegmentGroup, *, knows_torques: bool = False) -> LimitsOnCurve:
@@ -126,7 +130,7 @@ class LimitsOnCurve:
             (second / half, first / half, 0.0, -middle / half, 1.0, 0.0),
             (third / own.jerk.upper, 3.0 * second / own.jerk.upper, first / own.jerk.upper, 0.0, 0.0, 1.0),
         ]
-        groups += self.sampled.groups_at(own, at, ds, dds)
+        groups += self.sampled.groups_at(own, at, ds, dds, first)
         groups += self.sampled.by_speed_at(own, at, ds, dds, first)
         if self.sampled.jerks:
             groups.append(self.sampled.tool_jerks_at(own, q, first, second, third))
@@ -172,7 +176,10 @@ class _Sampled:
             segments = curve.segments[of]
             middle, half = (values[segments] for values in limits.torque.centred)
             dynamics = SegmentDynamics.unchanged(robot)
-            refuse_what_gravity_exceeds(dynamics, segments, self.rows[TORQUE].rest, middle, half)
+            rest = self.rows[TORQUE].rest
+            if robot.friction is not None:
+                rest = rest + robot.friction.along(dq, rest.shape[1])[0]
+            refuse_what_gravity_exceeds(dynamics, segments, rest, middle, half)
 
     def path_speed_use(self, at: FloatArray, limits: SegmentLimits) -> FloatArray:
         """Return the share of the highest path velocity that s' = 1 is (points, pieces), by the constraints on it."""
@@ -195,12 +202,15 @@ class _Sampled:
                 use = np.maximum(use, shares.max(axis=2) ** (1.0 / constraint.order))
         return use
 
-    def groups_at(self, limits: SegmentLimits, at: FloatArray, ds: FloatArray, dds: FloatArray) -> Iterator[LimitGroup]:
+    def groups_at(
+        self, limits: SegmentLimits, at: FloatArray, ds: FloatArray, dds: FloatArray, v: FloatArray
+    ) -> Iterator[LimitGroup]:
         """Yield the parts of `LinearLimits` that each constraint with rows is, each (points, pieces, rows)."""
         for constraint, bounds in limits.constraints:
             if constraint in self.rows:
-                by_b, by_a, rest = self.values_at(constraint, at, ds, dds)
-                middle, half = (np.repeat(side, by_b.shape[-1] // side.shape[1], axis=1) for side in bounds.centred)
+                repeats = self.rows[constraint].rest.shape[1] // bounds.upper.shape[1]
+                middle, half = (np.repeat(side, repeats, axis=1) for side in bounds.centred)
+                by_b, by_a, rest = self.values_at(constraint, at, ds, dds, v, (middle, half))
                 yield by_b / half, by_a / half, 0.0, (rest - middle) / half, 1.0, 0.0
 
     def by_speed_at(
@@ -212,34 +222,56 @@ class _Sampled:
         """
         if not self.by_speed:
             return
-        torques = self.values_at(TORQUE, at, ds, dds)
+        curves = self.robot.torque_curves
         for constraint, bounds in limits.constraints:
             if isinstance(constraint, Power) and constraint in self.by_speed:
+                torques = self.values_at(TORQUE, at, ds, dds, v)
                 by_b, by_a, rest = (constraint.of(part, v) / bounds.upper for part in torques)
                 yield by_b, by_a, 0.0, rest, 0.0, 1.0
-            if constraint == TORQUE_AT_SPEED and self.robot.torque_curves is not None:
+            if constraint == TORQUE_AT_SPEED and curves is not None:
+                allowed = bounds.upper * curves.at(np.abs(v))
+                torques = self.values_at(TORQUE, at, ds, dds, v, (np.zeros_like(allowed), allowed))
                 per_b, per_a, held = (part / bounds.upper for part in torques)
-                rows = rows_at_speed(self.robot.torque_curves, per_b, per_a, held, np.abs(v))
+                rows = rows_at_speed(curves, per_b, per_a, held, np.abs(v))
                 for by_b, by_a, rest, constant in rows:
                     yield by_b, by_a, 0.0, rest, constant, 0.0
 
     def values_at(
-        self, constraint: Constraint, at: FloatArray, ds: FloatArray, dds: FloatArray
+        self,
+        constraint: Constraint,
+        at: FloatArray,
+        ds: FloatArray,
+        dds: FloatArray,
+        v: FloatArray,
+        within: tuple[FloatArray, FloatArray] | None = None,
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the coefficients of b and a in the rows of a constraint, and its values at rest, each (..., rows).
+
+        Viscous friction grows with sqrt(b), which is at most (b / p + p) / 2. The pace p is 1, or less if otherwise the
+        values at rest would be beyond the limits.
 
         Args:
             constraint: One with rows.
             at: Points (...) on the curve, see above.
             ds: Path velocities (..., 1).
             dds: Path accelerations (..., 1).
+            v: Velocities (..., joints).
+            within: The middle (..., rows) of the limits, and their distance (..., rows) from there; None: any.
         """
         after = np.clip(np.searchsorted(self.gridpoints, at), 1, len(self.gridpoints) - 1)
         before = self.gridpoints[after - 1]
         share = ((at - before) / (self.gridpoints[after] - before))[..., None]
         rows = (np.asarray(part) for part in self.rows[constraint])
         by_u, by_x, rest = (part[after - 1] * (1.0 - share) + part[after] * share for part in rows)
-        return by_x * ds**2 + by_u * dds, by_u * ds, rest
+        by_b = by_x * ds**2 + by_u * dds
+        if self.robot.friction is not None and constraint in OF_FRICTION:
+            constant, linear = self.robot.friction.along(v, by_b.shape[-1])
+            rest, pace = rest + constant, np.ones(1)
+            if within is not None:
+                room = within[1] - np.abs(rest - within[0])
+                pace = np.clip(room / np.maximum(np.abs(linear), LEAST_FRICTION), SLOWEST_PACE, 1.0)
+            by_b, rest = by_b + linear / (2.0 * pace), rest + 0.5 * pace * linear
+        return by_b, by_u * ds, rest
 
     def tool_jerks_at(
         self, limits: SegmentLimits, q: FloatArray, first: FloatArray, second: FloatArray, third: FloatArray

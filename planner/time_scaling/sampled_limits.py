@@ -11,6 +11,7 @@ from planner.errors import InvalidProblem
 from planner.kinematics.forward import JointStates
 from planner.time_scaling.refusals import BindingLimit, refuse_what_gravity_exceeds
 from planner.trajectories.extrema import derivatives_on_unit_time
+from planner.trajectories.reversals import cut_at_reversals, directions, towards
 from planner.trajectories.sampled_peaks import DERIVATIVES, EASY_TRAVEL, MOST_TRAVEL
 
 if TYPE_CHECKING:
@@ -99,35 +100,45 @@ class SampledLimits(SampledConstraints):
         Raises:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
+        whole = pieces
+        pieces, of, moving = self._between_reversals(whole)
+        rows, groups = rows[of], groups[of]
 
         def needed(at: np.ndarray, states: Sequence[FloatArray]) -> FloatArray:
             """Return the factors (N, columns) that samples of pieces `at` (N,) need."""
+            states = moving(at, states)
             values, rates = self.values(pieces.segments[at], states)
-            rest = self._at_rest(rows[at], pieces.segments[at], states[0])
+            rest = self._at_rest(rows[at], pieces.segments[at], *states[:2])
             moved = values - rest
             room = self.half[rows[at]] - np.sign(moved) * (rest - self.middle[rows[at]])
             factors = np.abs(moved) / room
             for constraint, own in zip(self.constraints, self.columns, strict=True):
-                if constraint.has_factors:
-                    factors[:, own] = self._own_factors(
-                        constraint, pieces.segments[at], states, self.half[rows[at], own]
-                    )
+                if constraint.has_factors(self.dynamics.robots[0]):
+                    bounds = self.half[rows[at], own], self.middle[rows[at], own]
+                    factors[:, own] = self._own_factors(constraint, pieces.segments[at], states, *bounds)
                 else:
                     factors[:, own] **= 1.0 / constraint.order
             return self.with_bends(factors, rates, rows[at], pieces.lengths[at])
 
+        derivatives = derivatives if pieces is whole else None
         return self._largest(needed, pieces, rows, groups, above, derivatives, as_factors=True)
 
     def _own_factors(
-        self, constraint: Constraint, segments: np.ndarray, states: Sequence[FloatArray], limits: FloatArray
+        self,
+        constraint: Constraint,
+        segments: np.ndarray,
+        states: Sequence[FloatArray],
+        limits: FloatArray,
+        middle: FloatArray,
     ) -> FloatArray:
         """Return the factors (N, columns) of a constraint that has `factors` of its own."""
 
-        def of(robot: Robot, limits: FloatArray, *own: FloatArray) -> tuple[FloatArray]:
-            is_known = constraint.is_known(robot)
-            return (constraint.factors(JointStates(robot, *own), limits) if is_known else np.zeros_like(limits),)
+        def of(robot: Robot, limits: FloatArray, middle: FloatArray, *own: FloatArray) -> tuple[FloatArray]:
+            if not constraint.is_known(robot):
+                return (np.zeros_like(limits),)
+            return (constraint.factors(JointStates(robot, *own), limits, middle),)
 
-        (factors,) = self.dynamics.by_robot(of, segments, limits, *states)
+        (factors,) = self.dynamics.by_robot(of, segments, limits, middle, *states)
         return factors
 
     def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
@@ -137,11 +148,34 @@ class SampledLimits(SampledConstraints):
             pieces: The motion, in pieces of positive length.
             rows: Row (pieces,) of the limits that each piece has to keep.
         """
+        pieces, of, moving = self._between_reversals(pieces)
+        rows = rows[of]
 
         def shares(at: np.ndarray, states: Sequence[FloatArray]) -> FloatArray:
-            return self.shares(rows[at], pieces.segments[at], states, pieces.lengths[at])
+            return self.shares(rows[at], pieces.segments[at], moving(at, states), pieces.lengths[at])
 
-        return self._largest(shares, pieces, rows, np.arange(len(rows)))[0]
+        return self._largest(shares, pieces, rows, of)[0]
+
+    def _between_reversals(
+        self, pieces: SegmentedPolynomial
+    ) -> tuple[SegmentedPolynomial, np.ndarray, Callable[[np.ndarray, Sequence[FloatArray]], Sequence[FloatArray]]]:
+        """Cut pieces where the Coulomb friction of a joint jumps.
+
+        Returns:
+            The pieces, and the indices of the pieces that they are parts of. Then a function of pieces and states on
+            them: the states whose velocities are not zero at reversals, but have the direction on the piece.
+        """
+        friction = self.dynamics.robots[0].friction
+        if friction is None:
+            return pieces, np.arange(len(pieces.lengths)), lambda _, states: states
+        cut, of = cut_at_reversals(pieces, friction.coulomb > 0.0)
+        signs = directions(cut)
+
+        def moving(at: np.ndarray, states: Sequence[FloatArray]) -> Sequence[FloatArray]:
+            q, v, *others = states
+            return q, towards(signs[at], v), *others
+
+        return cut, of, moving
 
     def _largest(
         self,
@@ -175,12 +209,13 @@ class SampledLimits(SampledConstraints):
             largest, first = np.maximum(largest, values), first + limit.shape[1]
         return largest, at
 
-    def _at_rest(self, rows: np.ndarray, segments: np.ndarray, q: FloatArray) -> FloatArray:
-        """Return the values (N, columns) at rest; refuse torques where gravity exceeds a limit."""
+    def _at_rest(self, rows: np.ndarray, segments: np.ndarray, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the values (N, columns) at rest, or hardly moving; refuse torques where gravity exceeds a limit."""
         values, still = np.zeros((len(q), len(self.of_column))), np.zeros_like(q)
+        slow = still if self.dynamics.robots[0].friction is None else towards(np.sign(v), still)
         for constraint, own in zip(self.constraints, self.columns, strict=True):
             if constraint.counts_at_rest:
-                values[:, own] = self.values(segments, (q, still, still), [constraint])[0]
+                values[:, own] = self.values(segments, (q, slow, still), [constraint])[0]
                 limits = values[:, own], self.middle[rows, own], self.half[rows, own]
                 refuse_what_gravity_exceeds(self.dynamics, segments, *limits)
         return values

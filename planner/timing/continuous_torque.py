@@ -68,7 +68,8 @@ def is_kept(path: JointPath, trajectory: Trajectory, rms: RmsTorque) -> bool:
 class _Means:
     """The means of squared torques over a cycle, by the factor on the duration of some pieces.
 
-    In k times the time, torques at rest remain, and torques of the motion are divided by k^2.
+    In k times the time, torques against gravity and Coulomb friction remain. Viscous friction is divided by k, and
+    torques of the motion by k^2.
     """
 
     def __init__(self, dynamics: SegmentDynamics, trajectory: Trajectory, rms: RmsTorque) -> None:
@@ -76,13 +77,14 @@ class _Means:
         nodes = Nodes.of(trajectory)
         q, v, a, _ = nodes.states
         self.weights, self.nodes = nodes.weights[:, None], nodes
-        self.held = dynamics.torques(nodes.segments, q, np.zeros_like(q), np.zeros_like(q))
-        self.moved = dynamics.torques(nodes.segments, q, v, a) - self.held
+        self.by_pace = dynamics.torques_by_pace(nodes.segments, q, v, a)
+        held, viscous, moved = self.by_pace
+        self.torques = held + viscous + moved
         self.at_end = held_at_the_end(dynamics, trajectory) ** 2
 
     def squares(self) -> FloatArray:
         """Return the integrals (joints,) of the squared torques over the trajectory."""
-        squares: FloatArray = (self.weights * (self.held + self.moved) ** 2).sum(axis=0)
+        squares: FloatArray = (self.weights * self.torques**2).sum(axis=0)
         return squares
 
     def factor(self, pieces: np.ndarray) -> float | None:
@@ -90,7 +92,9 @@ class _Means:
         times = np.cumsum(self.weights[:, 0]) - 0.5 * self.weights[:, 0]
         free = pieces[self.trajectory.locate(times)[0]]
         own = self.weights * free[:, None]
-        parts = [(own * part).sum(axis=0) for part in (self.held**2, 2.0 * self.held * self.moved, self.moved**2)]
+        held, viscous, moved = self.by_pace
+        squares = held**2, 2.0 * held * viscous, 2.0 * held * moved + viscous**2, 2.0 * viscous * moved, moved**2
+        parts = [(own * part).sum(axis=0) for part in squares]
         fixed, seconds = self.squares() - sum(parts), float(own.sum())
         duration = self.trajectory.duration
 
@@ -98,7 +102,8 @@ class _Means:
             k = factors[:, None]
             longer = duration + seconds * (k - 1.0)
             cycle = np.maximum(longer, self.rms.cycle_time)
-            squares = fixed + parts[0] * k + parts[1] / k + parts[2] / k**3 + (cycle - longer) * self.at_end
+            slower = sum(part * k ** (1 - power) for power, part in enumerate(parts))
+            squares = fixed + slower + (cycle - longer) * self.at_end
             return np.asarray((squares <= (BELOW * self.rms.limits) ** 2 * cycle).all(axis=1))
 
         found = np.flatnonzero(keeps(FACTORS))
@@ -122,8 +127,8 @@ class _Means:
     def share_of_mass(self, lighter: _Means) -> float:
         """Return the largest share of a payload's mass that keeps the limits; `lighter` has half of the mass."""
         cycle = self.rms.cycle(self.trajectory)
-        torques = np.vstack([self.held + self.moved, np.sqrt(self.at_end)])
-        halves = np.vstack([lighter.held + lighter.moved, np.sqrt(lighter.at_end)])
+        torques = np.vstack([self.torques, np.sqrt(self.at_end)])
+        halves = np.vstack([lighter.torques, np.sqrt(lighter.at_end)])
         without, of_mass = 2.0 * halves - torques, 2.0 * (torques - halves)
         weights = np.vstack([self.weights, [[cycle - self.trajectory.duration]]]) / cycle
         constant, linear, square = (

@@ -184,7 +184,7 @@ class Limits(Schema):
     Omitted: none."""
     total_power: Limit | None = None
     """The largest mechanical power of all joints together, W: the magnitude of the sum of torque times velocity. A
-    braking joint counts as negative. Friction and losses of the drives are not in it. Omitted: none."""
+    braking joint counts as negative. The friction of the joints is in it, other losses are not. Omitted: none."""
     rms_torque: JointLimits | None = None
     """The largest continuous torque, one value for each joint, N m or N. It is the root of the mean of its square over
     the whole trajectory, or over `cycle_time`. Motions take longer until it is kept. Not at a waypoint. Omitted: that

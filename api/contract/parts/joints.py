@@ -19,6 +19,9 @@ from api.contract.parts.common import (
 from api.contract.parts.external_axes import JointName  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.limit_curves import TorqueCurve, VelocityCurves  # noqa: TC001 - pydantic evaluates the annotations
 
+DriveValue = Annotated[float, Field(ge=0.0, le=LARGEST)]
+"""A friction or an inertia of a drive."""
+
 
 class DhJoint(Schema):
     """One row of a Denavit-Hartenberg table."""
@@ -54,6 +57,12 @@ class DhJoint(Schema):
     """The torque limit that depends on the speed; omitted: none. `torque` is at most that at rest."""
     rms_torque: Limit | None = Field(None, exclude_if=lambda limit: limit is None)
     """The limit of the continuous (RMS) torque over a cycle, N m or N; omitted: none."""
+    friction: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
+    """The Coulomb friction of the moving joint, N m or N, below the torque limit; omitted: none."""
+    damping: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
+    """The viscous friction by the speed, N m s/rad or N s/m; omitted: none."""
+    rotor_inertia: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
+    """The inertia of the drive's rotor, times the square of the gear ratio, kg m^2 or kg; omitted: none."""
     mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
     """The mass of the link that the joint moves, kg; omitted: unknown."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
@@ -90,6 +99,12 @@ class OwnLimits(Schema):
     """The torque limit that depends on the speed, nowhere above the joint's other torque curve."""
     rms_torque: Limit | None = Field(None, exclude_if=lambda limit: limit is None)
     """The limit of the continuous (RMS) torque over a cycle, N m or N."""
+    friction: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
+    """The Coulomb friction of the moving joint, N m or N, below the torque limit."""
+    damping: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
+    """The viscous friction by the speed, N m s/rad or N s/m."""
+    rotor_inertia: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
+    """The inertia of the drive's rotor, times the square of the gear ratio, kg m^2 or kg."""
 
 
 class JointDescription(Answer):
@@ -123,6 +138,12 @@ class JointDescription(Answer):
     """The torque limit that depends on the speed; omitted: none. `torque` holds beside it."""
     rms_torque: float | None = Field(None, exclude_if=lambda limit: limit is None)
     """The limit of the continuous (RMS) torque over a cycle, N m or N; omitted: none."""
+    friction: float | None = Field(None, exclude_if=lambda value: value is None)
+    """The Coulomb friction of the moving joint, N m or N; omitted: none."""
+    damping: float | None = Field(None, exclude_if=lambda value: value is None)
+    """The viscous friction by the speed, N m s/rad or N s/m; omitted: none."""
+    rotor_inertia: float | None = Field(None, exclude_if=lambda value: value is None)
+    """The inertia of the drive's rotor, as seen from the joint, kg m^2 or kg; omitted: none."""
     provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
     """The source of each limit, by the name of its quantity. It is `published` with the robot, its `datasheet`, an
     `estimate`, a `default` of the service, or its `owner`."""

@@ -85,6 +85,7 @@ def _describe_joint(joint: Joint) -> dict[str, Any]:
         described["velocity_curves"] = {
             side: list(map(_describe_curve, curves)) for side, curves in vars(joint.velocity_curves).items()
         }
+    described |= {name: value for name in ("friction", "damping", "rotor_inertia") if (value := getattr(joint, name))}
     if math.isfinite(joint.rms_torque):
         described["rms_torque"] = joint.rms_torque
     if joint.torque_curve is not None:

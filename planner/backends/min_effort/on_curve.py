@@ -110,7 +110,7 @@ class Search:
         if self.cost.objective != "jerk":
             unit, exponent = (first / power, 0.0) if by_work else (1.0 / torque, -0.5)
             at = limits.points(limits.pieces(scaling), s[..., 0])
-            torques = limits.sampled.values_at(TORQUE, at, ds, dds)
+            torques = limits.sampled.values_at(TORQUE, at, ds, dds, first)
             by_b, by_a, gravity = (row * unit for row in torques)
             add((by_b, by_a, np.zeros_like(by_b), gravity), exponent, SMOOTHING if by_work else 0.0)
         if self.cost.objective == "jerk" or self.cost.adds_jerk:

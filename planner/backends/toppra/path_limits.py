@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.toppra.intervals import PROBES
+from planner.constraints import OF_FRICTION
 from planner.constraints.rows import path_speed_shares
 from planner.kernels.profile import PathLimits
 from planner.kinematics.forward import JointStates
+from planner.robots.description import LEAST_FRICTION
 from planner.time_scaling.refusals import refuse_what_gravity_exceeds
 
 if TYPE_CHECKING:
@@ -36,6 +38,9 @@ MOST_SQUARE = 1e12
 MOST_BOUND_RATIO = 4.0
 """Largest ratio of the bounds on x within an interval; above the least of them by more, x would overshoot between the
 probes."""
+
+ROOT_OF_SHARE = 0.125
+"""Constant of the line p + 1/8, which is at most 1/8 from the square root of p for shares p from 0 to 1."""
 
 
 def path_limits(
@@ -85,13 +90,24 @@ def _sampled(
         return tuple(part for constraint, _ in limited for part in constraint.rows(at))
 
     found = dynamics.by_robot(of, segments, *(values.reshape(-1, joints) for values in states))
+    friction, first = dynamics.robots[0].friction, states[1]
     parts: list[tuple[FloatArray, ...]] = []
     for k, (constraint, bounds) in enumerate(limited):
         by_u, by_x, rest = (rows.reshape(points, count, -1) for rows in found[3 * k : 3 * k + 3])
         middle, half = (np.repeat(side, by_u.shape[2] // side.shape[1], axis=1) for side in bounds.centred)
         middle, half = (np.broadcast_to(side[intervals.segments], by_u.shape) for side in (middle, half))
+        resists = friction is not None and constraint in OF_FRICTION
+        if friction is not None and resists:
+            constant, linear = friction.along(first, by_u.shape[2])
+            rest = rest + constant
         if constraint.counts_at_rest:
             refuse_what_gravity_exceeds(dynamics, segments.reshape(points, count), rest, middle, half)
+        if resists:
+            fastest = 1.0 / np.maximum(limits.velocity.used(intervals.segments, first).max(axis=2), MOST_SQUARE**-0.5)
+            # Up to the velocity at which viscous friction takes twice what is left of the limit.
+            room = 2.0 * (half - np.abs(rest - middle)) / np.maximum(np.abs(linear), LEAST_FRICTION)
+            speed = np.minimum(fastest[..., None], room)
+            by_x, rest = by_x + linear / speed, rest + ROOT_OF_SHARE * linear * speed
         parts.append((by_u / half, by_x / half, np.clip((rest - middle) / half, -MOST_GRAVITY, MOST_GRAVITY)))
     return parts
 

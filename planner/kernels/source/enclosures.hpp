@@ -30,6 +30,22 @@ struct TurnedBody {
     }
 };
 
+// Friction on four intervals. The Coulomb friction has one sign where the joint does not reverse, else it is between both. At the
+// instant of a reversal, start or stop it counts as just before and just after.
+static inline Taylor friction(const Link& link, const Taylor& v) {
+    Taylor f = scaled(link.viscous, v);
+    V reach = v.rest * splat(OF_SUMS) + splat(8.0 * UNIT) * v.size;
+    for (int k = 1; k < TERMS; k++) reach += magnitude(v.c[k]);
+    const V rest = splat(REST_SPEED), size = splat(link.coulomb), none = splat(0.0);
+    const V low = v.c[0] - reach, high = v.c[0] + reach;
+    const V lower = select(low >= none - rest, select(high <= rest, none, size), none - size);
+    const V upper = select(high <= rest, select(low >= none - rest, none, none - size), size);
+    f.c[0] += splat(0.5) * (lower + upper);
+    f.size += size;
+    f.rest += splat(0.5) * (upper - lower) + splat(4.0 * UNIT) * f.size;
+    return f;
+}
+
 // Pieces of a motion on unit time: coefficients (pieces, joints, order), ascending, and their lengths, s.
 struct Pieces {
     int64_t pieces, joints, order;

@@ -4,8 +4,13 @@
 #include "vectors.hpp"
 
 struct Link {  // LINK_NUMBERS of planner/kernels/serial_chain.py
-    double rotation[9], origin[3], mass, centre[3], inertia[9], turns;
+    double rotation[9], origin[3], mass, centre[3], inertia[9], turns, rotor, coulomb, viscous;
 };
+constexpr double REST_SPEED = 1e-9;  // REST_SPEED of planner/kernels/serial_chain.py: no slower joint has Coulomb friction
+static inline V friction(const Link& link, V v) {
+    const V none = splat(0.0), size = splat(link.coulomb);
+    return select(v > splat(REST_SPEED), size, select(v < splat(-REST_SPEED), none - size, none)) + splat(link.viscous) * v;
+}
 
 // Free fall in the base frame; and the force that the tool exerts at a point of a link, in the axes of that link, or in the
 // base's. No link has the number -1.
@@ -59,7 +64,8 @@ static inline void place(Chain& chain, const V* q) {
     }
 }
 
-// Torques of placed bodies. MOVES: with velocities; ACCELERATES: with accelerations; FALLS: with the load.
+// Torques of placed bodies. MOVES: with velocities; ACCELERATES: with accelerations; FALLS: with the load. All three: with
+// friction, too.
 template <bool MOVES, bool ACCELERATES, bool FALLS, class B, class S = typename B::Number>
 static inline void torques(int64_t joints, const Link* links, const Load& load, B* bodies, const S* v, const S* a, S* tau) {
     const Vector<S> O{};
@@ -103,6 +109,8 @@ static inline void torques(int64_t joints, const Link* links, const Load& load, 
         force = force + body.force;
         moment = moment + body.moment;
         tau[i] = links[i].turns != 0.0 ? moment.z : force.z;
+        if (ACCELERATES && links[i].rotor != 0.0) tau[i] = tau[i] + scaled(links[i].rotor, a[i]);
+        if (MOVES && FALLS && (links[i].coulomb != 0.0 || links[i].viscous != 0.0)) tau[i] = tau[i] + friction(links[i], v[i]);
         force = body.out(force);
         moment = body.out(moment) - body.swing(force);
     }

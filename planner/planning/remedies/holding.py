@@ -33,7 +33,7 @@ HELD = "the heaviest payload, kg, that leaves torque for the motion"
 
 
 def holding_remedies(attempt: Attempt) -> Proposals[list[Remedy]]:
-    """Find remedies where gravity alone exceeds a torque limit on a path; none where it does not."""
+    """Find remedies where gravity with Coulomb friction exceeds a torque limit on a path; none where it does not."""
     path = attempt.path
     if path is None or not path.dynamics.has_dynamics:
         return []
@@ -43,12 +43,14 @@ def holding_remedies(attempt: Attempt) -> Proposals[list[Remedy]]:
     def gravity(robot: Robot, rows: np.ndarray) -> FloatArray:
         return inverse_dynamics(robot, positions[rows], still[rows], still[rows])
 
-    limit = path.limits.torque.narrower[segments]
+    friction = path.robot.friction
+    resisting = 0.0 if friction is None else friction.coulomb
+    limit = path.limits.torque.narrower[segments] - resisting
     taken = np.abs(path.dynamics.torques(segments, positions, still, still))
     needs: Needs = {}
     for row, joint in np.argwhere(taken >= limit).tolist():
         key = "torque", int(segments[row]), joint
-        needs[key] = max(float(taken[row, joint]), needs.get(key, 0.0))
+        needs[key] = max(float((taken + resisting)[row, joint]), needs.get(key, 0.0))
     if not needs:
         return []
     higher = yield from first_proved(higher_limits(attempt, needs, GRAVITY_SHARES, MOVED), attempt)

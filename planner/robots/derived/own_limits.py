@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 import numpy as np
 
 from planner.robots.checks import (
+    DRIVE_VALUES,
     DYNAMIC_QUANTITIES,
     LEAST_LIMIT,
     MAX_NAME_LENGTH,
     MAX_NUMBER,
     check_position_limits,
+    with_checked_drives,
     with_torque_curve,
     with_velocity_curves,
 )
@@ -45,8 +47,8 @@ CURVES = "velocity_curves"
 TORQUE_CURVE = "torque_curve"
 """Name of the torque limit by speed that an owner may give."""
 
-QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES, "rms_torque", *RANGES, CURVES, TORQUE_CURVE)
-"""Names of the limits that an owner may give: of the position, and of its derivatives and torque."""
+QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES, "rms_torque", *RANGES, CURVES, TORQUE_CURVE, *DRIVE_VALUES)
+"""Names of the values that an owner may give: limits of the position, its derivatives and torque, and drives."""
 
 OwnLimits = Mapping[str, float | Sequence[float] | VelocityCurves | TorqueCurve]
 """Limits of one joint by their names: numbers; pairs of numbers where the names are of `RANGES`; curves."""
@@ -59,7 +61,9 @@ def with_own_limits(joints: Sequence[Joint], limits: Mapping[str, OwnLimits], fi
         if name not in names:
             text = f"there is no joint {shown(name)}; the joints are {', '.join(map(shown, names))}"
             findings.error("unknown_joint", shown(name), text)
-    return tuple(_with_own_limits(joint, limits.get(joint.name, {}), findings) for joint in joints)
+    changed = tuple(_with_own_limits(joint, limits.get(joint.name, {}), findings) for joint in joints)
+    has_drives = any(name in DRIVE_VALUES for own in limits.values() for name in own)
+    return with_checked_drives(changed, findings) if has_drives else changed
 
 
 def _with_own_limits(joint: Joint, own: OwnLimits, findings: Findings) -> Joint:
@@ -72,7 +76,8 @@ def _with_own_limits(joint: Joint, own: OwnLimits, findings: Findings) -> Joint:
             continue
         quantity = "position" if name in ("lower", "upper") else name
         if _is_limit(value, name, joint, findings):
-            known[name] = _narrowed(joint, quantity, name, value, findings)
+            is_limit = name not in DRIVE_VALUES
+            known[name] = _narrowed(joint, quantity, name, value, findings) if is_limit else value
             provenance[quantity] = "owner"
     changed = replace(joint, **known, provenance=provenance)
     for quantity, pair in pairs.items():
@@ -105,7 +110,7 @@ def _with_range(joint: Joint, quantity: str, pair: float | Sequence[float], find
 
 def _is_limit(value: float | Sequence[float], name: str, joint: Joint, findings: Findings) -> TypeGuard[float]:
     """Tell whether a limit has a known name and is a number that lets the joint move."""
-    least = -MAX_NUMBER if name in ("lower", "upper") else LEAST_LIMIT
+    least = -MAX_NUMBER if name in ("lower", "upper") else 0.0 if name in DRIVE_VALUES else LEAST_LIMIT
     if name not in QUANTITIES:
         text = f"{shown(joint.name)} has no limit called {shown(name)}; there are {', '.join(QUANTITIES)}"
         findings.error("unknown_limit", shown(joint.name), text)

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.robots.files.documents import RobotFiles, invalid_file
-from planner.robots.files.urdf_writer import add_inertial, add_joint, add_origin, text_of
+from planner.robots.files.urdf_writer import add_drive, add_inertial, add_joint, add_origin, text_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -127,9 +127,8 @@ class _Converter:
         if np.isfinite(effort):
             limit.set("effort", text_of(effort))
         address = model.jnt_dofadr[joint]
-        friction, damping = float(model.dof_frictionloss[address]), float(np.ravel(model.dof_damping[address])[0])
-        if friction or damping:
-            SubElement(element, "dynamics", friction=text_of(friction), damping=text_of(damping))
+        drive = (model.dof_frictionloss[address], np.ravel(model.dof_damping[address])[0], model.dof_armature[address])
+        add_drive(self.urdf, element, *map(float, drive))
         self.mimic(element, joint)
 
     def effort(self, joint: int) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.robots.files.documents import RobotFiles, invalid_file
-from planner.robots.files.urdf_writer import add_inertial, add_joint, text_of
+from planner.robots.files.urdf_writer import add_drive, add_inertial, add_joint, text_of
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -28,8 +28,8 @@ def files_of_model(model: pin.Model) -> RobotFiles:
     """Write a model of Pinocchio as the documents of a robot, for `Robot.from_urdf(files_of_model(model).urdf)`.
 
     Joints, inertias, body frames and operational frames become joints and links. Limits of position, velocity and
-    effort are the model's; of limits that differ by direction the narrower one counts. Gravity is not part of it:
-    `Robot.derived(mounting=...)` tilts the base.
+    effort, friction and the inertia of rotors are the model's. Of limits that differ by direction the narrower one
+    counts. Gravity is not part of it: `Robot.derived(mounting=...)` tilts the base.
 
     Args:
         model: The model. Its joints are revolute, continuous or prismatic.
@@ -56,6 +56,7 @@ def files_of_model(model: pin.Model) -> RobotFiles:
         for name, value in (("velocity", velocity), ("effort", effort)):
             if np.isfinite(value):
                 limit.set(name, text_of(value))
+        add_drive(robot, joint, *_drive(model, v))
         link = SubElement(robot, "link", name=names[number])
         inertia = model.inertias[number]
         if inertia.mass > 0.0:
@@ -67,6 +68,13 @@ def files_of_model(model: pin.Model) -> RobotFiles:
             ends = names[frame.parentJoint], frame.name
             add_joint(robot, f"{frame.name}_fixed", "fixed", ends, frame.placement)
     return RobotFiles(tostring(robot, encoding="unicode"))
+
+
+def _drive(model: pin.Model, v: int) -> tuple[float, float, float]:
+    """Return Coulomb friction, viscous friction and rotor inertia of a joint by its index among velocities."""
+    friction = max(-model.lowerDryFrictionLimit[v], model.upperDryFrictionLimit[v])
+    rotor = model.armature[v] + model.rotorInertia[v] * model.rotorGearRatio[v] ** 2
+    return float(friction), float(model.damping[v]), float(rotor)
 
 
 def _kind_and_axis(model: pin.Model, number: int) -> tuple[str, FloatArray]:

@@ -7,6 +7,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 import pinocchio as pin
 
+from planner.robots.urdf.transmissions import ROTOR
+
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
@@ -36,6 +38,27 @@ def add_inertial(link: Element, mass: float, pose: pin.SE3, inertia: FloatArray)
     SubElement(inertial, "mass", value=text_of(mass))
     entries = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
     SubElement(inertial, "inertia", {name: text_of(inertia[entry]) for name, entry in entries.items()})
+
+
+def add_drive(robot: Element, joint: Element, friction: float, damping: float, rotor_inertia: float) -> None:
+    """Write the friction of a joint, and its rotor in a transmission with the ratio 1.
+
+    Args:
+        robot: The root of the document.
+        joint: The joint.
+        friction: Coulomb friction, N m or N.
+        damping: Viscous friction by the speed, N m s/rad or N s/m.
+        rotor_inertia: Seen from the joint, kg m^2 or kg.
+    """
+    if friction or damping:
+        SubElement(joint, "dynamics", friction=text_of(friction), damping=text_of(damping))
+    if rotor_inertia:
+        name = joint.get("name", "")
+        transmission = SubElement(robot, "transmission", name=f"{name}_transmission")
+        SubElement(transmission, "joint", name=name)
+        SubElement(
+            SubElement(transmission, "actuator", name=f"{name}_actuator"), ROTOR[0], value=text_of(rotor_inertia)
+        )
 
 
 def add_joint(

@@ -104,8 +104,8 @@ def number_of(word: str) -> float:
 class UrdfReader:
     """Reader of elements; a fault becomes a finding and a harmless value."""
 
-    def __init__(self, findings: Findings) -> None:
-        self.findings = findings
+    def __init__(self, findings: Findings, rotors: Mapping[str, float]) -> None:
+        self.findings, self.rotors = findings, rotors
         self.meshes = 0
         self.shapes = 0
         self.solids = 0
@@ -223,6 +223,9 @@ class UrdfReader:
         effort = math.inf if limit is None else self.number(limit, "effort", 0.0, subject)
         acceleration, jerk = self.acceleration(limit, subject), self.number(limit, "jerk", math.inf, subject)
         joint = Joint(name, KINDS[written], lower, upper, velocity, acceleration, jerk, effort)
+        dynamics = element.find("dynamics")
+        friction, damping = (self.number(dynamics, value, 0.0, subject) for value in ("friction", "damping"))
+        joint = replace(joint, friction=friction, damping=damping, rotor_inertia=self.rotors.get(name, 0.0))
         return self.with_soft_limits(joint, element.find("safety_controller"))
 
     def acceleration(self, limit: Element | None, subject: str) -> float:

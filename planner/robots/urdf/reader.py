@@ -15,7 +15,14 @@ import pinocchio as pin
 
 from planner.robots.build import Link, MovingJoint, build_model
 from planner.robots.chain_checks import check_chain
-from planner.robots.checks import MAX_JOINTS, MAX_LINKS, check_limits, check_names, check_position_limits
+from planner.robots.checks import (
+    MAX_JOINTS,
+    MAX_LINKS,
+    check_limits,
+    check_names,
+    check_position_limits,
+    with_checked_drives,
+)
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.mesh_files import no_meshes
 from planner.robots.description import RobotDescription
@@ -24,6 +31,7 @@ from planner.robots.urdf.arm import ArmFinder
 from planner.robots.urdf.elements import UrdfReader
 from planner.robots.urdf.mimicking import WholeConfiguration
 from planner.robots.urdf.srdf import Semantics, named_positions, read_srdf
+from planner.robots.urdf.transmissions import rotor_inertias
 from planner.robots.urdf.xml_document import parse_robot_document
 from planner.spatial import rotation_with_z_along
 
@@ -71,7 +79,7 @@ def read_urdf(
     if not link_elements:
         findings.error("no_links", None, "the URDF has no link")
     findings.raise_errors()
-    reader = UrdfReader(findings)
+    reader = UrdfReader(findings, rotor_inertias(document))
     bodies = {element.get("name", ""): reader.body(element) for element in link_elements}
     joints = [reader.joint(element) for element in joint_elements]
     check_names("link", [element.get("name", "") for element in link_elements], findings)
@@ -94,6 +102,7 @@ def read_urdf(
     elif not chain:
         findings.error("no_joints", None, f"no joint moves {shown(tip)}")
     findings.raise_errors()
+    limits = {joint.name: joint for joint in with_checked_drives(limits.values(), findings)}
 
     on_the_way = {joint.name for joint in finder.path(tip)}
     configuration = WholeConfiguration(arrivals, limits, findings)

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.kernels.serial_chain import NO_FORCE, SerialChain, inverse_dynamics, path_dynamics
+from planner.kernels.serial_chain import LINK_NUMBERS, NO_FORCE, SerialChain, inverse_dynamics, path_dynamics
 from planner.robots import Robot
 from tests.planner.kernels.arms import random_states, robots
 
@@ -74,11 +74,13 @@ def test_no_states_and_wrong_shapes() -> None:
         inverse_dynamics(robot.chain, *np.zeros((3, 4, robot.dof + 1)))
     with pytest.raises(ValueError, match="shape"):
         path_dynamics(robot.chain, np.zeros((4, robot.dof)), np.zeros((4, robot.dof)), np.zeros((3, robot.dof)))
+    with pytest.raises(ValueError, match="shape"):
+        inverse_dynamics(robot.chain._replace(links=robot.chain.links[:, :-1]), *np.zeros((3, 4, robot.dof)))
 
 
 def test_any_number_of_joints() -> None:
     """A chain of 200 equal links hangs at rest: each joint carries the moments of all links behind it."""
-    link = np.zeros(26)
+    link = np.zeros(LINK_NUMBERS)
     link[[0, 4, 8]], link[9], link[12], link[13], link[25] = 1.0, 0.1, 2.0, 0.05, 1.0
     chain = SerialChain(np.tile(link, (200, 1)), np.array([0.0, -9.81, 0.0, *NO_FORCE]))
     torques = inverse_dynamics(chain, *np.zeros((3, 1, 200)))[0]

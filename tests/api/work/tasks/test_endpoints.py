@@ -368,6 +368,30 @@ def test_torques_have_a_process_force(service: RunningService) -> None:
     assert service.post("/v1/dynamics/inverse", unknown).json()["errors"][0]["pointer"] == "/process_force/frame"
 
 
+def test_friction_and_rotors_of_an_added_robot_are_in_torques(service: RunningService) -> None:
+    """They come from its table, and a derived robot has its own."""
+    drives = {"friction": 2.0, "damping": 0.5, "rotor_inertia": 0.1}
+    plain = [dh_joint(mass=1.0, torque=80.0), dh_joint(mass=1.0, torque=80.0)]
+    bodies = [
+        dh_robot(id=name, joints=joints) for name, joints in (("smooth", plain), ("rough", [plain[0] | drives] * 2))
+    ]
+    own = {"joint_1": {"friction": 0.0, "damping": 0.0}}
+    bodies.append({"kind": "derived", "id": "oiled", "from": "rough", "limits": own})
+    motion = {"positions": [[0.3, 0.4]], "velocities": [[-2.0, 1.0]], "accelerations": [[3.0, -1.0]]}
+    torques, ids = {}, {}
+    for body in bodies:
+        added = service.post("/v1/robots", body | ({"from": ids["rough"]} if "from" in body else {}))
+        assert added.status_code == 201, added.text
+        ids[body["id"]] = added.json()["id"]
+        answer = service.post("/v1/dynamics/inverse", motion | {"robot": added.json()["id"]})
+        torques[body["id"]] = np.array(checked(answer, dynamics.InverseDynamicsAnswer)["torques"][0])
+        first = added.json()["joints"][0]
+        stated = {"smooth": {}, "rough": drives, "oiled": {"rotor_inertia": 0.1}}[body["id"]]
+        assert {name: first[name] for name in drives if name in first} == stated
+    np.testing.assert_allclose(torques["rough"] - torques["smooth"], [-2.0 - 1.0 + 0.3, 2.0 + 0.5 - 0.1], atol=1e-9)
+    np.testing.assert_allclose(torques["oiled"] - torques["smooth"], [0.3, 2.4], atol=1e-9)
+
+
 def test_a_process_force_is_in_a_named_frame(service: RunningService) -> None:
     """A frame turned by a right angle about z: its x axis is the base's y axis."""
     turn = {"position": [0.0, 0.0, 0.0], "orientation": {"kind": "rpy", "rpy": [0.0, 0.0, np.pi / 2.0]}}

@@ -31,6 +31,9 @@ def _chain(seed: int) -> pin.Model:
         parent = model.addJoint(parent, joint, pin.SE3.Random(), f"j{number}", effort, speed, *sides)
         model.appendBodyToJoint(parent, pin.Inertia.Random(), pin.SE3.Random())
     model.addFrame(pin.Frame("tool", parent, 0, pin.SE3.Random(), pin.FrameType.OP_FRAME))
+    drives = rng.uniform(0.0, 2.0, (5, model.nv))
+    model.armature, model.rotorInertia, model.rotorGearRatio, model.damping, friction = drives
+    model.lowerDryFrictionLimit, model.upperDryFrictionLimit = -friction, friction
     return model
 
 
@@ -56,7 +59,9 @@ def test_poses_and_torques_are_those_of_the_model(seed: int) -> None:
         placement, pose = data.oMf[model.getFrameId("tool")], planner.tool_pose(robot, q)
         np.testing.assert_allclose(pose.position, placement.translation, atol=1e-12)
         np.testing.assert_allclose(pose.rotation, placement.rotation, atol=1e-12)
-        torques = pin.rnea(model, data, whole, v, a)
+        # Pinocchio's inverse dynamics have the armature alone.
+        of_drives = model.rotorInertia * model.rotorGearRatio**2 * a + model.damping * v
+        torques = pin.rnea(model, data, whole, v, a) + of_drives + model.upperDryFrictionLimit * np.sign(v)
         found = planner.inverse_dynamics(robot, q, v, a)
         np.testing.assert_allclose(found, torques, atol=1e-9 * max(1.0, np.abs(torques).max()))
     assert [joint.velocity for joint in robot.joints] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
