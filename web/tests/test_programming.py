@@ -50,10 +50,7 @@ def test_the_first_example_is_planned(page: Page) -> None:
 
 PEOPLE = {"rad": "°", "rad/s": "°/s", "rad/s²": "°/s²", "rad/s³": "°/s³", "m": "mm"}
 PEOPLE |= {"m/s": "mm/s", "m/s²": "mm/s²", "m/s³": "mm/s³"}
-"""The units in which people read the values of joints."""
-
-PEOPLE_OF_TOOL = {"m": "mm", "rad": "°"}
-"""Units of errors and deviations of the tool; its speeds stay in m/s."""
+"""The units in which people read lengths and angles."""
 
 
 def test_every_quantity_has_a_title_and_a_unit(browser: Browser, service: RunningService) -> None:
@@ -62,7 +59,7 @@ def test_every_quantity_has_a_title_and_a_unit(browser: Browser, service: Runnin
     rows: list[tuple[dict[str, Any], str]] = []
     for name, measure in MEASURES.items():
         if measure.unit_of_sliding is None:
-            rows.append((check | {"quantity": name, "joint": None}, PEOPLE_OF_TOOL.get(measure.unit, measure.unit)))
+            rows.append((check | {"quantity": name, "joint": None}, PEOPLE.get(measure.unit, measure.unit)))
         else:
             rows.append((check | {"quantity": name, "joint": "theta1"}, PEOPLE.get(measure.unit, measure.unit)))
             sliding = measure.unit_of_sliding

@@ -1,8 +1,8 @@
 // The certificate as a table: what uses how much of its limit, where and when; and the warnings.
 import type { Check, Clearance, Robot, SpeedZoneAnswer } from '../service/types';
 import { estimateOf } from '../plan/estimates';
-import { shownUnit, titleOf } from '../plan/quantities';
-import { millimetres, short } from '../plan/units';
+import { titleOf, unitOfQuantity } from '../plan/quantities';
+import { lengthBelow, short, shownIn, written } from '../plan/units';
 import { zoneNotes } from '../plan/zones';
 import { seek } from '../state/playback';
 import { robot, shownPlan } from '../state/store';
@@ -88,7 +88,7 @@ function ClearanceLine({ kind, clearance }: { kind: Kind; clearance: Clearance }
         {estimate && <small class="estimate">{estimate}</small>}
       </th>
       <td>{margin > 0 ? <Meter used={Math.min(100, (100 * margin) / lower)} enforced /> : '–'}</td>
-      <td class="number">{texts.clearance.least(millimetres(lower), margin > 0 ? millimetres(margin) : null)}</td>
+      <td class="number">{texts.clearance.least(lengthBelow(lower), margin > 0 ? lengthBelow(margin) : null)}</td>
       <td class="number">{time !== null && <Moment time={time} onGo={() => goToNearest(kind)} />}</td>
     </tr>
   );
@@ -98,10 +98,11 @@ function ClearanceLine({ kind, clearance }: { kind: Kind; clearance: Clearance }
 function ZoneLine({ zone }: { zone: SpeedZoneAnswer }) {
   const { clearance, peak, limit, ratio, time } = zone;
   const { about, fastest, exceeded } = zoneNotes(zone);
+  const { factor } = shownIn('m/s');
   return (
     <tr>
       <th scope="row">
-        {texts.zones.checked(short(clearance * 1000))}
+        {texts.zones.checked(written(clearance, 'm'))}
         <small>{about}</small>
         {fastest && <small>{fastest}</small>}
         {exceeded && <small class="exceeded">{exceeded}</small>}
@@ -110,7 +111,7 @@ function ZoneLine({ zone }: { zone: SpeedZoneAnswer }) {
         <Meter used={ratio * 100} enforced />
       </td>
       <td class="number figures">
-        {short(peak, 3)} / {short(limit, 3)} m/s
+        {short(peak * factor, 3)} / {written(limit, 'm/s', 3)}
       </td>
       <td class="number">{time === null ? '–' : <Moment time={time} onGo={() => seek(time)} />}</td>
     </tr>
@@ -141,8 +142,8 @@ const NEGLIGIBLE = 5e-4; // the share of a limit that is shown as 0.0 %
 function figures(check: Check, arm: Robot): string {
   const { peak, limit, bounded } = check;
   const joint = arm.joints.find(({ name }) => name === check.joint);
-  const [factor, unit] = shownUnit(check.quantity, joint);
+  const unit = unitOfQuantity(check.quantity, joint);
   const isRounding = limit !== null && Math.abs(peak) < NEGLIGIBLE * Math.abs(limit);
-  const top = bounded ? short(isRounding ? 0 : peak * factor, 3) : texts.result.unbounded;
-  return `${top} / ${limit === null ? texts.result.unlimited : `${short(limit * factor, 3)} ${unit}`.replaceAll(' ', '\u00a0')}`;
+  const top = bounded ? short(isRounding ? 0 : peak * shownIn(unit).factor, 3) : texts.result.unbounded;
+  return `${top} / ${limit === null ? texts.result.unlimited : written(limit, unit, 3).replaceAll(' ', '\u00a0')}`;
 }

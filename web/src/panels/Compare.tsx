@@ -1,5 +1,5 @@
 // Several back ends side by side; their paths are ghosts on the stage.
-import { short } from '../plan/units';
+import { short, shownIn, withUnit } from '../plan/units';
 import { jointColour } from '../plots/colours';
 import { chooseBackend } from '../state/actions';
 import { compare } from '../state/planning';
@@ -24,7 +24,7 @@ export function Compare() {
                 <th scope="col">{texts.compare.power}</th>
                 <th scope="col">{texts.compare.energy}</th>
                 <th scope="col">{texts.compare.jerk}</th>
-                <th scope="col">{texts.compare.deviation}</th>
+                <th scope="col">{withUnit(texts.compare.deviation, 'm')}</th>
                 <th scope="col">{texts.compare.took}</th>
               </tr>
             </thead>
@@ -61,7 +61,7 @@ function Entry({ entry, index }: { entry: Compared; index: number }) {
           <td class="number">{figure(peak_power)}</td>
           <td class="number">{figure(mechanical_energy)}</td>
           <td class="number">{jerk_is_bounded === false ? <abbr title={texts.result.unbounded}>∞</abbr> : figure(peak_jerk)}</td>
-          <td class="number">{figure(path_deviation === null ? null : path_deviation * 1000)}</td>
+          <td class="number">{figure(path_deviation === null ? null : path_deviation * shownIn('m').factor)}</td>
           <td class="number">{figure(took === null ? null : Math.round(took * 1000), 6)}</td>
         </>
       )}

@@ -1,6 +1,6 @@
 // The choice among the ways in which a pose can be reached; the one that is pointed at is shown on the stage.
 import { useRef, useState } from 'preact/hooks';
-import { depthOf, factorOf, unitOf } from '../plan/units';
+import { decimal, depthOf, shownIn, unitOf } from '../plan/units';
 import { configured, isSolution, sidesOf, unconfigured } from '../request/configurations';
 import type { PlanRequest, PoseWaypoint, Robot, Solution } from '../service/types';
 import { show } from '../state/actions';
@@ -108,9 +108,8 @@ function keys(event: KeyboardEvent): void {
 // The unit stands once where all joints have the same.
 function textOfPosition({ position }: Solution, { joints }: Robot): string {
   const units = joints.map((joint) => unitOf(joint, 'position'));
+  const name = (joint: number): string => shownIn(units[joint]!).name;
   const isSame = units.every((unit) => unit === units[0]);
-  const values = position.map(
-    (value, joint) => `${(value * factorOf(joints[joint]!, 'position')).toFixed(1)}${isSame ? '' : ` ${units[joint]}`}`,
-  );
-  return `${values.join(', ')}${isSame ? ` ${units[0]}` : ''}`;
+  const values = position.map((value, joint) => `${decimal(value, units[joint]!)}${isSame ? '' : ` ${name(joint)}`}`);
+  return `${values.join(', ')}${isSame ? ` ${name(0)}` : ''}`;
 }

@@ -1,6 +1,6 @@
 // What a way around is made better by, for how long, and what that has gained.
 import { plannedWaypoint } from '../plan/samples';
-import { short } from '../plan/units';
+import { written } from '../plan/units';
 import { budgeted, optimised } from '../request/motions';
 import type { FreeMotion } from '../service/types';
 import { isStale, shownPlan } from '../state/store';
@@ -9,6 +9,7 @@ import { Choice, NumberField } from './fields';
 
 const OBJECTIVES = ['', 'duration', 'effort', 'path_length'] as const;
 const OPTIONS = OBJECTIVES.map((objective) => [objective, texts.editor.objectives[objective || 'none']] as const);
+const UNITS = { duration: 's', effort: 's', path_length: 'rad' } as const; // of the service
 const LONGEST = 600; // s
 
 interface FreeProps {
@@ -30,7 +31,8 @@ export function FreeFields({ motion, index, change }: FreeProps) {
       {motion.optimise && (
         <NumberField
           label={texts.editor.timeBudget}
-          value={motion.time_budget ?? undefined}
+          unit="s"
+          value={motion.time_budget}
           placeholder={texts.editor.usual}
           min={0}
           max={LONGEST}
@@ -41,8 +43,8 @@ export function FreeFields({ motion, index, change }: FreeProps) {
         <p class="hint gain">
           {texts.editor.gain(
             texts.editor.objectives[gain.objective],
-            short(gain.first),
-            `${short(gain.last)} ${texts.editor.objectiveUnits[gain.objective]}`,
+            written(gain.first, UNITS[gain.objective]),
+            written(gain.last, UNITS[gain.objective]),
             gain.candidates,
           )}
         </p>

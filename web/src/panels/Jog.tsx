@@ -1,15 +1,14 @@
 // The tool by hand: where it is, and steps along and about the axes of a frame.
 import { signal, useComputed } from '@preact/signals';
-import { degrees, radians, tenths } from '../plan/units';
+import { decimal, inService, shownIn, withUnit } from '../plan/units';
 import { quaternionOf, rpyOfQuaternion } from '../request/rotations';
 import { chooseFrame, frame, frames, jog, readout } from '../state/jogging';
+import { ANGLES, angleUnit, LENGTHS, lengthUnit } from '../state/units';
 import { texts } from '../texts';
 import { Choice } from './fields';
 
-const DISTANCES = ['0.1', '1', '10', '50'] as const; // mm
-const ANGLES = ['0.1', '1', '5', '15'] as const; // degrees
-const distance = signal<(typeof DISTANCES)[number]>('10');
-const angle = signal<(typeof ANGLES)[number]>('5');
+const distance = signal(2); // which of the steps of the unit
+const angle = signal(2);
 
 export function Jog() {
   return (
@@ -19,12 +18,17 @@ export function Jog() {
         <Choice label={texts.jog.frame} value={frame.value} options={frames.value.map(named)} onValue={chooseFrame} />
         <span class="vector two">
           <Choice
-            label={texts.jog.distance}
-            value={distance.value}
-            options={DISTANCES.map(twice)}
-            onValue={(next) => (distance.value = next)}
+            label={withUnit(texts.jog.distance, 'm')}
+            value={String(distance.value)}
+            options={LENGTHS[lengthUnit.value].steps.map(numbered)}
+            onValue={(next) => (distance.value = Number(next))}
           />
-          <Choice label={texts.jog.angle} value={angle.value} options={ANGLES.map(twice)} onValue={(next) => (angle.value = next)} />
+          <Choice
+            label={withUnit(texts.jog.angle, 'rad')}
+            value={String(angle.value)}
+            options={ANGLES[angleUnit.value].steps.map(numbered)}
+            onValue={(next) => (angle.value = Number(next))}
+          />
         </span>
       </div>
       {texts.jog.axes.map((name, axis) => (
@@ -38,16 +42,18 @@ function named(name: string): readonly [string, string] {
   return [name, name === 'base' || name === 'tool' ? texts.editor.frames[name] : name];
 }
 
-function twice<T extends string>(text: T): readonly [T, string] {
-  return [text, text];
+function numbered(step: number, index: number): readonly [string, string] {
+  return [String(index), String(step)];
 }
 
 // While the motion is played only the number changes.
 function Axis({ name, axis }: { name: string; axis: number }) {
   const [kind, of] = axis < 3 ? (['shift', axis] as const) : (['turn', axis - 3] as const);
   const shown = useComputed(() => valueOf(axis));
-  const step = (sign: number): void =>
-    jog(kind, of, sign * (kind === 'shift' ? Number(distance.value) / 1000 : radians(Number(angle.value))));
+  const step = (sign: number): void => {
+    const size = kind === 'shift' ? LENGTHS[lengthUnit.value].steps[distance.value]! : ANGLES[angleUnit.value].steps[angle.value]!;
+    jog(kind, of, sign * inService(size, kind === 'shift' ? 'm' : 'rad'));
+  };
   return (
     <div class="axis">
       <span>{name}</span>
@@ -66,5 +72,6 @@ function valueOf(axis: number): string {
   const at = readout.value;
   const turn = at && quaternionOf(at.orientation);
   if (!at || !turn) return '–';
-  return axis < 3 ? `${tenths(at.position[axis]! * 1000)} mm` : `${tenths(degrees(rpyOfQuaternion(turn)[axis - 3]!))} °`;
+  const [value, unit] = axis < 3 ? [at.position[axis]!, 'm'] : [rpyOfQuaternion(turn)[axis - 3]!, 'rad'];
+  return `${decimal(value, unit)} ${shownIn(unit).name}`;
 }

@@ -1,5 +1,4 @@
-// A pose as a person writes it: mm, roll, pitch and yaw in degrees.
-import { degrees, radians } from '../plan/units';
+// A pose as a person writes it: its position, roll, pitch and yaw.
 import { quaternionOf, quaternionOfRpy, rpyOfQuaternion } from '../request/rotations';
 import type { Vector } from '../request/rotations';
 import type { Pose } from '../service/types';
@@ -14,25 +13,27 @@ interface PoseProps {
 
 export function PoseFields({ pose, onTyping, onPose }: PoseProps) {
   const turn = quaternionOf(pose.orientation);
-  const moved = (values: number[]): Pose => ({ ...pose, position: values.map((value) => value / 1000) });
+  const moved = (values: number[]): Pose => ({ ...pose, position: values });
   const turned = (values: number[]): Pose => {
-    const xyzw = quaternionOfRpy(values.map(radians) as Vector);
+    const xyzw = quaternionOfRpy(values as Vector);
     return { ...pose, orientation: { kind: 'quaternion', xyzw } };
   };
   return (
     <>
       <VectorField
         label={texts.editor.position}
+        unit="m"
         names={['x', 'y', 'z']}
-        values={pose.position.map((value) => value * 1000)}
+        values={pose.position}
         onTyping={onTyping && ((values) => onTyping(moved(values)))}
         onValues={(values) => onPose(moved(values))}
       />
       {turn ? (
         <VectorField
           label={texts.editor.orientation}
+          unit="rad"
           names={texts.jog.axes.slice(3)}
-          values={rpyOfQuaternion(turn).map(degrees)}
+          values={rpyOfQuaternion(turn)}
           onTyping={onTyping && ((values) => onTyping(turned(values)))}
           onValues={(values) => onPose(turned(values))}
         />

@@ -2,7 +2,7 @@
 import type { Problem, Remedy } from '../service/types';
 import { changeInWords } from '../request/changes';
 import { remedied, waysOf } from '../request/edits';
-import { depthOf, seconds, short } from '../plan/units';
+import { depthOf, seconds, written } from '../plan/units';
 import { show } from '../state/actions';
 import { select } from '../state/selection';
 import { request, shownPlan } from '../state/store';
@@ -40,7 +40,7 @@ export function Refusal({ problem }: { problem: Problem }) {
         </p>
       )}
       {(problem.place ?? problem.position) && <p class="hint">{texts.refusal.place}</p>}
-      {problem.nearest && <p class="hint">{texts.refusal.nearest(short(problem.nearest.position_distance * 1000, 3))}</p>}
+      {problem.nearest && <p class="hint">{texts.refusal.nearest(written(problem.nearest.position_distance, 'm', 3))}</p>}
       {problem.errors && (
         <ul>
           {problem.errors.map(({ pointer, message }) => (

@@ -1,7 +1,7 @@
 // The robot that is shown: sliders for its joints, its limits and where they come from; and robots of the user's own.
 import { useComputed } from '@preact/signals';
 import { jointWaypoint } from '../request/edits';
-import { factorOf, short, tenths, unitOf } from '../plan/units';
+import { decimal, short, shownIn, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/units';
 import type { Joint, Robot } from '../service/types';
 import { insert } from '../state/actions';
@@ -63,20 +63,20 @@ function Sliders({ arm }: { arm: Robot }) {
 
 // While the motion is played it is drawn once: what changes in each frame are its knob and its number.
 function Slider({ joint, index }: { joint: Joint; index: number }) {
-  const factor = factorOf(joint, 'position');
   const [lower, upper] = rangeOf(joint);
-  const value = useComputed(() => (jointPosition.value[index] ?? 0) * factor);
-  const text = useComputed(() => `${tenths(value.value)} ${unitOf(joint, 'position')}`);
+  const unit = unitOf(joint, 'position');
+  const value = useComputed(() => jointPosition.value[index] ?? 0);
+  const text = useComputed(() => `${decimal(value.value, unit)} ${shownIn(unit).name}`);
   return (
     <label>
       <span>{joint.name}</span>
       <input
         type="range"
-        min={lower * factor}
-        max={upper * factor}
+        min={lower}
+        max={upper}
         step="any"
         value={value}
-        onInput={(event) => jogJoint(index, event.currentTarget.valueAsNumber / factor)}
+        onInput={(event) => jogJoint(index, event.currentTarget.valueAsNumber)}
       />
       <output>{text}</output>
     </label>
@@ -127,11 +127,11 @@ function LimitTable({ arm }: { arm: Robot }) {
 }
 
 function limitOf(joint: Joint, quantity: Quantity): string {
-  const factor = factorOf(joint, quantity);
+  const { factor, name } = shownIn(unitOf(joint, quantity));
   const text = (value: number | null): string => (value === null ? texts.result.unlimited : short(value * factor, 4));
   const range = quantity === 'position' ? [joint.lower, joint.upper] : quantity === 'jerk' ? null : joint[`${quantity}_range`];
   if (quantity === 'position' && joint.lower === null && joint.upper === null) return texts.result.unlimited;
-  if (range) return `${texts.robot.fromTo(text(range[0]!), text(range[1]!))} ${unitOf(joint, quantity)}`;
+  if (range) return `${texts.robot.fromTo(text(range[0]!), text(range[1]!))} ${name}`;
   const value = quantity === 'position' ? null : joint[quantity];
-  return value === null ? texts.result.unlimited : `±${text(value)} ${unitOf(joint, quantity)}`;
+  return value === null ? texts.result.unlimited : `±${text(value)} ${name}`;
 }

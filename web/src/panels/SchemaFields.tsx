@@ -7,7 +7,7 @@ import type { Joint, Pose } from '../service/types';
 import { texts } from '../texts';
 import { Choice, NumberField, TextField, VectorField } from './fields';
 import { PoseFields } from './PoseFields';
-import { exact, isSimple, labelOf, Simple, withUnit, wordOf } from './SimpleField';
+import { isSimple, labelOf, Simple, wordOf } from './SimpleField';
 
 export interface Forms extends Around {
   schemas: Schemas;
@@ -174,9 +174,7 @@ function Numbers({
   value: unknown;
   onValue: (value: number[]) => void;
 }) {
-  const [factor, unit] = unitOfField(schema);
-  const values = (value as number[]).map((one) => one * factor);
-  return <VectorField label={unit} names={names} values={values} onValues={(next) => onValue(next.map((one) => exact(one, factor)!))} />;
+  return <VectorField label="" unit={unitOfField(schema)} names={names} values={value as number[]} onValues={onValue} />;
 }
 
 // The number or the range of one joint.
@@ -191,22 +189,10 @@ function OfJoint({
   joint: Joint | undefined;
   onValue: (value: unknown) => void;
 }) {
-  const [factor, unit] = unitOfField(schema, joint);
-  const label = withUnit(joint?.name ?? '', unit);
-  if (Array.isArray(value)) {
-    const values = (value as number[]).map((one) => one * factor);
-    return (
-      <VectorField
-        label={label}
-        names={texts.fields.range}
-        values={values}
-        onValues={(next) => onValue(next.map((one) => exact(one, factor)))}
-      />
-    );
-  }
-  return (
-    <NumberField label={label} value={(value as number) * factor} onValue={(next) => next !== undefined && onValue(exact(next, factor))} />
-  );
+  const [unit, label] = [unitOfField(schema, joint), joint?.name ?? ''];
+  if (Array.isArray(value))
+    return <VectorField label={label} unit={unit} names={texts.fields.range} values={value as number[]} onValues={onValue} />;
+  return <NumberField label={label} unit={unit} value={value as number} onValue={(next) => next !== undefined && onValue(next)} />;
 }
 
 // Values by names of the person's own.

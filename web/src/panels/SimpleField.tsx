@@ -1,4 +1,5 @@
 // A field that holds a number, a text, yes or no, or one of several words.
+import { short, shownIn } from '../plan/units';
 import { unitOfField } from '../request/schema';
 import type { Schema } from '../request/schema';
 import { texts } from '../texts';
@@ -43,25 +44,17 @@ export function Simple({ label, title, schema, value, isRequired, onValue }: Sim
       />
     );
   }
-  const [factor, unit] = unitOfField(schema);
+  const unit = unitOfField(schema);
   return (
     <NumberField
-      label={withUnit(label, unit)}
+      label={label}
       title={title}
-      value={typeof value === 'number' ? value * factor : undefined}
-      placeholder={typeof schema.default === 'number' ? String(Number((schema.default * factor).toPrecision(4))) : texts.editor.none}
-      onValue={(next) => (next !== undefined || !isRequired) && onValue(exact(next, factor))}
+      unit={unit}
+      value={typeof value === 'number' ? value : undefined}
+      placeholder={typeof schema.default === 'number' ? short(schema.default * shownIn(unit).factor) : texts.editor.none}
+      onValue={(next) => (next !== undefined || !isRequired) && onValue(next)}
     />
   );
-}
-
-// The number of the service's unit, without the last digits of the conversion.
-export function exact(value: number | undefined, factor: number): number | undefined {
-  return value === undefined ? undefined : Number((value / factor).toPrecision(12));
-}
-
-export function withUnit(label: string, unit: string): string {
-  return unit ? `${label} (${unit})` : label;
 }
 
 export function wordOf(name: string): string {

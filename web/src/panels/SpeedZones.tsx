@@ -7,6 +7,8 @@ import { scene } from '../state/surroundings';
 import { texts } from '../texts';
 import { NumberField } from './fields';
 
+const LEAST = 0.001; // m and m/s, of the service
+
 export function SpeedZones({ request }: { request: PlanRequest }) {
   const zones = zonesOf(request);
   return (
@@ -44,15 +46,17 @@ function Zone({ request, zone, index }: ZoneProps) {
       <legend>{texts.zones.number(index)}</legend>
       <NumberField
         label={texts.zones.clearance}
-        value={zone.clearance * 1000}
-        min={1}
-        onValue={(value) => value && show(withZone(request, index, { clearance: value / 1000 }))}
+        unit="m"
+        value={zone.clearance}
+        min={LEAST}
+        onValue={(value) => value && show(withZone(request, index, { clearance: value }))}
       />
       <NumberField
         label={texts.zones.speed}
-        value={zone.speed * 1000}
-        min={1}
-        onValue={(value) => value && show(withZone(request, index, { speed: value / 1000 }))}
+        unit="m/s"
+        value={zone.speed}
+        min={LEAST}
+        onValue={(value) => value && show(withZone(request, index, { speed: value }))}
       />
       <button
         type="button"

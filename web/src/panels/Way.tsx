@@ -1,5 +1,4 @@
 // How the robot gets to the chosen waypoint and how it passes.
-import { scaled } from '../plan/units';
 import { motionOf, motionsOf } from '../request/motions';
 import { halfWay } from '../state/half_way';
 import type { Limits, PlanRequest, Robot, Transition } from '../service/types';
@@ -35,25 +34,28 @@ export function Way({ request, robot, index, change }: WayProps) {
           {motion?.kind === 'free' && <FreeFields motion={motion} index={index} change={(changed) => change({ motion: changed })} />}
           <NumberField
             label={texts.editor.duration}
-            value={waypoint.duration ?? undefined}
+            unit="s"
+            value={waypoint.duration}
             placeholder={texts.editor.fast}
             min={0}
             onValue={(duration) => change({ duration })}
           />
           <NumberField
             label={texts.editor.toolSpeed}
-            value={scaled(limits?.tcp_linear_velocity, 1000)}
+            unit="m/s"
+            value={limits?.tcp_linear_velocity}
             placeholder={texts.editor.none}
             min={0}
-            onValue={(value) => limit({ tcp_linear_velocity: value === undefined ? undefined : value / 1000 })}
+            onValue={(value) => limit({ tcp_linear_velocity: value })}
           />
           <NumberField
             label={texts.editor.velocityScale}
-            value={scaled(limits?.velocity_scale, 100)}
+            unit="%"
+            value={limits?.velocity_scale}
             placeholder="100"
             min={0}
-            max={100}
-            onValue={(value) => limit({ velocity_scale: value === undefined ? undefined : value / 100 })}
+            max={1}
+            onValue={(value) => limit({ velocity_scale: value })}
           />
         </>
       )}
@@ -68,15 +70,17 @@ export function Way({ request, robot, index, change }: WayProps) {
       {transition?.kind === 'blend' && (
         <NumberField
           label={texts.editor.radius}
-          value={transition.radius * 1000}
+          unit="m"
+          value={transition.radius}
           min={0}
-          onValue={(radius) => radius && change({ transition: { kind: 'blend', radius: radius / 1000 } })}
+          onValue={(radius) => radius && change({ transition: { kind: 'blend', radius } })}
         />
       )}
       {(transition?.kind ?? 'stop') === 'stop' && (
         <NumberField
           label={texts.editor.dwell}
-          value={waypoint.dwell ?? undefined}
+          unit="s"
+          value={waypoint.dwell}
           placeholder="0"
           min={0}
           onValue={(dwell) => change({ dwell })}

@@ -1,6 +1,6 @@
 // The form of the chosen waypoint: where it is, how the robot gets there, how it passes.
 import type { PlanRequest, PoseWaypoint, RelativeWaypoint, Robot } from '../service/types';
-import { factorOf, unitOf } from '../plan/units';
+import { unitOf } from '../plan/units';
 import { edit, endSketch, sketch } from '../state/draft';
 import { draft } from '../state/store';
 import { texts } from '../texts';
@@ -54,14 +54,14 @@ function Joints({ robot, position }: JointsProps) {
   return (
     <div class="joints">
       {robot.joints.map((joint, index) => {
-        const factor = factorOf(joint, 'position');
-        const value = (position[index] ?? 0) * factor;
-        const [low, high] = [(joint.lower ?? -Math.PI) * factor, (joint.upper ?? Math.PI) * factor];
-        const changed = (next: number): object => ({ position: position.map((old, i) => (i === index ? next / factor : old)) });
+        const value = position[index] ?? 0;
+        const [low, high] = [joint.lower ?? -Math.PI, joint.upper ?? Math.PI];
+        const changed = (next: number): object => ({ position: position.map((old, i) => (i === index ? next : old)) });
         return (
           <div key={joint.name} class="joint">
             <NumberField
-              label={`${joint.name} (${unitOf(joint, 'position')})`}
+              label={joint.name}
+              unit={unitOf(joint, 'position')}
               value={value}
               onTyping={(next) => next !== undefined && sketch(changed(next))}
               onValue={(next) => next !== undefined && edit(changed(next))}
@@ -102,9 +102,10 @@ function Relative({ waypoint }: { waypoint: RelativeWaypoint }) {
       {move.kind === 'cartesian' ? (
         <VectorField
           label={texts.editor.translation}
+          unit="m"
           names={['x', 'y', 'z']}
-          values={move.translation.map((value) => value * 1000)}
-          onValues={(values) => edit({ move: { ...move, translation: values.map((value) => value / 1000) } })}
+          values={move.translation}
+          onValues={(translation) => edit({ move: { ...move, translation } })}
         />
       ) : (
         <p class="hint">{texts.editor.asJson}</p>

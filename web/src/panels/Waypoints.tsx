@@ -3,7 +3,7 @@ import { signal } from '@preact/signals';
 import { jointWaypoint, moved, removed } from '../request/edits';
 import { zonesOf } from '../request/zones';
 import { plannedWaypoint } from '../plan/samples';
-import { seconds, short } from '../plan/units';
+import { seconds, short, written } from '../plan/units';
 import type { PlanRequest, Robot, Waypoint } from '../service/types';
 import { insert, insertPose, show } from '../state/actions';
 import { select } from '../state/selection';
@@ -14,6 +14,7 @@ import { Menu } from './Menu';
 import type { MenuGroup } from './Menu';
 import { MoreOfRequest } from './MoreFields';
 import { SpeedZones } from './SpeedZones';
+import { Units } from './Units';
 import { WaypointEditor } from './WaypointEditor';
 
 const dragged = signal<number | null>(null);
@@ -25,6 +26,7 @@ export function Waypoints() {
     <section class="panel" id="waypoints" tabIndex={-1} aria-label={texts.waypoints.label}>
       <div class="panel-head">
         <h2>{texts.waypoints.label}</h2>
+        <Units />
         {arm && <Menu label={texts.waypoints.add} groups={additions(arm)} />}
       </div>
       <ol class="waypoints" onKeyDown={(event) => keys(event, shown)}>
@@ -119,7 +121,7 @@ export function summary(waypoint: Waypoint): string {
   const { motion, transition, duration, dwell } = waypoint;
   const parts = [texts.editor.motions[motion?.kind ?? 'joint']];
   if (transition?.kind === 'through') parts.push(texts.editor.transitions.through);
-  if (transition?.kind === 'blend') parts.push(`${texts.editor.transitions.blend} ${short(transition.radius * 1000)} mm`);
+  if (transition?.kind === 'blend') parts.push(`${texts.editor.transitions.blend} ${written(transition.radius, 'm')}`);
   if (duration) parts.push(`${short(duration)} s`);
   if (dwell) parts.push(`+ ${short(dwell)} s`);
   return parts.join(', ');

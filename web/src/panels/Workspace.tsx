@@ -1,5 +1,5 @@
 // Where the tool can be: a cloud on the stage, and how far it goes; the robot is shown at each of these figures.
-import { short } from '../plan/units';
+import { decimal, shownIn } from '../plan/units';
 import type { WorkspaceAnswer } from '../service/types';
 import { pose } from '../state/jointPosition';
 import { cutWorkspace, isCut, isShown, showWorkspace, workspace } from '../state/workspace';
@@ -69,5 +69,5 @@ function Figures({ answer }: { answer: WorkspaceAnswer }) {
 
 // Figures are within rounding error of what they are.
 function lengthOf(metres: number): string {
-  return `${short(Number((metres * 1000).toFixed(1)), 6)} mm`;
+  return `${Number(decimal(metres, 'm'))} ${shownIn('m').name}`;
 }

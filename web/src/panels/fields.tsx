@@ -1,10 +1,13 @@
-// Fields of forms: a number in the units of people that is taken when it is finished.
+// Fields of forms: a number in the units that a person chose, which is taken when it is finished.
 import { useId, useState } from 'preact/hooks';
+import { inService, shownIn, withUnit } from '../plan/units';
 
 interface NumberProps {
   label: string;
   title?: string;
-  value: number | undefined; // undefined: the field is empty
+  unit?: string; // of the service, in which value, min and max are
+  isUnitShown?: boolean;
+  value: number | null | undefined; // without one the field is empty
   placeholder?: string;
   min?: number;
   max?: number;
@@ -13,20 +16,37 @@ interface NumberProps {
   onValue: (value: number | undefined) => void;
 }
 
-export function NumberField({ label, title, value, placeholder, min, max, step = 'any', onTyping, onValue }: NumberProps) {
+export function NumberField({
+  label,
+  title,
+  unit = '',
+  isUnitShown = true,
+  value,
+  placeholder,
+  min,
+  max,
+  step = 'any',
+  onTyping,
+  onValue,
+}: NumberProps) {
   const id = useId();
+  const { factor, decimals } = shownIn(unit);
+  const taken = (input: HTMLInputElement, take: (value: number | undefined) => void): void => {
+    if (input.value === '') take(undefined);
+    else if (Number.isFinite(input.valueAsNumber)) take(inService(input.valueAsNumber, unit));
+  };
   const [typed, setTyped] = useState<string | null>(null); // it stays as it is written until it is finished
   return (
     <span class="field" title={title}>
-      <label for={id}>{label}</label>
+      <label for={id}>{isUnitShown ? withUnit(label, unit) : label}</label>
       <input
         id={id}
         type="number"
         inputMode="decimal"
-        value={typed ?? (value === undefined ? '' : rounded(value))}
+        value={typed ?? (value === undefined || value === null ? '' : rounded(value * factor, decimals + FINER))}
         placeholder={placeholder}
-        min={min}
-        max={max}
+        min={min === undefined ? undefined : min * factor}
+        max={max === undefined ? undefined : max * factor}
         step={step}
         onInput={(event) => {
           setTyped(event.currentTarget.value);
@@ -42,33 +62,33 @@ export function NumberField({ label, title, value, placeholder, min, max, step =
   );
 }
 
-function taken(input: HTMLInputElement, onValue: (value: number | undefined) => void): void {
-  if (input.value === '') onValue(undefined);
-  else if (Number.isFinite(input.valueAsNumber)) onValue(input.valueAsNumber);
-}
+const FINER = 2; // decimals that a field has beyond those of a readout: a micrometre, a thousandth of a degree
 
-// As many digits as a person wants to see: a micrometre, a thousandth of a degree; of less the first three.
-function rounded(value: number): string {
-  return String(Number(Math.abs(value) < 1e-3 ? value.toPrecision(3) : value.toFixed(3)));
+// Of a number that is smaller than its last decimal, the first three digits.
+function rounded(value: number, decimals: number): string {
+  return String(Number(Math.abs(value) < 10 ** -decimals ? value.toPrecision(3) : value.toFixed(decimals)));
 }
 
 interface VectorProps {
   label: string;
+  unit?: string; // of the service
   names: readonly string[];
   values: readonly number[];
   onTyping?: (values: number[]) => void;
   onValues: (values: number[]) => void;
 }
 
-export function VectorField({ label, names, values, onTyping, onValues }: VectorProps) {
+export function VectorField({ label, unit = '', names, values, onTyping, onValues }: VectorProps) {
   const changed = (index: number, next: number): number[] => values.map((old, i) => (i === index ? next : old));
   return (
     <fieldset class="vector">
-      <legend>{label}</legend>
+      <legend>{withUnit(label, unit)}</legend>
       {values.map((value, index) => (
         <NumberField
           key={names[index]}
           label={names[index]!}
+          unit={unit}
+          isUnitShown={false}
           value={value}
           onTyping={onTyping && ((next) => next !== undefined && onTyping(changed(index, next)))}
           onValue={(next) => next !== undefined && onValues(changed(index, next))}

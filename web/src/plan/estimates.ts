@@ -1,12 +1,12 @@
 // Clearances that are proved for estimated shapes of the links: the machine may be nearer.
 import type { Clearance, PlanAnswer } from '../service/types';
 import { texts } from '../texts';
-import { millimetresAbove } from './units';
+import { lengthAbove } from './units';
 
 // What is said of a clearance; null: its shapes are those of the robot's model.
 export function estimateOf({ shapes, uncertainty, lower }: Clearance): string | null {
   if (shapes !== 'estimate') return null;
-  return texts.clearance.estimate(millimetresAbove(uncertainty), lower >= uncertainty);
+  return texts.clearance.estimate(lengthAbove(uncertainty), lower >= uncertainty);
 }
 
 // The estimate of a plan that leaves least room.

@@ -2,7 +2,6 @@
 import measures from '../service/quantities.json';
 import type { Joint } from '../service/types';
 import { texts } from '../texts';
-import { degrees } from './units';
 
 interface Measure {
   title: string;
@@ -16,13 +15,8 @@ export function titleOf(quantity: string): string {
   return texts.measures[quantity] ?? MEASURES[quantity]?.title ?? quantity.replaceAll('_', ' ');
 }
 
-// The unit in which people read a quantity, and how many of it the service's unit is: at joints, and of errors and
-// deviations of the tool, they read ° and mm.
-export function shownUnit(quantity: string, joint: Joint | undefined): [number, string] {
+// The service's unit of a quantity, of a joint or of the tool.
+export function unitOfQuantity(quantity: string, joint: Joint | undefined): string {
   const measure = MEASURES[quantity];
-  const unit = (joint?.kind === 'prismatic' ? measure?.unit_of_sliding : null) ?? measure?.unit ?? '';
-  const isLengthOrAngle = unit === 'm' || unit === 'rad';
-  if ((joint || isLengthOrAngle) && unit.startsWith('rad')) return [degrees(1), unit.replace('rad', '°')];
-  if ((joint || isLengthOrAngle) && /^m(\/|$)/.test(unit)) return [1000, unit.replace('m', 'mm')];
-  return [1, unit];
+  return (joint?.kind === 'prismatic' ? measure?.unit_of_sliding : null) ?? measure?.unit ?? '';
 }

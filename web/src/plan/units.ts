@@ -1,27 +1,52 @@
-// People read degrees and millimetres; the service speaks rad and m.
+// Numbers as people read them: lengths and angles in the units that they chose. The service speaks m and rad.
 import type { Joint } from '../service/types';
+import { ANGLES, angleUnit, LENGTHS, lengthUnit } from '../state/units';
+import type { Scale } from '../state/units';
 
 export type Quantity = 'position' | 'velocity' | 'acceleration' | 'jerk' | 'torque';
 
-const DEGREES = 180 / Math.PI;
-const POWERS: Record<Quantity, string> = { position: '', velocity: '/s', acceleration: '/s²', jerk: '/s³', torque: '' };
+const POWERS: Record<Quantity, string> = { position: '', velocity: '/s', acceleration: '/s^2', jerk: '/s^3', torque: '' };
 
-export function factorOf(joint: Joint, quantity: Quantity): number {
-  if (quantity === 'torque') return 1;
-  return joint.kind === 'prismatic' ? 1000 : DEGREES;
+// The service's unit of a quantity of a joint.
+export function unitOf({ kind }: Joint, quantity: Quantity): string {
+  if (quantity === 'torque') return kind === 'prismatic' ? 'N' : 'N m';
+  return (kind === 'prismatic' ? 'm' : 'rad') + POWERS[quantity];
 }
 
-export function unitOf(joint: Joint, quantity: Quantity): string {
-  if (quantity === 'torque') return joint.kind === 'prismatic' ? 'N' : 'N m';
-  return (joint.kind === 'prismatic' ? 'mm' : '°') + POWERS[quantity];
+export interface Shown extends Pick<Scale, 'factor' | 'decimals'> {
+  name: string;
 }
 
-export function degrees(radians: number): number {
-  return radians * DEGREES;
+// How people read numbers of a unit of the service, such as m or rad/s^2; a share, %, is one of 100.
+export function shownIn(unit: string): Shown {
+  const name = unit.replace('^2', '²').replace('^3', '³');
+  if (/^rad(\/|$)/.test(unit)) return { ...ANGLES[angleUnit.value], name: name.replace('rad', angleUnit.value) };
+  if (/^m(\/|$)/.test(unit)) return { ...LENGTHS[lengthUnit.value], name: name.replace('m', lengthUnit.value) };
+  return { factor: unit === '%' ? 100 : 1, decimals: 1, name };
 }
 
-export function radians(degrees: number): number {
-  return degrees / DEGREES;
+// The name of a field or a column with the unit of its numbers.
+export function withUnit(label: string, unit: string): string {
+  const { name } = shownIn(unit);
+  return label && name ? `${label} (${name})` : label || name;
+}
+
+// What a person has written, in the service's unit, without the last digits of the conversion.
+export function inService(value: number, unit: string): number {
+  const { factor } = shownIn(unit);
+  return factor === 1 ? value : Number((value / factor).toPrecision(12));
+}
+
+// A number of the service with its unit, with so many significant digits.
+export function written(value: number, unit: string, digits = 4): string {
+  const { factor, name } = shownIn(unit);
+  return `${short(value * factor, digits)} ${name}`;
+}
+
+// With as many decimals as a person reads, and no sign before 0.0.
+export function decimal(value: number, unit: string): string {
+  const { factor, decimals } = shownIn(unit);
+  return (Number((value * factor).toFixed(decimals)) + 0).toFixed(decimals);
 }
 
 const SMALLEST_DECIMAL = 1e-3; // smaller numbers, and numbers from LARGEST_DECIMAL on, have a power of ten
@@ -40,31 +65,26 @@ export function short(value: number, digits = 4): string {
   return `${Number(factor)}×10${raised}`;
 }
 
-// With one decimal, and no sign before 0.0.
-export function tenths(value: number): string {
-  return (Math.round(value * 10) / 10 + 0).toFixed(1);
-}
-
 export function seconds(value: number): string {
   return `${value.toFixed(value < 10 ? 3 : 2)} s`;
 }
 
-// A length in m as mm, rounded down: so far it is proved.
-export function millimetres(value: number): string {
-  return `${Math.floor(value * 1e4 + 1e-6) / 10} mm`;
+// A length rounded down: so far it is proved.
+export function lengthBelow(value: number): string {
+  return roundedLength(value, (scaled) => Math.floor(scaled + 1e-6));
 }
 
-// A length in m as mm, rounded up: so much covers it.
-export function millimetresAbove(value: number): string {
-  return `${Math.ceil(value * 1e4 - 1e-6) / 10} mm`;
+// A length rounded up: so much covers it.
+export function lengthAbove(value: number): string {
+  return roundedLength(value, (scaled) => Math.ceil(scaled - 1e-6));
 }
 
-// How much nearer two things are than they may be, as mm.
+function roundedLength(value: number, round: (scaled: number) => number): string {
+  const { factor, decimals, name } = shownIn('m');
+  return `${round(value * factor * 10 ** decimals) / 10 ** decimals} ${name}`;
+}
+
+// How much nearer two things are than they may be.
 export function depthOf({ depth }: { depth: number }): string {
-  return `${short(depth * 1000, 3)} mm`;
-}
-
-// In another unit; nothing stays nothing.
-export function scaled(value: number | null | undefined, factor: number): number | undefined {
-  return typeof value === 'number' ? value * factor : undefined;
+  return written(depth, 'm', 3);
 }

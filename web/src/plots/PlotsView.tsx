@@ -81,7 +81,10 @@ function PlotView({ quantity, planned, arm, joint, share }: PlotProps) {
   const host = useRef<HTMLDivElement>(null);
   const curves = curvesOf(planned, arm, quantity, joint, share);
   const shade = theme.value;
-  useLayoutEffect(() => (host.current && curves ? draw(host.current, curves, planned) : undefined), [planned, arm, joint, share, shade]);
+  useLayoutEffect(
+    () => (host.current && curves ? draw(host.current, curves, planned) : undefined),
+    [planned, arm, joint, share, shade, curves?.unit],
+  );
   const title = `${texts.quantities[quantity]}${curves ? ` (${curves.unit})` : ''}`;
   return (
     <figure class="plot">

@@ -1,6 +1,6 @@
 // What a plot shows: curves and their limits over time, in the units of people or as shares of the limits.
 import { toolSpeeds } from '../plan/samples';
-import { factorOf, unitOf } from '../plan/units';
+import { shownIn, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/units';
 import { bandsOf } from '../plan/use';
 import type { Band } from '../plan/use';
@@ -32,14 +32,15 @@ export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focu
   const { answer } = planned;
   const { time, segment } = answer.samples;
   if (quantity === 'tool_speed') {
-    const limits = answer.limits?.tool['tcp_linear_velocity']?.map((upper): Band => ({ lower: null, upper }));
+    const { factor, name: unit } = shownIn('m/s');
+    const limits = answer.limits?.tool['tcp_linear_velocity']?.map((upper): Band => scaled({ lower: null, upper }, factor));
     const bands = segment.map((own): Band => limits?.[own] ?? { lower: null, upper: null });
     return {
       time,
       segment,
-      unit: 'm/s',
-      curves: [{ label: 'tool', colour: jointColour(0), values: toolSpeeds(answer), bands }],
-      slow: slowTimes(answer),
+      unit,
+      curves: [{ label: 'tool', colour: jointColour(0), values: toolSpeeds(answer).map((speed) => speed * factor), bands }],
+      slow: slowTimes(answer).map((near) => ({ ...near, limit: near.limit * factor })),
     };
   }
   const rows = answer.samples[quantity];
@@ -47,7 +48,7 @@ export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focu
   const joints = robot.joints.map((_, joint) => joint).filter((joint) => focus === null || joint === focus);
   const curves = joints.map((joint): Curve => {
     const described = robot.joints[joint]!;
-    const factor = factorOf(described, quantity);
+    const { factor } = shownIn(unitOf(described, quantity));
     const bands = bandsOf(answer, quantity, joint);
     const values = relative ? rows.map((row, i) => shareOf(row[joint]!, bands[i]!)) : rows.map((row) => row[joint]! * factor);
     return {
@@ -83,7 +84,7 @@ function scaled({ lower, upper }: Band, factor: number): Band {
 }
 
 function unitsOf(joints: readonly Joint[], quantity: Quantity): string {
-  return [...new Set(joints.map((joint) => unitOf(joint, quantity)))].join(', ');
+  return [...new Set(joints.map((joint) => shownIn(unitOf(joint, quantity)).name))].join(', ');
 }
 
 // Tells whether all curves have the same limits.

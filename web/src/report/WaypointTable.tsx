@@ -1,5 +1,5 @@
 // The waypoints as they were reached: when, where the joints are, how exactly.
-import { factorOf, unitOf } from '../plan/units';
+import { decimal, short, shownIn, unitOf, withUnit } from '../plan/units';
 import type { PlanAnswer, Robot } from '../service/types';
 import { seek } from '../state/playback';
 import { texts } from '../texts';
@@ -16,15 +16,15 @@ export function WaypointTable({ answer, robot }: TableProps) {
         <thead>
           <tr>
             <th scope="col">{texts.report.waypoint}</th>
-            <th scope="col">{texts.report.arrival}</th>
-            <th scope="col">{texts.report.departure}</th>
+            <th scope="col">{withUnit(texts.report.arrival, 's')}</th>
+            <th scope="col">{withUnit(texts.report.departure, 's')}</th>
             {robot.joints.map((joint) => (
               <th key={joint.name} scope="col">
-                {joint.name} ({unitOf(joint, 'position')})
+                {withUnit(joint.name, unitOf(joint, 'position'))}
               </th>
             ))}
-            <th scope="col">{texts.report.tool}</th>
-            <th scope="col">{texts.report.error}</th>
+            <th scope="col">{withUnit(texts.report.tool, 'm')}</th>
+            <th scope="col">{withUnit(texts.report.error, 'm')}</th>
           </tr>
         </thead>
         <tbody>
@@ -39,11 +39,11 @@ export function WaypointTable({ answer, robot }: TableProps) {
               <td class="number">{departure_time.toFixed(3)}</td>
               {position.map((value, joint) => (
                 <td key={joint} class="number">
-                  {(Math.round(value * factorOf(robot.joints[joint]!, 'position') * 100) / 100 + 0).toFixed(2)}
+                  {decimal(value, unitOf(robot.joints[joint]!, 'position'))}
                 </td>
               ))}
-              <td class="number">{pose.position.map((value) => (value * 1000).toFixed(1)).join(', ')}</td>
-              <td class="number">{Number((position_error * 1e6).toFixed(3))}</td>
+              <td class="number">{pose.position.map((value) => decimal(value, 'm')).join(', ')}</td>
+              <td class="number">{short(position_error * shownIn('m').factor, 2)}</td>
             </tr>
           ))}
         </tbody>

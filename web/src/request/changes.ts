@@ -1,5 +1,5 @@
 // A change of a remedy in words: the place in the request, the field and its value with the unit.
-import { short } from '../plan/units';
+import { short, written } from '../plan/units';
 
 const UNITS: Record<string, string> = {
   duration: 's',
@@ -7,6 +7,8 @@ const UNITS: Record<string, string> = {
   dwell: 's',
   radius: 'm',
   margin: 'm',
+  clearance: 'm',
+  speed: 'm/s',
   mass: 'kg',
   tcp_linear_velocity: 'm/s',
   tcp_angular_velocity: 'rad/s',
@@ -18,10 +20,9 @@ export function changeInWords(pointer: string, value: unknown, place: (index: nu
   const names = pointer.split('/').slice(1);
   const index = names[0] === 'waypoints' && /^\d+$/.test(names[1] ?? '') ? Number(names[1]) : null;
   const fields = index === null ? names : names.slice(2);
-  const unit = UNITS[fields.at(-1) ?? ''];
-  const written = valueInWords(value);
+  const words = valueInWords(value, fields.at(-1));
   const field = fields.map(wordsOf).join(', ');
-  const text = field ? `${field}: ${written}${unit && typeof value === 'number' ? ` ${unit}` : ''}` : written;
+  const text = field ? `${field}: ${words}` : words;
   return index === null ? text : `${place(index)}${field ? ', ' : ': '}${text}`;
 }
 
@@ -32,13 +33,14 @@ function wordsOf(name: string): string {
     .join(' ');
 }
 
-function valueInWords(value: unknown): string {
-  if (typeof value === 'number') return short(value, 4);
+// The field has the unit of a number.
+function valueInWords(value: unknown, field = ''): string {
+  if (typeof value === 'number') return field in UNITS ? written(value, UNITS[field]!) : short(value);
   if (typeof value === 'string') return wordsOf(value);
   if (value === null) return 'none';
   if (typeof value === 'boolean') return value ? 'yes' : 'no';
-  if (Array.isArray(value)) return value.map(valueInWords).join(', ');
+  if (Array.isArray(value)) return value.map((part) => valueInWords(part)).join(', ');
   return Object.entries(value as object)
-    .map(([name, part]) => (name === 'kind' ? valueInWords(part) : `${wordsOf(name)} ${valueInWords(part)}`))
+    .map(([name, part]) => (name === 'kind' ? valueInWords(part) : `${wordsOf(name)} ${valueInWords(part, name)}`))
     .join(', ');
 }

@@ -52,13 +52,10 @@ export function fits(value: unknown, { properties, const: only, type }: Schema):
 
 const UNIT = /[,(] ?(N m|kg m\^2|(?:rad|m|kg|s|N|W)(?:\/s(?:\^\d)?)?)( or (?:m|N)(?:\/s(?:\^\d)?)?)?(?=[.;,:)\s]|$)/;
 
-// The unit in which people read a number, and how many of it the service's unit is; the description names that one.
-export function unitOfField({ description = '' }: Schema, joint?: Joint): [number, string] {
+// The service's unit of a number, which the description names.
+export function unitOfField({ description = '' }: Schema, joint?: Joint): string {
   const [, first = '', other = ''] = UNIT.exec(description) ?? [];
-  const unit = joint?.kind === 'prismatic' && other ? other.replace(' or ', '') : first;
-  const shown = unit.replace(/\^(\d)/, (_, power: string) => (power === '2' ? '²' : '³'));
-  if (/^rad/.test(unit)) return [180 / Math.PI, shown.replace('rad', '°')];
-  return /^m(\/|$)/.test(unit) ? [1000, shown.replace('m', 'mm')] : [1, shown];
+  return joint?.kind === 'prismatic' && other ? other.replace(' or ', '') : first;
 }
 
 // What is known of the robot when a field is begun.
@@ -67,7 +64,7 @@ export interface Around {
   pose: unknown; // where the tool is
 }
 
-const FIRST: Readonly<Record<string, number>> = { kg: 1, s: 1, mm: 0.01 }; // by the unit that people read
+const FIRST: Readonly<Record<string, number>> = { kg: 1, s: 1, m: 0.01 }; // by its unit
 const POSE = { position: [0, 0, 0], orientation: { kind: 'rpy', rpy: [0, 0, 0] } };
 
 // A first value of a field: what is required of it, no more.
@@ -89,7 +86,7 @@ export function initial(name: string, given: Schema, schemas: Schemas, around: A
     case 'string':
       return schema.enum?.[0] ?? name;
     default:
-      return Math.max(schema.minimum ?? 0, FIRST[unitOfField(schema)[1]] ?? 0);
+      return Math.max(schema.minimum ?? 0, FIRST[unitOfField(schema)] ?? 0);
   }
 }
 

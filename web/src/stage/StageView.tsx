@@ -5,12 +5,13 @@ import { toolSpeeds } from '../plan/samples';
 import { limitUse } from '../plan/use';
 import type { Robot } from '../service/types';
 import type { Planned } from '../state/store';
-import { depthOf, millimetres, short } from '../plan/units';
+import { depthOf, inService, lengthBelow, written } from '../plan/units';
 import { select } from '../state/selection';
 import { firstPosition, shownPosition } from '../state/jointPosition';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
 import { goToNearest, nearest, setting, shownPair, shownTool } from '../state/surroundings';
 import { theme } from '../state/theme';
+import { ANGLES, angleUnit, LENGTHS, lengthUnit } from '../state/units';
 import { isCut, workspace } from '../state/workspace';
 import { texts } from '../texts';
 import { JOINT_COLOURS } from '../plots/colours';
@@ -65,7 +66,12 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
             <button type="button" aria-pressed={ofTool.value} onClick={() => (ofTool.value = !ofTool.value)}>
               {texts.stage.toolAxes}
             </button>
-            <button type="button" aria-pressed={snaps.value} title={texts.stage.snapHint} onClick={() => (snaps.value = !snaps.value)}>
+            <button
+              type="button"
+              aria-pressed={snaps.value}
+              title={texts.stage.snapHint(...snapTexts())}
+              onClick={() => (snaps.value = !snaps.value)}
+            >
               {texts.stage.snap}
             </button>
           </>
@@ -89,10 +95,20 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
   );
 }
 
+// The steps of a snapping hand, m and rad.
+function snapSteps(): [number, number] {
+  return [inService(LENGTHS[lengthUnit.value].steps[2], 'm'), inService(ANGLES[angleUnit.value].steps[2], 'rad')];
+}
+
+function snapTexts(): [string, string] {
+  const [distance, angle] = snapSteps();
+  return [written(distance, 'm'), written(angle, 'rad')];
+}
+
 // Whether the pose that is dragged can be reached, in how many ways, and what is in the way.
 function ReachNote({ reach }: { reach: Reach | null }) {
   if (!reach) return null;
-  if (reach.kind === 'missed') return <p class="reach-note missed">{texts.stage.missed(short(reach.distance * 1000, 3))}</p>;
+  if (reach.kind === 'missed') return <p class="reach-note missed">{texts.stage.missed(written(reach.distance, 'm', 3))}</p>;
   return (
     <p class={`reach-note ${reach.collision ? 'hindered' : 'reached'}`}>
       {reach.kind === 'reached' && texts.stage.reached(reach.solutions, reach.free)}
@@ -108,7 +124,7 @@ function NearestNote() {
   const { kind, clearance } = found;
   return (
     <button type="button" class="nearest-note" onClick={() => goToNearest(kind)}>
-      {texts.clearance.note(clearance.pair!, millimetres(clearance.lower), clearance.time!)}
+      {texts.clearance.note(clearance.pair!, lengthBelow(clearance.lower), clearance.time!)}
     </button>
   );
 }
@@ -117,7 +133,7 @@ function NearestNote() {
 function ColourKey() {
   const shown = shownPlan.value;
   if (!shown?.answer.samples.tcp_velocity) return null;
-  const [least, most] = byUse.value ? ['0', '100 %'] : ['0', `${short(fastestOf(shown), 3)} m/s`];
+  const [least, most] = byUse.value ? ['0', '100 %'] : ['0', written(fastestOf(shown), 'm/s', 3)];
   return (
     <button type="button" class="colour-key" title={texts.stage.colourHint} onClick={() => (byUse.value = !byUse.value)}>
       {byUse.value ? texts.stage.use : texts.stage.speed} {least} <span class="speed-scale" /> {most}
@@ -193,7 +209,10 @@ function follow(
     effect(() => {
       theme.value; // drawn anew in other colours
       robot.value;
-      stage.setGizmo(dragging?.pose() ?? null, dragging?.tool() ?? null, mode.value, { ofTool: ofTool.value, snaps: snaps.value });
+      stage.setGizmo(dragging?.pose() ?? null, dragging?.tool() ?? null, mode.value, {
+        ofTool: ofTool.value,
+        snap: snaps.value ? snapSteps() : null,
+      });
     }),
     effect(() => {
       const found = dragging?.reach() ?? null;

@@ -10,11 +10,8 @@ export type GizmoMode = 'translate' | 'rotate';
 
 export interface GizmoWays {
   ofTool: boolean; // along the axes of the tool, else those of the world
-  snaps: boolean;
+  snap: readonly [number, number] | null; // steps of a motion, m, and of a turn, rad
 }
-
-const SNAP_DISTANCE = 0.01; // m
-const SNAP_ANGLE = (5 * Math.PI) / 180;
 
 export class Gizmo {
   private readonly handle = new Group(); // in the base frame
@@ -43,7 +40,7 @@ export class Gizmo {
   onDrop: (pose: Pose) => void = () => undefined;
 
   // Shows the handles at a pose, with the tool that is there; null: none.
-  show(pose: Pose | null, mode: GizmoMode, { ofTool, snaps }: GizmoWays, tool?: Object3D): void {
+  show(pose: Pose | null, mode: GizmoMode, { ofTool, snap }: GizmoWays, tool?: Object3D): void {
     this.pose = pose;
     disposeOf(this.tool);
     this.tool = pose?.orientation ? tool : undefined; // with any orientation nobody knows where the tip is
@@ -57,8 +54,8 @@ export class Gizmo {
     this.handle.quaternion.set(...(turn ?? [0, 0, 0, 1]));
     this.controls.setMode(turn ? mode : 'translate');
     this.controls.setSpace(ofTool ? 'local' : 'world');
-    this.controls.setTranslationSnap(snaps ? SNAP_DISTANCE : null);
-    this.controls.setRotationSnap(snaps ? SNAP_ANGLE : null);
+    this.controls.setTranslationSnap(snap && snap[0]);
+    this.controls.setRotationSnap(snap && snap[1]);
     this.controls.attach(this.handle);
   }
 

@@ -11,11 +11,11 @@ export const ofMotion: typeof english = {
     mode: { translate: 'Pose verschieben', rotate: 'Pose drehen' },
     toolAxes: 'Werkzeugachsen',
     snap: 'Raster',
-    snapHint: 'In Schritten von 10 mm verschieben, in Schritten von 5° drehen',
+    snapHint: (distance, angle) => `In Schritten von ${distance} verschieben, in Schritten von ${angle} drehen`,
     reached: (solutions, free) =>
       `erreicht auf ${solutions} ${solutions === 1 ? 'Art' : 'Arten'}${free === null ? '' : `, davon ${free || 'keine'} kollisionsfrei`}`,
     hindered: (pair, depth) => `${pair.join(' und ')}: ${depth} zu nah`,
-    missed: (millimetres) => `außer Reichweite: die nächste Pose ist ${millimetres} mm entfernt`,
+    missed: (distance) => `außer Reichweite: die nächste Pose ist ${distance} entfernt`,
     whole: 'Ganzes Fenster',
     screenshot: 'Bild',
     speed: 'Werkzeuggeschwindigkeit',

@@ -22,6 +22,7 @@ export const ofPage: typeof english = {
     keyHint: 'Dieser Dienst verlangt einen API-Schlüssel; er bleibt in diesem Tab.',
     useKey: 'Schlüssel verwenden',
   },
+  units: { length: 'Längeneinheit', angle: 'Winkeleinheit', names: { mm: 'mm', m: 'm', in: 'Zoll', '°': '°', rad: 'rad' } },
   said: {
     undone: 'Rückgängig gemacht',
     redone: 'Wiederholt',

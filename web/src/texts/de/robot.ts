@@ -28,8 +28,8 @@ export const ofRobot: typeof english = {
   jog: {
     label: 'Werkzeug von Hand',
     frame: 'Entlang der Achsen von',
-    distance: 'Schritt (mm)',
-    angle: 'Drehung (°)',
+    distance: 'Schritt',
+    angle: 'Drehung',
     axes: ['x', 'y', 'z', 'Rollen', 'Nicken', 'Gieren'],
     less: (axis) => `Weniger ${axis}`,
     more: (axis) => `Mehr ${axis}`,

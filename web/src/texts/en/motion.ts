@@ -10,11 +10,11 @@ export const ofMotion = {
     mode: { translate: 'Move pose', rotate: 'Turn pose' },
     toolAxes: 'Tool axes',
     snap: 'Snap',
-    snapHint: 'Move in steps of 10 mm, turn in steps of 5°',
+    snapHint: (distance: string, angle: string) => `Move in steps of ${distance}, turn in steps of ${angle}`,
     reached: (solutions: number, free: number | null) =>
       `reached in ${solutions} ${solutions === 1 ? 'way' : 'ways'}${free === null ? '' : `, ${free || 'none'} of them free`}`,
     hindered: (pair: readonly string[], depth: string) => `${pair.join(' and ')}: ${depth} too near`,
-    missed: (millimetres: string) => `out of reach: the nearest is ${millimetres} mm away`,
+    missed: (distance: string) => `out of reach: the nearest is ${distance} away`,
     whole: 'Whole window',
     screenshot: 'Picture',
     speed: 'tool speed',

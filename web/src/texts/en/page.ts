@@ -21,6 +21,7 @@ export const ofPage = {
     keyHint: 'This service asks for an API key; it stays in this tab.',
     useKey: 'Use key',
   },
+  units: { length: 'Unit of lengths', angle: 'Unit of angles', names: { mm: 'mm', m: 'm', in: 'inch', '°': '°', rad: 'rad' } },
   said: {
     undone: 'Undone',
     redone: 'Redone',

@@ -46,7 +46,7 @@ export const ofResult = {
     apply: 'Apply',
     json: 'As JSON',
     ways: { durations: 'Longer durations', limits: 'Wider limits', payload: 'A lighter payload', other: 'A change' },
-    nearest: (millimetres: string) => `The nearest that the tool gets is ${millimetres} mm away; the robot is shown there in red.`,
+    nearest: (distance: string) => `The nearest that the tool gets is ${distance} away; the robot is shown there in red.`,
     place: 'The robot is shown there in red.',
     pair: (pair: readonly string[], depth: string, time: string | null) =>
       `${pair.join(' and ')}: ${depth} too near${time === null ? '' : `, from ${time} on`}.`,
@@ -62,7 +62,7 @@ export const ofResult = {
     power: 'Peak power (W)',
     energy: 'Energy (J)',
     jerk: 'Peak jerk',
-    deviation: 'Off path (mm)',
+    deviation: 'Off path',
     took: 'Com\u00adputed (ms)',
     use: 'Use',
     hint: 'The paths are shown as dashed lines in the colours of the table. Click the name of a back end to use it.',

@@ -25,8 +25,8 @@ export const ofRobot = {
   jog: {
     label: 'Tool by hand',
     frame: 'Along the axes of',
-    distance: 'Step (mm)',
-    angle: 'Turn (°)',
+    distance: 'Step',
+    angle: 'Turn',
     axes: ['x', 'y', 'z', 'roll', 'pitch', 'yaw'],
     less: (axis: string) => `Less ${axis}`,
     more: (axis: string) => `More ${axis}`,
