@@ -110,15 +110,10 @@ Include = TypeAliasType(
 )
 
 
-class TrajectoryRequest(Schema):
-    """The planning problem without the back end: a robot, its waypoints, limits and options."""
+class ProblemRequest(Schema):
+    """The planning problem without its waypoints and the back end: a robot, limits and options."""
 
     robot: NamedRobot
-    waypoints: Annotated[list[Waypoint], Field(min_length=1)]
-    """The waypoints in order; the robot starts at rest at the first and ends at rest at the last. A waypoint at the
-    joint position of the one before (within 1e-9 rad or m) is merged with it under the stricter transition. A warning
-    says so. Its `duration` or `minimum_duration` becomes a rest. A trajectory without motion and without a
-    requested rest is a rest of 0.01 s."""
     limits: Limits = Limits()
     """Limits of the whole trajectory; where a waypoint has limits of its own, the narrower limit holds on its
     segment."""
@@ -131,14 +126,9 @@ class TrajectoryRequest(Schema):
     mounting: Mounting = None
     payload: Payload | None = None
     """The payload until a waypoint changes it; omitted: none."""
-    duration: Seconds | None = None
-    """The duration of the whole trajectory with dwells, s. Segments without a duration of their own share the
-    remaining time in proportion to their shortest durations. Omitted: as fast as the limits allow."""
     start_tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-4
     """The distance by which a joint waypoint may lie outside a position limit, rad or m. It is moved to the limit, and
     the warning `position_snapped` says so."""
-    actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
-    """Actions during the trajectory, other than the `actions` of waypoints; the answer gives their times."""
     scene: SceneOrId | None = None
     """The scene with objects and attached objects. The plan is proved collision-free at all times, and its certificate
     reports the `clearance`. Omitted: no scene."""
@@ -156,6 +146,21 @@ class TrajectoryRequest(Schema):
     seed: Seed = 0
     """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
+
+
+class TrajectoryRequest(ProblemRequest):
+    """The planning problem without the back end: a robot, its waypoints, limits and options."""
+
+    waypoints: Annotated[list[Waypoint], Field(min_length=1)]
+    """The waypoints in order; the robot starts at rest at the first and ends at rest at the last. A waypoint at the
+    joint position of the one before (within 1e-9 rad or m) is merged with it under the stricter transition. A warning
+    says so. Its `duration` or `minimum_duration` becomes a rest. A trajectory without motion and without a
+    requested rest is a rest of 0.01 s."""
+    duration: Seconds | None = None
+    """The duration of the whole trajectory with dwells, s. Segments without a duration of their own share the
+    remaining time in proportion to their shortest durations. Omitted: as fast as the limits allow."""
+    actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
+    """Actions during the trajectory, other than the `actions` of waypoints; the answer gives their times."""
 
 
 class PlanRequest(TrajectoryRequest):

@@ -25,6 +25,7 @@ from api.work.tasks import (
     openapi,
     robots,
     scenes,
+    task_orders,
     trajectories,
     trajectory_operations,
 )
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 SUBJECTS = (
     trajectories,
     trajectory_operations,
+    task_orders,
     batch_reports,
     robots,
     scenes,

@@ -113,7 +113,7 @@ def in_tasks(refusal: PlanningError, tasks: Sequence[Task], origins: Sequence[Or
     """
 
     def name(index: int) -> str:
-        task, waypoint = origins[index]
+        task, waypoint, _ = origins[index]
         if task is None:
             return "of the end" if waypoint else "of the start"
         called = tasks[task].name

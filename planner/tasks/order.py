@@ -186,7 +186,8 @@ class _Ordering:
             task, is_end = self.tasks[index], self._origin(index, 0).task is None
             motion = task.waypoints[0].motion if is_end else self.travel
             waypoints += task.visited(visit, motion, self.costs.states.positions[state])
-            origins += [self._origin(index, step) for step in task.steps(visit)]
+            steps = zip(task.steps(visit), task.motions(visit), strict=True)
+            origins += [self._origin(index, step)._replace(motion=motion_of) for step, motion_of in steps]
         return replace(self.problem, waypoints=waypoints), tuple(origins)
 
     def _origin(self, index: int, step: int) -> Origin:

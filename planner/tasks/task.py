@@ -46,10 +46,12 @@ class Origin(NamedTuple):
     Attributes:
         task: Index of the task; None: the start or the end.
         waypoint: Index of the waypoint in its task; in the problem for the start and the end.
+        motion: Index of the waypoint of the task whose motion leads here; None: the motion from another task.
     """
 
     task: int | None
     waypoint: int
+    motion: int | None = None
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,14 @@ class Task:
         order = [(visit.first + k) % count for k in range(count + self.closed)]
         return order[::-1] if visit.is_reversed else order
 
+    def motions(self, visit: Visit = FORWARDS) -> list[int | None]:
+        """Return for each step of a visit the index of the waypoint whose motion leads there; None: travel.
+
+        A motion belongs to the waypoint at its end in the given direction.
+        """
+        steps = self.steps(visit)
+        return [None, *(steps[:-1] if visit.is_reversed else steps[1:])]
+
     def visited(self, visit: Visit, travel: Motion, positions: FloatArray) -> list[AnyWaypoint]:
         """Return the waypoints of a visit, with joint positions where joint motions end.
 
@@ -98,18 +108,17 @@ class Task:
             travel: The motion to the first waypoint.
             positions: (steps, joints), rad or m: the joint positions of the visit.
         """
-        steps, found = self.steps(visit), []
-        for k, (index, position) in enumerate(zip(steps, positions, strict=True)):
-            waypoint = self.waypoints[index]
-            if k:
-                # The segment ends at the later of its waypoints in the given direction.
-                later = self.waypoints[steps[k - 1] if visit.is_reversed else index]
-                arrival = {name: getattr(later, name) for name in ARRIVAL}
-                arrival["motion"] = _reversed(later.motion) if visit.is_reversed else later.motion
-            else:
+        found = []
+        steps = zip(self.steps(visit), self.motions(visit), positions, strict=True)
+        for index, motion, position in steps:
+            if motion is None:
                 source = Waypoint() if self.closed else self.waypoints[0]
                 arrival = {name: getattr(source, name) for name in ARRIVAL} | {"motion": travel}
-            waypoint = replace(waypoint, **arrival)
+            else:
+                source = self.waypoints[motion]
+                arrival = {name: getattr(source, name) for name in ARRIVAL}
+                arrival["motion"] = _reversed(source.motion) if visit.is_reversed else source.motion
+            waypoint = replace(self.waypoints[index], **arrival)
             found.append(_at_position(waypoint, position) if isinstance(waypoint.motion, JointMotion) else waypoint)
         return found
 

@@ -1,9 +1,21 @@
 """The routes of the service by subject, in the order of the documentation."""
 
-from api.http.routers import batches, collisions, dynamics, kinematics, page, robots, scenes, service, trajectories
+from api.http.routers import (
+    batches,
+    collisions,
+    dynamics,
+    kinematics,
+    page,
+    robots,
+    scenes,
+    service,
+    tasks,
+    trajectories,
+)
 
 ROUTERS = (
     trajectories.router,
+    tasks.router,
     batches.router,
     robots.router,
     scenes.router,

@@ -315,7 +315,7 @@ def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
 def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None) -> planner.AnyWaypoint:
     common_fields: dict[str, Any] = {
         "name": waypoint.name,
-        "motion": _to_motion(waypoint.motion, frame),
+        "motion": to_motion(waypoint.motion, frame),
         "transition": _to_transition(waypoint.transition),
         "duration": waypoint.duration,
         "minimum_duration": waypoint.minimum_duration,
@@ -347,7 +347,9 @@ def _to_free(free: Literal["rotation_z"] | waypoints.Region | None) -> planner.F
     return planner.Region(**_with_tuples(ranges))
 
 
-def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> planner.Motion:
+def to_motion(motion: waypoints.Motion, frame: Pose | None) -> planner.Motion:
+    """Make a motion, with its poses in a frame; None: the base frame."""
+
     def in_base(pose: common.Pose) -> Pose:
         return to_pose(pose) if frame is None else to_pose(pose).from_frame(frame)
 

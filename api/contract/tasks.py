@@ -1,0 +1,91 @@
+"""Requests and answers of tasks in any order."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from api.contract.answers import PlanAnswer  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.backends import Backend  # noqa: TC001
+from api.contract.parts.common import Answer, Schema
+from api.contract.parts.free_motions import FreeMotion
+from api.contract.parts.waypoints import JointMotion, Waypoint
+from api.contract.requests import PlanRequest, ProblemRequest, default_backend
+
+MOST_TASKS = 500
+"""The most tasks of a request."""
+
+TaskName = Annotated[str, Field(min_length=1, max_length=200)]
+
+Travel = Annotated[JointMotion | FreeMotion, Field(discriminator="kind")]
+
+
+class OrderTask(Schema):
+    """Waypoints that belong together: a point, a line or seam, a closed contour, or a pick with its place."""
+
+    waypoints: Annotated[list[Waypoint], Field(min_length=1, max_length=100)]
+    """The waypoints in the given direction. The robot gets to the first one by the `travel` motion. Actions and changes
+    of the tool are not possible here."""
+    name: TaskName | None = None
+    """A name for `after`, which the answer repeats."""
+    reversible: bool = False
+    """Whether the robot may visit the waypoints in the opposite direction."""
+    closed: bool = False
+    """Whether the waypoints are a closed contour. The robot enters it at any of them and leaves it there. The motion of
+    the first waypoint closes the contour: it starts at the last one."""
+    after: Annotated[list[TaskName], Field(max_length=MOST_TASKS)] = Field(default_factory=list)
+    """The names of tasks that come before this one."""
+    group: TaskName | None = None
+    """The name of a group, whose tasks follow each other without another task between; null or omitted: none."""
+
+
+class OrderRequest(ProblemRequest):
+    """Tasks in any order, with the robot, limits and options of a plan."""
+
+    start: Waypoint
+    """The start of the trajectory."""
+    end: Waypoint | None = None
+    """The end of the trajectory; null or omitted: at the last task."""
+    tasks: Annotated[list[OrderTask], Field(min_length=1, max_length=MOST_TASKS)]
+    """The tasks. All their waypoints together are at most as many as a plan may have."""
+    travel: Travel | None = None
+    """The motion to the first waypoint of each task; null or omitted: free in a scene, otherwise straight in joint
+    space."""
+    backend: Backend = Field(
+        default_factory=lambda: default_backend(), description="The back end of the plan; omitted: the cubic."
+    )
+    time_budget: Annotated[float, Field(gt=0.0, le=600.0)] | None = None
+    """The time after which the search ends with the best order so far, s. The answer then depends on the speed of the
+    service. It also ends before the `deadline`. Omitted: only the deadline ends it early."""
+
+
+class OrderedTask(Schema):
+    """A task at its place in the order."""
+
+    task: int
+    """The index of the task in the request."""
+    name: str | None
+    """The name of the task; null: it has none."""
+    reversed: bool
+    """Whether the robot visits the waypoints in the opposite direction."""
+    first: int
+    """The index of the waypoint at which the robot enters a closed contour; else 0."""
+
+
+class OrderAnswer(Answer):
+    """Tasks in order, with the certified plan."""
+
+    order: list[OrderedTask]
+    """The tasks in the order of the plan."""
+    bound: float
+    """A lower bound on the duration of all orders, s. It compares all solutions of the inverse kinematics, turned
+    nearest to the start, and steps of 30 degrees of a free turn about the tool."""
+    gap: float
+    """The share of the plan's duration above the bound, from 0 to 1."""
+    planned_orders: int
+    """The number of orders that were planned or refused. Detours and refused motions lead to other orders."""
+    request: PlanRequest
+    """The tasks in this order as a request of POST /v1/trajectories, which gives the same plan."""
+    plan: PlanAnswer
+    """The certified plan."""

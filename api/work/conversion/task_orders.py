@@ -1,0 +1,120 @@
+"""Tasks of a request as the library's, and their order as a plan request."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import planner
+from api.contract import requests
+from api.work.conversion.problems import to_planning_problem, to_waypoints
+from planner.errors import InvalidProblem
+from planner.problems.motion_around import FreeMotion
+from planner.tasks.task import ARRIVAL
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from api.contract.tasks import OrderRequest
+    from planner import FieldPath
+    from planner.robots import Robot
+    from planner.tasks.task import Origin
+
+GOAL_FIELDS = ("kind", "pose", "frame", "free", "configuration", "external", "move", "position")
+"""The fields of waypoints that a joint position replaces."""
+
+ENDS = ("start", "end")
+"""The fields of the request for the waypoints of the library's problem."""
+
+
+NO_ACTIONS = "must be empty: an order of tasks has no actions"
+"""The fault of a waypoint with actions."""
+
+
+@contextmanager
+def at_field(moved: Callable[[FieldPath], FieldPath]) -> Iterator[None]:
+    """Let the faults of a refusal point to other fields."""
+    try:
+        yield
+    except InvalidProblem as refusal:
+        refusal.faults = tuple(fault._replace(field=moved(fault.field)) for fault in refusal.faults)
+        raise
+
+
+def in_request(field: FieldPath) -> FieldPath:
+    """Return the field of the request for a field of the library's problem of start and end."""
+    return (ENDS[int(field[1])], *field[2:]) if field[0] == "waypoints" and len(field) > 1 else field
+
+
+def to_task_problem(request: OrderRequest, robot: Robot) -> tuple[planner.PlanningProblem, tuple[planner.Task, ...]]:
+    """Make the problem with start and end, and the tasks.
+
+    Raises:
+        InvalidProblem: With every fault of the waypoints.
+    """
+    _refuse_unordered(request)
+    shared = {name: getattr(request, name) for name in requests.ProblemRequest.model_fields}
+    ends = [request.start] if request.end is None else [request.start, request.end]
+    plan = requests.PlanRequest.model_construct(**shared, waypoints=ends, actions=[], duration=None)
+    problem = to_planning_problem(plan, robot)
+    tasks = []
+    for index, task in enumerate(request.tasks):
+        with at_field(lambda field, index=index: ("tasks", index, *field) if field[0] == "waypoints" else field):
+            waypoints = to_waypoints(task.waypoints, problem.robot, request.frames)
+        tasks.append(planner.Task(waypoints, task.name, task.reversible, task.closed, task.after, task.group))
+    return problem, tuple(tasks)
+
+
+def _refuse_unordered(request: OrderRequest) -> None:
+    """Refuse what has no meaning in another order.
+
+    Raises:
+        InvalidProblem: A waypoint has actions, or a contour or reversible task has poses in different frames.
+    """
+    ends = {name: getattr(request, name) for name in ENDS}
+    faults: list[tuple[FieldPath, str]] = [
+        ((name, "actions"), NO_ACTIONS) for name, end in ends.items() if end is not None and end.actions
+    ]
+    for index, task in enumerate(request.tasks):
+        frames = [getattr(waypoint, "frame", None) for waypoint in task.waypoints]
+        for k, waypoint in enumerate(task.waypoints):
+            field = "tasks", index, "waypoints", k
+            if waypoint.actions:
+                faults.append(((*field, "actions"), NO_ACTIONS))
+            if (task.reversible or task.closed) and frames[k] != frames[0]:
+                faults.append(((*field, "frame"), "must be the frame of the first waypoint, for the other direction"))
+    if faults:
+        raise InvalidProblem(faults)
+
+
+def to_plan_request(document: Mapping[str, Any], ordered: planner.OrderedTasks) -> dict[str, Any]:
+    """Write the tasks of a request in their order as a plan request, both as JSON."""
+    shared = {name: value for name, value in document.items() if name in requests.PlanRequest.model_fields}
+    pairs = zip(ordered.origins, ordered.problem.waypoints, strict=True)
+    return shared | {"waypoints": [_ordered_waypoint(document, ordered, *pair) for pair in pairs]}
+
+
+def _ordered_waypoint(
+    document: Mapping[str, Any], ordered: planner.OrderedTasks, origin: Origin, planned: planner.AnyWaypoint
+) -> dict[str, Any]:
+    """Write a waypoint of the ordered list, with a joint position where the library has chosen one."""
+    if origin.task is None:
+        own = arrival = document[ENDS[origin.waypoint]]
+    else:
+        task = document["tasks"][origin.task]
+        own, first = task["waypoints"][origin.waypoint], {} if task.get("closed") else task["waypoints"][0]
+        arrival = first if origin.motion is None else task["waypoints"][origin.motion]
+    waypoint = {name: value for name, value in own.items() if name not in ARRIVAL}
+    waypoint |= {name: value for name, value in arrival.items() if name in ARRIVAL}
+    if origin.task is not None and origin.motion is None:
+        in_scene = document.get("scene") is not None
+        waypoint["motion"] = document.get("travel") or {"kind": "free" if in_scene else "joint"}
+    elif origin.task is not None and "poses" in waypoint.get("motion", {}):
+        step = -1 if ordered.reversed[ordered.order.index(origin.task)] else 1
+        waypoint["motion"] = waypoint["motion"] | {"poses": waypoint["motion"]["poses"][::step]}
+    if not isinstance(planned, planner.JointWaypoint):
+        return waypoint
+    if isinstance(planned.motion, planner.JointMotion) and not isinstance(planned.motion, FreeMotion):
+        waypoint["motion"] = {"kind": "joint", "turns": planned.motion.turns}
+    kept = {name: value for name, value in waypoint.items() if name not in GOAL_FIELDS}
+    return {"kind": "joint", "position": list(planned.position)} | kept

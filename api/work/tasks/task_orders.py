@@ -1,0 +1,58 @@
+"""Tasks in any order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from api.base.errors import invalid_at
+from api.contract import requests
+from api.contract.tasks import OrderRequest
+from api.work.answers.plans import as_dict
+from api.work.conversion.problems import to_backend, to_motion
+from api.work.conversion.task_orders import at_field, in_request, to_plan_request, to_task_problem
+from api.work.conversion.time_budgets import attempts_until
+from api.work.tasks.context import in_scene, task, validated
+from api.work.tasks.trajectories import export_options, figures_of, refuse_too_many_rows
+from planner.tasks import order_tasks
+
+if TYPE_CHECKING:
+    from api.pool.messages import Reply
+    from api.work.tasks.context import TaskContext
+
+
+@task("order_tasks")
+def order(context: TaskContext) -> Reply:
+    """Answer POST /v1/tasks/order."""
+    with context.stage("validate"):
+        request = context.request(OrderRequest)
+        count = sum(len(one.waypoints) for one in request.tasks)
+        if count > context.caps.max_waypoints:
+            most = context.caps.max_waypoints
+            raise invalid_at("/tasks", f"must have at most {most} waypoints in all; got {count}")
+        robot = context.robot(request)
+        with at_field(in_request):
+            problem, tasks = to_task_problem(request, robot)
+        travel = None if request.travel is None else to_motion(request.travel, None)
+    with context.stage("plan"), at_field(in_request):
+        left = attempts_until(context.task.deadline).seconds
+        seconds = min(left or 0.0, request.time_budget or float("inf"))
+        ordered = order_tasks(problem, tasks, to_backend(request.backend), travel=travel, seconds=seconds)
+    plan = ordered.plan
+    refuse_too_many_rows(plan.trajectory.duration, request.sample_period, plan.path.robot.dof, context)
+    planned = to_plan_request(context.document, ordered)
+    ordinary = in_scene(validated(requests.PlanRequest, planned, context.caps), context.arguments.get("scene"))
+    options = export_options(ordinary, context.arguments.get("definition"))
+    names = [request.tasks[index].name for index in ordered.order]
+    visits = zip(ordered.order, names, ordered.reversed, ordered.first, strict=True)
+    answer = {
+        "order": [
+            {"task": index, "name": name, "reversed": is_reversed, "first": first}
+            for index, name, is_reversed, first in visits
+        ],
+        "bound": ordered.bound,
+        "gap": ordered.gap,
+        "planned_orders": ordered.planned_orders,
+        "request": planned,
+        "plan": as_dict(plan, options),
+    }
+    return context.reply(answer, plan=figures_of(plan))
