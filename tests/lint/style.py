@@ -30,6 +30,8 @@ MOST_FILES = 14
 """Number of modules that a folder may have."""
 
 LARGER_FOLDERS = {
+    "api/contract": "a module for each subject of requests and answers",
+    "api/work/tasks": "a module for each subject of operations",
     "planner/certificate": "a module for each kind of check",
     "planner/kernels": "a module for each subject of the compiled loops",
     "planner/tool_motions": "a module for each kind of path, and for each way in which the joints follow it",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import planner
@@ -10,7 +11,7 @@ from api.contract import requests
 from api.work.conversion.problems import to_planning_problem, to_waypoints
 from planner.errors import InvalidProblem
 from planner.problems.motion_around import FreeMotion
-from planner.tasks.task import ARRIVAL
+from planner.tasks import ARRIVAL
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from api.contract.tasks import OrderRequest
     from planner import FieldPath
     from planner.robots import Robot
-    from planner.tasks.task import Origin
+    from planner.tasks import Origin
 
 GOAL_FIELDS = ("kind", "pose", "frame", "free", "configuration", "external", "move", "position")
 """The fields of waypoints that a joint position replaces."""
@@ -59,14 +60,19 @@ def to_task_problem(request: OrderRequest, robot: Robot) -> tuple[planner.Planni
     problem = to_planning_problem(plan, robot)
     tasks = []
     for index, task in enumerate(request.tasks):
-        with at_field(lambda field, index=index: ("tasks", index, *field) if field[0] == "waypoints" else field):
+        with at_field(partial(_in_task, index)):
             waypoints = to_waypoints(task.waypoints, problem.robot, request.frames)
         tasks.append(planner.Task(waypoints, task.name, task.reversible, task.closed, task.after, task.group))
     return problem, tuple(tasks)
 
 
+def _in_task(index: int, field: FieldPath) -> FieldPath:
+    """Return the field of the request for a field of the waypoints of a task."""
+    return ("tasks", index, *field) if field[0] == "waypoints" else field
+
+
 def _refuse_unordered(request: OrderRequest) -> None:
-    """Refuse what has no meaning in another order.
+    """Refuse fields without a meaning in another order.
 
     Raises:
         InvalidProblem: A waypoint has actions, or a contour or reversible task has poses in different frames.
