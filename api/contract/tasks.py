@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -11,7 +11,7 @@ from api.contract.parts.backends import Backend  # noqa: TC001
 from api.contract.parts.common import Answer, Schema
 from api.contract.parts.free_motions import FreeMotion
 from api.contract.parts.waypoints import JointMotion, Waypoint
-from api.contract.requests import PlanRequest, ProblemRequest, default_backend
+from api.contract.requests import ProblemRequest, default_backend
 
 MOST_TASKS = 500
 """The most tasks of a request."""
@@ -85,7 +85,7 @@ class OrderAnswer(Answer):
     """The share of the plan's duration above the bound, from 0 to 1."""
     planned_orders: int
     """The number of orders that were planned or refused. Detours and refused motions lead to other orders."""
-    request: PlanRequest
-    """The tasks in this order as a request of POST /v1/trajectories, which gives the same plan."""
+    request: dict[str, Any]
+    """The tasks in this order as a body of POST /v1/trajectories, which gives the same plan."""
     plan: PlanAnswer
     """The certified plan."""

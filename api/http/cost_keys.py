@@ -10,7 +10,7 @@ from api.pool.costs import Kind
 CostKey = Callable[[Mapping[str, Any]], tuple[Any, ...]]
 """A function of a body as JSON. Its results are few, and no text of a client is among them."""
 
-ROWS = ("waypoints", "poses", "positions", "points")
+ROWS = ("waypoints", "tasks", "poses", "positions", "points")
 """The fields whose length tells the size of a request."""
 
 SLOW_MOTIONS = ("linear", "circular", "polyline", "spline", "free")
