@@ -70,7 +70,8 @@ class PageBuildHook(BuildHookInterface):  # type: ignore[misc]  # hatchling is t
                 self.app.display_warning(f"the page is not built: {reason_of(error)}")
         kernels = runpy.run_path(str(root / KERNELS))
         built = kernels["build"]()  # a checkout has libraries of other sources beside them
-        build_data["artifacts"] += [f"{BUILT}/", f"{built.relative_to(root)}/*.so"]
+        libraries = [built / name for name in kernels["library_names"](kernels["PROCESSOR"]).values()]
+        build_data["artifacts"] += [f"{BUILT}/", *(str(library.relative_to(root)) for library in libraries)]
         build_data["tag"], build_data["pure_python"] = kernels["wheel_tag"](), False
 
 

@@ -23,6 +23,9 @@ SOURCES = Path(__file__).parent / "source"
 LIBRARIES = Path(__file__).parent / "built"
 """The folder of the compiled libraries."""
 
+PROCESSOR = os.environ.get("PLANNER_BUILD_PROCESSOR") or platform.machine()
+"""The processor that a wheel is built for: this machine's unless the environment names another."""
+
 COMPILER = "ziglang==0.17.1"
 """The package that compiles, as pyproject.toml requires it for building."""
 
@@ -55,13 +58,13 @@ def build(processor: str | None = None) -> Path:
     """Compile the kernels unless that is done, and return the folder of the libraries.
 
     Args:
-        processor: `x86_64` or `aarch64`; None: this machine's.
+        processor: `x86_64` or `aarch64`; None: `PROCESSOR`.
 
     Raises:
         OSError, subprocess.SubprocessError: The compiler is not there or failed.
     """
     folder = LIBRARIES / digest()
-    processor = processor or platform.machine()
+    processor = processor or PROCESSOR
     names = library_names(processor)
     if all((folder / name).is_file() for name in names.values()):
         return folder  # also where nothing may be written
@@ -86,9 +89,9 @@ def library_names(processor: str) -> dict[str, str]:
 
 
 def wheel_tag() -> str:
-    """Return the tag of a wheel with the libraries of this machine: any Python 3, one platform."""
+    """Return the tag of a wheel with the libraries of `PROCESSOR`: any Python 3, one platform."""
     if sys.platform == "linux":
-        return f"py3-none-manylinux_2_28_{platform.machine()}"
+        return f"py3-none-manylinux_2_28_{PROCESSOR}"
     return f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
 
 

@@ -45,6 +45,12 @@ def texts(value: Any) -> Iterator[str]:
         yield str(value)
 
 
+def test_the_base_for_kustomize_has_every_manifest_and_the_image_of_the_readme() -> None:
+    files = {file.name for file in (DEPLOY / "kubernetes").glob("*.yaml")}
+    assert {*MANIFESTS["Kustomization"]["resources"], "kustomization.yaml"} == files
+    assert f"docker build -t {CONTAINER['image']} ." in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
 def test_settings_are_those_of_the_service() -> None:
     """But for the variables of Compose itself, which have the same names."""
     known = {f"PLANNER_{name.upper()}" for name in Settings.model_fields}
