@@ -39,6 +39,7 @@ from api.work.entry import ENTRY
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
+    from fastapi.telemetry import TelemetryConfig
     from starlette.requests import Request
 
     from api.batches.planners import Planners
@@ -69,6 +70,9 @@ SENT_HEADERS = (
     "X-Request-ID",
 )
 """The headers of answers that such pages may read."""
+
+OWN_TELEMETRY: TelemetryConfig = {"tracing": False, "metrics": False, "logs": False}
+"""FastAPI's own telemetry, switched off: `api/telemetry` measures the stages at workers, too."""
 
 log = structlog.get_logger()
 
@@ -110,7 +114,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
         log.info("stopped")
 
     # `api/http/openapi.py` serves the document, as only workers know the schemas of the back ends.
-    app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
+    app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan, telemetry=OWN_TELEMETRY)
     answers = SharedAnswers(traffic, settings.answer_cache_bytes, metrics)
     shedding = Shedding(settings, metrics)
     app.state.service = Service(

@@ -299,7 +299,12 @@ def segment_limits(
         of_all = getattr(common, name)
         return np.array([of_all * getattr(narrower, name, 1.0) for narrower in own])
 
-    of_tool = {quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES}
+    all_limits = [limits for limits in (common, *own) if limits is not None]
+    of_tool = {
+        quantity: tool_limits(quantity)
+        for quantity in TCP_QUANTITIES
+        if any(getattr(limits, quantity) is not None for limits in all_limits)
+    }
     requested = [[limits.further for limits in (common, narrower) if limits is not None] for narrower in own]
     further = {
         constraint: np.array([min(limits.get(constraint, np.inf) for limits in each) for each in requested])
@@ -307,7 +312,7 @@ def segment_limits(
     }
     for power in (POWER, TOTAL_POWER):
         row = np.full(robot.dof, np.inf) if power.of_joints else np.inf
-        if any(getattr(limits, power.name) is not None for limits in (common, *own) if limits is not None):
+        if any(getattr(limits, power.name) is not None for limits in all_limits):
             each = [
                 [getattr(limits, power.name) for limits in (common, narrower) if limits is not None] for narrower in own
             ]

@@ -78,7 +78,7 @@ def certify_sampling(
         ends: The motion before and after; None: rest.
     """
     lengths, derivatives = np.diff(time), trajectory.evaluate(time)
-    wanted = trajectory.evaluate(trajectory.arrivals, [0])[0]
+    wanted = trajectory.at_arrivals
     return [
         SampleCertificate(
             interpolation,

@@ -62,7 +62,7 @@ def certify(
     if faults:
         raise InvalidProblem(faults)
     refuse_unknown_torques(robot, (limits,))
-    (met,) = trajectory.evaluate(trajectory.arrivals, [0])
+    met = trajectory.at_arrivals
     wanted = met if positions is None else np.asarray(positions, dtype=np.float64)
     if wanted.shape != met.shape:
         raise ValueError(f"positions of shape {wanted.shape}: {met.shape} are met at the arrivals")

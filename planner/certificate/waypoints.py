@@ -105,7 +105,7 @@ def certify_waypoints(
         corners: Joint positions (waypoints, joints) of the waypoints, which count only where those are blended.
         blended: Indices of the waypoints that are not to be met.
     """
-    met = trajectory.evaluate(trajectory.arrivals, [0])[0].copy()
+    met = trajectory.at_arrivals.copy()
     is_met = np.ones(len(met), dtype=bool)
     is_met[list(blended)] = False
     met[~is_met] = corners[~is_met]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,6 +63,11 @@ class Trajectory(SegmentedPolynomial):
     def duration(self) -> float:
         """The time from start to end, s."""
         return float(self.breakpoints[-1])
+
+    @cached_property
+    def at_arrivals(self) -> FloatArray:
+        """The joint positions (waypoints, joints) at the arrivals, rad or m."""
+        return self.evaluate(self.arrivals, [0])[0]
 
     @property
     def moves(self) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from api.base.codings import weights_of
@@ -45,11 +46,10 @@ def negotiated(requested: str | None, accept: str, forms: Mapping[str, Form]) ->
         if requested in forms:
             return forms[requested]
         raise _not_acceptable(forms)
-    names = list(forms)
-    best = max(names, key=lambda name: (_quality(forms[name].media_type, accept), -names.index(name)))
-    if _quality(forms[best].media_type, accept) <= 0.0:
+    best = _preferred(accept, tuple(form.media_type for form in forms.values()))
+    if best is None:
         raise _not_acceptable(forms)
-    return forms[best]
+    return list(forms.values())[best]
 
 
 def _not_acceptable(forms: Mapping[str, Form]) -> NotAcceptable:
@@ -57,10 +57,17 @@ def _not_acceptable(forms: Mapping[str, Form]) -> NotAcceptable:
     return NotAcceptable(f"`format` or `Accept` must name an available format: {there_are}.", formats=list(forms))
 
 
-def _quality(media_type: str, accept: str) -> float:
-    """Weigh a media type in an `Accept` header: its weight is that of the most specific range that covers it."""
-    kind = media_type.partition("/")[0]
+@lru_cache(maxsize=256)
+def _preferred(accept: str, media_types: tuple[str, ...]) -> int | None:
+    """Find the index of the best media type by an `Accept` header, the first of equals; None: none is accepted."""
     weights = weights_of(accept)
+    qualities = [_quality(media_type, weights) for media_type in media_types]
+    return None if max(qualities) <= 0.0 else qualities.index(max(qualities))
+
+
+def _quality(media_type: str, weights: Mapping[str, float]) -> float:
+    """Weigh a media type by the ranges of an `Accept` header: the most specific one that covers it decides."""
+    kind = media_type.partition("/")[0]
     for candidate in (media_type, f"{kind}/*", "*/*"):
         if candidate in weights:
             return weights[candidate]
