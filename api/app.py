@@ -39,7 +39,6 @@ from api.work.entry import ENTRY
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    from fastapi.telemetry import TelemetryConfig
     from starlette.requests import Request
 
     from api.batches.planners import Planners
@@ -71,9 +70,6 @@ SENT_HEADERS = (
 )
 """The headers of answers that such pages may read."""
 
-OWN_TELEMETRY: TelemetryConfig = {"tracing": False, "metrics": False, "logs": False}
-"""FastAPI's own telemetry, switched off: `api/telemetry` measures the stages at workers, too."""
-
 log = structlog.get_logger()
 
 
@@ -89,7 +85,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     database = Database(database_url(settings), settings.database_reading_threads)
     metrics, traffic = Metrics(), Traffic(settings.max_bytes_in_flight)
     metrics.watch(workers, traffic)
-    traces = None if settings.otlp_endpoint is None else Traces(settings.otlp_endpoint)
+    traces = Traces(settings.otlp_endpoint)
     planners: Planners = PoolPlanners(workers, settings)
     if settings.scheduler is not None:
         planners = ClusterPlanners(settings.scheduler)
@@ -109,12 +105,11 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
         await workers.detach()
         workers.stop()
         database.close()
-        if traces is not None:
-            traces.close()
+        traces.close()
         log.info("stopped")
 
     # `api/http/openapi.py` serves the document, as only workers know the schemas of the back ends.
-    app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan, telemetry=OWN_TELEMETRY)
+    app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan, telemetry=traces.of_fastapi)
     answers = SharedAnswers(traffic, settings.answer_cache_bytes, metrics)
     shedding = Shedding(settings, metrics)
     app.state.service = Service(

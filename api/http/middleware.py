@@ -17,7 +17,7 @@ from api.base.logs import where_from
 from api.base.problem_documents import MEDIA_TYPE, problem_document
 from api.http.access.access import client_by_address
 from api.http.transport.senders import request_id
-from api.telemetry.traces import Outcome, trace_context
+from api.telemetry.traces import trace_id_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -45,7 +45,7 @@ log = structlog.get_logger()
 class RequestContext:
     """The outermost layer of the application. It is pure ASGI, so that it costs microseconds."""
 
-    def __init__(self, app: ASGIApp, sites: Sites, traffic: Traffic, metrics: Metrics, traces: Traces | None) -> None:
+    def __init__(self, app: ASGIApp, sites: Sites, traffic: Traffic, metrics: Metrics, traces: Traces) -> None:
         self.app = app
         self._sites = sites
         self._traffic = traffic
@@ -65,11 +65,8 @@ class RequestContext:
         state |= {"submitted": None, "code": None, "client": client, "quota": None, "grants": []}
         until_answered = state["until_answered"] = ExitStack()
         until_answered.callback(share.release)
-        context = trace_context(dict(scope["headers"]).get(b"traceparent", b"").decode("latin-1"))
-        span = None
-        if self._traces is not None:
-            span, context = self._traces.begin(context)
-        structlog.contextvars.bind_contextvars(trace_id=context.trace_id)
+        traceparent = dict(scope["headers"]).get(b"traceparent", b"").decode("latin-1")
+        structlog.contextvars.bind_contextvars(trace_id=trace_id_of(traceparent))
         status, sent = 0, 0
 
         async def send_and_note(message: Message) -> None:
@@ -77,7 +74,9 @@ class RequestContext:
             if message["type"] == "http.response.start":
                 status = message["status"]
                 own = {"x-request-id": state["request_id"]}
-                own["server-timing"] = _server_timing(state["timings"], time.monotonic() - arrived)
+                so_far = time.monotonic() - arrived
+                own["server-timing"] = _server_timing(state["timings"], so_far)
+                self._traces.note(state["code"], state["timings"], so_far - (state["submitted"] or 0.0))
                 if state["grants"]:
                     grants = (grant.headers() for grant in state["grants"])
                     own |= min(grants, key=lambda left: int(left["RateLimit-Remaining"]))
@@ -105,10 +104,6 @@ class RequestContext:
         seconds = time.monotonic() - arrived
         operation = _operation(scope, status)
         self._metrics.count_request("none" if operation is None else operation.name, status, seconds, state["code"])
-        if self._traces is not None and span is not None:
-            route = None if operation is None else operation.path
-            told = Outcome(scope["method"], route, status, state["code"], state["submitted"], state["timings"])
-            self._traces.end(span, told, seconds)
         log.log(
             _level(status),
             "request",

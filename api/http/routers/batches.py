@@ -14,7 +14,7 @@ from pydantic.json_schema import SkipJsonSchema
 from sqlalchemy.exc import NoResultFound
 from starlette.responses import StreamingResponse
 
-from api.base.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid, invalid_at
+from api.base.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid_at
 from api.base.pages import DEFAULT_ENTRIES
 from api.batches.archive import zipped
 from api.batches.arrival import Body, Refused
@@ -101,9 +101,7 @@ async def create_batch(
             "`Content-Type` must be `application/json`, or `application/x-ndjson` for one request a line."
         )
     if key is not None and not 1 <= len(key) <= LONGEST_KEY:
-        raise invalid(
-            [{"pointer": "", "message": f"The header `Idempotency-Key` must have 1 to {LONGEST_KEY} characters."}]
-        )
+        raise invalid_at("", f"The header `Idempotency-Key` must have 1 to {LONGEST_KEY} characters.")
     declared = request.headers.get("content-length", "")
     body = Body(request.stream(), is_lines, int(declared) if declared.isdecimal() else 0, request.state.share)
     try:

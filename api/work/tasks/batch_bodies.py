@@ -54,9 +54,7 @@ def of_document(context: TaskContext, most: int) -> Iterator[tuple[Any, str]]:
                 faults = error.details["errors"]
                 raise invalid([fault | {"pointer": "/grid" + fault["pointer"]} for fault in faults]) from None
         case _:
-            raise invalid(
-                [{"pointer": "", "message": "The body must have non-empty `requests` or a `grid`, and nothing else."}]
-            )
+            raise invalid_at("", "The body must have non-empty `requests` or a `grid`, and nothing else.")
 
 
 def _without_objects(body: bytes) -> tuple[Any, list[bytes]]:
@@ -105,9 +103,7 @@ def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
                 raise NothingThere
             put(orjson.loads(content), steps, None)
         except NothingThere:
-            raise invalid(
-                [{"pointer": f"/vary/{k}/pointer", "message": "must lead to a field of a plan request"}]
-            ) from None
+            raise invalid_at(f"/vary/{k}/pointer", "must lead to a field of a plan request") from None
     return _varied(content, grid.vary)
 
 

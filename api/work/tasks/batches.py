@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import orjson
 
-from api.base.errors import PayloadTooLarge, invalid, invalid_at
+from api.base.errors import PayloadTooLarge, invalid_at
 from api.base.size import parse_json
 from api.contract.parts.common import DEFAULT_DEADLINE
 from api.contract.requests import PlanRequest
@@ -62,9 +62,7 @@ def read_items(context: TaskContext) -> Reply:
         contents = _contents(itertools.islice(found, most + 1 - first), context)
         items = [_item(request, content, context) for request, content in contents]
     if first + len(items) > most:
-        raise invalid(
-            [{"pointer": "/requests", "message": f"must have at most {most} requests. Send several batches."}]
-        )
+        raise invalid_at("/requests", f"must have at most {most} requests. Send several batches.")
     chunks = [pickle.dumps(items[start : start + CHUNK]) for start in range(0, len(items), CHUNK)]
     return Reply(200, "application/octet-stream", b"", context.timings, result=chunks)
 
@@ -84,9 +82,7 @@ def _contents(found: Iterable[tuple[Any, str]], context: TaskContext) -> Iterato
             raise invalid_at(pointer, "must be an object")
         content = orjson.dumps(request)
         if len(content) > most_of_one:
-            raise invalid(
-                [{"pointer": pointer, "message": f"must have at most {most_of_one} bytes; got {len(content)}"}]
-            )
+            raise invalid_at(pointer, f"must have at most {most_of_one} bytes; got {len(content)}")
         size += len(content)
         if size > most_of_all:
             raise PayloadTooLarge(

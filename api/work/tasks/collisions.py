@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from api.base.errors import invalid
+from api.base.errors import invalid_at
 from api.contract import collisions as schemas
 from api.work.answers.clearances import clearance_answer, speed_zones_answer
 from api.work.conversion.given_trajectories import to_trajectory
@@ -29,22 +29,13 @@ def check_collisions(context: TaskContext) -> Reply:
         robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
         has_trajectory = request.samples is not None or request.polynomials is not None
         if (request.positions is None) != has_trajectory:
-            raise invalid(
-                [{"pointer": "", "message": "The body must have either `positions`, or `samples` or `polynomials`."}]
-            )
+            raise invalid_at("", "The body must have either `positions`, or `samples` or `polynomials`.")
         if request.positions is None:
             motions = [to_trajectory(request, robot)[1]]
         else:
             motions = [at_rest(q) for q in np.atleast_2d(to_matrix(request.positions, robot.dof, ("positions",)))]
         if request.speed_zones and not has_trajectory:
-            raise invalid(
-                [
-                    {
-                        "pointer": "/speed_zones",
-                        "message": "must be given only with a trajectory: `positions` do not move",
-                    }
-                ]
-            )
+            raise invalid_at("/speed_zones", "must be given only with a trajectory: `positions` do not move")
         scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
         zones = to_speed_zones(request.speed_zones)
         refuse_zone_faults(scene, zones)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import orjson
 from pydantic import TypeAdapter, ValidationError
 
-from api.base.errors import UnknownScene, invalid, invalid_request
+from api.base.errors import UnknownScene, invalid, invalid_at, invalid_request
 from api.base.size import parse_json, size_faults
 from api.contract.parts.scenes import Scene
 from api.contract.robots import RobotModel
@@ -98,14 +98,7 @@ class TaskContext:
         request = in_scene(validated(schema, self.document, self.caps), self.arguments.get("scene"))
         deadline = getattr(request, "deadline", 0.0)
         if deadline > self.caps.max_deadline:
-            raise invalid(
-                [
-                    {
-                        "pointer": "/deadline",
-                        "message": f"must be at most {self.caps.max_deadline:g} s; got {deadline:g} s",
-                    }
-                ]
-            )
+            raise invalid_at("/deadline", f"must be at most {self.caps.max_deadline:g} s; got {deadline:g} s")
         return request
 
     def robot(self, request: Any) -> Robot:
