@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import structlog
 from starlette.requests import ClientDisconnect
+from starlette.responses import Response
 
 from api.base.content_policies import security_headers
 from api.base.errors import InternalError, ServiceError
@@ -91,14 +92,14 @@ class RequestContext:
             await self.app(scope, receive, send_and_note)
         except ServiceError as refusal:
             state["code"] = refusal.code
-            await _send_problem(refusal, scope["path"], send_and_note)
+            await _answer(refusal, scope)(scope, receive, send_and_note)
         except ClientDisconnect:
             failure = "client_disconnected"
         except Exception as error:  # noqa: BLE001 - the outermost boundary: a problem, not a traceback
             failure = where_from(error)
             if status == 0:
                 state["code"] = FAILED.code
-                await _send_problem(FAILED, scope["path"], send_and_note)
+                await _answer(FAILED, scope)(scope, receive, send_and_note)
         finally:
             until_answered.close()
         seconds = time.monotonic() - arrived
@@ -146,9 +147,7 @@ def _server_timing(timings: dict[str, float], total: float) -> str:
     return ", ".join(f"{name};dur={seconds * 1e3:.3f}" for name, seconds in {**known, "total": total}.items())
 
 
-async def _send_problem(error: ServiceError, path: str, send: Send) -> None:
-    status, body = problem_document(error, path)
-    headers = {"content-type": MEDIA_TYPE, "content-length": str(len(body)), **error.headers}
-    raw = [(name.encode(), value.encode()) for name, value in headers.items()]
-    await send({"type": "http.response.start", "status": status, "headers": raw})
-    await send({"type": "http.response.body", "body": body})
+def _answer(error: ServiceError, scope: Scope) -> Response:
+    """Make the answer for an error that no route has caught."""
+    status, body = problem_document(error, scope["path"])
+    return Response(body, status, error.headers, MEDIA_TYPE)

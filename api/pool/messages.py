@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 import struct
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from api.base.codings import IDENTITY
@@ -109,12 +109,14 @@ class Reply:
 
 def pack(message: Task | Reply | None) -> tuple[bytes, bytes]:
     """Write a message as it goes over a channel: the part ahead of the body, and the body."""
-    body = b"" if message is None else message.body
-    payload = pickle.dumps(None if message is None else replace(message, body=b""), pickle.HIGHEST_PROTOCOL)
+    fields = {} if message is None else {**vars(message)}
+    body: bytes = fields.pop("body", b"")
+    kind = None if message is None else type(message)
+    payload = pickle.dumps((kind, fields), pickle.HIGHEST_PROTOCOL)
     return HEADER.pack(len(payload), len(body)) + payload, body
 
 
 def unpack(payload: bytes, body: bytes) -> Any:
     """Read a message that `pack` wrote, from the other side's pickle and body."""
-    message = pickle.loads(payload)  # noqa: S301 - from our own process
-    return None if message is None else replace(message, body=body)
+    kind, fields = pickle.loads(payload)  # noqa: S301 - from our own process
+    return None if kind is None else kind(body=body, **fields)
