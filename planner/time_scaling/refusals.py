@@ -108,7 +108,9 @@ def refuse_what_gravity_exceeds(
         segment = int(segments[worst[:-1]])
         robot = dynamics.robot_on(segment)
         joint = robot.joint_names[worst[-1] * robot.dof // gravity.shape[-1]]
-        others = ["the process force"] * (robot.process_force is not None) + ["friction"] * (robot.friction is not None)
+        others = ["the process force"] * (robot.process_force is not None) + ["friction"] * any(
+            own.friction for own in robot.joints
+        )
         standing = f"gravity with {' and '.join(others)}" if others else "gravity alone"
         if robot.uncertain_payloads:
             standing += ", within the tolerances of the payload,"

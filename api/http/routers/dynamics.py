@@ -15,7 +15,7 @@ router = Router(tags=["dynamics"])
     "/v1/dynamics/inverse",
     summary="Compute the joint torques of states of motion.",
     description="The torques include gravity, inertia and Coriolis forces of the arm and its payload, by "
-    "recursive Newton-Euler.",
+    "recursive Newton-Euler, and the friction and rotor inertia of the joints. A joint at rest has no friction.",
     dependencies=[needs("plan")],
     responses=returns(
         schemas.InverseDynamicsAnswer, codes=(*BODY_CODES, "unknown_robot", "missing_dynamics"), shared=True

@@ -113,6 +113,31 @@ def test_samples_of_torques_are_within_the_bound_where_joints_stop() -> None:
     np.testing.assert_allclose(sampled[0], just_after, atol=1e-3)
 
 
+@pytest.mark.parametrize("backend", [planner.Ruckig(), planner.Toppra()], ids=["ruckig", "toppra"])
+def test_lines_of_the_tool_keep_torque_limits_with_friction(backend: planner.BackEnd) -> None:
+    """Joints reverse within the lines, which are blended; friction costs time."""
+    robot, arm, scale = robot_of(1), planner.load_robot("ur5e"), 0.4
+    start = np.array([0.3, -0.9, 1.9, -1.0, 0.3, 0.0])
+    pose = planner.forward_kinematics(arm, start)
+    places = [pose.position + offset for offset in ([0.0, 0.0, 0.2], [-0.2, 0.1, 0.1], [0.0, 0.0, 0.0])]
+    kinds = (planner.BlendTransition(0.05), planner.BlendTransition(0.05), planner.StopTransition())
+    line = planner.LinearMotion()
+    ends = [
+        planner.PoseWaypoint(planner.Pose(place, pose.rotation), motion=line, transition=kind)
+        for place, kind in zip(places, kinds, strict=True)
+    ]
+    problem = PlanningProblem(robot, [planner.JointWaypoint(start), *ends], limits=Limits(torque_scale=scale))
+    made, free = (planner.plan(replace(problem, robot=own), backend) for own in (robot, arm))
+    velocities = made.trajectory(np.linspace(0.0, made.trajectory.duration, 500), 1)
+    assert ((velocities.min(axis=0) < -0.1) & (velocities.max(axis=0) > 0.1)).any()
+    used = np.abs(torques(made, robot) / (scale * robot.limit("torque"))).max()
+    assert 0.99 < used <= 1.0 + 1e-9 and made.trajectory.duration > free.trajectory.duration
+    stop = planner.stop_on_path(robot, made.trajectory, 0.3 * made.trajectory.duration, limits=problem.limits)
+    states = stop.trajectory.evaluate(np.linspace(0.0, stop.trajectory.duration, SAMPLES)[1:-1], [0, 1, 2])
+    assert stop.certificate.satisfied
+    assert (np.abs(planner.inverse_dynamics(robot, *states)) <= scale * robot.limit("torque") * (1.0 + 1e-9)).all()
+
+
 def test_slower_motions_keep_the_limits_too() -> None:
     robot, scale = robot_of(2), 0.55
     problem = PlanningProblem(robot, waypoints_of(2), limits=Limits(torque_scale=scale))
