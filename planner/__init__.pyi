@@ -20,6 +20,8 @@ from planner.certificate import certify_samples as certify_samples
 from planner.certificate import interpolated as interpolated
 from planner.certificate.residual_vibration import residual_amplitudes as residual_amplitudes
 from planner.certificate.sampling import SampleCertificate as SampleCertificate
+from planner.choices import Choice as Choice
+from planner.choices import OptionOutcome as OptionOutcome
 from planner.comparison import Comparison as Comparison
 from planner.comparison import Figures as Figures
 from planner.comparison import compare as compare
@@ -112,6 +114,8 @@ from planner.problems.actions import AtWaypoint as AtWaypoint
 from planner.problems.actions import Moment as Moment
 from planner.problems.actions import SetOutput as SetOutput
 from planner.problems.actions import Wait as Wait
+from planner.problems.any_of import AnyOf as AnyOf
+from planner.problems.any_of import WaypointSequence as WaypointSequence
 from planner.problems.motion_around import FreeMotion as FreeMotion
 from planner.problems.moves import CartesianMove as CartesianMove
 from planner.problems.moves import CylindricalMove as CylindricalMove

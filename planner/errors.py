@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
-from planner.fields import BACK_END, FieldPath, field_name, renumbered, with_field
+from planner.fields import BACK_END, FieldPath, field_name, moved_path, with_field
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from planner.choices import Choice
     from planner.spatial import FloatArray, Pose
 
 T = TypeVar("T")
@@ -127,6 +128,7 @@ class PlanningError(Exception):
         path_point: The last point of a tool motion that the joints can follow.
         remedies: Changes that would make the problem feasible.
         hints: Changes that remove the reason of this refusal; another refusal may follow.
+        choices: The outcome of each option of the goal sets, if the problem has any.
     """
 
     code: ClassVar[str] = "planning_error"
@@ -158,6 +160,7 @@ class PlanningError(Exception):
         self.path_point = path_point
         self.remedies = tuple(remedies)
         self.hints: tuple[Remedy, ...] = ()
+        self.choices: tuple[Choice, ...] = ()
 
     @property
     def message(self) -> str:
@@ -183,11 +186,20 @@ class PlanningError(Exception):
         Args:
             numbers: Of all waypoints, ascending: corners of a detour have the number of the waypoint that it leads to.
         """
-        last = len(numbers) - 1
+        return self.moved([("waypoints", number) for number in numbers])
+
+    def moved(self: E, paths: Sequence[FieldPath]) -> E:
+        """Return the same refusal of a problem whose waypoints have other paths in the request.
+
+        Args:
+            paths: Path in the request of each waypoint, ascending: `("waypoints", i)`, or a path that begins so.
+        """
+        last = len(paths) - 1
         return self.with_fields(
-            waypoint=None if self.waypoint is None else numbers[self.waypoint],
-            segment=None if self.segment is None else numbers[min(self.segment + 1, last)] - 1,
-            remedies=tuple(replace(remedy, field=renumbered(remedy.field, numbers)) for remedy in self.remedies),
+            waypoint=None if self.waypoint is None else paths[self.waypoint][1],
+            segment=None if self.segment is None else int(paths[min(self.segment + 1, last)][1]) - 1,
+            remedies=tuple(replace(remedy, field=moved_path(remedy.field, paths)) for remedy in self.remedies),
+            hints=tuple(replace(hint, field=moved_path(hint.field, paths)) for hint in self.hints),
         )
 
     def with_fields(self: E, **fields: Any) -> E:
@@ -217,10 +229,10 @@ class InvalidProblem(PlanningError):
         """The faults, for a person."""
         return "; ".join(f"{field_name(fault.field)}: {fault.message}" for fault in self.faults)
 
-    def numbered(self, numbers: Sequence[int]) -> InvalidProblem:
-        """Return the same refusal with the numbers of waypoints in place of their indices."""
-        faults = tuple(fault._replace(field=renumbered(fault.field, numbers)) for fault in self.faults)
-        return super().numbered(numbers).with_fields(faults=faults)
+    def moved(self, paths: Sequence[FieldPath]) -> InvalidProblem:
+        """Return the same refusal of a problem whose waypoints have other paths in the request."""
+        faults = tuple(fault._replace(field=moved_path(fault.field, paths)) for fault in self.faults)
+        return super().moved(paths).with_fields(faults=faults)
 
 
 class UnknownRobot(PlanningError):

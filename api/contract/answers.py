@@ -6,8 +6,9 @@ from typing import Any, Literal
 
 from api.contract.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.contract.parts.common import Answer
+from api.contract.parts.free_motions import WayGain  # noqa: TC001
+from api.contract.parts.problem_documents import Choice  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.scenes import ClearancesAnswer, CollisionAnswer, SpeedZoneAnswer  # noqa: TC001
-from api.contract.parts.way_gains import WayGain  # noqa: TC001
 
 
 class TcpPoses(Answer):
@@ -90,7 +91,7 @@ class PlannedWaypoint(Answer):
 
     index: int
     """The index of the waypoint in the request, from 0. A corner of a detour (`detour`) has the index of the
-    waypoint that the detour leads to."""
+    waypoint that the detour leads to. All waypoints of an option have the index of their goal set."""
     name: str | None
     """The name in the request; null: none."""
     arrival_time: float
@@ -361,6 +362,8 @@ class PlanAnswer(Answer):
     waypoints: list[PlannedWaypoint]
     """The waypoints with their solutions and times, in order, including the corners of detours. Segment i goes from
     the i-th of them, counted from 0, to the next."""
+    choices: list[Choice] | None = None
+    """The chosen options of the goal sets of the request, if there are any, and the reasons against the others."""
     certificate: CertificateAnswer
     """The checks after planning: the peaks of all quantities and their limits."""
     actions: list[TimedAction] | None = None

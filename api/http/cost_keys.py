@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from api.pool.costs import Kind
@@ -47,8 +47,7 @@ def by_size(_document: Mapping[str, Any]) -> tuple[Any, ...]:
 
 def by_plan(document: Mapping[str, Any]) -> tuple[Any, ...]:
     """Declare that the back end, slow motions and the time budgets of detours decide the duration of the operation."""
-    waypoints = document.get("waypoints")
-    motions = list(map(_motion, waypoints)) if isinstance(waypoints, list) else []
+    motions = list(map(_motion, _waypoints(document.get("waypoints"))))
     is_slow = any(motion.get("kind") in SLOW_MOTIONS for motion in motions)
     budgets = [motion.get("time_budget") for motion in motions if motion.get("optimise")]
     seconds = sum(budget for budget in budgets if isinstance(budget, int | float) and 0.0 <= budget < LARGEST)
@@ -72,6 +71,15 @@ def _options(backend: Any) -> tuple[Any, ...]:
         return ()
     known = backend.get("kind") if backend.get("kind") in BACKENDS else "other"
     return (known, *(name for name in SLOW_OPTIONS if backend.get(name) is True))
+
+
+def _waypoints(values: Any) -> Iterator[Any]:
+    """Yield the waypoints of a list, and the options of its goal sets."""
+    for value in values if isinstance(values, list) else ():
+        yield value
+        if isinstance(value, dict):
+            yield from _waypoints(value.get("options"))
+            yield from _waypoints(value.get("waypoints"))
 
 
 def _motion(waypoint: Any) -> Mapping[str, Any]:

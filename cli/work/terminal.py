@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from planner.certificate.checks import Certificate, Check
     from planner.certificate.clearance import Clearance
     from planner.certificate.speed_zones import SpeedZoneCheck
+    from planner.choices import Choice
     from planner.errors import Finding
     from planner.kinematics import FloatArray
     from planner.plans.result import Plan
@@ -90,6 +92,7 @@ def plan_summary(plan: Plan, seconds: float) -> Group:
         Text(),
         head,
         *warnings,
+        *map(_choice_line, plan.choices),
         Text(),
         _waypoint_table(plan),
         Text(),
@@ -178,6 +181,14 @@ def _remarks(robot: Robot) -> list[str]:
         others = ", ".join(str(finding.subject) for finding in alike[1:])
         remarks.append(f"{severity}: {alike[0].message}" + (f" (likewise {others})" if others else ""))
     return remarks
+
+
+def _choice_line(choice: Choice) -> Text:
+    """Show the option that was chosen at a goal set, and the number of the others by their outcome."""
+    others = Counter(outcome.code or outcome.status for outcome in choice.options if outcome.status != "chosen")
+    counts = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in others.items()) or "no other option"
+    chosen = f"waypoint {choice.waypoint}: option {choice.option} of {len(choice.options)} "
+    return Text.assemble(("chosen  ", "green"), chosen, (f"({counts})", "dim"))
 
 
 def _waypoint_table(plan: Plan) -> Table:

@@ -18,7 +18,7 @@ from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndSta
 from planner.limits import segment_limits
 from planner.plans.result import refuse_unless_satisfied
 from planner.plans.warnings import unchecked_positions
-from planner.problems.rated_payload import refuse_payload_above_rating
+from planner.problems.payload_faults import refuse_payload_above_rating
 from planner.samples import Samples, sample_at
 from planner.scene import CollisionChecker
 from planner.speed_zones import refuse_zone_faults

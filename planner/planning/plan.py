@@ -8,8 +8,10 @@ from planner.backends import as_backend
 from planner.backends.splines.cubic import Cubic
 from planner.planning.attempts import Attempt, Budget, Refused, run
 from planner.planning.better_detours import with_better_detours
+from planner.planning.option_choice import with_chosen_options
 from planner.planning.remedies import remedies_for
 from planner.planning.variants import planned
+from planner.problems.any_of import goal_sets
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd
@@ -25,7 +27,7 @@ def plan(problem: PlanningProblem, backend: BackEnd | str = Cubic(), budget: Bud
     """Plan a certified trajectory.
 
     Args:
-        problem: The robot, the waypoints and the limits.
+        problem: The robot, the waypoints and the limits. Of each goal set (`AnyOf`) the plan has one option.
         backend: The back end that puts time on the path, or its kind, for example `"ruckig"`: one with default options.
         budget: The bounds on the variants and remedies that are tried.
 
@@ -34,7 +36,8 @@ def plan(problem: PlanningProblem, backend: BackEnd | str = Cubic(), budget: Bud
         TypeError: The back end is none.
         ValueError: No back end is of this kind.
     """
-    return run(_attempts(Attempt(problem, as_backend(backend))), budget)
+    attempt = Attempt(problem, as_backend(backend))
+    return run(with_chosen_options(attempt) if goal_sets(problem) else _attempts(attempt), budget)
 
 
 def _attempts(attempt: Attempt) -> Proposals[Plan]:

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from planner.certificate.clearance import ClearanceReport
     from planner.certificate.speed_zones import SpeedZoneCheck
     from planner.certificate.waypoints import MetWaypoints
+    from planner.choices import Choice
     from planner.free_motion.detours import Detour
     from planner.guarantees import EndStates
     from planner.paths import JointPath
@@ -67,6 +68,7 @@ class Plan:
         warnings: Warnings of the back end and of the planner, such as requested limits that are not enforced.
         detours: The collision-free paths found for the requested free motions. In `problem`, joint motions along these
             paths replace the free motions.
+        choices: The choice at each goal set of the request. In `problem`, the chosen options replace the goal sets.
     """
 
     problem: PlanningProblem
@@ -76,11 +78,21 @@ class Plan:
     certificate: Certificate
     warnings: tuple[PlanWarning, ...]
     detours: tuple[Detour, ...] = ()
+    choices: tuple[Choice, ...] = ()
 
     def __repr__(self) -> str:
         """Return robot, back end and duration, in one line."""
         robot, waypoints = self.problem.robot.id, len(self.problem.waypoints)
         return f"Plan({robot!r}, {self.backend.kind}, {waypoints} waypoints, {self.trajectory.duration:.6g} s)"
+
+    @property
+    def requested_indices(self) -> tuple[int, ...]:
+        """The index in the request of each waypoint; corners of a detour have that of the waypoint it leads to."""
+        within = {k: choice.waypoint for choice in self.choices for k in range(choice.first, choice.last + 1)}
+        own: list[int] = []
+        for number in range(self.problem.numbers[-1] + 1):
+            own.append(within.get(number, own[-1] + 1 if own else 0))
+        return tuple(own[number] for number in self.problem.numbers)
 
     @cached_property
     def actions(self) -> tuple[TimedAction, ...]:

@@ -11,9 +11,8 @@ from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends
 from planner.limits import SMALLEST, TOO_SMALL, limit_faults
 from planner.problems.motion_around import FreeMotion
-from planner.problems.payload_faults import payload_faults, tolerance_faults
+from planner.problems.payload_faults import payload_faults, refuse_payload_above_rating, tolerance_faults
 from planner.problems.problem import CircularMotion, JointMotion, LinearMotion, PolylineMotion, SplineMotion
-from planner.problems.rated_payload import refuse_payload_above_rating
 from planner.problems.stop_faults import (
     action_faults,
     objects_handled_faults,

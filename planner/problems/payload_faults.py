@@ -1,4 +1,4 @@
-"""Faults of payloads and of their tolerances."""
+"""Faults of payloads and of their tolerances, and the refusal of payloads that exceed the rating of the robot."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.errors import PayloadExceeded, distinct
 from planner.limits import SMALLEST, TOO_SMALL
+from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
+    from planner.errors import Remedy
     from planner.fields import FieldPath
     from planner.limits import Limits
     from planner.problems.problem import PlanningProblem
+    from planner.robots import Robot
     from planner.robots.payload import Payload
 
 ALONE = "must be left out with payload tolerances: they count only in limits of torque"
@@ -52,3 +56,30 @@ def tolerance_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]
             "must have no torque curves and no RMS torque limits with payload tolerances: they count only in limits of "
             f"torque; got {robot.id}",
         )
+
+
+def refuse_payload_above_rating(robot: Robot, mass: float, waypoint: int = 0, remedies: Iterable[Remedy] = ()) -> None:
+    """Refuse a payload that exceeds the rated payload of its robot.
+
+    Args:
+        robot: The robot; one without a known rating carries any payload.
+        mass: Mass of everything that the robot carries, kg.
+        waypoint: Index of the waypoint where the robot takes the payload.
+        remedies: Lighter payloads.
+
+    Raises:
+        PayloadExceeded: With the mass and the rated mass, kg.
+    """
+    rated = robot.rated_payload
+    if rated is None or mass <= rated * (1.0 + LIMIT_TOLERANCE):
+        return
+    carried, allowed = distinct(mass, rated)
+    since = " from waypoint {waypoint} on" if waypoint else ""
+    source = robot.rated_payload_source
+    raise PayloadExceeded(
+        f"the payload of {carried} kg{since} exceeds the rated {allowed} kg of {robot.id} ({source})",
+        waypoint=waypoint or None,
+        value=mass,
+        limit=rated,
+        remedies=remedies,
+    )

@@ -291,9 +291,9 @@ AnyWaypoint = JointWaypoint | PoseWaypoint | RelativeWaypoint
 """Type of the waypoints of a problem."""
 
 
-def _as_waypoint(value: Any, robot: Robot, name: str) -> AnyWaypoint:
+def _as_waypoint(value: Any, robot: Robot, name: str) -> Waypoint:
     """Convert joint values (joints,), a named position or a pose to a waypoint; return a waypoint unchanged."""
-    if isinstance(value, AnyWaypoint):
+    if isinstance(value, Waypoint):
         return value
     if isinstance(value, str):
         return JointWaypoint.named(robot, value)

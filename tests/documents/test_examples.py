@@ -30,6 +30,7 @@ EXAMPLES = ROOT / "examples"
 
 REQUESTS = {  # waypoints, and the published duration, s; None: none is published
     "along_a_rail.json": (4, None),
+    "any_of_grasps.json": (5, None),
     "anywhere_along_a_bar.json": (4, None),
     "around_a_wall.json": (2, None),
     "around_a_wall_faster.json": (2, None),

@@ -5,6 +5,7 @@ from __future__ import annotations
 LAYERS = (
     "fields",
     "spatial",
+    "choices",
     "errors",
     "tolerances",
     "last_used",

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from api.contract.parts.common import Schema, Vector3
+from api.contract.parts.common import Answer, Schema, Vector3
 
 
 class ToolAxis(Schema):
@@ -52,3 +52,19 @@ class FreeMotion(Schema):
     keep: Annotated[list[ToolAxis], Field(max_length=4)] = Field(default_factory=list, exclude_if=lambda keep: not keep)
     """Constraints on the tool that the whole motion keeps, its start and end included. The certificate bounds them at
     all times."""
+
+
+class WayGain(Answer):
+    """The gain of a better detour."""
+
+    objective: Literal["duration", "effort", "path_length"]
+    """The objective: the `optimise` of the request."""
+    first: float
+    """The value of the whole trajectory with the first detour: its duration, s, its effort, s, or the length of its
+    path, rad."""
+    last: float
+    """The value of the trajectory in the answer, in the same unit (s or rad) and no larger."""
+    candidates: int
+    """The number of other detours that were timed."""
+    checks: int
+    """The number of motions that were checked for them."""

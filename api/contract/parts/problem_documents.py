@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -75,6 +75,32 @@ class PathPoint(Answer):
     """The joint position there, rad or m per joint."""
 
 
+class OptionOutcome(Answer):
+    """The outcome of one option of a goal set."""
+
+    status: Literal["chosen", "longer", "refused", "untried"]
+    """`chosen`: the plan has this option. `longer`: its estimated duration is longer, or equal and it comes later.
+    `refused`: it has no plan; `code` says why. `untried`: planning ended before."""
+    estimated_duration: float | None
+    """The estimated duration of the trajectory with this option and the chosen options of other goal sets, s. Motions
+    have the limits of velocity and acceleration, and free motions are straight. Null: the option is refused."""
+    code: str | None
+    """With `refused`: the code of the problem, such as `unreachable_waypoint` or `collision`."""
+    message: str | None
+    """With `refused`: the reason, for a person."""
+
+
+class Choice(Answer):
+    """The choice at one goal set."""
+
+    waypoint: int
+    """The index of the goal set in the request."""
+    option: int | None
+    """The index of the chosen option; null: none has a plan."""
+    options: list[OptionOutcome]
+    """The outcomes of all options, in the order of the request."""
+
+
 class ProblemDocument(Answer):
     """The problem (RFC 9457), with fields for its place and its remedies where they apply."""
 
@@ -117,6 +143,8 @@ class ProblemDocument(Answer):
     remedies: list[RemedyAnswer] | None = None
     """Changes that each make the request feasible alone; changes of several durations belong together, and so do those
     of several limits or payloads. Every one has been planned and stays within what requests may contain."""
+    choices: list[Choice] | None = None
+    """With goal sets: the outcomes of their options. The problem is that of the first options that were planned."""
     hints: list[RemedyAnswer] | None = None
     """Changes that remove the cause of this refusal, but lead to another refusal or to an answer that is too large."""
     errors: list[Fault] | None = None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from api.work.answers.values import pose_answer
+from api.work.answers.values import choice_answer, pose_answer
 from planner.certificate import worst_overshoot
 from planner.constraints import VELOCITY_AT_POSITION
 from planner.dynamics import SegmentDynamics
@@ -52,7 +52,7 @@ def as_dict(plan: Plan, options: AnswerOptions) -> dict[str, Any]:
     robot, trajectory = plan.path.robot, plan.trajectory
     samples = plan.samples(options.sample_period, options.include)
     with_tools, rows = SegmentDynamics.of_robots(plan.problem.robots), np.arange(len(plan.path.positions))
-    asked = plan.problem.numbers
+    numbers, requested = plan.problem.numbers, plan.requested_indices
     measured = with_tools.by_robot(lambda *states: (manipulability(*states),), rows, plan.path.positions)
     manipulabilities = measured[0].tolist()
     answer: dict[str, Any] = {
@@ -64,7 +64,7 @@ def as_dict(plan: Plan, options: AnswerOptions) -> dict[str, Any]:
         "samples": _rows(samples),
         "waypoints": [
             {
-                "index": asked[i],
+                "index": requested[i],
                 "name": waypoint.name,
                 "arrival_time": float(trajectory.arrivals[i]),
                 "departure_time": float(trajectory.departures[i]),
@@ -79,7 +79,7 @@ def as_dict(plan: Plan, options: AnswerOptions) -> dict[str, Any]:
                 "manipulability": manipulabilities[i],
             }
             | _in_its_region(as_requested(plan.problem.waypoints[i]), waypoint.pose)
-            | _gained(plan, i, asked[i])
+            | _gained(plan, i, numbers[i])
             for i, (waypoint, configuration) in enumerate(
                 zip(plan.path.waypoints, configurations(robot, plan.path.positions), strict=True)
             )
@@ -90,6 +90,8 @@ def as_dict(plan: Plan, options: AnswerOptions) -> dict[str, Any]:
             for warning in (*plan.warnings, *_sample_warnings(plan, samples, options.sample_period))
         ],
     }
+    if plan.choices:
+        answer["choices"] = list(map(choice_answer, plan.choices))
     if plan.problem.actions:
         answer["actions"] = list(map(_action, plan.actions))
     if "polynomials" in options.include:

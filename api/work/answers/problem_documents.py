@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from api.base import problem_documents
 from api.base.errors import MOST_FAULTS, ServiceError
-from api.work.answers.values import nearest_answer, path_point_answer, value_answer
+from api.work.answers.values import choice_answer, nearest_answer, path_point_answer, value_answer
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, InvalidRobotModel, NoPathFound
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ def _planning_fields(error: PlanningError) -> dict[str, Any]:
         document |= {"enclosed_by": error.enclosed_by} if error.enclosed_by else {}
     if error.remedies:
         document["remedies"] = list(map(_remedy, error.remedies))
+    if error.choices:
+        document["choices"] = list(map(choice_answer, error.choices))
     if error.hints:
         document["hints"] = list(map(_remedy, error.hints))
     if isinstance(error, InvalidProblem):

@@ -17,10 +17,11 @@ import ormsgpack
 from planner.certificate import ClearanceReport
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.speed_zones import SpeedZoneCheck
+from planner.choices import Choice, OptionOutcome
 from planner.free_motion import Detour, Gain, with_detours
 from planner.paths import JointPath, dynamics_of, solve_path
 from planner.plans.result import Plan
-from planner.problems import blend_radii, with_blend_radii
+from planner.problems import Expansion, blend_radii, with_blend_radii
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.spatial import Pose
 from planner.trajectories.trajectory import PlanWarning, Trajectory
@@ -81,6 +82,7 @@ def save_plan(plan: Plan) -> bytes:
             )
             for detour in plan.detours
         ],
+        "choices": [vars(choice) | {"options": list(map(vars, choice.options))} for choice in plan.choices],
     }
     packed = ormsgpack.packb(content, option=ormsgpack.OPT_SERIALIZE_NUMPY)
     return zlib.compress(packed, 0 if len(packed) < SMALL else zlib.Z_DEFAULT_COMPRESSION)
@@ -116,6 +118,8 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_g
     certificate = Certificate(**saved["certificate"], checks=checks, clearance=report, speed_zones=zones)
     warnings = tuple(PlanWarning(*warning) for warning in saved["warnings"])
     detours = tuple(_way(*detour) for detour in saved.get("ways", ()))
+    choices = tuple(_choice(**choice) for choice in saved.get("choices", ()))
+    problem = Expansion.of(problem, {choice.waypoint: choice.option or 0 for choice in choices}).problem
     problem = with_blend_radii(with_detours(problem, detours), dict(saved.get("blend_radii", ())))
     path = _path(saved, problem)
     if with_groups:
@@ -123,7 +127,12 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_g
         pairs = zip(solved.waypoints, path.waypoints, strict=True)
         same = [replace(own, **{name: getattr(other, name) for name in WAYPOINT_FIELDS}) for own, other in pairs]
         path = replace(solved, waypoints=tuple(same))
-    return Plan(problem, backend, path, trajectory, certificate, warnings, detours)
+    return Plan(problem, backend, path, trajectory, certificate, warnings, detours, choices)
+
+
+def _choice(options: list[dict[str, Any]], **fields: Any) -> Choice:
+    """Return a choice as it was saved."""
+    return Choice(options=tuple(OptionOutcome(**outcome) for outcome in options), **fields)
 
 
 def _way(

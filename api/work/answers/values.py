@@ -14,6 +14,7 @@ from planner.problems.transitions import BlendTransition, StopTransition
 from planner.spatial import Pose, quaternion
 
 if TYPE_CHECKING:
+    from planner.choices import Choice
     from planner.errors import NearestPose, PathPoint
 
 NOT_IN_REQUESTS = ("turns", "keep")
@@ -34,6 +35,11 @@ def nearest_answer(nearest: NearestPose) -> dict[str, Any]:
         "position_distance": nearest.position_error,
         "orientation_distance": nearest.orientation_error,
     }
+
+
+def choice_answer(choice: Choice) -> dict[str, Any]:
+    """Write the choice at a goal set."""
+    return {"waypoint": choice.waypoint, "option": choice.option, "options": list(map(vars, choice.options))}
 
 
 def path_point_answer(point: PathPoint) -> dict[str, Any]:

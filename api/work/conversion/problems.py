@@ -9,9 +9,10 @@ import numpy as np
 
 import planner
 from api.contract import requests, robots
-from api.contract.parts import common, external_axes, free_motions, waypoints
+from api.contract.parts import common, external_axes, free_motions, goal_sets, waypoints
 from api.work.conversion.actions import to_actions, with_waits
 from api.work.conversion.curves import to_payload_table, to_torque_curve, to_velocity_curves, with_curves
+from api.work.conversion.goal_sets import to_requested_waypoint
 from api.work.conversion.kept_meshes import kept_pieces
 from api.work.conversion.poses import to_pose, to_rotation, with_axes
 from api.work.conversion.scenes import to_scene, to_speed_zones
@@ -28,10 +29,7 @@ from planner.robots.collision import kept_meshes
 from planner.robots.payload import Payload
 from planner.robots.process_force import ProcessForce
 from planner.scene import Attach
-from planner.spatial import (
-    FloatArray,
-    Pose,
-)
+from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -78,7 +76,7 @@ def to_backend(asked: Any) -> BackEnd:
 
 
 def to_waypoints(
-    asked: Sequence[waypoints.Waypoint], robot: Robot, frames: Mapping[str, common.Pose]
+    asked: Sequence[goal_sets.RequestedWaypoint], robot: Robot, frames: Mapping[str, common.Pose]
 ) -> tuple[planner.AnyWaypoint, ...]:
     """Make waypoints of any kind for a robot, whose named positions they may name, in frames that they may name.
 
@@ -90,24 +88,27 @@ def to_waypoints(
         (("frames", name), "must have another name: this frame is predefined") for name in taken
     ]
     in_base = _frames_in_base(robot, frames)
-    made = []
-    for i, waypoint in enumerate(asked):
+
+    def convert(waypoint: waypoints.Waypoint, path: FieldPath) -> planner.AnyWaypoint | None:
         frame = waypoint.frame or BASE if isinstance(waypoint, waypoints.PoseWaypoint) else BASE
         if frame not in in_base:
-            faults.append((("waypoints", i, "frame"), f"must be one of {', '.join(in_base)}; got {frame!r}"))
-            continue
+            faults.append(((*path, "frame"), f"must be one of {', '.join(in_base)}; got {frame!r}"))
+            return None
         force = waypoint.process_force
         if force is not None and (fault := _unknown_frame(force, in_base)):
-            faults.append((("waypoints", i, "process_force", "frame"), fault))
-            continue
+            faults.append(((*path, "process_force", "frame"), fault))
+            return None
         try:
             one = _to_waypoint(waypoint, robot, in_base[frame])
-            made.append(one if force is None else replace(one, process_force=_to_process_force(force, in_base)))
         except InvalidProblem as error:
-            faults += [(("waypoints", i, "name"), fault.message) for fault in error.faults]
+            faults.extend(((*path, "name"), fault.message) for fault in error.faults)
+            return None
+        return one if force is None else replace(one, process_force=_to_process_force(force, in_base))
+
+    made = [to_requested_waypoint(waypoint, ("waypoints", i), convert, faults) for i, waypoint in enumerate(asked)]
     if faults:
         raise InvalidProblem(faults)
-    return tuple(made)
+    return tuple(one for one in made if one is not None)
 
 
 def mounted(robot: Robot, mounting: common.Pose | None) -> Robot:

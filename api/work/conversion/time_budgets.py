@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.planning import Budget
+from planner.problems.any_of import AnyOf, WaypointSequence
 from planner.problems.motion_around import FreeMotion
 
 if TYPE_CHECKING:
@@ -27,16 +28,29 @@ def attempts_until(deadline: float) -> Budget:
 
 def within_deadline(problem: PlanningProblem, deadline: float) -> PlanningProblem:
     """Return a problem whose time budgets end before a deadline, s on the monotonic clock; shorter ones if need be."""
-    motions = [waypoint.motion for waypoint in problem.waypoints]
-    asked = sum(motion.time_budget or 0.0 for motion in motions if isinstance(motion, FreeMotion))
+    asked = sum(map(_budget, problem.waypoints))
     left = SHARE * max(LEAST, deadline - time.monotonic())
     if asked <= left:
         return problem
 
-    def shorter(waypoint: AnyWaypoint) -> AnyWaypoint:
+    def shorter(waypoint: Any) -> Any:
+        if isinstance(waypoint, AnyOf):
+            return replace(waypoint, options=tuple(map(shorter, waypoint.options)))
+        if isinstance(waypoint, WaypointSequence):
+            return WaypointSequence(tuple(map(shorter, waypoint.waypoints)))
         motion = waypoint.motion
         if not isinstance(motion, FreeMotion) or motion.time_budget is None:
             return waypoint
         return replace(waypoint, motion=replace(motion, time_budget=motion.time_budget * left / asked))
 
     return replace(problem, waypoints=tuple(map(shorter, problem.waypoints)))
+
+
+def _budget(waypoint: AnyWaypoint | WaypointSequence) -> float:
+    """Return the time budget, s, of the motion to a waypoint; of a goal set the largest of its options."""
+    if isinstance(waypoint, AnyOf):
+        return max(map(_budget, waypoint.options), default=0.0)
+    if isinstance(waypoint, WaypointSequence):
+        return sum(map(_budget, waypoint.waypoints))
+    motion = waypoint.motion
+    return motion.time_budget or 0.0 if isinstance(motion, FreeMotion) else 0.0

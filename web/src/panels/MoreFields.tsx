@@ -40,7 +40,7 @@ export function MoreOfWaypoint({ request, robot, index }: Props & { index: numbe
             />
           )}
           <Options
-            name="Waypoint"
+            name="RequestedWaypoint"
             value={waypoint}
             skip={OF_WAYPOINT}
             forms={formsOf(request, robot, index)}

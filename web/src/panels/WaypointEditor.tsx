@@ -39,7 +39,7 @@ export function WaypointEditor({ request, robot, index }: EditorProps) {
       {waypoint.kind === 'pose' && <Frame waypoint={waypoint} frames={Object.keys(request.frames ?? {})} />}
       {waypoint.kind === 'pose' && <Configurations request={request} robot={robot} index={index} />}
       {waypoint.kind === 'relative' && <Relative waypoint={waypoint} />}
-      <Way request={request} robot={robot} index={index} change={edit} />
+      {waypoint.kind !== 'any_of' && <Way request={request} robot={robot} index={index} change={edit} />}
       <MoreOfWaypoint request={request} robot={robot} index={index} />
     </form>
   );

@@ -51,6 +51,7 @@ interface RowProps {
 function Row({ waypoint, index, shown }: RowProps) {
   const planned = isStale.value ? null : shownPlan.value;
   const answer = planned ? plannedWaypoint(planned.answer, index) : undefined;
+  const chosenOption = planned?.answer.choices?.find((choice) => choice.waypoint === index)?.option ?? null;
   const isChosen = selected.value === index;
   const isWrong = problem.value?.waypoint === index;
   return (
@@ -66,7 +67,7 @@ function Row({ waypoint, index, shown }: RowProps) {
         <span class="number">{index}</span>
         <span class="what">
           <strong>{waypoint.name ?? texts.waypoints.kinds[waypoint.kind]}</strong>
-          <small>{summary(waypoint)}</small>
+          <small>{waypoint.kind === 'any_of' ? texts.waypoints.options(waypoint.options.length, chosenOption) : summary(waypoint)}</small>
         </span>
         <span class="when">
           {answer && seconds(answer.arrival_time)}

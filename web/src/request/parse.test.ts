@@ -97,6 +97,7 @@ const FULL = {
     { kind: 'joint', position: [0, 1], ...ways },
     { kind: 'pose', pose: turned, frame: 'table', configuration: { shoulder: 'left', elbow: null }, ...ways },
     { kind: 'relative', frame: 'tool', move: { kind: 'cartesian', translation: [0, 0, 1] } },
+    { kind: 'any_of', name: 'pick', options: [{ kind: 'sequence', waypoints: [{ kind: 'pose', pose: about }] }] },
     { kind: 'named', name: 'home' },
   ],
   limits: ways.limits,

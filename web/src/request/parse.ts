@@ -58,12 +58,15 @@ const ofEveryWaypoint = {
 };
 const sides = object({}, { shoulder: nullable(text), elbow: nullable(text), wrist: nullable(text) });
 const move = byKind({ cartesian: object({ translation: vector }), cylindrical: kindOnly, spherical: kindOnly });
-const waypoint = byKind({
+const goals = {
   joint: object({ position: list(number, { least: 1 }) }, ofEveryWaypoint),
   pose: object({ pose }, { ...ofEveryWaypoint, frame: nullable(text), configuration: nullable(sides) }),
-  relative: object({ frame: oneOf('tool', 'base'), move }, ofEveryWaypoint),
   named: object({ name: text }, ofEveryWaypoint),
-});
+};
+const relative = object({ frame: oneOf('tool', 'base'), move }, ofEveryWaypoint);
+const sequence = object({ waypoints: list(byKind({ ...goals, relative }), { least: 1 }) });
+const goalSet = object({ options: list(byKind({ ...goals, sequence }), { least: 1 }) }, { name: nullable(text) });
+const waypoint = byKind({ ...goals, relative, any_of: goalSet });
 
 const sphere = object({ radius: number });
 const roller = object({ radius: number, length: number });

@@ -3,8 +3,10 @@ import type { components, paths } from './openapi';
 
 type Schemas = components['schemas'];
 
-export type PlanRequest = Schemas['PlanRequest'];
-export type Waypoint = Schemas['Waypoint'];
+export type PlanRequest = Omit<Schemas['PlanRequest'], 'waypoints'> & { waypoints: Waypoint[] };
+// A goal set has none of the other fields of waypoints: its options have them.
+export type GoalSet = Schemas['GoalSet'] & Partial<Omit<Schemas['JointWaypoint'], 'kind' | 'name' | 'position' | 'actions'>>;
+export type Waypoint = Schemas['Waypoint'] | GoalSet;
 export type JointWaypoint = Schemas['JointWaypoint'];
 export type PoseWaypoint = Schemas['PoseWaypoint'];
 export type RelativeWaypoint = Schemas['RelativeWaypoint'];

@@ -13,7 +13,8 @@ export const ofWaypoints: typeof english = {
     down: 'Nach unten',
     remove: 'Löschen',
     keys: 'Alt+↑ und Alt+↓ verschieben den gewählten Wegpunkt, Entf löscht ihn; Zeilen lassen sich ziehen.',
-    kinds: { joint: 'Gelenkstellung', pose: 'Pose', relative: 'Relative Bewegung', named: 'Benannte Stellung' },
+    kinds: { joint: 'Gelenkstellung', pose: 'Pose', relative: 'Relative Bewegung', named: 'Benannte Stellung', any_of: 'Zielmenge' },
+    options: (count, chosen) => (chosen === null ? `${count} Möglichkeiten` : `Möglichkeit ${chosen} von ${count}`),
     number: (index) => `Wegpunkt ${index}`,
     place: (index, name) => (name === null ? `Wegpunkt ${index}` : `„${name}“ (Wegpunkt ${index})`),
     solutions: (solution, solutions) =>

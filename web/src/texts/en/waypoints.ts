@@ -12,7 +12,8 @@ export const ofWaypoints = {
     down: 'Move down',
     remove: 'Delete',
     keys: 'Alt+↑ and Alt+↓ move the chosen waypoint, Delete removes it; rows can be dragged.',
-    kinds: { joint: 'Joint position', pose: 'Pose', relative: 'Relative move', named: 'Named position' },
+    kinds: { joint: 'Joint position', pose: 'Pose', relative: 'Relative move', named: 'Named position', any_of: 'Goal set' },
+    options: (count: number, chosen: number | null) => (chosen === null ? `${count} options` : `option ${chosen} of ${count}`),
     number: (index: number) => `Waypoint ${index}`,
     place: (index: number, name: string | null) => (name === null ? `waypoint ${index}` : `“${name}” (waypoint ${index})`),
     solutions: (solution: number | null, solutions: number | null) =>

@@ -1,0 +1,157 @@
+"""Goal sets: waypoints with several options, of which the planner takes one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
+
+from planner.problems.actions import AtWaypoint
+from planner.problems.problem import AnyWaypoint, RelativeWaypoint, Waypoint
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from planner.errors import PlanningError
+    from planner.fields import FieldPath
+    from planner.problems.actions import Action
+    from planner.problems.problem import PlanningProblem
+
+OWN_FIELDS = frozenset({"name", "dwell"})
+"""The fields of every kind of waypoint that a goal set may have itself."""
+
+
+@dataclass(frozen=True)
+class WaypointSequence:
+    """Waypoints that are one option together, such as an approach and its goal.
+
+    Attributes:
+        waypoints: One or more, in order. The last one is the goal: actions at the `AnyOf` happen there.
+    """
+
+    waypoints: Sequence[AnyWaypoint]
+
+    def __post_init__(self) -> None:
+        """Keep a tuple, which cannot change."""
+        object.__setattr__(self, "waypoints", tuple(self.waypoints))
+
+
+@dataclass(frozen=True)
+class AnyOf(Waypoint):
+    """A goal set: the planner takes the option with the shortest estimated duration that has a plan.
+
+    Each option has its own motion, transition, limits and so on. Of the other fields an `AnyOf` has only `name` and
+    `dwell`, a rest at the end of the option besides the option's own.
+
+    Attributes:
+        options: Waypoints, or sequences of waypoints. Lists of waypoints become sequences. No option begins with a
+            relative waypoint or changes the tool.
+    """
+
+    options: Sequence[AnyWaypoint | WaypointSequence]
+
+    def __post_init__(self) -> None:
+        """Convert lists to sequences."""
+        super().__post_init__()
+        given = (WaypointSequence(option) if isinstance(option, list | tuple) else option for option in self.options)
+        object.__setattr__(self, "options", tuple(given))
+
+
+def goal_sets(problem: PlanningProblem) -> dict[int, AnyOf]:
+    """Return the goal sets of a problem, by the indices of their waypoints."""
+    return {i: waypoint for i, waypoint in enumerate(problem.waypoints) if isinstance(waypoint, AnyOf)}
+
+
+def waypoints_of(waypoint: AnyWaypoint | WaypointSequence) -> tuple[AnyWaypoint, ...]:
+    """Return the waypoints of an option, or a waypoint alone."""
+    return tuple(waypoint.waypoints) if isinstance(waypoint, WaypointSequence) else (waypoint,)
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """A problem with one option in the at of each goal set.
+
+    Attributes:
+        problem: The problem without goal sets.
+        fields: Path in the request of each of its waypoints.
+        first: Index in `problem` of the first waypoint of each requested one, and the number of waypoints.
+    """
+
+    problem: PlanningProblem
+    fields: tuple[FieldPath, ...]
+    first: tuple[int, ...]
+
+    @classmethod
+    def of(cls, problem: PlanningProblem, options: Mapping[int, int]) -> Expansion:
+        """Put options in the places of goal sets.
+
+        Args:
+            problem: The requested problem.
+            options: Index of the option by the index of the goal set; the first option where there is none.
+        """
+        waypoints: list[AnyWaypoint] = []
+        paths: list[FieldPath] = []
+        first = [0]
+        for i, waypoint in enumerate(problem.waypoints):
+            path: FieldPath = ("waypoints", i)
+            if isinstance(waypoint, AnyOf):
+                chosen = options.get(i, 0)
+                option = waypoint.options[chosen]
+                path = (*path, "options", chosen)
+                *before, last = waypoints_of(option)
+                waypoints += [*before, replace(last, dwell=last.dwell + waypoint.dwell) if waypoint.dwell else last]
+                paths += _paths_in(option, path)
+            else:
+                waypoints.append(waypoint)
+                paths.append(path)
+            first.append(len(waypoints))
+
+        def moved(action: Action) -> Action:
+            if not isinstance(action.at, AtWaypoint):
+                return action
+            index = action.at.waypoint
+            there = first[index + 1] - 1 if 0 <= index < len(first) - 1 else len(waypoints)
+            return replace(action, at=AtWaypoint(there))
+
+        actions = tuple(map(moved, problem.actions))
+        return cls(replace(problem, waypoints=tuple(waypoints), actions=actions), tuple(paths), tuple(first))
+
+    def requested_index(self, index: int) -> int:
+        """Return the index in the request of a waypoint of the problem."""
+        return int(str(self.fields[index][1]))
+
+    def in_request(self, refusal: PlanningError) -> PlanningError:
+        """Return a refusal of the problem with the indices and fields of the request."""
+        return refusal.moved(self.fields)
+
+
+def _paths_in(option: AnyWaypoint | WaypointSequence, path: FieldPath) -> list[FieldPath]:
+    """Return the paths of the waypoints of an option at a path."""
+    if isinstance(option, WaypointSequence):
+        return [(*path, "waypoints", j) for j in range(len(option.waypoints))]
+    return [path]
+
+
+def goal_set_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults of goal sets that their options alone do not show."""
+    for i, goal_set in goal_sets(problem).items():
+        at: FieldPath = ("waypoints", i)
+        for field in fields(Waypoint):
+            if field.name not in OWN_FIELDS and getattr(goal_set, field.name) != field.default:
+                yield (
+                    (*at, field.name),
+                    "must be set in the options. A goal set has only a name and a dwell",
+                )
+        if not goal_set.options:
+            yield (*at, "options"), "must have at least one option"
+        for k, option in enumerate(goal_set.options):
+            path = (*at, "options", k)
+            own = waypoints_of(option)
+            if not own:
+                yield (*path, "waypoints"), "must have at least one waypoint"
+            for waypoint, field_path in zip(own, _paths_in(option, path), strict=True):
+                if isinstance(waypoint, AnyOf) or not isinstance(waypoint, Waypoint):
+                    yield field_path, f"must be a waypoint of another kind; got {type(waypoint).__name__}"
+                elif waypoint.tool is not None:
+                    yield (*field_path, "tool"), "must be None in an option. Set the tool at a waypoint before or after"
+            if own and isinstance(own[0], RelativeWaypoint):
+                yield path, "must not begin with a relative waypoint. Give its pose or joint position"

@@ -1,0 +1,293 @@
+"""Goal sets against plans of every option by itself, and the reasons for the options that are not chosen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import planner
+from planner.kinematics import tool_pose
+from tests.sizes import NAME
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.problems.problem import AnyWaypoint
+
+ARM = planner.load_robot("ur5e")
+HOME = planner.JointWaypoint([0.0, -1.5, 1.5, -1.5, -1.5, 0.0], name="home")
+LINE = planner.LinearMotion()
+LIFT = planner.RelativeWaypoint(planner.CartesianMove((0.0, 0.0, 0.08)), "base", motion=LINE, name="lift")
+FAR = planner.PoseWaypoint(planner.Pose([3.0, 0.0, 0.2]))
+POST = planner.SceneObject("post", [planner.Box([0.08, 0.08, 0.8])], planner.Pose([-0.5, -0.25, 0.4]))
+
+SEEDS = range(1 if NAME == "quick" else 12)
+
+BACK_ENDS = ("trapezoidal", *(pytest.param(kind, marks=pytest.mark.large_only) for kind in ("cubic", "toppra")))
+
+WORST = 0.05
+"""The largest share by which the chosen option may be longer than the best one, on random problems."""
+
+
+def pointing_down(x: float, y: float, z: float, turn: float = 0.0) -> planner.Pose:
+    c, s = np.cos(turn), np.sin(turn)
+    return planner.Pose([x, y, z], np.diag([1.0, -1.0, -1.0]) @ [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def grasp(x: float, y: float, z: float, turn: float = 0.0) -> planner.WaypointSequence:
+    """Return an approach and a grasp."""
+    above, there = pointing_down(x, y, z + 0.1, turn), pointing_down(x, y, z, turn)
+    return planner.WaypointSequence([planner.PoseWaypoint(above), planner.PoseWaypoint(there, motion=LINE)])
+
+
+def random_grasps(rng: np.random.Generator, count: int) -> list[planner.WaypointSequence]:
+    """Return grasps on a table, some of them out of reach."""
+    return [
+        grasp(rng.uniform(0.3, 0.85), rng.uniform(-0.5, 0.5), rng.uniform(0.05, 0.3), rng.uniform(-1.0, 1.0))
+        for _ in range(count)
+    ]
+
+
+def problem(*waypoints: AnyWaypoint | planner.AnyOf, **fields: object) -> planner.PlanningProblem:
+    return planner.PlanningProblem(ARM, waypoints, **fields)
+
+
+def turned(angle: float) -> planner.JointWaypoint:
+    """Return a joint position with the arm stretched forwards; the post stands at an angle of 0.45 rad."""
+    return planner.JointWaypoint([angle, -0.9, 1.2, -1.87, -1.57, 0.0])
+
+
+def shortest(problems: Sequence[planner.PlanningProblem], kind: str) -> tuple[float, int | None]:
+    """Plan every problem, and return the least duration and its index."""
+    found: tuple[float, int | None] = (np.inf, None)
+    for k, one in enumerate(problems):
+        try:
+            plan = planner.plan(one, kind, planner.Budget(attempts=1))
+            found = min(found, (plan.trajectory.duration, k), key=lambda pair: pair[0])
+        except planner.PlanningError:
+            continue
+    return found
+
+
+def statuses(plan: planner.Plan | planner.PlanningError, goal_set: int = 0) -> list[str]:
+    return [outcome.status for outcome in plan.choices[goal_set].options]
+
+
+@pytest.mark.parametrize("kind", BACK_ENDS)
+@pytest.mark.sized
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_chosen_option_is_the_shortest_of_all_plans(kind: str, seed: int) -> None:
+    options = random_grasps(np.random.default_rng(seed), 4 if NAME == "quick" else 6)
+    least, best = shortest([problem(HOME, *one.waypoints, LIFT, HOME) for one in options], kind)
+    assert best is not None
+    plan = planner.plan(problem(HOME, planner.AnyOf(options), LIFT, HOME), kind)
+    option = plan.choices[0].option
+    assert option is not None
+    alone = planner.plan(problem(HOME, *options[option].waypoints, LIFT, HOME), kind)
+    assert plan.trajectory.duration == alone.trajectory.duration <= (1.0 + WORST) * least
+    assert plan.certificate.satisfied
+
+
+@pytest.mark.sized
+@pytest.mark.parametrize("seed", SEEDS)
+def test_two_goal_sets_are_chosen_together(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    count = 2 if NAME == "quick" else 3
+    picks, places = random_grasps(rng, count), random_grasps(rng, count)
+    pairs = list(product(picks, places))
+    singles = [problem(HOME, *one.waypoints, LIFT, *other.waypoints, HOME) for one, other in pairs]
+    least, best = shortest(singles, "trapezoidal")
+    assert best is not None
+    plan = planner.plan(problem(HOME, planner.AnyOf(picks), LIFT, planner.AnyOf(places), HOME), "trapezoidal")
+    assert plan.trajectory.duration <= (1.0 + WORST) * least
+    one, other = (choice.option for choice in plan.choices)
+    assert (
+        plan.trajectory.duration
+        == planner.plan(singles[pairs.index((picks[one], places[other]))], "trapezoidal").trajectory.duration
+    )
+
+
+@pytest.mark.sized
+@pytest.mark.parametrize("seed", SEEDS)
+def test_estimates_of_joint_positions_are_the_durations_of_trapezoids(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    options = [planner.JointWaypoint(rng.uniform(-2.0, 2.0, 6), dwell=rng.choice([0.0, 0.5])) for _ in range(4)]
+    limits = planner.Limits(velocity_scale=0.5, acceleration_scale=0.1)
+    plan = planner.plan(problem(HOME, planner.AnyOf(options), HOME, limits=limits), "trapezoidal")
+    for option, outcome in zip(options, plan.choices[0].options, strict=True):
+        alone = planner.plan(problem(HOME, option, HOME, limits=limits), "trapezoidal")
+        assert outcome.estimated_duration == pytest.approx(alone.trajectory.duration, rel=1e-9)
+
+
+def test_one_option_gives_the_plan_without_a_goal_set() -> None:
+    option = grasp(0.5, 0.2, 0.1)
+    plan = planner.plan(problem(HOME, planner.AnyOf([option]), HOME), "ruckig")
+    alone = planner.plan(problem(HOME, *option.waypoints, HOME), "ruckig")
+    assert (plan.trajectory.coefficients == alone.trajectory.coefficients).all()
+    assert statuses(plan) == ["chosen"]
+    assert alone.choices == ()
+
+
+def test_the_first_of_equal_options_is_chosen() -> None:
+    plan = planner.plan(problem(HOME, planner.AnyOf([grasp(0.5, 0.2, 0.1)] * 5), HOME))
+    assert statuses(plan) == ["chosen", *["longer"] * 4]
+    assert len({outcome.estimated_duration for outcome in plan.choices[0].options}) == 1
+
+
+def test_a_hundred_options_have_one_chosen_and_a_reason_each() -> None:
+    options = random_grasps(np.random.default_rng(5), 99)
+    plan = planner.plan(problem(HOME, planner.AnyOf([FAR, *options]), LIFT, HOME), "trapezoidal")
+    (choice,) = plan.choices
+    assert statuses(plan).count("chosen") == 1
+    assert choice.options[0].code == "unreachable_waypoint"
+    chosen = choice.options[choice.option or 0].estimated_duration
+    for outcome in choice.options:
+        if outcome.status == "refused":
+            assert outcome.code and outcome.message and outcome.estimated_duration is None
+        else:
+            assert outcome.estimated_duration >= chosen
+
+
+def test_the_only_reachable_option_is_chosen() -> None:
+    plan = planner.plan(problem(HOME, planner.AnyOf([FAR, FAR, grasp(0.5, 0.0, 0.1), FAR]), HOME))
+    assert plan.choices[0].option == 2
+    assert statuses(plan) == ["refused", "refused", "chosen", "refused"]
+
+
+def test_options_in_a_collision_are_refused_with_that_reason() -> None:
+    inside = planner.PoseWaypoint(pointing_down(-0.5, -0.25, 0.3))
+    beside = planner.PoseWaypoint(pointing_down(-0.4, 0.4, 0.3), dwell=9.0)
+    plan = planner.plan(problem(turned(0.0), planner.AnyOf([inside, beside]), scene=planner.Scene([POST])))
+    assert [outcome.code for outcome in plan.choices[0].options] == ["collision", None]
+    assert plan.choices[0].option == 1
+
+
+def test_an_option_whose_motion_collides_gives_way_to_the_next() -> None:
+    """The way to the nearer option leads straight through the post; both ends are free."""
+    start, behind, away = turned(0.0), turned(0.9), turned(-1.5)
+    scene = planner.Scene([POST])
+    with pytest.raises(planner.Collision):
+        planner.plan(problem(start, behind, scene=scene))
+    plan = planner.plan(problem(start, planner.AnyOf([behind, away]), scene=scene))
+    assert plan.choices[0].option == 1
+    assert plan.choices[0].options[0].code == "collision"
+    assert "on the way from waypoint 0 to 1" in (plan.choices[0].options[0].message or "")
+
+
+def test_refusals_name_the_option_and_have_proved_remedies() -> None:
+    far = replace(FAR, pose=planner.Pose([1.5, 0.0, 0.2]))
+    request = problem(HOME, planner.AnyOf([far, grasp(2.0, 0.0, 0.1)]), HOME)
+    with pytest.raises(planner.UnreachableWaypoint) as caught:
+        planner.plan(request)
+    refusal = caught.value
+    assert refusal.waypoint == 1
+    assert "no option has a plan; with option 0 of waypoint 1" in str(refusal)
+    assert refusal.choices[0].option is None
+    assert [outcome.code for outcome in refusal.choices[0].options] == ["unreachable_waypoint"] * 2
+    (remedy,) = refusal.remedies
+    assert remedy.field == ("waypoints", 1, "options", 0, "pose")
+    assert planner.plan(remedy.applied_to(request)).choices[0].option == 0
+
+
+def test_a_refusal_elsewhere_in_the_list_keeps_its_place() -> None:
+    request = problem(HOME, planner.AnyOf([grasp(0.5, 0.2, 0.1), grasp(0.4, 0.1, 0.1)]), FAR)
+    with pytest.raises(planner.UnreachableWaypoint) as caught:
+        planner.plan(request)
+    assert caught.value.waypoint == 2
+
+
+def test_a_relative_waypoint_behind_a_goal_set_rules_out_options() -> None:
+    """From the higher grasp the lift leads out of the workspace."""
+    high = planner.RelativeWaypoint(planner.CartesianMove((0.0, 0.0, 0.45)), "base", motion=LINE)
+    options = [planner.PoseWaypoint(pointing_down(0.5, 0.1, 0.6)), planner.PoseWaypoint(pointing_down(0.5, -0.3, 0.1))]
+    plan = planner.plan(problem(HOME, planner.AnyOf(options), high, HOME))
+    assert statuses(plan) == ["refused", "chosen"]
+
+
+def test_the_plan_reaches_the_chosen_option_and_counts_as_the_request() -> None:
+    option = grasp(0.5, 0.2, 0.1)
+    actions = [
+        planner.SetOutput(planner.AtWaypoint(1), "gripper", True),
+        planner.SetOutput(planner.AtWaypoint(3), "done", True),
+    ]
+    plan = planner.plan(problem(HOME, planner.AnyOf([option], name="pick", dwell=0.3), LIFT, HOME, actions=actions))
+    assert plan.requested_indices == (0, 1, 1, 2, 3)
+    (choice,) = plan.choices
+    assert (choice.waypoint, choice.first, choice.last) == (1, 1, 2)
+    reached = tool_pose(ARM, plan.path.positions[2])
+    np.testing.assert_allclose(reached.position, [0.5, 0.2, 0.1], atol=1e-6)
+    assert plan.trajectory.departures[2] - plan.trajectory.arrivals[2] == pytest.approx(0.3)
+    assert [action.time for action in plan.actions] == pytest.approx(
+        [plan.trajectory.arrivals[2], plan.trajectory.arrivals[4]]
+    )
+
+
+def test_a_region_is_an_option_where_only_a_part_of_it_can_be_reached() -> None:
+    far = planner.PoseWaypoint(pointing_down(1.1, 0.0, 0.3), free=planner.Region(x=(-0.6, 0.0)))
+    plan = planner.plan(problem(HOME, planner.AnyOf([FAR, far]), HOME))
+    assert plan.choices[0].option == 1
+
+
+def test_a_redundant_arm_chooses_among_poses_and_named_positions() -> None:
+    arm = planner.load_robot("fr3")
+    name = next(iter(arm.named_positions))
+    here = planner.JointWaypoint.named(arm, name)
+    near = tool_pose(arm, np.array(here.position) + 0.05)
+    options = [planner.PoseWaypoint(planner.Pose([0.4, 0.4, 0.4])), here, planner.PoseWaypoint(near), FAR]
+    plan = planner.plan(planner.PlanningProblem(arm, [here, planner.AnyOf(options)]))
+    assert plan.choices[0].option == 1
+    assert statuses(plan) == ["longer", "chosen", "longer", "refused"]
+
+
+WRONG = {
+    "tool": (replace(HOME, tool=planner.Pose([0.0, 0.0, 0.1])), ("tool",), "must be None in an option"),
+    "relative": (LIFT, (), "must not begin with a relative waypoint"),
+    "nested": (planner.AnyOf([HOME]), (), "must be a waypoint of another kind"),
+    "empty": (planner.WaypointSequence([]), ("waypoints",), "must have at least one waypoint"),
+    "joints": (planner.JointWaypoint([0.0] * 5), ("position",), "5 values for the 6 joints"),
+    "in a sequence": (
+        planner.WaypointSequence([HOME, planner.JointWaypoint([np.nan] * 6)]),
+        ("waypoints", 1, "position"),
+        "finite",
+    ),
+    "duration": (replace(HOME, minimum_duration=-1.0), ("minimum_duration",), "must"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_faults_point_to_the_option(name: str) -> None:
+    option, field, message = WRONG[name]
+    with pytest.raises(planner.InvalidProblem) as caught:
+        planner.plan(problem(HOME, planner.AnyOf([HOME, HOME, option])))
+    (fault,) = caught.value.faults
+    assert fault.field == ("waypoints", 1, "options", 2, *field)
+    assert message in fault.message
+
+
+def test_a_goal_set_has_neither_a_motion_nor_no_options() -> None:
+    with pytest.raises(planner.InvalidProblem) as caught:
+        planner.plan(problem(HOME, planner.AnyOf([], motion=LINE)))
+    assert [fault.field for fault in caught.value.faults] == [("waypoints", 1, "motion"), ("waypoints", 1, "options")]
+
+
+def test_a_pair_of_options_that_collides_leaves_both_to_other_pairs() -> None:
+    """The straight motion between the sides of the post collides; the motions on one side are free."""
+    scene = planner.Scene([POST])
+    plan = planner.plan(
+        problem(
+            turned(0.0),
+            planner.AnyOf([turned(-0.1), turned(-0.2)]),
+            planner.AnyOf([turned(0.9), turned(-1.5)]),
+            scene=scene,
+        )
+    )
+    assert [choice.option for choice in plan.choices] == [0, 1]
+    singles = [
+        problem(turned(0.0), one, other, scene=scene)
+        for one, other in product((turned(-0.1), turned(-0.2)), (turned(0.9), turned(-1.5)))
+    ]
+    assert shortest(singles, "cubic")[0] == plan.trajectory.duration
