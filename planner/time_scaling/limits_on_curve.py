@@ -261,8 +261,8 @@ class _Sampled:
         after = np.clip(np.searchsorted(self.gridpoints, at), 1, len(self.gridpoints) - 1)
         before = self.gridpoints[after - 1]
         share = ((at - before) / (self.gridpoints[after] - before))[..., None]
-        rows = (np.asarray(part) for part in self.rows[constraint])
-        by_u, by_x, rest = (part[after - 1] * (1.0 - share) + part[after] * share for part in rows)
+        rows = np.hstack(self.rows[constraint])
+        by_u, by_x, rest = np.split(rows[after - 1] * (1.0 - share) + rows[after] * share, 3, axis=-1)
         by_b = by_x * ds**2 + by_u * dds
         if self.robot.friction is not None and constraint in OF_FRICTION:
             constant, linear = self.robot.friction.along(v, by_b.shape[-1])

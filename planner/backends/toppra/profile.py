@@ -102,11 +102,14 @@ class Profile:
     bend: FloatArray
     solved: SolvedLimits | None = None
 
-    def at(self, shares: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-        """Return s'^2 and s'', each (..., intervals), at shares (..., 1) of each interval."""
-        p, d = np.asarray(shares), self.intervals.lengths
-        x = self.x[:-1] * (1.0 - p) + self.x[1:] * p - 2.0 * self.bend * d * p * (1.0 - p)
-        return x, np.diff(self.x) / (2.0 * d) + self.bend * (2.0 * p - 1.0)
+    def x_at(self, p: FloatArray | float) -> FloatArray:
+        """Return s'^2 (..., intervals) at shares (..., 1) of each interval."""
+        bent = 2.0 * p * (1.0 - p) * self.bend * self.intervals.lengths
+        return np.asarray(self.x[:-1] * (1.0 - p) + self.x[1:] * p - bent)
+
+    def u_at(self, p: FloatArray | float) -> FloatArray:
+        """Return s'' (..., intervals) at shares (..., 1) of each interval."""
+        return np.asarray(np.diff(self.x) / (2.0 * self.intervals.lengths) + self.bend * (2.0 * p - 1.0))
 
     @property
     def x_at_ends(self) -> FloatArray:
@@ -124,7 +127,7 @@ class Profile:
         With s'' = b s + constant the distance is (v0 + v1) tanh(sqrt(b) T / 2) / sqrt(b), and with b < 0 the same with
         the tangent.
         """
-        v0, v1 = (np.sqrt(self.at(share)[0]) for share in (start, end))
+        v0, v1 = (np.sqrt(self.x_at(share)) for share in (start, end))
         lengths = self.intervals.lengths
         ratios = (end - start) * lengths / (v0 + v1)
         squares = 2.0 * self.bend / lengths * ratios**2
@@ -283,7 +286,7 @@ def pieces_of(profile: Profile, tolerances: FloatArray) -> SegmentedPolynomial:
     for _ in range(MOST_PIECE_HALVINGS):
         intervals, times = profile.intervals, profile.times
         q, first, second = intervals.at(np.array([0.0, 0.5, 1.0]))
-        x, u = (rows[..., None] for rows in profile.at(np.array([[0.0], [0.5], [1.0]])))
+        x, u = (rows(np.array([[0.0], [0.5], [1.0]]))[..., None] for rows in (profile.x_at, profile.u_at))
         states = q, first * np.sqrt(x), second * x + first * u
         coefficients = quintic_hermite(times, *(tuple(rows[end] for rows in states) for end in (0, -1)))
         missed = np.abs(horner(coefficients, profile.times_between(0.0, 0.5)[:, None]) - q[1]).max(axis=1)
