@@ -57,6 +57,20 @@ def agents(
 
 
 @app.command()
+def order(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    part: Annotated[str, typer.Option(help="The part with the holes: plate or block.")] = "block",
+    holes: Annotated[int, typer.Option(help="Holes.", min=1)] = 245,
+    seed: Annotated[int, typer.Option(help="Seed of their positions.", min=0)] = 0,
+    backend: Annotated[str, typer.Option(help="Back end of all plans.")] = "trapezoidal",
+) -> None:
+    """Compare drill holes in any order with the nearest hole first and 2-opt in Cartesian space."""
+    from benchmarks.tasks.holes import measure, print_table
+
+    _show(measure(part, holes, seed, backend), json, print_table)
+
+
+@app.command()
 def load(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     seconds: Annotated[float, typer.Option(help="Length of each load, s.", min=1.0)] = 30.0,

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.kernels.orders import least_joint_distances
-
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.tasks.costs import Costs
@@ -32,7 +30,7 @@ def least_duration(costs: Costs, total: float) -> float:
     """
     states = costs.states
     own = sum(float(costs.states.durations[there].min()) for there in states.of_tasks[1:])
-    distances = _distances(costs)
+    distances = costs.least_between
     degrees = np.full(len(distances), 2.0)
     degrees[[0, -1]] = 1.0
     weights, best, size, in_vain = np.zeros(len(distances)), 0.0, 2.0, 0
@@ -48,20 +46,6 @@ def least_duration(costs: Costs, total: float) -> float:
             size, in_vain = size / 2.0, 0
         weights = weights + size * max(total - own - bound, 0.0) / float(away @ away) * away
     return own + best
-
-
-def _distances(costs: Costs) -> FloatArray:
-    """Return lower bounds (tasks, tasks), s, on the motions between two tasks, in either direction."""
-    states, velocity = costs.states, costs.speeds.velocity
-    travels = least_joint_distances(states.exits / velocity, states.entries / velocity, states.tasks)
-    found = costs.speeds.least_durations(travels)
-    if not costs.has_end:
-        found[:, -1] = 0.0
-    found[0, -1] = found[-1] = np.inf  # nothing follows the end, and some task comes before it
-    found[1:, 0] = np.inf
-    either = np.minimum(found, found.T)
-    np.fill_diagonal(either, np.inf)
-    return either
 
 
 def _spanning_tree(distances: FloatArray) -> tuple[float, FloatArray]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.kernels.orders import least_joint_distances
 from planner.tasks.travel import UNUSABLE
 
 if TYPE_CHECKING:
@@ -42,6 +44,20 @@ class Costs:
             found[:, states.tasks[columns] == states.tasks[-1]] = 0.0
         found += self.durations[columns]
         return found
+
+    @cached_property
+    def least_between(self) -> FloatArray:
+        """Lower bounds (tasks, tasks), s, on the motions between two tasks, in either direction."""
+        states, velocity = self.states, self.speeds.velocity
+        travels = least_joint_distances(states.exits / velocity, states.entries / velocity, states.tasks)
+        found = self.speeds.least_durations(travels)
+        if not self.has_end:
+            found[:, -1] = 0.0
+        found[0, -1] = found[-1] = np.inf  # nothing follows the end, and some task comes before it
+        found[1:, 0] = np.inf
+        either: FloatArray = np.minimum(found, found.T)
+        np.fill_diagonal(either, np.inf)
+        return either
 
     def set_known(self, start: int, end: int, duration: float) -> None:
         """Set the duration, s, of the motion from one state to another, and of the opposite motion."""

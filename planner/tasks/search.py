@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MOST_STATES = 1000
 """The largest number of states whose durations the local search keeps: 8 MB."""
 
-FEWEST_STATES = 4
+FEWEST_STATES = 2
 """The fewest states of a task that the local search keeps."""
 
 MOST_MOVED = 3
@@ -136,10 +136,10 @@ def best_order(costs: Costs, rules: Rules, deadline: float, chosen: np.ndarray |
         chosen: States in an allowed order to begin with; None: the nearest task follows each task.
     """
     of_tasks = costs.states.of_tasks
-    chosen = _nearest_first(costs, rules) if chosen is None else chosen
+    order = _nearest_first(costs, rules) if chosen is None else costs.states.tasks[chosen].tolist()
     share = max(FEWEST_STATES, MOST_STATES // len(of_tasks))
     while True:
-        best, totals = costs.best_states([of_tasks[task] for task in costs.states.tasks[chosen]])
+        best, totals = costs.best_states([of_tasks[task] for task in order])
         kept = _kept(costs, best, totals, share)
         search = Search(costs, rules, kept)
         found: np.ndarray = kept[search.run(np.searchsorted(kept, best), deadline)]
@@ -147,7 +147,7 @@ def best_order(costs: Costs, rules: Rules, deadline: float, chosen: np.ndarray |
             return found
         if costs.total(found) >= costs.total(best) - LEAST_GAIN:
             return best
-        chosen = found
+        order = costs.states.tasks[found].tolist()
 
 
 def _kept(costs: Costs, chosen: np.ndarray, totals: list[FloatArray], share: int) -> np.ndarray:
@@ -161,17 +161,11 @@ def _kept(costs: Costs, chosen: np.ndarray, totals: list[FloatArray], share: int
     return np.unique(np.concatenate(kept))
 
 
-def _nearest_first(costs: Costs, rules: Rules) -> np.ndarray:
-    """Return states (tasks,) in an allowed order, each the nearest to the one before."""
-    states = costs.states
-    of_tasks = states.of_tasks
-    state = int(of_tasks[0][0])
-    chosen, done = [state], [0, len(of_tasks) - 1]
-    while len(done) < len(of_tasks):
-        following = rules.next_tasks(done, len(of_tasks))
-        own = np.concatenate([of_tasks[task] for task in sorted(following)])
-        state = int(own[costs.between(np.array([state]), own)[0].argmin()])
-        chosen.append(state)
-        done.append(int(states.tasks[state]))
-    last = of_tasks[-1]
-    return np.array([*chosen, int(last[costs.between(np.array([state]), last)[0].argmin()])])
+def _nearest_first(costs: Costs, rules: Rules) -> list[int]:
+    """Return all tasks in an allowed order, each the nearest to the one before in any of their states."""
+    last = len(costs.states.of_tasks) - 1
+    order = [0]
+    while len(order) < last:
+        following = np.array(sorted(rules.next_tasks([*order, last], last + 1)))
+        order.append(int(following[costs.least_between[order[-1], following].argmin()]))
+    return [*order, last]

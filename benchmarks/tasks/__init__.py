@@ -1,0 +1,1 @@
+"""Tasks in any order, beside orders by distance."""
