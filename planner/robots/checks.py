@@ -287,6 +287,8 @@ def with_checked_drives(joints: Iterable[Joint], findings: Findings) -> tuple[Jo
     with_drives = [joint for joint in checked if joint.has_drive]
     if with_drives:
         text = f"torques have the friction and the rotor inertia of {listed(joint.name for joint in with_drives)}"
+        without = listed(joint.name for joint in checked if not joint.has_drive)
+        text += f"; neither is known of {without}" if without else ""
         findings.info("joint_friction", None, text)
     for joint in with_drives:
         fastest = joint.friction + joint.damping * joint.velocity
