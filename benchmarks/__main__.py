@@ -219,6 +219,19 @@ def proofs(
 
 
 @app.command()
+def goal_sets(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    options: Annotated[int, typer.Option(help="Options of the goal set.", min=1)] = 100,
+    repeats: Annotated[int, typer.Option(help="Plans of each case.", min=1)] = 7,
+    backend: Annotated[str, typer.Option(help="Kind of the back end.")] = "ruckig",
+) -> None:
+    """Plan goal sets of many grasps, and the chosen grasp alone."""
+    from benchmarks.trajectories.goal_sets import measure, print_table
+
+    _show(measure(options, repeats, backend), json, print_table)
+
+
+@app.command()
 def simulation(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     plans: Annotated[int, typer.Option(help="Random plans, over all back ends.", min=1)] = 500,
