@@ -1,8 +1,7 @@
-"""JSON pointers (RFC 6901): written, read, and followed to put a value into a document."""
+"""JSON pointers (RFC 6901): written, read, and followed to a value that another one replaces."""
 
 from __future__ import annotations
 
-import copy
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -27,23 +26,26 @@ def steps_of(pointer: str) -> list[str]:
     return [step.replace("~1", "/").replace("~0", "~") for step in pointer.split("/")[1:]]
 
 
-def put(document: Any, steps: list[str], value: Any) -> None:
-    """Put a value into a document; objects on the way to it that the document leaves out are made.
+def changed(document: Any, pointer: str, value: Any) -> Any:
+    """Return a document with another value at a pointer; it shares all other parts with the given one.
+
+    Objects on the way that the document leaves out are made.
 
     Raises:
         NothingThere: A step leads to no field of an object and to no entry of an array.
     """
-    for step in steps[:-1]:
-        if isinstance(document, dict) and document.get(step) is None:
-            document[step] = {}
-        document = document[_key_of(document, step)]
-    document[_key_of(document, steps[-1])] = value
+    return _changed(document, steps_of(pointer), value)
 
 
-def changed(document: Any, pointer: str, value: Any) -> Any:
-    """Copy a document with another value at a pointer."""
-    copied = copy.deepcopy(document)
-    put(copied, steps_of(pointer), value)
+def _changed(document: Any, steps: list[str], value: Any) -> Any:
+    if not steps:
+        return value
+    key: Any = _key_of(document, steps[0])
+    own = document[key] if isinstance(document, list) else document.get(key)
+    if own is None and isinstance(document, dict):
+        own = {}
+    copied = document.copy()
+    copied[key] = _changed(own, steps[1:], value)
     return copied
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from api.base import problem_documents
 from api.base.errors import MOST_FAULTS, ServiceError
+from api.base.json_pointers import to_pointer
 from api.work.answers.values import choice_answer, nearest_answer, path_point_answer, value_answer
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, InvalidRobotModel, NoPathFound
 
@@ -72,4 +73,4 @@ NAMES = {"inverse_kinematics": "ik", "__class__": "kind"}
 
 def pointer_of(field: FieldPath) -> str:
     """Write the JSON pointer (RFC 6901) into the request to a field of the library's values."""
-    return "".join(f"/{NAMES.get(str(step), step)}" for step in field)
+    return to_pointer(NAMES.get(str(step), step) for step in field)

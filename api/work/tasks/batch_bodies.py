@@ -8,10 +8,9 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import orjson
 
 from api.base.errors import ServiceError, invalid, invalid_at
-from api.base.json_pointers import NothingThere, put, steps_of
+from api.base.json_pointers import NothingThere, changed, steps_of
 from api.base.size import parse_json, refuse_many_rows
 from api.contract import batches as schemas
 from api.contract.requests import PlanRequest
@@ -95,30 +94,28 @@ def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
     if number > most:
         message = f"must have at most {most} combinations; got {number}"
         raise invalid_at("/vary", message)
-    content = orjson.dumps(grid.template)
     for k, field in enumerate(grid.vary):
         try:
             steps = steps_of(field.pointer)
             if len(steps) > 1 and steps[0] not in PlanRequest.model_fields:
                 raise NothingThere
-            put(orjson.loads(content), steps, None)
+            changed(grid.template, field.pointer, None)
         except NothingThere:
             raise invalid_at(f"/vary/{k}/pointer", "must lead to a field of a plan request") from None
-    return _varied(content, grid.vary)
+    return _varied(grid.template, grid.vary)
 
 
-def _varied(content: bytes, vary: list[schemas.VariedField]) -> Iterator[tuple[Any, str]]:
+def _varied(template: Any, vary: list[schemas.VariedField]) -> Iterator[tuple[Any, str]]:
     """Put each combination of values into the template.
 
     Raises:
         InvalidRequest: A value of one field takes away what another pointer leads into.
     """
-    paths = [steps_of(field.pointer) for field in vary]
     for combination in itertools.product(*(field.values for field in vary)):
-        request = orjson.loads(content)
-        for k, (steps, value) in enumerate(zip(paths, combination, strict=True)):
+        request = template
+        for k, (field, value) in enumerate(zip(vary, combination, strict=True)):
             try:
-                put(request, steps, value)
+                request = changed(request, field.pointer, value)
             except NothingThere:
                 message = "must lead to a field of the template, whatever the values of the other varied fields"
                 raise invalid_at(f"/grid/vary/{k}/pointer", message) from None

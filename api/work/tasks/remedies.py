@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.base.errors import InvalidRequest
+from api.base.json_pointers import NothingThere, changed
 from api.base.size import rows_of
 from api.work.answers.problem_documents import pointer_of
 from api.work.answers.values import value_answer
@@ -79,28 +80,10 @@ def _fits(remedy: Remedy, context: TaskContext, schema: Any) -> bool:
     """Tell whether the request with a change follows its schema."""
     value = orjson.loads(to_json(value_answer(remedy.value)))
     try:
-        validated(schema, _changed(context.document, pointer_of(remedy.field)[1:].split("/"), value), context.caps)
-    except (LookupError, InvalidRequest):
+        validated(schema, changed(context.document, pointer_of(remedy.field), value), context.caps)
+    except (NothingThere, InvalidRequest):  # it may lead into a stored scene
         return False
     return True
-
-
-def _changed(document: Any, way: list[str], value: Any) -> Any:
-    """Return a document with another value at a place, which shares the other parts with the given one.
-
-    Raises:
-        LookupError: The way leads elsewhere: into a scene that is kept.
-    """
-    if not way:
-        return value
-    step, *rest = way
-    if isinstance(document, list):
-        at = int(step)
-        return [*document[:at], _changed(document[at], rest, value), *document[at + 1 :]]
-    if not isinstance(document, dict | None):
-        raise LookupError(step)
-    fields = document or {}
-    return {**fields, step: _changed(fields.get(step), rest, value)}
 
 
 def _is_answered(remedy: Remedy, context: TaskContext, request: Any, dof: int) -> bool:

@@ -1,4 +1,4 @@
-"""JSON pointers: writing, reading and putting values, against the examples of RFC 6901."""
+"""JSON pointers: writing, reading and changing values, against the examples of RFC 6901."""
 
 from __future__ import annotations
 
@@ -32,7 +32,15 @@ def test_a_copy_is_changed_and_left_out_objects_are_made(pointer: str, expected:
     assert document == {"a": [1, 2], "n": None}
 
 
-@pytest.mark.parametrize("pointer", ["/a/2", "/a/-1", "/a/01", "/a/x", "/a/0/x"])
+def test_a_changed_document_shares_the_parts_beside_the_way() -> None:
+    document = {"a": [{"b": 1}, {"c": [2]}], "d": {"e": 3}}
+    copied = changed(document, "/a/0/b", 9)
+    assert copied == {"a": [{"b": 9}, {"c": [2]}], "d": {"e": 3}}
+    assert copied["d"] is document["d"] and copied["a"][1] is document["a"][1]
+    assert changed(document, "", 9) == 9
+
+
+@pytest.mark.parametrize("pointer", ["/a/2", "/a/-1", "/a/01", "/a/x", "/a/0/x", "/n/0/x"])
 def test_a_pointer_to_no_entry_of_an_array_is_refused(pointer: str) -> None:
     with pytest.raises(NothingThere):
-        changed({"a": [1, 2]}, pointer, 9)
+        changed({"a": [1, 2], "n": [None]}, pointer, 9)
