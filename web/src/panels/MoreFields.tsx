@@ -113,13 +113,16 @@ function formsOf(request: PlanRequest, robot: Robot, index: number): Forms {
 interface MoreProps {
   label: string;
   isOpen?: boolean;
+  onClose?: () => void;
   children: () => preact.ComponentChildren;
 }
 
-function More({ label, isOpen = false, children }: MoreProps) {
+// A part of a form that is made when somebody opens it, when the service has described its fields.
+export function More({ label, isOpen = false, onClose, children }: MoreProps) {
   const [opened, setOpened] = useState(isOpen);
   useEffect(() => {
     if (opened) loadSchemas();
+    else onClose?.();
   }, [opened]);
   return (
     <details class="more" open={opened} onToggle={(event) => setOpened(event.currentTarget.open)}>

@@ -122,12 +122,14 @@ function Alternatives({ name, schema, parts, value, forms, onValue }: CompositeP
   );
 }
 
+const MOST_ITEMS = 24; // of a list that has a form
 const AXES = ['x', 'y', 'z', 'w'];
 
 function List({ name, schema, value, forms, onValue }: CompositeProps) {
   const items = value as unknown[];
   const item = resolved(schema.items!, forms.schemas);
   const put = (index: number, next: unknown): void => onValue(items.map((old, i) => (i === index ? next : old)));
+  if (items.length > MOST_ITEMS) return <p class="hint">{texts.fields.many(items.length)}</p>;
   if (isOfJoints(schema)) {
     return (
       <>

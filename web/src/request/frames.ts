@@ -24,7 +24,7 @@ export function poseInFrame(pose: Pose, frame: string | null | undefined, reques
   return transformed(inverted(frameInBase(frame, request, robot) ?? BASE), pose);
 }
 
-function transformed(frame: Pose, pose: Pose): Pose {
+export function transformed(frame: Pose, pose: Pose): Pose {
   const { position, orientation } = composed(frame, pose);
   return { position, orientation: pose.orientation ? orientation : null };
 }

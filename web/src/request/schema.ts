@@ -92,7 +92,7 @@ export function initial(name: string, given: Schema, schemas: Schemas, around: A
 
 // Whether a list has one number, or one range, for each joint.
 export function isOfJoints({ items, minItems, maxItems }: Schema): boolean {
-  const one = items?.type === 'array' ? items.items : items;
+  const one = items?.type === 'array' && items.maxItems === 2 ? items.items : items;
   return (one?.type === 'number' || one?.type === 'integer') && (minItems === undefined || minItems !== maxItems);
 }
 

@@ -209,7 +209,7 @@ function follow(
     effect(() => {
       theme.value; // drawn anew in other colours
       robot.value;
-      stage.setGizmo(dragging?.pose() ?? null, dragging?.tool() ?? null, mode.value, {
+      stage.setGizmo(dragging?.pose() ?? null, dragging?.tool(), mode.value, {
         ofTool: ofTool.value,
         snap: snaps.value ? snapSteps() : null,
       });

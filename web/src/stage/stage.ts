@@ -1,28 +1,22 @@
 // The three-dimensional view. It draws when something has changed, and only then.
-import { Box3, GridHelper, Group, Matrix4, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer } from 'three';
-import type { Object3D } from 'three';
+import { Box3, GridHelper, Group, Matrix4, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer, type Object3D } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { stretchesOfTools } from '../plan/tools';
 import type { ComparedBackend, LinkShape, PlanRequest, Pose, Problem, Robot, WorkspaceAnswer } from '../service/types';
 import type { Planned } from '../state/store';
 import { matrixOf } from '../robot/chain';
-import { reach, shapesOf } from '../robot/shapes';
-import type { Form, Shape } from '../robot/shapes';
+import { reach, shapesOf, type Form, type Shape } from '../robot/shapes';
 import { styleColour, theme } from '../state/theme';
 import { Arm } from './arm';
 import { Cloud } from './cloud';
-import { Gizmo } from './gizmo';
-import type { GizmoMode, GizmoWays } from './gizmo';
+import { Gizmo, type GizmoMode, type GizmoWays } from './gizmo';
 import { lights } from './lights';
-import { DIRECTIONS, isSeen } from './views';
-import type { View } from './views';
+import { DIRECTIONS, isSeen, NEAR, standBack, type View } from './views';
 import { axes, ball, disposeOf, ghostLine, pathLine, toolMarks, waypointMarks } from './marks';
 import { instanceAt, listenToClicks } from './picking';
 import { gapMark, obstacles } from './obstacles';
-import { pointsOf } from '../scene/pair';
-import type { Pair } from '../scene/pair';
-import { mountingOf, toolOf } from '../scene/objects';
-import type { Placed, Setting } from '../scene/objects';
+import { pointsOf, type Pair } from '../scene/pair';
+import { mountingOf, toolOf, type Placed, type Setting } from '../scene/objects';
 
 type Drawn = 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'waiting' | 'gap' | 'pair' | 'cloud';
 
@@ -42,6 +36,7 @@ export class Stage {
   private cloud?: Cloud;
   private waypoints: readonly number[] = []; // of the request, by the ball
   private waiting = false;
+  private standing = 0; // things around the robot
   private extent = 1;
   private isFitted = false; // the view has been fitted to the first path of this robot
 
@@ -85,14 +80,17 @@ export class Stage {
     this.look('home');
   }
 
-  // Where the base stands in the world, and what stands around the robot at all times.
+  // The base in the world, and what stands around the robot at all times.
   setSurroundings(setting: Setting, standing: readonly Placed[]): void {
     if (!this.robot) return;
     this.world.matrixAutoUpdate = false;
     this.world.matrix.copy(mountingOf(setting, this.robot));
     this.world.matrixWorldNeedsUpdate = true;
+    const isNew = this.isFitted && standing.length > this.standing;
+    this.standing = standing.length;
     this.replace('scene', this.things(standing));
     this.setGround();
+    if (isNew && this.ends().some((end) => !isSeen(end, this.camera))) this.refit();
   }
 
   // The tool at the tip; null: the robot's own.
@@ -168,9 +166,12 @@ export class Stage {
     } else if (isDrawn && !isSeen(this.drawn.path!, this.camera)) this.refit();
   }
 
-  // Shows all from where the viewer stands.
+  // Shows all from where the viewer stands, as near as nothing that has an end is cut off.
   private refit(): void {
-    this.fit(this.camera.position.clone().sub(this.controls.target));
+    for (const share of [NEAR, 0.95, 1.2, 1.5]) {
+      this.fit(this.camera.position.clone().sub(this.controls.target), share);
+      if ([...this.ends(), this.drawn.path].every((object) => !object || isSeen(object, this.camera))) return;
+    }
   }
 
   // The waypoints, each with the tool that it brings.
@@ -208,10 +209,11 @@ export class Stage {
     this.replace('reach', jointPosition ? this.ghost(jointPosition, styleColour(isFree ? '--accent' : '--bad')) : undefined);
   }
 
-  // The handles at the chosen pose, with the tool that is to get there; a hand that holds them has put them where they are.
-  setGizmo(pose: Pose | null, tool: Pose | null, mode: GizmoMode, ways: GizmoWays): void {
+  // The handles at the chosen pose, with the tool that is to get there (undefined: none); a hand that holds them has put them where they are.
+  setGizmo(pose: Pose | null, tool: Pose | null | undefined, mode: GizmoMode, ways: GizmoWays): void {
     if (this.gizmo.isHeld) return;
-    this.gizmo.show(pose, mode, ways, this.robot && this.toolFrame(toolOf(tool, this.robot), styleColour('--accent')));
+    const mark = this.robot && tool !== undefined ? this.toolFrame(toolOf(tool, this.robot), styleColour('--accent')) : undefined;
+    this.gizmo.show(pose, mode, ways, mark);
     this.draw();
   }
 
@@ -252,12 +254,10 @@ export class Stage {
   }
 
   // Shows all from a direction.
-  private fit(from: Vector3): void {
+  private fit(from: Vector3, share = NEAR): void {
     const sphere = this.bounds(this.drawn.cloud).getBoundingSphere(new Sphere());
-    const half = (this.camera.fov * Math.PI) / 360;
-    const narrow = Math.atan(Math.tan(half) * Math.min(1, this.camera.aspect));
     this.controls.target.copy(sphere.center);
-    this.camera.position.copy(sphere.center).addScaledVector(from.normalize(), (sphere.radius / Math.sin(narrow)) * 0.76);
+    standBack(this.camera, sphere, from, share);
     this.controls.update();
     this.draw();
   }

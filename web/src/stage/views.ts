@@ -1,6 +1,6 @@
 // From where the stage is looked at, and what is seen from there.
 import { Box3, Vector3 } from 'three';
-import type { Object3D, PerspectiveCamera, Vector3Tuple } from 'three';
+import type { Object3D, PerspectiveCamera, Sphere, Vector3Tuple } from 'three';
 
 export type View = 'home' | 'front' | 'side' | 'top';
 
@@ -10,6 +10,15 @@ export const DIRECTIONS: Record<View, Vector3Tuple> = {
   side: [0, -1, 0.02],
   top: [0.001, 0, 1],
 };
+
+export const NEAR = 0.76; // of the distance at which a ball is in view: what it holds seldom fills it
+
+// Puts the camera in a direction from a ball, at a share of the distance at which all of it is in view.
+export function standBack(camera: PerspectiveCamera, { center, radius }: Sphere, from: Vector3, share: number): void {
+  const half = (camera.fov * Math.PI) / 360;
+  const narrow = Math.atan(Math.tan(half) * Math.min(1, camera.aspect));
+  camera.position.copy(center).addScaledVector(from.normalize(), (radius / Math.sin(narrow)) * share);
+}
 
 // Whether all of an object is in the view.
 export function isSeen(object: Object3D, camera: PerspectiveCamera): boolean {

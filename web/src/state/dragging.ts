@@ -1,15 +1,16 @@
-// The chosen pose may be dragged: it is asked about on the way, and put into the request where it is let go.
+// The chosen pose, or the chosen object of the scene, may be dragged. A pose it is asked about on the way, and put into the request where it is let go.
 import { toolAt } from '../plan/tools';
 import { poseInBase, poseInFrame } from '../request/frames';
 import type { Pose } from '../service/types';
 import { edit, sketch } from './draft';
 import { reach } from './reaching';
 import type { Reach } from './reaching';
+import { objectPose, placeObject, shownObject, sketchObject } from './scene_editing';
 import { draft, request, robot, selected } from './store';
 
 export interface Dragging {
   pose: () => Pose | null; // reads signals
-  tool: () => Pose | null; // that is to get there; reads signals
+  tool: () => Pose | null | undefined; // that is to get there: null is the robot's own, undefined none; reads signals
   reach: () => Reach | null; // reads signals
   onDrag: (pose: Pose) => void;
   onDrop: (pose: Pose) => void;
@@ -17,14 +18,15 @@ export interface Dragging {
 
 export const dragging: Dragging = {
   pose: () => {
+    if (shownObject.value) return objectPose.value;
     const [shown, arm] = [request.value, robot.value];
     const waypoint = draft.value ?? shown?.waypoints[selected.value];
     return shown && arm && waypoint?.kind === 'pose' ? poseInBase(waypoint, shown, arm) : null;
   },
-  tool: () => request.value && toolAt(request.value, selected.value),
+  tool: () => (shownObject.value ? undefined : request.value && toolAt(request.value, selected.value)),
   reach: () => reach.value,
-  onDrag: (pose) => sketch({ pose: inItsFrame(pose) }),
-  onDrop: (pose) => edit({ pose: inItsFrame(pose) }),
+  onDrag: (pose) => (shownObject.value ? sketchObject(pose) : sketch({ pose: inItsFrame(pose) })),
+  onDrop: (pose) => (shownObject.value ? placeObject(pose) : edit({ pose: inItsFrame(pose) })),
 };
 
 function inItsFrame(pose: Pose): Pose {

@@ -50,6 +50,8 @@ async function showAddress(hash: string): Promise<boolean> {
   return true;
 }
 
+const LONGEST_LINK = 1_000_000; // characters: browsers refuse addresses of two million
+
 let timer: ReturnType<typeof setTimeout> | undefined;
 
 // The address of what is shown.
@@ -64,6 +66,7 @@ async function writeAddress(): Promise<void> {
   const shown = request.peek();
   if (!shown || playing.peek()) return;
   const link = await linkToShown();
+  if (link.length > LONGEST_LINK) return;
   written = new URL(link).hash;
   globalThis.history.replaceState(null, '', link);
 }

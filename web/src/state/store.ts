@@ -41,6 +41,7 @@ export const planning = signal(false);
 export const compared = signal<readonly Compared[] | null>(null);
 export const comparing = signal(false);
 export const selected = signal(0);
+export const chosenObject = signal<string | null>(null); // of the scene: the handles are at it, not at the waypoint
 export const draft = signal<Waypoint | null>(null); // the chosen waypoint while it is moved
 export const notice = signal(''); // the last thing that happened, for those who listen
 export const banner = signal<Banner | null>(null); // what everybody is to see until it is closed

@@ -2,10 +2,11 @@
 import { computed, effect, signal } from '@preact/signals';
 import { positionAt } from '../plan/samples';
 import { toolAt, toolAtTime } from '../plan/tools';
+import { withObject } from '../request/scenes';
 import type { Setting } from '../scene/objects';
 import type { Pair } from '../scene/pair';
 import { client, outcome } from '../service/client';
-import type { Clearance, Scene } from '../service/types';
+import type { Clearance, Scene, SceneObject } from '../service/types';
 import { seek, time } from './playback';
 import { isStale, plan, problem, request, shownPlan } from './store';
 
@@ -16,6 +17,9 @@ const preferred = signal<Kind>('scene');
 
 // A scene that a request names by its id, as the service has it now.
 const kept = signal<Scene | null>(null);
+
+// An object of the scene while a hand moves it.
+export const movedObject = signal<SceneObject | null>(null);
 
 // A report, which has no service, does without.
 export function followScenes(): void {
@@ -33,7 +37,10 @@ async function keptScene(id: string): Promise<void> {
 }
 
 // Each changes only when it does itself, so that another duration draws no scene anew.
-export const scene = computed(() => (typeof request.value?.scene === 'string' ? kept.value : request.value?.scene));
+export const scene = computed(() => {
+  const [moved, shown] = [movedObject.value, typeof request.value?.scene === 'string' ? kept.value : request.value?.scene];
+  return moved && shown ? withObject(shown, moved.id, moved) : shown;
+});
 const [frames, tool, mounting] = [
   computed(() => request.value?.frames),
   computed(() => request.value?.tool),

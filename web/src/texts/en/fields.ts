@@ -6,13 +6,18 @@ export const ofFields = {
     ofBackend: (kind: string) => `Options of ${kind}`,
     remove: (field: string) => `Remove ${field}`,
     another: 'Another',
+    many: (count: number) => `${count} entries, too many for a form: edit them as JSON, under “Request”.`,
     kind: 'Kind',
     name: 'Name',
     usual: 'as usual',
     range: ['from', 'to'],
-    words: { true: 'yes', false: 'no', free: 'tolerance region', ik: 'inverse kinematics', rotation_z: 'free rotation about z' } as Record<
-      string,
-      string
-    >,
+    words: {
+      true: 'yes',
+      false: 'no',
+      free: 'tolerance region',
+      ik: 'inverse kinematics',
+      rotation_z: 'free rotation about z',
+      half_space: 'plane',
+    } as Record<string, string>,
   },
 };

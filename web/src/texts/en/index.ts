@@ -6,6 +6,17 @@ import { ofPage } from './page';
 import { ofReports } from './reports';
 import { ofResult } from './result';
 import { ofRobot } from './robot';
+import { ofScene } from './scene';
 import { ofWaypoints } from './waypoints';
 
-export const english = { ...ofPage, ...ofMotion, ...ofWaypoints, ...ofFields, ...ofResult, ...ofRobot, ...ofBatch, ...ofReports };
+export const english = {
+  ...ofPage,
+  ...ofMotion,
+  ...ofWaypoints,
+  ...ofFields,
+  ...ofResult,
+  ...ofRobot,
+  ...ofScene,
+  ...ofBatch,
+  ...ofReports,
+};

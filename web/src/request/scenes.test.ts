@@ -1,0 +1,68 @@
+import { expect, test } from 'vitest';
+import type { PlanRequest, Robot, Scene } from '../service/types';
+import { inFrame, objectInBase, renamed, withAnother, withObject, withoutObject } from './scenes';
+
+const scene: Scene = {
+  objects: [
+    { id: 'box', shape: { kind: 'box', size: [1, 1, 1] } },
+    { id: 'post', shape: { kind: 'sphere', radius: 1 } },
+  ],
+  attached: [{ id: 'held', shape: { kind: 'sphere', radius: 1 }, touch_links: ['box', 'link_1'] }],
+  allowed_pairs: [
+    ['box', 'link_2'],
+    ['post', 'held'],
+  ],
+};
+
+test('a new name goes to all places that had the old one', () => {
+  const next = renamed(scene, 'box', 'table')!;
+  expect(JSON.stringify(next)).toBe(
+    JSON.stringify(scene)
+      .replaceAll('"box","shape"', '"table","shape"')
+      .replace('["box","link_1"]', '["table","link_1"]')
+      .replace('["box","link_2"]', '["table","link_2"]'),
+  );
+});
+
+test.each(['post', 'held', 'box', ''])('an object cannot get the name "%s"', (name) => {
+  expect(renamed(scene, 'box', name)).toBeNull();
+});
+
+test('objects that are added have names of their own', () => {
+  let next = scene;
+  const ids = Array.from({ length: 3 }, () => {
+    const [with_, added] = withAnother(next, 'box', { kind: 'sphere', radius: 1 });
+    next = with_;
+    return added.id;
+  });
+  expect(ids).toEqual(['box_2', 'box_3', 'box_4']);
+  expect(next.objects).toHaveLength(5);
+});
+
+test('what is taken away leaves no allowed pair behind', () => {
+  const next = withoutObject(scene, 'box');
+  expect(next.objects?.map(({ id }) => id)).toEqual(['post']);
+  expect(next.allowed_pairs).toEqual([['post', 'held']]);
+  expect(withObject(scene, 'box', { margin: 0.1 }).objects?.map(({ margin }) => margin)).toEqual([0.1, undefined]);
+});
+
+test('an object stays where it is when its frame changes', () => {
+  const turn = { kind: 'quaternion' as const, xyzw: [0, 0, Math.sin(0.4), Math.cos(0.4)] };
+  const frames = { bench: { position: [1, 2, 3], orientation: turn } };
+  const request = { robot: 'a', waypoints: [], frames, mounting: { position: [0.3, 0, 1], orientation: turn } } as unknown as PlanRequest;
+  const robot = { mounting: null } as unknown as Robot;
+  const object = { id: 'box', shape: { kind: 'box' as const, size: [1, 1, 1] }, pose: { position: [0.5, 0.6, 0.7], orientation: turn } };
+  const before = objectInBase(object, request, robot)!;
+  for (const frame of ['base', 'bench', 'world']) {
+    const next = { ...object, ...inFrame(object, frame, request, robot) };
+    expect(next.frame).toBe(frame);
+    const after = objectInBase(next, request, robot)!;
+    after.position.forEach((value, axis) => expect(value).toBeCloseTo(before.position[axis]!, 9));
+  }
+  const bench = inFrame(object, 'bench', request, robot).pose!;
+  // By hand: the bench's axes are turned by 0.8 rad about z.
+  const [dx, dy] = [0.5 - 1, 0.6 - 2];
+  expect(bench.position[0]).toBeCloseTo(Math.cos(0.8) * dx + Math.sin(0.8) * dy, 9);
+  expect(bench.position[1]).toBeCloseTo(-Math.sin(0.8) * dx + Math.cos(0.8) * dy, 9);
+  expect(bench.position[2]).toBeCloseTo(0.7 - 3, 9);
+});

@@ -1,0 +1,30 @@
+// The scene: objects around the robot.
+export const ofScene = {
+  scene: {
+    label: (objects: number) => `Scene (${objects === 1 ? '1 object' : `${objects} objects`})`,
+    shown: 'Scene',
+    none: 'none',
+    own: 'in this request',
+    objects: 'Objects of the scene',
+    more: (count: number) => `${count} more objects are edited as JSON, under “Request”.`,
+    add: '+ Add object',
+    remove: 'Delete object',
+    frame: 'In the frame',
+    frames: { world: 'world', base: 'base' },
+    margin: 'Margin of the scene',
+    taken: (name: string) => (name === '' ? 'An object needs a name.' : `Another object has the name “${name}”.`),
+    unit: 'Unit of the file',
+    file: 'Import STL, OBJ, PLY, PCD',
+    fault: (name: string, why: string) => `${name} cannot be imported: ${why}`,
+    faults: {
+      unknown: () => 'its name must end in .stl, .obj, .ply or .pcd.',
+      empty: () => 'it has no triangles or points.',
+      unreadable: () => 'its content cannot be read.',
+      points: (count: number) => `it has ${count} points, more than 200000.`,
+      triangles: (count: number) => `it has ${count} triangles, more than 100000.`,
+      vertices: (count: number) => `it has ${count} corners, more than 100000.`,
+    },
+    id: 'Name on the service',
+    save: 'Save scene',
+  },
+};
