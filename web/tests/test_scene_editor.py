@@ -124,8 +124,8 @@ def test_files_become_objects(page: Page, tmp_path: Path) -> None:
         with page.expect_response("**/v1/trajectories"):
             editor.get_by_label("Import STL, OBJ, PLY, PCD").set_input_files(tmp_path / f"ball.{suffix}")
         expect(editor.get_by_role("listitem")).to_have_count(len(objects(page)))
-    cloud = trimesh.PointCloud(body.vertices)
-    cloud.export(tmp_path / "scan.ply")
+    cloud = trimesh.PointCloud(body.vertices)  # type: ignore[no-untyped-call]
+    cloud.export(tmp_path / "scan.ply")  # type: ignore[no-untyped-call]
     with page.expect_response("**/v1/trajectories"):
         editor.get_by_label("Import STL, OBJ, PLY, PCD").set_input_files(tmp_path / "scan.ply")
     *meshes, points = objects(page)

@@ -6,6 +6,7 @@ import type { PlanRequest } from '../service/types';
 import { openRequest, show } from '../state/actions';
 import { request } from '../state/store';
 import { texts } from '../texts';
+import { Projects } from './Projects';
 import { save } from './save';
 
 // A text that is not yet a request, what is wrong with it, and the request that it was made from.
@@ -58,6 +59,7 @@ export function RequestJson() {
           />
         </label>
       </div>
+      <Projects />
     </div>
   );
 }

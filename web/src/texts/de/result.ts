@@ -101,6 +101,15 @@ export const ofResult: typeof english = {
     copied: 'Kopiert',
     languages: { curl: 'curl', python: 'Python', typescript: 'TypeScript' },
   },
+  projects: {
+    label: 'Projekte in diesem Browser',
+    name: 'Name des Projekts',
+    save: 'Projekt speichern',
+    opened: (name) => `Projekt ${name} geöffnet`,
+    remove: (name) => `${name} löschen`,
+    full: 'In diesem Browser ist kein Platz für das Projekt: die Szene auf dem Dienst oder eine Datei speichern.',
+    hint: 'Ein Projekt ist die gezeigte Anfrage. Andere sehen es über einen Link oder eine Datei.',
+  },
   json: {
     label: 'Die Anfrage als JSON',
     apply: 'Diese Anfrage verwenden',

@@ -75,6 +75,15 @@ export const ofResult = {
     copied: 'Copied',
     languages: { curl: 'curl', python: 'Python', typescript: 'TypeScript' },
   },
+  projects: {
+    label: 'Projects in this browser',
+    name: 'Name of the project',
+    save: 'Save project',
+    opened: (name: string) => `Project ${name} opened`,
+    remove: (name: string) => `Delete ${name}`,
+    full: 'This browser has no room for the project: save its scene on the service, or save a file.',
+    hint: 'A project is the request that is shown. Others see it by a link or a file.',
+  },
   json: {
     label: 'The request as JSON',
     apply: 'Use this request',

@@ -1,0 +1,62 @@
+"""Named projects, which the browser keeps."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from playwright.sync_api import expect
+
+from web.tests.browser import TOO_SHORT, shown_request, use_request
+from web.tests.test_conditions import violations
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Locator, Page
+
+
+FILL = """() => {
+  for (let power = 22; power >= 0; power -= 1) {
+    try {
+      while (true) localStorage.setItem(`fill${localStorage.length}`, 'x'.repeat(2 ** power));
+    } catch {}
+  }
+}"""
+"""Leaves no room in the storage of the browser."""
+
+
+def save(page: Page, name: str) -> Locator:
+    section = page.get_by_role("region", name="Projects in this browser")
+    section.get_by_label("Name of the project").click()
+    page.keyboard.press("Control+a")
+    page.keyboard.type(name)
+    page.keyboard.press("Enter")
+    return section
+
+
+def test_projects_are_saved_opened_and_deleted_by_name(page: Page) -> None:
+    first = shown_request(page)
+    save(page, "refuelling")
+    use_request(page, json.dumps(TOO_SHORT))
+    expect(page.locator("[data-waypoint]")).to_have_count(2)
+    section = save(page, "too short")
+    expect(section.get_by_role("listitem")).to_have_count(2)
+    assert violations(page) == []
+    page.reload()
+    page.get_by_role("tab", name="Request").click()
+    section.get_by_role("button", name="refuelling", exact=True).click()
+    expect(page.locator("[data-waypoint]")).to_have_count(6)
+    assert shown_request(page) == first
+    section.get_by_role("button", name="Delete refuelling").click()
+    expect(section.get_by_role("listitem")).to_have_text(["too short✕"])
+    page.reload()
+    page.get_by_role("tab", name="Request").click()
+    expect(section.get_by_role("listitem")).to_have_text(["too short✕"])
+
+
+def test_a_browser_without_room_says_so(page: Page) -> None:
+    """As after another page of the same origin has filled the storage."""
+    page.evaluate(FILL)
+    page.get_by_role("tab", name="Request").click()
+    section = save(page, "refuelling")
+    expect(section.get_by_role("alert")).to_contain_text("no room")
+    expect(section.get_by_role("listitem")).to_have_count(0)
