@@ -8,15 +8,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.choices import Choice, OptionOutcome
-from planner.errors import Collision, InfeasibleDuration, InvalidProblem, MissingDynamics, UnreachableWaypoint
+from planner.errors import (
+    Collision,
+    InfeasibleDuration,
+    InvalidProblem,
+    JointPositionLimit,
+    MissingDynamics,
+    StartInCollision,
+    UnreachableWaypoint,
+)
 from planner.planning.attempts import Refused, is_unmade
 from planner.planning.better_detours import with_better_detours
 from planner.planning.option_estimates import OptionEstimates
 from planner.planning.remedies import remedies_for
 from planner.planning.variants import planned
-from planner.problems.any_of import Expansion, goal_set_faults, goal_sets, waypoints_of
+from planner.problems.any_of import AnyOf, Expansion, goal_set_faults, goal_sets, waypoints_of
 from planner.problems.check import check_problem
-from planner.problems.problem import Waypoint
+from planner.problems.problem import RelativeWaypoint, Waypoint
 from planner.problems.waypoint_faults import waypoint_faults
 
 if TYPE_CHECKING:
@@ -56,7 +64,7 @@ def with_chosen_options(attempt: Attempt) -> Proposals[Plan]:
             choices = _choices(problem, estimates, options, refusals, is_planned=True)
             return replace(outcome.plan, choices=choices)
         first = first or (options, expansion, outcome)
-        if is_unmade(outcome) or _is_of_all(outcome.refusal):
+        if is_unmade(outcome) or _is_of_all(outcome.refusal.moved(expansion.fields), problem):
             break
         at_fault = [expansion.requested_index(k) for k in _waypoints_at_fault(outcome.refusal)]
         refusal = outcome.refusal.moved(expansion.fields)
@@ -104,11 +112,14 @@ def check_options(problem: PlanningProblem, backend: BackEnd) -> None:
         raise InvalidProblem(faults)
 
 
-def _is_of_all(refusal: PlanningError) -> bool:
-    """Tell whether no other option avoids a refusal: one of the request, or of the duration of the whole."""
-    return isinstance(refusal, InvalidProblem | MissingDynamics) or (
-        isinstance(refusal, InfeasibleDuration) and refusal.segment is None
-    )
+def _is_of_all(refusal: PlanningError, problem: PlanningProblem) -> bool:
+    """Tell whether no other option avoids a refusal: one of the request, of its whole duration, or of another pose."""
+    if refusal.segment is not None:
+        return False
+    if refusal.waypoint is None:
+        return isinstance(refusal, InvalidProblem | MissingDynamics | InfeasibleDuration)
+    depends_on_options = isinstance(problem.waypoints[refusal.waypoint], AnyOf | RelativeWaypoint)
+    return isinstance(refusal, UnreachableWaypoint | JointPositionLimit | StartInCollision) and not depends_on_options
 
 
 def _waypoints_at_fault(refusal: PlanningError) -> list[int]:

@@ -198,6 +198,14 @@ def test_a_refusal_elsewhere_in_the_list_keeps_its_place() -> None:
     with pytest.raises(planner.UnreachableWaypoint) as caught:
         planner.plan(request)
     assert caught.value.waypoint == 2
+    assert statuses(caught.value) == ["untried", "untried"]
+
+
+def test_a_start_in_a_collision_tries_no_other_option() -> None:
+    scene = planner.Scene([POST])
+    with pytest.raises(planner.StartInCollision) as caught:
+        planner.plan(problem(turned(0.45), planner.AnyOf([turned(0.0), turned(0.9)]), scene=scene))
+    assert statuses(caught.value) == ["untried", "untried"]
 
 
 def test_a_relative_waypoint_behind_a_goal_set_rules_out_options() -> None:
