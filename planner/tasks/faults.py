@@ -6,11 +6,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.errors import InvalidProblem
+from planner.problems.any_of import AnyOf
 from planner.problems.check import check_problem
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import CartesianMotion, JointMotion, PoseWaypoint, RelativeWaypoint
 from planner.problems.transitions import StopTransition
 from planner.tasks.rules import Rules, rule_faults
+from planner.tasks.task import ARRIVAL
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
     from planner.fields import FieldPath
     from planner.problems.problem import Motion, PlanningProblem
     from planner.tasks.task import Origin, Task
+
+NO_GOAL_SETS = "must be one joint position or pose; got a goal set"
+"""The fault of a waypoint with options."""
 
 MOST_GIVEN = 2
 """The largest number of waypoints of a problem besides its tasks: the start and the end."""
@@ -64,6 +69,8 @@ def _faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motion) -> 
     for k, waypoint in enumerate(problem.waypoints):
         if isinstance(waypoint, RelativeWaypoint):
             yield ("waypoints", k), "must not be relative: the order decides what comes before it"
+        if isinstance(waypoint, AnyOf):
+            yield ("waypoints", k), NO_GOAL_SETS
     if problem.actions:
         yield ("actions",), "must be empty: the order decides when they happen"
     if not isinstance(travel, JointMotion):
@@ -85,6 +92,8 @@ def _task_faults(task: Task, field: FieldPath, *, has_end: bool) -> Iterator[tup
     either = "reversible" if task.reversible else "closed"
     for k, waypoint in enumerate(task.waypoints):
         there = (*field, "waypoints", k)
+        if isinstance(waypoint, AnyOf):
+            yield there, NO_GOAL_SETS
         if waypoint.tool is not None:
             yield (*there, "tool"), "must be omitted: all tasks have the tool of the robot"
         if isinstance(waypoint, RelativeWaypoint) and (k == 0 or task.reversible or task.closed):
@@ -120,6 +129,8 @@ def in_tasks(refusal: PlanningError, tasks: Sequence[Task], origins: Sequence[Or
         of = f"task {task}" if called is None else f"task {task} ({called!r})"
         return f"{waypoint} of {of}"
 
+    if isinstance(refusal, InvalidProblem):
+        return InvalidProblem([(_in_origin(fault.field, origins), fault.message) for fault in refusal.faults])
     text = refusal._text
     if refusal.waypoint is not None:
         text = text.replace("{waypoint}", name(refusal.waypoint))
@@ -127,3 +138,15 @@ def in_tasks(refusal: PlanningError, tasks: Sequence[Task], origins: Sequence[Or
         end = min(refusal.segment + 1, len(origins) - 1)
         text = text.replace("{segment_end}", name(end)).replace("{segment}", f"to waypoint {name(end)}")
     return refusal.with_fields(_text=text, waypoint=None, segment=None, remedies=(), hints=())
+
+
+def _in_origin(field: FieldPath, origins: Sequence[Origin]) -> FieldPath:
+    """Return the field of a task or of the start or end for a field of the plan's waypoints."""
+    if field[0] != "waypoints" or len(field) < 2 or int(field[1]) >= len(origins):
+        return field
+    task, waypoint, motion = origins[int(field[1])]
+    if task is None:
+        return ("waypoints", waypoint, *field[2:])
+    if motion is not None and field[2:3] and field[2] in ARRIVAL:
+        waypoint = motion
+    return ("tasks", task, "waypoints", waypoint, *field[2:])

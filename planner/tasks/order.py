@@ -141,8 +141,9 @@ class _Ordering:
             near = start.entries[0] if len(start.entries) == 1 else None
             return states_of_tasks(self.problem, self.tasks, near, speeds)
         except NoState as none:
-            steps = self.tasks[none.task].steps()
-            raise in_tasks(none.refusal, self.tasks[1:-1], [self._origin(none.task, step) for step in steps]) from None
+            steps = zip(self.tasks[none.task].steps(), self.tasks[none.task].motions(), strict=True)
+            origins = [self._origin(none.task, *step) for step in steps]
+            raise in_tasks(none.refusal, self.tasks[1:-1], origins) from None
 
     def proposals(self) -> Proposals[OrderedTasks]:
         """Plan the best order, and others where plans show that the estimate of a motion is wrong."""
@@ -186,15 +187,14 @@ class _Ordering:
             task, is_end = self.tasks[index], self._origin(index, 0).task is None
             motion = task.waypoints[0].motion if is_end else self.travel
             waypoints += task.visited(visit, motion, self.costs.states.positions[state])
-            steps = zip(task.steps(visit), task.motions(visit), strict=True)
-            origins += [self._origin(index, step)._replace(motion=motion_of) for step, motion_of in steps]
+            origins += [self._origin(index, *step) for step in zip(task.steps(visit), task.motions(visit), strict=True)]
         return replace(self.problem, waypoints=waypoints), tuple(origins)
 
-    def _origin(self, index: int, step: int) -> Origin:
+    def _origin(self, index: int, step: int, motion: int | None = None) -> Origin:
         """Return the origin of a waypoint of a task, counted with the start and the end."""
         if index in (0, len(self.tasks) - 1):
             return Origin(None, min(index, 1))
-        return Origin(index - 1, step)
+        return Origin(index - 1, step, motion)
 
     def _result(
         self,

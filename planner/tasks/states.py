@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.errors import PlanningError, UnreachableWaypoint
+from planner.errors import InvalidProblem, PlanningError, UnreachableWaypoint
 from planner.kinematics.configurations import in_configuration
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import solution_layers
@@ -115,7 +115,10 @@ def states_of_tasks(
     visits: list[Visit] = []
     positions: list[FloatArray] = []
     for index, task in enumerate(tasks):
-        carried = _carried(problem, task, candidates[index], speeds)
+        try:
+            carried = _carried(problem, task, candidates[index], speeds)
+        except InvalidProblem as refusal:
+            raise NoState(index, refusal) from None
         if not carried:
             raise NoState(index, _refusal(problem, task))
         for forwards in carried:

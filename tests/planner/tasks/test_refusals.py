@@ -29,6 +29,30 @@ def task(*waypoints: planner.Waypoint, **fields: Any) -> planner.Task:
         ([task(closed=True)], ("tasks", 0, "closed")),
         ([task(), task(replace(POINT, tool=planner.Pose(np.zeros(3))))], ("tasks", 1, "waypoints", 0, "tool")),
         ([task(RELATIVE)], ("tasks", 0, "waypoints", 0)),
+        ([task(planner.AnyOf([POINT, POINT]))], ("tasks", 0, "waypoints", 0)),
+        (
+            [
+                task(),
+                task(
+                    planner.PoseWaypoint(over_table(0.4, 0.0)),
+                    planner.PoseWaypoint(
+                        over_table(0.4, 0.1), motion=planner.PolylineMotion([over_table(0.4, -0.1)], 0.01)
+                    ),
+                    reversible=True,
+                ),
+            ],
+            ("tasks", 1, "waypoints", 1, "motion", "poses", 0),
+        ),
+        (
+            [
+                task(
+                    planner.PoseWaypoint(over_table(0.4, 0.0), motion=planner.CircularMotion(over_table(0.4, 0.0))),
+                    planner.PoseWaypoint(over_table(0.4, 0.1), motion=LINE),
+                    closed=True,
+                )
+            ],
+            ("tasks", 0, "waypoints", 0, "motion", "via"),
+        ),
         ([task(POINT, RELATIVE, reversible=True)], ("tasks", 0, "waypoints", 1)),
         (
             [task(POINT, planner.PoseWaypoint(over_table(0.4, 0.0), motion=LINE, free="rotation_z"))],
