@@ -40,7 +40,6 @@ class Constraint(Protocol):
         has_rows: Whether it has `rows`. Back ends scale all others in time as a whole.
         is_exact: Whether it has `peaks`; the peaks of all others are found on samples.
         of_shares: Whether its values are shares of limits that depend on the state; `shown` returns both.
-        of_states: Whether its values are so quickly computed that no back end needs to interpolate them.
     """
 
     name: str
@@ -51,7 +50,6 @@ class Constraint(Protocol):
     follows_path_speed: bool = True
     has_rows: bool = False
     is_exact: bool = False
-    of_states: bool = False
     of_shares: bool = False
 
     def is_known(self, robot: Robot) -> bool:

@@ -142,7 +142,6 @@ class VelocityAtPosition(Constraint):
     order: int = 1
     of_joints: bool = True
     is_exact: bool = True
-    of_states: bool = True
 
     def is_known(self, robot: Robot) -> bool:
         """Return whether a joint has velocity curves."""

@@ -21,7 +21,7 @@ from planner.backends.min_effort.stage import SMOOTHING
 from planner.constraints import TORQUE
 from planner.kernels.retiming import Objective, PathCost
 from planner.time_scaling.fastest import QUARTERING_EXCESS, retimed, retimed_lengths
-from planner.time_scaling.limits_on_curve import limits_on
+from planner.time_scaling.limits_on_curve import Along, limits_on
 from planner.time_scaling.linear_limits import QuadraticSpline
 from planner.time_scaling.retiming import RequestedDurations, best_retiming, of_duration
 
@@ -83,7 +83,7 @@ class Search:
             scaling: A time scaling s(t), with a breakpoint where the curve has one.
             margin: Factor by which all limits are narrower.
         """
-        limits = limits_on(self.path, self.group, knows_torques=self.cost.objective != "jerk")
+        limits = limits_on(self.path, self.group)
         for gap in ROUND_GAPS:
             even = np.ceil(self.knots * scaling.lengths / scaling.lengths.sum()).astype(int)
             most = limits.used(scaling)[0]
@@ -109,8 +109,8 @@ class Search:
 
         if self.cost.objective != "jerk":
             unit, exponent = (first / power, 0.0) if by_work else (1.0 / torque, -0.5)
-            at = limits.points(limits.pieces(scaling), s[..., 0])
-            torques = limits.sampled.values_at(TORQUE, at, ds, dds, first)
+            along = Along(limits.path_states(limits.pieces(scaling), s), ds, dds, first)
+            torques = along.of(TORQUE, TORQUE.rows(along.path))
             by_b, by_a, gravity = (row * unit for row in torques)
             add((by_b, by_a, np.zeros_like(by_b), gravity), exponent, SMOOTHING if by_work else 0.0)
         if self.cost.objective == "jerk" or self.cost.adds_jerk:

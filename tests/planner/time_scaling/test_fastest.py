@@ -30,10 +30,8 @@ from planner.problems.transitions import BlendTransition, StopTransition, Throug
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose
 from planner.time_scaling.fastest import ENFORCED, near_limits, time_group
-from planner.time_scaling.limits_on_curve import FEWER_PER_RADIAN, limits_on
 from planner.time_scaling.linear_limits import LinearLimits
 from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
-from planner.trajectories.sampled_peaks import MOST_TRAVEL
 
 ROBOTS = ("kuka_kr16_l6_2", "date_sorting_arm", "three_dof_arm")
 TORQUE_ARM = "kuka_kr16_l6_2"
@@ -321,15 +319,6 @@ def test_two_blends_that_meet_leave_a_piece_between_them() -> None:
     path, group = random_group("date_sorting_arm", "blend", 0)
     assert group.curve.lengths.min() > 1e-4 * group.curve.lengths.max()
     assert_rest_to_rest(path, group, time_group(path, group))
-
-
-def test_a_joint_that_turns_a_hundred_thousand_times_takes_no_more_samples_than_are_refused() -> None:
-    robot = load_robot("ngv_refuelling_arm")
-    ends = (tuple(robot.middle), tuple(robot.middle + 0.1))
-    far = JointWaypoint(position=tuple(robot.middle + 1e6 * np.eye(6)[5]), transition=ThroughTransition())
-    waypoints = (JointWaypoint(position=ends[0]), far, JointWaypoint(position=ends[1]))
-    path = solve_path(PlanningProblem(robot, waypoints, limits=Limits(tcp_linear_jerk=35.0)))
-    assert len(limits_on(path, path.groups[0]).sampled.gridpoints) < 2.1 * FEWER_PER_RADIAN * MOST_TRAVEL
 
 
 def test_a_time_scaling_that_is_slow_everywhere_keeps_its_limits() -> None:
