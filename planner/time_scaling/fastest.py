@@ -11,7 +11,7 @@ from planner.time_scaling.compose import follow_curve, split_at_knots
 from planner.time_scaling.limits_on_curve import limits_on
 from planner.time_scaling.linear_limits import GRIDPOINTS, QuadraticSpline
 from planner.time_scaling.refusals import duration_of_group
-from planner.time_scaling.retiming import fastest_retiming, smooth_start
+from planner.time_scaling.retiming import fastest_retiming
 from planner.time_scaling.uniform import scaled_to_duration
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
@@ -109,8 +109,7 @@ def fastest_scaling(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial
     is_dense = len(scaling.lengths) > max(counts)
     if is_dense:  # a time scaling that has nothing to do with its limits would be cut everywhere, time and again
         within = limits.along(scaling)
-        first = smooth_start(scaling.lengths, within)
-        scaling = retimed(scaling, fastest_retiming(scaling.lengths, within, TIME_ROUNDS[0][2], start=first))
+        scaling = retimed(scaling, fastest_retiming(scaling.lengths, within, TIME_ROUNDS[0][2]))
         scaling = scaling.split(np.full(len(scaling.lengths), DENSE_PARTS))
         scaling = retimed(
             scaling, fastest_retiming(scaling.lengths, near_limits(limits.along(scaling)), TIME_ROUNDS[1][2])
@@ -120,8 +119,7 @@ def fastest_scaling(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial
             continue
         scaling = scaling.split(np.ceil(scaling.lengths / scaling.lengths.sum() * wanted).astype(int))
         within = near_limits(limits.along(scaling)) if number else limits.along(scaling)
-        start = None if number else smooth_start(scaling.lengths, within)
-        scaling = retimed(scaling, fastest_retiming(scaling.lengths, within, gap, start=start))
+        scaling = retimed(scaling, fastest_retiming(scaling.lengths, within, gap))
     enough, gap = (ENOUGH_OF_DENSE, TIME_ROUNDS[1][2]) if is_dense else (ENOUGH, TIME_ROUNDS[-1][2])
     return limits.on_segments(refined(limits, scaling, gap, enough))
 

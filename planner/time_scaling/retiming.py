@@ -99,17 +99,14 @@ class Retiming(NamedTuple):
 
 
 def fastest_retiming(
-    widths: FloatArray,
-    limits: LinearLimits,
-    tolerance: float,
-    requested: RequestedDurations | None = None,
-    start: FloatArray | None = None,
+    widths: FloatArray, limits: LinearLimits, tolerance: float, requested: RequestedDurations | None = None
 ) -> FloatArray:
     """Find the unknowns (intervals + 2,) of the fastest retiming within limits; see `best_retiming`."""
+    start = _start(widths, limits)
     return best_retiming(widths, limits, of_duration(widths), requested, tolerance, start=start).unknowns
 
 
-def smooth_start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
+def _start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
     """Return a smooth start (intervals + 2,) for the fastest retiming of a slow motion, up to a factor.
 
     It is the largest constant b that the limits allow at each gridpoint, the least near each interval, smoothed by

@@ -18,7 +18,7 @@ from planner.constraints import Constraint
 from planner.time_scaling.compose import compose
 from planner.time_scaling.fastest import refined, retimed
 from planner.time_scaling.limits_on_curve import LimitsOnCurve
-from planner.time_scaling.retiming import RequestedDurations, fastest_retiming, smooth_start
+from planner.time_scaling.retiming import RequestedDurations, fastest_retiming
 from planner.time_scaling.uniform import slowest, time_scalings
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, shifted
 
@@ -144,8 +144,7 @@ def _slowed(
         )
 
     linear = bounds.along(scaling)
-    start = smooth_start(scaling.lengths, linear)
-    scaling = retimed(scaling, fastest_retiming(scaling.lengths, linear, PATH_GAP, requested_of(scaling), start))
+    scaling = retimed(scaling, fastest_retiming(scaling.lengths, linear, PATH_GAP, requested_of(scaling)))
     scaling = bounds.on_segments(refined(bounds, scaling, PATH_GAP, requested=requested_of))
     timed, of = compose(curve, scaling, group.tolerance)
     row = scaling.segments[of]
