@@ -27,8 +27,8 @@ export function Waypoints() {
     <section class="panel" id="waypoints" tabIndex={-1} aria-label={texts.waypoints.label}>
       <div class="panel-head">
         <h2>{texts.waypoints.label}</h2>
-        <Units />
         {arm && <Menu label={texts.waypoints.add} groups={additions(arm)} />}
+        <Units />
       </div>
       <ol class="waypoints" onKeyDown={(event) => keys(event, shown)}>
         {shown.waypoints.map((waypoint, index) => (
