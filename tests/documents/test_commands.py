@@ -21,12 +21,26 @@ GUIDES = sorted(page for page in (DOCS / "how_to").glob("*.md") if page.name != 
 SIZES = {"k": 2**10, "m": 2**20, "g": 2**30}
 
 
-@pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
-@pytest.mark.parametrize("page", [DOCS / "tutorial.md", *GUIDES], ids=lambda page: page.stem)
-def test_commands_print_the_shown_output(page: Path, tmp_path: Path) -> None:
+needs_curl = pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
+
+
+def print_what_they_show(page: Path, folder: Path) -> None:
+    """Assert that the commands of a page print the shown answers."""
     text = page.read_text(encoding="utf-8")
     assert len(commands_of(text)) >= 2
-    run_page(text, tmp_path)
+    run_page(text, folder)
+
+
+@needs_curl
+def test_commands_of_the_tutorial_print_the_shown_output(tmp_path: Path) -> None:
+    print_what_they_show(DOCS / "tutorial.md", tmp_path)
+
+
+@needs_curl
+@pytest.mark.long_table
+@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.stem)
+def test_commands_of_guides_print_the_shown_output(page: Path, tmp_path: Path) -> None:
+    print_what_they_show(page, tmp_path)
 
 
 def test_the_index_lists_every_guide() -> None:
