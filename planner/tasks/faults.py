@@ -42,7 +42,7 @@ def refuse_faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motio
         raise InvalidProblem(faults)
     rules, order = Rules.of(tasks), list[int]()
     while len(order) < len(tasks):
-        order.append(min(rules.next_tasks(order, len(tasks))))
+        order.append(rules.next_tasks(order)[0])
     fields: list[FieldPath] = [("waypoints", 0)]
     waypoints = [problem.waypoints[0]]
     for index in order:

@@ -21,12 +21,12 @@ class Rules:
     Attributes:
         before: (rules,): tasks, each of which comes before the task of the same row in `after`.
         after: (rules,).
-        groups: The tasks of each group.
+        groups: (tasks,): the number of the group of each task; -1: none.
     """
 
     before: np.ndarray
     after: np.ndarray
-    groups: tuple[np.ndarray, ...]
+    groups: np.ndarray
 
     @classmethod
     def of(cls, tasks: Sequence[Task]) -> Rules:
@@ -34,37 +34,34 @@ class Rules:
         named = {task.name: index for index, task in enumerate(tasks)}
         pairs = [(named[name], index) for index, task in enumerate(tasks) for name in task.after]
         before, after = np.array(pairs, dtype=int).reshape(-1, 2).T
-        names = dict.fromkeys(task.group for task in tasks if task.group is not None)
-        groups = (np.array([i for i, task in enumerate(tasks) if task.group == name]) for name in names)
-        return cls(before, after, tuple(groups))
+        numbers: dict[str | None, int] = {None: -1}
+        groups = [numbers.setdefault(task.group, len(numbers) - 1) for task in tasks]
+        return cls(before, after, np.array(groups))
 
     def allow(self, order: np.ndarray) -> bool:
         """Tell whether an order (tasks,) of all tasks keeps the rules."""
-        positions = np.argsort(order)
-        spans = (np.ptp(positions[group]) + 1 == len(group) for group in self.groups)
-        return bool((positions[self.before] < positions[self.after]).all()) and all(spans)
+        positions, groups = np.argsort(order), self.groups[order]
+        begun = groups[np.append(True, groups[1:] != groups[:-1])]
+        together = (begun >= 0).sum() == self.groups.max() + 1
+        return bool(together and (positions[self.before] < positions[self.after]).all())
 
-    def next_tasks(self, done: Sequence[int], count: int) -> list[int]:
+    def next_tasks(self, done: Sequence[int]) -> list[int]:
         """Return the tasks that may follow those done; none are left out that lead to an allowed order.
 
         Args:
             done: The tasks so far, in an order that the rules allow.
-            count: The number of all tasks.
         """
-        missing = set(range(count)) - set(done)
-        waiting = {b: a for a, b in zip(self.before.tolist(), self.after.tolist(), strict=True) if a in missing}
-        free = [index for index in missing if index not in waiting]
-        for group in self.groups:
-            members = set(group.tolist())
-            if members & missing and members - missing:
-                return [index for index in free if index in members]
-            blocked = any(
-                b in members and a in missing and a not in members
-                for a, b in zip(self.before.tolist(), self.after.tolist(), strict=True)
-            )
-            if blocked:
-                free = [index for index in free if index not in members]
-        return free
+        is_missing, groups = np.ones(len(self.groups), dtype=bool), self.groups
+        is_missing[list(done)] = False
+        waiting = is_missing[self.before]
+        is_free = is_missing.copy()
+        is_free[self.after[waiting]] = False
+        begun = is_missing & (groups >= 0) & np.isin(groups, groups[~is_missing])
+        if begun.any():
+            return np.flatnonzero(is_free & begun).tolist()
+        from_outside = waiting & (groups[self.before] != groups[self.after])
+        is_blocked = (groups >= 0) & np.isin(groups, groups[self.after[from_outside]])
+        return np.flatnonzero(is_free & ~is_blocked).tolist()
 
 
 def rule_faults(tasks: Sequence[Task]) -> Iterator[tuple[FieldPath, str]]:
@@ -89,7 +86,7 @@ def rule_faults(tasks: Sequence[Task]) -> Iterator[tuple[FieldPath, str]]:
     done: list[int] = []
     rules = Rules.of(tasks)
     while len(done) < len(tasks):
-        following = rules.next_tasks(done, len(tasks))
+        following = rules.next_tasks(done)
         if not following:
             left = next(index for index, task in enumerate(tasks) if index not in done and (task.after or task.group))
             yield (

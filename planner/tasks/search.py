@@ -59,17 +59,15 @@ class Search:
         rows = np.full(len(costs.states.tasks), -1)
         rows[kept] = np.arange(len(kept))
         count = int(self.tasks[-1]) + 1
-        groups = np.full(count, -1)
-        for number, group in enumerate(rules.groups):
-            groups[group] = number
-        lengths = {*range(1, MOST_MOVED + 1), *map(len, rules.groups)}
+        sizes = np.bincount(rules.groups[rules.groups >= 0])
+        lengths = {*range(1, MOST_MOVED + 1), *sizes.tolist()}
         self.problem = OrderProblem(
             costs.between(kept, kept),
             rows[costs.states.opposites[kept]],
             self.tasks,
             rules.before,
             rules.after,
-            groups,
+            rules.groups,
             tuple(sorted(length for length in lengths if length < count - 2)),
         )
 
@@ -166,6 +164,6 @@ def _nearest_first(costs: Costs, rules: Rules) -> list[int]:
     last = len(costs.states.of_tasks) - 1
     order = [0]
     while len(order) < last:
-        following = np.array(sorted(rules.next_tasks([*order, last], last + 1)))
+        following = np.array(rules.next_tasks([*order, last]))
         order.append(int(following[costs.least_between[order[-1], following].argmin()]))
     return [*order, last]

@@ -129,7 +129,7 @@ def states_of_tasks(
                 opposites.append(len(positions) + (0 if not task.reversible else -1 if visit.is_reversed else 1))
                 entries.append(there[0])
                 exits.append(there[-1])
-                durations.append(forwards.duration)
+                durations.append(forwards.duration + task.waypoints[visit.first].dwell - task.waypoints[0].dwell)
                 of_task.append(index)
                 visits.append(visit)
                 positions.append(there)

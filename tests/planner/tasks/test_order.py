@@ -23,13 +23,13 @@ def random_tasks(random: np.random.Generator, count: int) -> tuple[list[planner.
     """Draw points, seams, contours and pairs, with rules; and the same for brute force."""
     tasks: list[planner.Task] = []
     choices: list[Choice] = []
-    grouped = set(random.permutation(count)[:3].tolist())
+    groups = random.permutation(["left"] * 3 + ["right"] * 2 + [""] * (count - 5)).tolist()
     for k in range(count):
         kind = ["point", "seam", "contour", "pair"][int(random.integers(4))]
         positions = tuple(random_position(random) for _ in range({"point": 1, "contour": 3}.get(kind, 2)))
         ways = {"seam": (positions, positions[::-1]), "contour": contour_ways(positions)}.get(kind, (positions,))
         after = tuple(int(other) for other in range(k) if random.random() < 0.15)
-        group = "together" if k in grouped else None
+        group = groups[k] or None
         choices.append(Choice(ways, after, group))
         tasks.append(
             planner.Task(
@@ -64,8 +64,9 @@ def test_order_of_8_tasks_with_rules_is_as_short_as_the_shortest_of_all_orders(s
     assert sorted(places) == list(range(8))
     for k, choice in enumerate(choices):
         assert all(places[other] < places[k] for other in choice.after)
-    together = sorted(places[k] for k, choice in enumerate(choices) if choice.group)
-    assert together == list(range(together[0], together[0] + 3))
+    for group in ("left", "right"):
+        together = sorted(places[k] for k, choice in enumerate(choices) if choice.group == group)
+        assert together == list(range(together[0], together[-1] + 1))
 
 
 @pytest.mark.sized
@@ -117,6 +118,35 @@ def test_closed_contour_is_entered_where_it_is_near_and_left_there() -> None:
         reached = planner.forward_kinematics(ROBOT, found.plan.path.positions[1:-1])
         wanted = [corners[(near + k) % 4] for k in range(5)]
         assert np.array([pose.position[:2] for pose in reached]) == pytest.approx(np.array(wanted), abs=1e-5)
+
+
+@pytest.mark.parametrize("dwells", [(3.0, 0.0), (0.0, 3.0)])
+def test_estimate_counts_the_dwell_at_the_entry_of_a_contour_twice(dwells: tuple[float, float]) -> None:
+    turned = [(HOME[0] + angle, *HOME[1:]) for angle in (0.5, 0.2)]
+    corners = [planner.JointWaypoint(q, dwell=dwell) for q, dwell in zip(turned, dwells, strict=True)]
+    found = planner.order_tasks(
+        planner.PlanningProblem(ROBOT, [joint_waypoint(HOME)]), [planner.Task(corners, closed=True)], "trapezoidal"
+    )
+    assert dwells[found.first[0]] == 0.0
+    assert found.estimate == pytest.approx(found.plan.trajectory.duration, rel=1e-6)
+    assert found.bound <= found.plan.trajectory.duration * (1.0 + 1e-9)
+
+
+def test_many_tasks_with_all_rules_of_one_order_are_in_this_order() -> None:
+    count = 150
+    random = np.random.default_rng(3)
+    rank = random.permutation(count)
+    tasks = [
+        planner.Task(
+            [joint_waypoint(random_position(random))],
+            name=str(k),
+            after=[str(other) for other in np.flatnonzero(rank < rank[k])],
+            group=f"pair {rank[k] // 2}",
+        )
+        for k in range(count)
+    ]
+    found = planner.order_tasks(planner.PlanningProblem(ROBOT, [joint_waypoint(HOME)]), tasks, "trapezoidal")
+    assert rank[list(found.order)].tolist() == list(range(count))
 
 
 def test_equal_requests_have_equal_orders() -> None:
