@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import subprocess
-import tarfile
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,8 +30,9 @@ def checkout_of(version: str) -> Iterator[Path]:
     if Path(version).is_dir():
         yield Path(version).resolve()
         return
-    files = subprocess.run(["git", "archive", version], cwd=HERE, check=True, stdout=subprocess.PIPE).stdout
     with tempfile.TemporaryDirectory() as folder:
-        with tarfile.open(fileobj=io.BytesIO(files)) as archive:
-            archive.extractall(folder, filter="data")
+        archive = Path(folder, "version.tar")
+        subprocess.run(["git", "archive", "--output", archive, version], cwd=HERE, check=True)
+        subprocess.run(["tar", "--extract", "--file", archive, "--directory", folder], check=True)
+        archive.unlink()
         yield Path(folder)
