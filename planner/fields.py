@@ -53,11 +53,6 @@ def with_field(holder: T, path: FieldPath, value: Any) -> T:
     return result
 
 
-def renumbered(path: FieldPath, numbers: Sequence[int]) -> FieldPath:
-    """Return the path to a field of a waypoint with the number of that waypoint in place of its index."""
-    return moved_path(path, [("waypoints", number) for number in numbers])
-
-
 def moved_path(path: FieldPath, paths: Sequence[FieldPath]) -> FieldPath:
     """Return the path to a field of a waypoint, where the waypoint with each index has another path."""
     if path[:1] == ("waypoints",) and len(path) > 1 and isinstance(path[1], int):

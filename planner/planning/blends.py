@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from planner.errors import Collision
 from planner.planning.attempts import Planned
 from planner.planning.clear_searches import kept_clear
+from planner.problems.any_of import requested_indices
 from planner.problems.blend_radii import blend_radii
 from planner.trajectories.trajectory import PlanWarning
 
@@ -55,6 +56,7 @@ def warnings_of(problem: PlanningProblem, requested: Mapping[int, float], blamed
     for corner, radius in blend_radii(problem).items():
         if radius < requested[corner]:
             first, second = blamed[corner]
-            within = f"waypoint {corner} is blended within {radius:.6g} m in place of {requested[corner]:g} m"
+            number = requested_indices(problem)[corner]
+            within = f"waypoint {number} is blended within {radius:.6g} m in place of {requested[corner]:g} m"
             message = f"{within}, with which {first} would be too near to {second}"
             yield PlanWarning("blend_reduced", message)

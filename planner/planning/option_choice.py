@@ -14,6 +14,8 @@ from planner.errors import (
     InvalidProblem,
     JointPositionLimit,
     MissingDynamics,
+    PayloadExceeded,
+    PlanningError,
     StartInCollision,
     UnreachableWaypoint,
 )
@@ -22,7 +24,15 @@ from planner.planning.better_detours import with_better_detours
 from planner.planning.option_estimates import OptionEstimates
 from planner.planning.remedies import remedies_for
 from planner.planning.variants import planned
-from planner.problems.any_of import AnyOf, Expansion, goal_set_faults, goal_sets, waypoints_of
+from planner.problems.any_of import (
+    AnyOf,
+    Expansion,
+    goal_set_faults,
+    goal_sets,
+    requested_indices,
+    requested_paths,
+    waypoints_of,
+)
 from planner.problems.check import check_problem
 from planner.problems.problem import RelativeWaypoint, Waypoint
 from planner.problems.waypoint_faults import waypoint_faults
@@ -31,7 +41,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.backends.base import BackEnd
-    from planner.errors import Fault, PlanningError
+    from planner.errors import Fault
     from planner.fields import FieldPath
     from planner.planning.attempts import Attempt, Proposals
     from planner.plans.result import Plan
@@ -42,6 +52,10 @@ COMMON_FIELDS = tuple(field for field in fields(Waypoint) if field.name != "name
 
 MOST_KINDS = 4
 """The number of kinds of options that are remembered while options are checked."""
+
+
+AT_ONE_WAYPOINT = (UnreachableWaypoint, JointPositionLimit, PayloadExceeded, StartInCollision)
+"""Refusals that depend on no other waypoint than their own."""
 
 
 def with_chosen_options(attempt: Attempt) -> Proposals[Plan]:
@@ -64,16 +78,16 @@ def with_chosen_options(attempt: Attempt) -> Proposals[Plan]:
             choices = _choices(problem, estimates, options, refusals, is_planned=True)
             return replace(outcome.plan, choices=choices)
         first = first or (options, expansion, outcome)
-        if is_unmade(outcome) or _is_of_all(outcome.refusal.moved(expansion.fields), problem):
+        if is_unmade(outcome) or _is_of_all(outcome.refusal.moved(requested_paths(expansion.problem)), problem):
             break
-        at_fault = [expansion.requested_index(k) for k in _waypoints_at_fault(outcome.refusal)]
-        refusal = outcome.refusal.moved(expansion.fields)
+        at_fault = [requested_indices(expansion.problem)[k] for k in _waypoints_at_fault(outcome.refusal)]
+        refusal = outcome.refusal.moved(requested_paths(expansion.problem))
         for k in estimates.refuse(options, at_fault):
             refusals.setdefault((k, options[k]), refusal)
         ranked = estimates.best()
     options, expansion, outcome = first
     remedies, hints = yield from remedies_for(outcome)
-    refusal = outcome.refusal.with_remedies(remedies, hints).moved(expansion.fields)
+    refusal = outcome.refusal.with_remedies(remedies, hints).moved(requested_paths(expansion.problem))
     if ranked is None:
         where = " and ".join(f"option {option} of waypoint {k}" for k, option in options.items())
         refusal = refusal.with_fields(_text=f"no option has a plan; with {where}: {refusal._text}")
@@ -84,7 +98,7 @@ def check_options(problem: PlanningProblem, backend: BackEnd) -> None:
     """Check a problem with each option of its goal sets; of options that differ only in poses, with the first.
 
     Raises:
-        PlanningError: As `check_problem` does; all faults of all options come together.
+        InvalidProblem: With all faults of all options.
     """
     faults: list[Fault | tuple[FieldPath, str]] = list(goal_set_faults(problem))
     if faults:
@@ -95,7 +109,10 @@ def check_options(problem: PlanningProblem, backend: BackEnd) -> None:
         try:
             check_problem(expansion.problem, backend)
         except InvalidProblem as refusal:
-            faults.extend(fault for fault in refusal.moved(expansion.fields).faults if fault not in faults)
+            found = refusal.moved(requested_paths(expansion.problem)).faults
+            faults.extend(fault for fault in found if fault not in faults)
+        except PlanningError:
+            pass  # other options may avoid it; the plan with this option is refused, with remedies
 
     check({})
     for k, goal_set in goal_sets(problem).items():
@@ -119,7 +136,7 @@ def _is_of_all(refusal: PlanningError, problem: PlanningProblem) -> bool:
     if refusal.waypoint is None:
         return isinstance(refusal, InvalidProblem | MissingDynamics | InfeasibleDuration)
     depends_on_options = isinstance(problem.waypoints[refusal.waypoint], AnyOf | RelativeWaypoint)
-    return isinstance(refusal, UnreachableWaypoint | JointPositionLimit | StartInCollision) and not depends_on_options
+    return isinstance(refusal, AT_ONE_WAYPOINT) and not depends_on_options
 
 
 def _waypoints_at_fault(refusal: PlanningError) -> list[int]:

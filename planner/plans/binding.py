@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.fields import FieldPath, field_name, renumbered
+from planner.fields import FieldPath, field_name, moved_path
 from planner.guarantees import TCP_ORDERS
 from planner.limits import JOINT_QUANTITIES
+from planner.problems.any_of import requested_paths
 from planner.robots.description import RANGED_QUANTITIES
 
 if TYPE_CHECKING:
@@ -54,8 +55,9 @@ def _with_fields(check: Check, problem: PlanningProblem, trajectory: Trajectory)
     for segment in segments:  # a peak where two segments meet belongs to the one with this limit
         fields = tuple(dict.fromkeys(_fields(check, problem, segment)))
         if fields:
-            names = tuple(field_name(renumbered(field, problem.numbers)) for field in fields)
-            return replace(check, segment=problem.numbers[segment + 1] - 1, relaxed_by=names)
+            paths = requested_paths(problem)
+            names = tuple(field_name(moved_path(field, paths)) for field in fields)
+            return replace(check, segment=int(paths[segment + 1][1]) - 1, relaxed_by=names)
     return check
 
 

@@ -25,6 +25,7 @@ from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions,
 from planner.limits import SMALLEST
 from planner.plans.binding import with_binding_limits
 from planner.plans.warnings import plan_warnings
+from planner.problems.any_of import requested_indices
 from planner.problems.problem import ViaWaypoint
 from planner.samples import Samples, sample_at
 from planner.time_scaling.sampled_limits import refuse_what_turns_too_often
@@ -88,11 +89,7 @@ class Plan:
     @property
     def requested_indices(self) -> tuple[int, ...]:
         """The index in the request of each waypoint; corners of a detour have that of the waypoint it leads to."""
-        within = {k: choice.waypoint for choice in self.choices for k in range(choice.first, choice.last + 1)}
-        own: list[int] = []
-        for number in range(self.problem.numbers[-1] + 1):
-            own.append(within.get(number, own[-1] + 1 if own else 0))
-        return tuple(own[number] for number in self.problem.numbers)
+        return requested_indices(self.problem)
 
     @cached_property
     def actions(self) -> tuple[TimedAction, ...]:

@@ -13,6 +13,7 @@ from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION
 from planner.errors import distinct
 from planner.guarantees import Guarantee
 from planner.limits import JOINT_QUANTITIES
+from planner.problems.any_of import requested_indices
 from planner.trajectories.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
 
@@ -49,15 +50,15 @@ def plan_warnings(
 ) -> Iterator[PlanWarning]:
     """Yield the warnings of a certified plan."""
     yield from _snapped(problem)
-    repeated = path.still + 1
+    numbers, repeated = requested_indices(problem), path.still + 1
     if len(repeated):
-        named = ", ".join(str(problem.numbers[i]) for i in repeated[:MOST_NAMED].tolist())
+        named = ", ".join(str(numbers[i]) for i in repeated[:MOST_NAMED].tolist())
         more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""
         message = (
             "same joint position as the waypoint before; the robot passes both at once, or rests for the requested time"
         )
         yield PlanWarning("waypoint_repeated", f"waypoint {named}{more}: {message}")
-    for number, waypoint in zip(problem.numbers, path.waypoints, strict=True):
+    for number, waypoint in zip(numbers, path.waypoints, strict=True):
         if waypoint.tool_motion is not None and waypoint.tool_motion.warning is not None:
             warning = waypoint.tool_motion.warning
             yield replace(warning, message=warning.message.replace("{waypoint}", str(number)))
@@ -84,7 +85,7 @@ def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
     for row, joint in np.argwhere(positions != within).tolist():
         requested, limit = distinct(positions[row, joint], within[row, joint])
         name = problem.robot.joint_names[joint]
-        number = problem.numbers[given[row]]
+        number = requested_indices(problem)[given[row]]
         message = f"waypoint {number} has {name} at {requested}, beyond its limit {limit}; the plan uses the limit"
         yield PlanWarning("position_snapped", message)
 
@@ -95,7 +96,7 @@ def _wandering(problem: PlanningProblem, trajectory: Trajectory, certificate: Ce
         if check.peak <= WANDERING.get(check.quantity, np.inf):
             continue
         segment = int(trajectory.segments[trajectory.locate(np.array([check.time]))[0][0]])
-        end = problem.numbers[segment + 1]
+        end = requested_indices(problem)[segment + 1]
         way = f"on the way from waypoint {end - 1} to {end}"
         if check.quantity == TOOL_DEVIATION:
             message = f"{way} the tool goes {check.peak:.3g} m off the straight joint motion; max_deviation limits that"

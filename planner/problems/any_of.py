@@ -6,15 +6,13 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 from planner.problems.actions import AtWaypoint
-from planner.problems.problem import AnyWaypoint, RelativeWaypoint, Waypoint
+from planner.problems.problem import AnyWaypoint, PlanningProblem, RelativeWaypoint, Waypoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from planner.errors import PlanningError
     from planner.fields import FieldPath
     from planner.problems.actions import Action
-    from planner.problems.problem import PlanningProblem
 
 OWN_FIELDS = frozenset({"name", "dwell"})
 """The fields of every kind of waypoint that a goal set may have itself."""
@@ -66,18 +64,39 @@ def waypoints_of(waypoint: AnyWaypoint | WaypointSequence) -> tuple[AnyWaypoint,
     return tuple(waypoint.waypoints) if isinstance(waypoint, WaypointSequence) else (waypoint,)
 
 
+@dataclass(frozen=True, repr=False)
+class ProblemWithOptions(PlanningProblem):
+    """A problem with one option in the place of each goal set.
+
+    Attributes:
+        paths: Path in the request of each waypoint besides corners of detours.
+    """
+
+    paths: tuple[FieldPath, ...] = ()
+
+
+def requested_paths(problem: PlanningProblem) -> tuple[FieldPath, ...]:
+    """Return the path in the request of each waypoint; a corner of a detour has that of its end."""
+    if isinstance(problem, ProblemWithOptions):
+        return tuple(problem.paths[number] for number in problem.numbers)
+    return tuple(("waypoints", number) for number in problem.numbers)
+
+
+def requested_indices(problem: PlanningProblem) -> tuple[int, ...]:
+    """Return the index in the request of each waypoint; waypoints of an option have that of their goal set."""
+    return tuple(int(path[1]) for path in requested_paths(problem))
+
+
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """A problem with one option in the at of each goal set.
+    """A problem with one option in the place of each goal set.
 
     Attributes:
         problem: The problem without goal sets.
-        fields: Path in the request of each of its waypoints.
         first: Index in `problem` of the first waypoint of each requested one, and the number of waypoints.
     """
 
     problem: PlanningProblem
-    fields: tuple[FieldPath, ...]
     first: tuple[int, ...]
 
     @classmethod
@@ -112,16 +131,9 @@ class Expansion:
             there = first[index + 1] - 1 if 0 <= index < len(first) - 1 else len(waypoints)
             return replace(action, at=AtWaypoint(there))
 
-        actions = tuple(map(moved, problem.actions))
-        return cls(replace(problem, waypoints=tuple(waypoints), actions=actions), tuple(paths), tuple(first))
-
-    def requested_index(self, index: int) -> int:
-        """Return the index in the request of a waypoint of the problem."""
-        return int(str(self.fields[index][1]))
-
-    def in_request(self, refusal: PlanningError) -> PlanningError:
-        """Return a refusal of the problem with the indices and fields of the request."""
-        return refusal.moved(self.fields)
+        given = {field.name: getattr(problem, field.name) for field in fields(PlanningProblem)}
+        changed = {"waypoints": tuple(waypoints), "actions": tuple(map(moved, problem.actions)), "paths": tuple(paths)}
+        return cls(ProblemWithOptions(**(given | changed)), tuple(first))
 
 
 def _paths_in(option: AnyWaypoint | WaypointSequence, path: FieldPath) -> list[FieldPath]:

@@ -11,6 +11,7 @@ from planner.errors import UnsupportedFormat
 from planner.export.programs import axes_first, moves, stops
 from planner.guarantees import leaves_straight_motions
 from planner.kinematics.forward import tool_accelerations, tool_pose, tool_poses, tool_velocities
+from planner.problems import requested_indices
 from planner.problems.problem import CartesianMotion, CircularMotion, JointMotion, LinearMotion, PolylineMotion
 from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.spatial import Pose
@@ -145,7 +146,7 @@ def _of_segment(plan: Plan, segment: int) -> Iterator[Instruction]:
     """Yield the instructions of a segment that moves."""
     waypoints, robot = plan.problem.waypoints, plan.problem.robots[segment + 1]
     motion = waypoints[segment + 1].motion
-    number = plan.problem.numbers[segment + 1]
+    number = requested_indices(plan.problem)[segment + 1]
     start, end = (tool_pose(robot, plan.path.positions[i]) for i in (segment, segment + 1))
     position = axes_first(plan.path.robot, plan.path.positions[[segment + 1]])
     speeds = _speeds(plan, segment)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import planner
+from planner.fields import with_field
 from planner.kinematics import tool_pose
 from tests.sizes import NAME
 
@@ -299,3 +300,49 @@ def test_a_pair_of_options_that_collides_leaves_both_to_other_pairs() -> None:
         for one, other in product((turned(-0.1), turned(-0.2)), (turned(0.9), turned(-1.5)))
     ]
     assert shortest(singles, "cubic")[0] == plan.trajectory.duration
+
+
+def _turned_by(angle: float) -> list[float]:
+    """Return home with the first joint turned."""
+    return [HOME.position[0] + angle, *HOME.position[1:]]
+
+
+def test_warnings_and_certificates_point_into_the_request() -> None:
+    away, back = _turned_by(0.5), HOME.position
+    slow = planner.JointWaypoint(back, limits=planner.Limits(velocity_scale=0.1))
+    goal = planner.AnyOf([planner.WaypointSequence([planner.JointWaypoint(away), slow])])
+    plan = planner.plan(problem(HOME, goal, planner.JointWaypoint(back)), "trapezoidal")
+    (repeated,) = (warning for warning in plan.warnings if warning.code == "waypoint_repeated")
+    assert repeated.message.startswith("waypoint 2: ")
+    (velocity,) = (check for check in plan.certificate.checks if check.quantity == "velocity")
+    assert (velocity.segment, velocity.relaxed_by) == (
+        0,
+        ("robot.velocity", "waypoints[1].options[0].waypoints[1].limits.velocity_scale"),
+    )
+
+
+def test_an_option_with_too_heavy_a_payload_is_refused_alone() -> None:
+    near, far = (planner.JointWaypoint(_turned_by(by)) for by in (0.2, 0.5))
+    heavy = planner.WaypointSequence([near, replace(near, payload=planner.Payload(100.0))])
+    plan = planner.plan(problem(HOME, planner.AnyOf([heavy, far]), HOME))
+    assert [outcome.code for outcome in plan.choices[0].options] == ["payload_exceeded", None]
+
+
+def test_the_remedy_of_a_heavy_payload_works_in_the_request() -> None:
+    heavy = planner.JointWaypoint(_turned_by(0.2), payload=planner.Payload(100.0))
+    goal = planner.AnyOf([planner.WaypointSequence([HOME, HOME, heavy])])
+    refused = problem(HOME, goal, HOME)
+    with pytest.raises(planner.PayloadExceeded) as refusal:
+        planner.plan(refused)
+    assert refusal.value.waypoint == 1
+    (remedy,) = refusal.value.remedies
+    assert remedy.field == ("waypoints", 1, "options", 0, "waypoints", 2, "payload", "mass")
+    planner.plan(with_field(refused, remedy.field, remedy.value))
+
+
+def test_a_heavy_payload_beside_a_goal_set_is_refused_at_its_waypoint() -> None:
+    goal = planner.AnyOf([planner.WaypointSequence([HOME, HOME])] * 3)
+    heavy = replace(HOME, payload=planner.Payload(100.0))
+    with pytest.raises(planner.PayloadExceeded) as refusal:
+        planner.plan(problem(HOME, goal, heavy, HOME))
+    assert refusal.value.waypoint == 2
