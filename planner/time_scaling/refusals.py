@@ -109,7 +109,7 @@ def refuse_what_gravity_exceeds(
         robot = dynamics.robot_on(segment)
         joint = robot.joint_names[worst[-1] * robot.dof // gravity.shape[-1]]
         others = ["the process force"] * (robot.process_force is not None) + ["friction"] * any(
-            own.friction for own in robot.joints
+            own.friction or own.damping for own in robot.joints
         )
         standing = f"gravity with {' and '.join(others)}" if others else "gravity alone"
         if robot.uncertain_payloads:

@@ -28,7 +28,8 @@ def rotor_inertias(document: Element) -> Mapping[str, float]:
             continue
         inertia, ratio = _number(transmission, ROTOR), _number(transmission, RATIO)
         if inertia is not None:
-            found[joints[0].get("name", "")] = inertia * (1.0 if ratio is None else ratio) ** 2
+            reduction = 1.0 if ratio is None else ratio
+            found[joints[0].get("name", "")] = inertia * reduction * reduction  # a power would overflow with an error
     return found
 
 

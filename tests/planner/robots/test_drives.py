@@ -83,8 +83,11 @@ def test_implausible_friction_is_left_out(dynamics: str, kept: tuple[float, floa
     assert finding.severity == "warning" and "is left out" in finding.message
 
 
-def test_a_rotor_that_is_no_number_is_left_out() -> None:
-    robot = Robot.from_urdf(_urdf(transmissions=_transmission('<rotor_inertia value="heavy"/>')))
+@pytest.mark.parametrize(
+    "inner", ['<rotor_inertia value="heavy"/>', '<gear_ratio value="1e200"/><rotor_inertia value="1"/>']
+)
+def test_a_rotor_that_is_no_number_or_too_large_is_left_out(inner: str) -> None:
+    robot = Robot.from_urdf(_urdf(transmissions=_transmission(inner)))
     assert robot.joints[1].rotor_inertia == 0.0
     assert _codes(robot) == ["implausible_friction"]
 
