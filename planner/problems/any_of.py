@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
@@ -153,6 +154,8 @@ def goal_set_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]
                     (*at, field.name),
                     "must be set in the options. A goal set has only a name and a dwell",
                 )
+        if not 0.0 <= goal_set.dwell < math.inf:
+            yield (*at, "dwell"), f"must be finite and not negative; got {goal_set.dwell:g}"
         if not goal_set.options:
             yield (*at, "options"), "must have at least one option"
         for k, option in enumerate(goal_set.options):

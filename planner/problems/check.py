@@ -99,6 +99,8 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     for i, waypoint in enumerate(waypoints):
         if waypoint.limits is not None:
             yield from limit_faults(robot, waypoint.limits, ("waypoints", i, "limits"))
+        if not 0.0 <= waypoint.dwell < np.inf:
+            yield ("waypoints", i, "dwell"), f"must be finite and not negative; got {waypoint.dwell:g}"
         if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
             yield ("waypoints", i, "dwell"), "needs a stop: the robot rests only at a waypoint where it stops"
     yield from _payload_faults(problem)

@@ -30,7 +30,7 @@ def action_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     for i, action in enumerate(problem.actions):
         at = action.at
         if isinstance(at, AtWaypoint) and not 0 <= at.waypoint < len(waited):
-            yield ("actions", i, "at", "waypoint"), f"must be a waypoint from 0 to {len(waited) - 1}"
+            yield ("actions", i, "at", "waypoint"), "must be the index of a waypoint of the request"
         elif isinstance(action, Wait) and not isinstance(at, AtWaypoint):
             yield ("actions", i, "at"), "must be a waypoint: the robot waits only at waypoints"
         elif isinstance(action, Wait) and isinstance(at, AtWaypoint):

@@ -346,3 +346,23 @@ def test_a_heavy_payload_beside_a_goal_set_is_refused_at_its_waypoint() -> None:
     with pytest.raises(planner.PayloadExceeded) as refusal:
         planner.plan(problem(HOME, goal, heavy, HOME))
     assert refusal.value.waypoint == 2
+
+
+@pytest.mark.parametrize("dwell", [-1.0, np.nan, np.inf])
+def test_dwells_must_be_finite_and_not_negative(dwell: float) -> None:
+    waypoint = replace(HOME, dwell=dwell)
+    goal = planner.AnyOf([replace(HOME, dwell=3.0)], dwell=dwell)
+    for one in (waypoint, goal):
+        with pytest.raises(planner.InvalidProblem) as refusal:
+            planner.plan(problem(HOME, one, HOME))
+        (fault,) = refusal.value.faults
+        assert fault.field == ("waypoints", 1, "dwell")
+
+
+def test_an_action_at_no_waypoint_is_one_fault() -> None:
+    goal = planner.AnyOf([HOME, planner.WaypointSequence([HOME, HOME])])
+    late = planner.SetOutput(planner.AtWaypoint(3), "gripper", True)
+    with pytest.raises(planner.InvalidProblem) as refusal:
+        planner.plan(problem(HOME, goal, HOME, actions=(late,)))
+    (fault,) = refusal.value.faults
+    assert fault.field == ("actions", 0, "at", "waypoint")
