@@ -97,13 +97,28 @@ class Search:
         """Change a part of the order at random, and return the local optimum from there."""
         other = _exchanged(chosen, random)
         for _ in range(SHUFFLES):
-            if self.rules.allow(self.tasks[other]):
+            moved = np.flatnonzero(other != chosen)
+            if len(moved) and self.rules.allow(self.tasks[other]):
                 flags = np.zeros(len(chosen), dtype=bool)
-                moved = np.flatnonzero(other != chosen)
                 flags[self.tasks[other[np.unique([moved - 1, moved, moved + 1])]]] = True
                 return self.problem.settled(other, flags)
-            other = _shuffled(chosen, random)
+            other = self._shuffled(chosen, random)
         return chosen
+
+    def _shuffled(self, chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        """Return an order with a part in a random order that the rules allow, or unchanged."""
+        first, last = np.sort(random.choice(np.arange(1, len(chosen)), 2, replace=False)).tolist()
+        last = min(last, first + LONGEST_SHUFFLED)
+        tasks = self.tasks[chosen]
+        order, part = tasks[:first].tolist(), set(tasks[first:last].tolist())
+        while len(order) < last:
+            following = [task for task in self.rules.next_tasks(order) if task in part]
+            if not following:
+                return chosen
+            order.append(int(random.choice(following)))
+        other = chosen.copy()
+        other[:last] = chosen[np.argsort(tasks)[order]]
+        return other
 
 
 def _exchanged(chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
@@ -113,15 +128,6 @@ def _exchanged(chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
     middle = first + int(random.integers(1, min(LONGEST_EXCHANGED, count - 2 - first) + 1))
     last = middle + int(random.integers(1, min(LONGEST_EXCHANGED, count - 1 - middle) + 1))
     return np.concatenate([chosen[:first], chosen[middle:last], chosen[first:middle], chosen[last:]])
-
-
-def _shuffled(chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Return an order with a part in random order."""
-    first, last = np.sort(random.choice(np.arange(1, len(chosen)), 2, replace=False)).tolist()
-    last = min(last, first + LONGEST_SHUFFLED)
-    other = chosen.copy()
-    random.shuffle(other[first:last])
-    return other
 
 
 def best_order(costs: Costs, rules: Rules, deadline: float, chosen: np.ndarray | None = None) -> np.ndarray:

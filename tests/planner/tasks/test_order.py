@@ -133,7 +133,7 @@ def test_estimate_counts_the_dwell_at_the_entry_of_a_contour_twice(dwells: tuple
 
 
 def test_many_tasks_with_all_rules_of_one_order_are_in_this_order() -> None:
-    count = 150
+    count = 100
     random = np.random.default_rng(3)
     rank = random.permutation(count)
     tasks = [
