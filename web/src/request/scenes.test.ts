@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
 import type { PlanRequest, Robot, Scene } from '../service/types';
-import { inFrame, objectInBase, renamed, withAnother, withObject, withoutObject } from './scenes';
+import { inFrame, objectInBase, renamed, withAnother, withNewName, withObject, withoutObject } from './scenes';
 
 const scene: Scene = {
   objects: [
@@ -21,6 +21,19 @@ test('a new name goes to all places that had the old one', () => {
       .replaceAll('"box","shape"', '"table","shape"')
       .replace('["box","link_1"]', '["table","link_1"]')
       .replace('["box","link_2"]', '["table","link_2"]'),
+  );
+});
+
+test('a new name goes to waypoints, options and speed zones', () => {
+  const taking = { kind: 'joint' as const, position: [0], attach: [{ id: 'box' }, { id: 'post' }] };
+  const placing = { kind: 'named' as const, name: 'box', detach: ['box'] };
+  const request: PlanRequest = {
+    robot: 'box',
+    waypoints: [taking, { kind: 'any_of', options: [placing, { kind: 'sequence', waypoints: [taking, placing] }] }],
+    speed_zones: [{ clearance: 1, speed: 1, objects: ['box', 'post'] }],
+  };
+  expect(JSON.stringify(withNewName(request, 'box', 'table'))).toBe(
+    JSON.stringify(request).replaceAll('{"id":"box"}', '{"id":"table"}').replaceAll('["box"', '["table"'),
   );
 });
 

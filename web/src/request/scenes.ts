@@ -1,5 +1,5 @@
 // Objects of a request's scene: each edit returns a new scene or request.
-import type { PlanRequest, Pose, Robot, Scene, SceneObject, SceneShape } from '../service/types';
+import type { GoalSet, JointWaypoint, PlanRequest, Pose, Robot, Scene, SceneObject, SceneShape } from '../service/types';
 import { withoutEmpty } from './edits';
 import { poseInFrame, transformed, frameInBase } from './frames';
 
@@ -11,6 +11,8 @@ export const FIRST_SHAPES = {
   capsule: { kind: 'capsule', radius: 0.1, length: 0.2 },
   half_space: { kind: 'half_space', normal: [0, 0, 1], offset: 0 },
 } as const satisfies Record<string, SceneShape>;
+
+type Handling = Pick<JointWaypoint, 'attach' | 'detach'>;
 
 const FIRST_PLACE = [0.8, -0.8, 0.1]; // m: beside most arms
 const UPRIGHT = { kind: 'quaternion' as const, xyzw: [0, 0, 0, 1] };
@@ -34,6 +36,24 @@ export function renamed(scene: Scene, id: string, to: string): Scene | null {
     allowed_pairs: scene.allowed_pairs?.map((pair) => pair.map(swap)),
     attached: scene.attached?.map((held) => withoutEmpty({ ...held, touch_links: held.touch_links?.map(swap) })),
   };
+}
+
+// The request with another name of an object at waypoints, in the options of goal sets and in speed zones.
+export function withNewName(request: PlanRequest, id: string, to: string): PlanRequest {
+  const swap = (name: string): string => (name === id ? to : name);
+  const handled = <T extends Handling>(waypoint: T): T =>
+    withoutEmpty({
+      ...waypoint,
+      attach: waypoint.attach?.map((held) => ({ ...held, id: swap(held.id) })),
+      detach: waypoint.detach?.map(swap),
+    });
+  const inOption = (option: GoalSet['options'][number]): GoalSet['options'][number] =>
+    option.kind === 'sequence' ? { ...option, waypoints: option.waypoints.map(handled) } : handled(option);
+  return withoutEmpty({
+    ...request,
+    waypoints: request.waypoints.map((one) => (one.kind === 'any_of' ? { ...one, options: one.options.map(inOption) } : handled(one))),
+    speed_zones: request.speed_zones?.map((zone) => withoutEmpty({ ...zone, objects: zone.objects?.map(swap) })),
+  });
 }
 
 export function withoutObject(scene: Scene, id: string): Scene {

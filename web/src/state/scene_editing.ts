@@ -1,6 +1,6 @@
 // The scene as it is edited: the chosen object, what a hand moves, and the scenes that the service keeps.
 import { computed, effect, signal } from '@preact/signals';
-import { objectInBase, renamed, withAnother, withObject, withoutObject, withScene } from '../request/scenes';
+import { objectInBase, renamed, withAnother, withNewName, withObject, withoutObject, withScene } from '../request/scenes';
 import { withoutEmpty } from '../request/edits';
 import { poseInFrame } from '../request/frames';
 import { client, outcome } from '../service/client';
@@ -42,9 +42,9 @@ export function editObject(id: string, changes: Partial<SceneObject>): void {
 // False: another thing of the scene has this name.
 export function renameObject(id: string, to: string): boolean {
   const next = scene.value && renamed(scene.value, id, to);
-  if (!next) return false;
+  if (!next || !request.value) return false;
   chosenObject.value = to;
-  editScene(next);
+  show(withScene(withNewName(request.value, id, to), next));
   return true;
 }
 
