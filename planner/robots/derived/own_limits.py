@@ -110,15 +110,16 @@ def _with_range(joint: Joint, quantity: str, pair: float | Sequence[float], find
 
 def _is_limit(value: float | Sequence[float], name: str, joint: Joint, findings: Findings) -> TypeGuard[float]:
     """Tell whether a limit has a known name and is a number that lets the joint move."""
+    called = name.replace("_", " ") if name in DRIVE_VALUES else f"{name} limit"
     least = -MAX_NUMBER if name in ("lower", "upper") else 0.0 if name in DRIVE_VALUES else LEAST_LIMIT
     if name not in QUANTITIES:
         text = f"{shown(joint.name)} has no limit called {shown(name)}; there are {', '.join(QUANTITIES)}"
         findings.error("unknown_limit", shown(joint.name), text)
     elif not isinstance(value, float | int):
-        text = f"the {name} limit of {shown(joint.name)} is no number"
+        text = f"the {called} of {shown(joint.name)} is no number"
         findings.error("absurd_limit", shown(joint.name), text)
     elif not least <= value <= MAX_NUMBER:
-        text = f"the {name} limit of {shown(joint.name)} is {value:g}, not between {least:g} and {MAX_NUMBER:g}"
+        text = f"the {called} of {shown(joint.name)} is {value:g}, not between {least:g} and {MAX_NUMBER:g}"
         findings.error("absurd_limit", shown(joint.name), text)
     else:
         return True

@@ -110,7 +110,7 @@ def test_tables_and_owners_state_drives() -> None:
     assert quiet.joints[0].provenance["friction"] == "owner"
     held = robot.derived(locked={"joint_1": 0.2}).joints
     assert [joint.friction for joint in held] == [2.0]
-    with pytest.raises(InvalidRobotModel, match="friction limit of joint_1 is -1"):
+    with pytest.raises(InvalidRobotModel, match="the friction of joint_1 is -1"):
         robot.derived(limits={"joint_1": {"friction": -1.0}})
 
 
