@@ -13,7 +13,9 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, TypeVar
 
-from planner.errors import PlanningError
+import numpy as np
+
+from planner.errors import LimitsUnsatisfiable, PlanningError
 from planner.free_motion.detours import find_detours, with_detours
 from planner.free_motion.objectives import value_of
 from planner.paths import solve_path
@@ -36,6 +38,13 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 """The type of a generator's final result."""
+
+
+SHAPED_STRETCHES = (1.005, 1.01, 1.02, 1.04, 1.08)
+"""Factors on the durations of motions that break a limit slightly once they are shaped. The first that helps counts."""
+
+SLIGHT_EXCESS = 1.1
+"""The largest ratio of a value to its limit for which shaped motions are stretched instead of refused."""
 
 
 @dataclass(frozen=True)
@@ -109,11 +118,39 @@ class Attempt:
             unshaped = timed(problem, attempt.backend, path)
             trajectory = shaped(problem.residual_vibration, path, unshaped)
             attempt.refuse_unless_better(trajectory)
-            plan = certified(problem, attempt.backend, path, trajectory, unshaped)
+            try:
+                plan = certified(problem, attempt.backend, path, trajectory, unshaped)
+            except LimitsUnsatisfiable as refusal:
+                if trajectory is unshaped:
+                    raise
+                plan = attempt.shaped_slower(unshaped, refusal)
         except PlanningError as refusal:
             return Refused(attempt, refusal.numbered(problem.numbers), trajectory)
         warnings = (*attempt.warnings, *plan.warnings)
         return Planned(attempt, replace(plan, detours=attempt.detours or (), warnings=warnings))
+
+    def shaped_slower(self, unshaped: Trajectory, refusal: LimitsUnsatisfiable) -> Plan:
+        """Stretch the motions until the shaped ones keep all limits, if they exceed one slightly.
+
+        Args:
+            unshaped: The trajectory before it was shaped.
+            refusal: The reason why the shaped trajectory is refused.
+
+        Raises:
+            LimitsUnsatisfiable: No factor helps, or the duration is requested.
+            PlanningError: As `certified` does, for the stretched motions.
+        """
+        problem, path = self.with_detours, self.solved
+        excess = abs((refusal.value or inf) / (refusal.limit or 1.0))
+        for factor in SHAPED_STRETCHES if problem.duration is None and excess <= SLIGHT_EXCESS else ():
+            slower = unshaped.stretched(np.where(unshaped.moves, factor, 1.0))
+            trajectory = shaped(problem.residual_vibration, path, slower)
+            self.refuse_unless_better(trajectory)
+            try:
+                return certified(problem, self.backend, path, trajectory, unshaped)
+            except LimitsUnsatisfiable:
+                continue
+        raise refusal
 
     @property
     def solved(self) -> JointPath:

@@ -34,6 +34,7 @@ from planner import (
     StopTransition,
     ThroughTransition,
     Trapezoidal,
+    inverse_dynamics,
     load_robot,
     plan,
     residual_amplitudes,
@@ -41,12 +42,14 @@ from planner import (
 from planner.backends import BACKENDS, BackEnd
 from planner.certificate.checks import Check
 from planner.certificate.residual_vibration import MOST_RESIDUAL
+from planner.planning.attempts import SHAPED_STRETCHES
 from planner.planning.remedies.shaping import SLOWER_SHARES
 from planner.plans.result import Plan
 from planner.problems.moves import CartesianMove
 from planner.problems.stop_faults import MODE_RANGES
 from planner.spatial import FloatArray
 from planner.timing.shaping import impulses_of
+from planner.tolerances import POSITION_TOLERANCE
 from planner.trajectories.polynomials import PiecewisePolynomial
 from tests.planner.problems_of_tests import backend_of, path_problems, problems
 from tests.planner.timing.two_mass_arm import vibration_after
@@ -110,7 +113,7 @@ def test_masses_behind_the_joints_hardly_vibrate_after_shaped_motions(kind: str)
 
 @pytest.mark.sized
 @pytest.mark.parametrize("kind", ON_STRAIGHT_PATHS)
-def test_random_plans_keep_their_path_and_limits_and_take_one_period_longer(kind: str) -> None:
+def test_random_plans_keep_their_path_and_limits_and_take_little_more_than_a_period_longer(kind: str) -> None:
     @settings(max_examples=RANDOM, deadline=None, suppress_health_check=list(HealthCheck))
     @given(problem=problems(kind), frequency=st.floats(1.0, 60.0), damping=st.floats(0.0, 0.2))
     def trial(problem: PlanningProblem, frequency: float, damping: float) -> None:
@@ -125,7 +128,8 @@ def test_random_plans_keep_their_path_and_limits_and_take_one_period_longer(kind
         mode = made.problem.residual_vibration
         assert mode is not None
         pairs = list(zip(motions_of(made), motions_of(before), strict=True))
-        assert made.trajectory.duration <= before.trajectory.duration + len(pairs) * mode.period * (1.0 + 1e-9)
+        longest = SHAPED_STRETCHES[-1] * before.trajectory.duration + len(pairs) * mode.period
+        assert made.trajectory.duration <= longest * (1.0 + 1e-9)
         for shaped, own in pairs:
             keeps_to(shaped, own)
         dwells = [p.trajectory.departures - p.trajectory.arrivals for p in (made, before)]
@@ -155,8 +159,8 @@ def test_motions_of_the_tool_are_shaped_within_their_tolerances_or_refused(kind:
             assert any(name in refusal.message for name in ("deviation", "tcp", "torque"))
             return
         for shaped, own in zip(motions_of(made), motions_of(before), strict=True):
-            left, excited = (residual_amplitudes(each, mode.band, damping) for each in (shaped, own))
-            assert (left <= MOST_RESIDUAL * excited + 1e-12).all()
+            left, excited = (residual_amplitudes(each, mode.band, damping).max(axis=0) for each in (shaped, own))
+            assert (left <= np.maximum(MOST_RESIDUAL * excited, POSITION_TOLERANCE) * (1.0 + 1e-6)).all()
 
     trial()
 
@@ -353,11 +357,15 @@ def test_a_line_is_shaped_within_its_tolerance_or_refused_with_proved_remedies()
 
 
 @pytest.mark.large_only
-def test_a_shaped_motion_too_fast_in_a_speed_zone_is_refused() -> None:
+def test_a_shaped_motion_too_fast_in_a_speed_zone_is_refused_or_slowed_slightly() -> None:
     scene = Scene([SceneObject("fixture", [Box((0.1, 0.1, 0.5))], Pose((-0.9, -0.1, 0.2)))], margin=0.02)
-    problem = replace(PLAIN, scene=scene, speed_zones=[SpeedZone(0.3, 0.3)], residual_vibration=MODE)
+    problem = replace(PLAIN, scene=scene, speed_zones=[SpeedZone(0.3, 0.3)])
+    least = plan(problem, "ruckig").trajectory.duration + MODE.period
+    slowed = replace(problem, residual_vibration=MODE)
+    made = plan(slowed, "ruckig").trajectory.duration
+    assert least * (1.0 + 1e-6) < made <= least * SHAPED_STRETCHES[-1]
     with pytest.raises(LimitsUnsatisfiable, match=r"a point of .* would move") as refused:
-        plan(problem, "ruckig")
+        plan(replace(slowed, duration=least), "ruckig")
     assert refused.value.remedies[-1].field == ("residual_vibration", "suppress")
 
 
@@ -370,6 +378,24 @@ def test_detours_are_shaped_where_they_stay_clear() -> None:
     assert check_of(made).satisfied
     (motion,) = motions_of(made)
     assert (residual_amplitudes(motion, MODE.band, MODE.damping).max(axis=0) <= 1e-3).all()
+
+
+@pytest.mark.parametrize("kind", ["ruckig", "toppra"])
+def test_shaped_motions_that_exceed_a_torque_limit_slightly_are_a_little_slower(kind: str) -> None:
+    limits, stretched = Limits(torque_scale=0.45), 0
+    for seed in range(3):
+        around = np.array(HERE) + np.random.default_rng(seed).uniform(-0.8, 0.8, (3, 6))
+        unshaped = PlanningProblem(UR5E, list(around), limits=limits)
+        least = plan(unshaped, kind).trajectory.duration + 2.0 * MODE.period
+        problem = replace(unshaped, residual_vibration=MODE)
+        made = plan(problem, kind)
+        times = made.trajectory.sample_times(1e-3)
+        torques = inverse_dynamics(UR5E, *made.trajectory.evaluate(times))
+        assert (np.abs(torques) <= 0.45 * UR5E.limit("torque")).all()
+        assert check_of(made).satisfied
+        assert least * (1.0 - 1e-9) <= made.trajectory.duration <= SHAPED_STRETCHES[-1] * least
+        stretched += made.trajectory.duration > least * (1.0 + 1e-6)
+    assert stretched
 
 
 def test_torque_limits_are_certified_and_slower_motions_offered_where_they_are_exceeded() -> None:
