@@ -26,7 +26,7 @@ from api.contract.parts.common import (
 )
 from api.contract.parts.pictures import PictureView  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.scenes import SceneOrId  # noqa: TC001 - pydantic evaluates the annotations
-from api.contract.parts.waypoints import Waypoint  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.waypoints import SingleWaypoint  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.requests import InverseKinematicsOptions, Rows
 
 
@@ -78,7 +78,7 @@ class ReachabilityRequest(Schema):
     """A request for the reachability of waypoints."""
 
     robot: NamedRobot
-    waypoints: Annotated[list[Waypoint], Field(min_length=1)]
+    waypoints: Annotated[list[SingleWaypoint], Field(min_length=1)]
     """The waypoints, as in a plan request; motions, transitions, times and limits are ignored."""
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints; `base` and `world` are

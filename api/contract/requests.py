@@ -29,7 +29,7 @@ from api.contract.parts.common import (
     Tool,
     VibrationMode,
 )
-from api.contract.parts.goal_sets import RequestedWaypoint  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.goal_sets import Waypoint  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.pictures import Picture  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.scenes import SceneOrId, SpeedZones  # noqa: TC001 - pydantic evaluates the annotations
 
@@ -151,7 +151,7 @@ class ProblemRequest(Schema):
 class TrajectoryRequest(ProblemRequest):
     """The planning problem without the back end: a robot, its waypoints, limits and options."""
 
-    waypoints: Annotated[list[RequestedWaypoint], Field(min_length=1)]
+    waypoints: Annotated[list[Waypoint], Field(min_length=1)]
     """The waypoints in order; the robot starts at rest at the first and ends at rest at the last. A waypoint at the
     joint position of the one before (within 1e-9 rad or m) is merged with it under the stricter transition. A warning
     says so. Its `duration` or `minimum_duration` becomes a rest. A trajectory without motion and without a

@@ -10,7 +10,7 @@ from api.contract.answers import PlanAnswer  # noqa: TC001 - pydantic evaluates 
 from api.contract.parts.backends import Backend  # noqa: TC001
 from api.contract.parts.common import Answer, Schema
 from api.contract.parts.free_motions import FreeMotion
-from api.contract.parts.waypoints import JointMotion, Waypoint
+from api.contract.parts.waypoints import JointMotion, SingleWaypoint
 from api.contract.requests import ProblemRequest, default_backend
 
 MOST_TASKS = 500
@@ -24,7 +24,7 @@ Travel = Annotated[JointMotion | FreeMotion, Field(discriminator="kind")]
 class OrderTask(Schema):
     """Waypoints that belong together: a point, a line or seam, a closed contour, or a pick with its place."""
 
-    waypoints: Annotated[list[Waypoint], Field(min_length=1, max_length=100)]
+    waypoints: Annotated[list[SingleWaypoint], Field(min_length=1, max_length=100)]
     """The waypoints in the given direction. The robot gets to the first one by the `travel` motion. Actions and changes
     of the tool are not possible here."""
     name: TaskName | None = None
@@ -43,9 +43,9 @@ class OrderTask(Schema):
 class OrderRequest(ProblemRequest):
     """Tasks in any order, with the robot, limits and options of a plan."""
 
-    start: Waypoint
+    start: SingleWaypoint
     """The start of the trajectory."""
-    end: Waypoint | None = None
+    end: SingleWaypoint | None = None
     """The end of the trajectory; null or omitted: at the last task."""
     tasks: Annotated[list[OrderTask], Field(min_length=1, max_length=MOST_TASKS)]
     """The tasks. All their waypoints together are at most as many as a plan may have."""

@@ -9,7 +9,7 @@ from typing_extensions import TypeAliasType
 
 from api.contract.parts.actions import WaypointAction  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.common import Schema
-from api.contract.parts.waypoints import JointWaypoint, NamedWaypoint, PoseWaypoint, RelativeWaypoint, Waypoint
+from api.contract.parts.waypoints import JointWaypoint, NamedWaypoint, PoseWaypoint, RelativeWaypoint, SingleWaypoint
 
 
 class WaypointSequence(Schema):
@@ -17,7 +17,7 @@ class WaypointSequence(Schema):
 
     kind: Literal["sequence"]
     """The kind of option: several waypoints."""
-    waypoints: Annotated[list[Waypoint], Field(min_length=1)]
+    waypoints: Annotated[list[SingleWaypoint], Field(min_length=1)]
     """The waypoints in order, without `actions`, `tool` and a relative one at the start. The last one is the goal:
     the goal set's `actions` happen there."""
 
@@ -48,8 +48,8 @@ class GoalSet(Schema):
     """The actions on arrival at the chosen option, one after the other."""
 
 
-RequestedWaypoint = TypeAliasType(
-    "RequestedWaypoint",
+Waypoint = TypeAliasType(
+    "Waypoint",
     Annotated[
         JointWaypoint | NamedWaypoint | PoseWaypoint | RelativeWaypoint | GoalSet,
         Field(discriminator="kind", description="Where the robot is to go, or several options for it."),

@@ -364,8 +364,8 @@ class RelativeWaypoint(WaypointBase):
     """The move from the pose of the waypoint before."""
 
 
-Waypoint = TypeAliasType(
-    "Waypoint",
+SingleWaypoint = TypeAliasType(
+    "SingleWaypoint",
     Annotated[
         JointWaypoint | NamedWaypoint | PoseWaypoint | RelativeWaypoint,
         Field(discriminator="kind", description="Where the robot is to go."),

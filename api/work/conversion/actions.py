@@ -11,13 +11,13 @@ from planner.problems.actions import AtDistance, AtTime, AtWaypoint, SetOutput, 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from api.contract.parts.goal_sets import RequestedWaypoint
+    from api.contract.parts.goal_sets import Waypoint
     from planner.problems.actions import Action, Moment
     from planner.problems.problem import AnyWaypoint
 
 
 def to_actions(
-    asked: Sequence[schemas.SetOutputAction | schemas.WaitAction], waypoints: Sequence[RequestedWaypoint]
+    asked: Sequence[schemas.SetOutputAction | schemas.WaitAction], waypoints: Sequence[Waypoint]
 ) -> tuple[Action, ...]:
     """Make the actions of a request: its own, then the actions of its waypoints."""
     own = [_to_action(action, _to_moment(action.at)) for action in asked]

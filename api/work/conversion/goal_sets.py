@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from api.contract.parts import waypoints
     from planner import FieldPath
 
-    Convert = Callable[[waypoints.Waypoint, FieldPath], planner.AnyWaypoint | None]
+    Convert = Callable[[waypoints.SingleWaypoint, FieldPath], planner.AnyWaypoint | None]
 
 
 def to_requested_waypoint(
-    requested: goal_sets.RequestedWaypoint, path: FieldPath, convert: Convert, faults: list[tuple[FieldPath, str]]
+    requested: goal_sets.Waypoint, path: FieldPath, convert: Convert, faults: list[tuple[FieldPath, str]]
 ) -> planner.AnyWaypoint | None:
     """Make a waypoint, or a goal set with all its options.
 

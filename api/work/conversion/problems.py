@@ -76,7 +76,7 @@ def to_backend(asked: Any) -> BackEnd:
 
 
 def to_waypoints(
-    asked: Sequence[goal_sets.RequestedWaypoint], robot: Robot, frames: Mapping[str, common.Pose]
+    asked: Sequence[goal_sets.Waypoint], robot: Robot, frames: Mapping[str, common.Pose]
 ) -> tuple[planner.AnyWaypoint, ...]:
     """Make waypoints of any kind for a robot, whose named positions they may name, in frames that they may name.
 
@@ -89,7 +89,7 @@ def to_waypoints(
     ]
     in_base = _frames_in_base(robot, frames)
 
-    def convert(waypoint: waypoints.Waypoint, path: FieldPath) -> planner.AnyWaypoint | None:
+    def convert(waypoint: waypoints.SingleWaypoint, path: FieldPath) -> planner.AnyWaypoint | None:
         frame = waypoint.frame or BASE if isinstance(waypoint, waypoints.PoseWaypoint) else BASE
         if frame not in in_base:
             faults.append(((*path, "frame"), f"must be one of {', '.join(in_base)}; got {frame!r}"))
@@ -313,7 +313,7 @@ def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
-def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None) -> planner.AnyWaypoint:
+def _to_waypoint(waypoint: waypoints.SingleWaypoint, robot: Robot, frame: Pose | None) -> planner.AnyWaypoint:
     common_fields: dict[str, Any] = {
         "name": waypoint.name,
         "motion": to_motion(waypoint.motion, frame),

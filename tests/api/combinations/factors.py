@@ -118,7 +118,7 @@ def plain_factors() -> list[Factor]:
 
 
 def _of_goal(k: int, regions: tuple[str, ...]) -> list[Factor]:
-    goals = [kind for kind in kinds("Waypoint") if k or kind != "relative"]
+    goals = [kind for kind in kinds("SingleWaypoint") if k or kind != "relative"]
     goal, posed = f"goal {k}", ("pose", "position")
     return [
         Factor(goal, (*goals, "position"), group="goals"),

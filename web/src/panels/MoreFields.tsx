@@ -40,7 +40,7 @@ export function MoreOfWaypoint({ request, robot, index }: Props & { index: numbe
             />
           )}
           <Options
-            name="RequestedWaypoint"
+            name="Waypoint"
             value={waypoint}
             skip={OF_WAYPOINT}
             forms={formsOf(request, robot, index)}

@@ -6,7 +6,7 @@ type Schemas = components['schemas'];
 export type PlanRequest = Omit<Schemas['PlanRequest'], 'waypoints'> & { waypoints: Waypoint[] };
 // A goal set has none of the other fields of waypoints: its options have them.
 export type GoalSet = Schemas['GoalSet'] & Partial<Omit<Schemas['JointWaypoint'], 'kind' | 'name' | 'position' | 'actions'>>;
-export type Waypoint = Schemas['Waypoint'] | GoalSet;
+export type Waypoint = Schemas['SingleWaypoint'] | GoalSet;
 export type JointWaypoint = Schemas['JointWaypoint'];
 export type PoseWaypoint = Schemas['PoseWaypoint'];
 export type RelativeWaypoint = Schemas['RelativeWaypoint'];
