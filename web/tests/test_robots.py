@@ -57,7 +57,7 @@ def test_a_robot_is_uploaded_moved_by_hand_and_planned_with(page: Page) -> None:
     page.get_by_role("button", name="Add as waypoint").click()
     expect(page.locator("[data-waypoint]")).to_have_count(3)
     highest = float(sliders.first.get_attribute("max") or "nan")
-    expect(page.locator(".joints input[type=number]").first).to_have_value(str(round(highest, 3)))
+    expect(page.locator(".joints input[type=number]").first).to_have_value(str(round(math.degrees(highest), 3)))
     assert violations(page) == []
 
 
