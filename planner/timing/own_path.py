@@ -173,15 +173,4 @@ def _assembled(trajectory: Trajectory, motions: Sequence[SegmentedPolynomial]) -
     """Return a trajectory with motions in the place of its pieces; waypoints stay at the breakpoints where they are."""
     whole = joined(motions)
     last = np.cumsum([0, *(len(motion.lengths) for motion in motions)])
-    times = whole.breakpoints[last]
-    arrivals, departures = (
-        np.interp(at, trajectory.breakpoints, times) for at in (trajectory.arrivals, trajectory.departures)
-    )
-    return replace(
-        trajectory,
-        lengths=whole.lengths,
-        coefficients=whole.coefficients,
-        segments=whole.segments,
-        arrivals=arrivals,
-        departures=departures,
-    )
+    return trajectory.with_pieces(whole, whole.breakpoints[last])

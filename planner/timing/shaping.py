@@ -7,7 +7,6 @@ of an average keep the limits of joints. A straight joint motion stays on its pa
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,7 +47,7 @@ def shaped(mode: ResidualVibration | None, path: JointPath, trajectory: Trajecto
     if mode is None or not shaping_time(mode, path):
         return trajectory
     weights, delays = impulses_of(mode)
-    old, extra = trajectory.breakpoints, np.zeros(len(trajectory.breakpoints))
+    extra = np.zeros(len(trajectory.breakpoints))
     parts, done = [], 0
     for rows in path.rows_of_groups(trajectory):
         first, last = int(rows[0]), int(rows[-1]) + 1
@@ -58,17 +57,9 @@ def shaped(mode: ResidualVibration | None, path: JointPath, trajectory: Trajecto
         extra[last:] += delays[-1]
         done = last
     whole = joined([*parts, trajectory.of(np.arange(done, len(trajectory.lengths)))])
-    times = old + extra
+    times = trajectory.breakpoints + extra
     times[-1] = whole.breakpoints[-1]
-    arrivals, departures = (np.interp(at, old, times) for at in (trajectory.arrivals, trajectory.departures))
-    return replace(
-        trajectory,
-        lengths=whole.lengths,
-        coefficients=whole.coefficients,
-        segments=whole.segments,
-        arrivals=arrivals,
-        departures=departures,
-    )
+    return trajectory.with_pieces(whole, times)
 
 
 def _convolved(motion: SegmentedPolynomial, weights: FloatArray, delays: FloatArray) -> SegmentedPolynomial:

@@ -126,10 +126,24 @@ class Trajectory(SegmentedPolynomial):
     def stretched(self, factors: FloatArray | float) -> Self:
         """Run the same path in pieces `factors` times as long; waypoints stay at the breakpoints where they are."""
         slower = super().stretched(factors)
-        arrivals, departures = (
-            np.interp(times, self.breakpoints, slower.breakpoints) for times in (self.arrivals, self.departures)
+        return self.with_pieces(slower, slower.breakpoints)
+
+    def with_pieces(self, motion: SegmentedPolynomial, times: FloatArray) -> Self:
+        """Return the trajectory with other pieces; waypoints stay at the breakpoints where they are.
+
+        Args:
+            motion: The pieces.
+            times: The times (breakpoints,) of this trajectory's breakpoints on the new pieces, s.
+        """
+        arrivals, departures = (np.interp(at, self.breakpoints, times) for at in (self.arrivals, self.departures))
+        return replace(
+            self,
+            lengths=motion.lengths,
+            coefficients=motion.coefficients,
+            segments=motion.segments,
+            arrivals=arrivals,
+            departures=departures,
         )
-        return replace(slower, arrivals=arrivals, departures=departures)
 
     def scaled(self, factor: float) -> Trajectory:
         """Run the same path in `factor` times the time: velocities are divided by it, accelerations by its square.
