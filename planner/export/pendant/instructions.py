@@ -89,7 +89,7 @@ class Instruction:
     rest: tuple[float | SetOutput, ...] = ()
 
 
-def refuse_other_makers(plan: Plan, maker: str, language: str) -> None:
+def _refuse_other_makers(plan: Plan, maker: str, language: str) -> None:
     """Refuse a program for an arm of the catalogue that another maker builds.
 
     Raises:
@@ -102,7 +102,9 @@ def refuse_other_makers(plan: Plan, maker: str, language: str) -> None:
         raise UnsupportedFormat(f"{language} is the language of {maker}; {arm}. Choose a format of {other}.")
 
 
-def instructions(plan: Plan, language: str, period: float) -> tuple[list[float | SetOutput], list[Instruction]]:
+def instructions(
+    plan: Plan, maker: str, language: str, period: float
+) -> tuple[list[float | SetOutput], list[Instruction]]:
     """Turn a certified plan into the rest at its start and one instruction for each motion.
 
     A polyline is a line for each corner. Joint points stand for splines and for curves of the joints. They also stand
@@ -110,13 +112,15 @@ def instructions(plan: Plan, language: str, period: float) -> tuple[list[float |
 
     Args:
         plan: The plan of an arm with six joints that turn.
+        maker: The maker whose arms the language moves.
         language: The name of the language, for the refusal.
         period: A sample period that programs take, s.
 
     Raises:
-        UnsupportedFormat: The arm is another, the trajectory begins or ends in motion, or an output is set in motion.
-            Or the plan suppresses residual vibration.
+        UnsupportedFormat: The arm is another or of another maker, the trajectory begins or ends in motion, or an output
+            is set in motion. Or the plan suppresses residual vibration.
     """
+    _refuse_other_makers(plan, maker, language)
     mode = plan.problem.residual_vibration
     if mode is not None and mode.suppress:
         raise UnsupportedFormat(

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.export.base import ExportOptions, Format
 from planner.export.krl import halt_away_from_start, position_of, set_signal
-from planner.export.pendant.instructions import instructions, refuse_other_makers
+from planner.export.pendant.instructions import instructions
 from planner.export.programs import MILLIMETRES, axes_first, numbers, on_one_line, origin, rounded_down
 from planner.spatial import rpy_from_rotations
 
@@ -71,8 +71,7 @@ def render(dialect: Dialect, plan: Plan, options: ExportOptions) -> bytes:
         UnsupportedFormat: The plan sets an output in motion or one with another name, or does not begin and end at
             rest. Or the arm is of another maker, or does not have six revolute joints.
     """
-    refuse_other_makers(plan, "KUKA", "KRL")
-    before, found = instructions(plan, "KRL", options.sample_period)
+    before, found = instructions(plan, "KUKA", "KRL", options.sample_period)
     robot = plan.path.robot
     start = numbers(axes_first(robot, plan.path.positions[:1])[0], 4)
     has_points = any(each.kind == "points" for each in found)

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.export.base import ExportOptions, Format
-from planner.export.pendant.instructions import instructions, refuse_other_makers
+from planner.export.pendant.instructions import instructions
 from planner.export.programs import MILLIMETRES, axes_first, numbers, on_one_line, origin, rounded_down
 from planner.export.rapid import NO_AXIS, RAPID_EXTERNAL_AXES, halt_away_from_start, rest, target
 from planner.spatial import quaternion
@@ -46,8 +46,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         UnsupportedFormat: The plan sets an output in motion or one with another name, or does not begin and end at
             rest. Or the arm is of another maker, or does not have six revolute joints.
     """
-    refuse_other_makers(plan, "ABB", "RAPID")
-    before, found = instructions(plan, "RAPID", options.sample_period)
+    before, found = instructions(plan, "ABB", "RAPID", options.sample_period)
     robot = plan.path.robot
     tools = [_pose(each.tool_in_tip) for each in plan.problem.robots]
     names = {tool: f"planned_tool_{number}" for number, tool in enumerate(dict.fromkeys(tools), 1)}

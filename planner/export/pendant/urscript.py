@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
-from planner.export.pendant.instructions import instructions, refuse_other_makers
+from planner.export.pendant.instructions import instructions
 from planner.export.programs import origin, rounded_down
 from planner.export.urscript import halt_away_from_start, joints, set_output
 from planner.kinematics.forward import tool_pose, tool_poses
@@ -35,8 +35,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         UnsupportedFormat: The plan sets an output in motion or one with another name, or does not begin and end at
             rest. Or the arm is of another maker, or does not have six revolute joints.
     """
-    refuse_other_makers(plan, "Universal Robots", "URScript")
-    before, found = instructions(plan, "URScript", options.sample_period)
+    before, found = instructions(plan, "Universal Robots", "URScript", options.sample_period)
     tool = plan.problem.waypoints[0].tool
     start = _pose(tool_pose(plan.problem.robots[0], plan.path.positions[0]))
     has_points = any(each.kind == "points" for each in found)
