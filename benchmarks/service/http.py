@@ -149,19 +149,20 @@ def _distribution(values: list[float]) -> dict[str, float]:
 def _load(version: Version, connections: int, seconds: float, file: Path) -> dict[str, Any]:
     """Measure several clients at once, in a process of their own, and the whole processor time for a request."""
     arguments = [str(version.port), str(connections), str(seconds), str(file)]
-    workers = workers_of(version.process)
-    before = _cpu_seconds([version.process]), _cpu_seconds(workers)
+    before = _cpu_seconds(version.process)
     command = [sys.executable, "-m", "benchmarks.service.clients", *arguments]
     output = subprocess.run(command, check=True, capture_output=True).stdout
     result: dict[str, Any] = orjson.loads(output)
-    result["server_cpu"] = (_cpu_seconds([version.process]) - before[0]) / result["requests"]
-    result["workers_cpu"] = (_cpu_seconds(workers) - before[1]) / result["requests"]
-    return result
+    server, workers = (after - start for after, start in zip(_cpu_seconds(version.process), before, strict=True))
+    return {**result, "server_cpu": server / result["requests"], "workers_cpu": workers / result["requests"]}
 
 
-def _cpu_seconds(processes: list[psutil.Process]) -> float:
-    times = [process.cpu_times() for process in processes]
-    return float(sum(spent.user + spent.system for spent in times))
+def _cpu_seconds(service: psutil.Process) -> tuple[float, float]:
+    """Return processor times of a server and of its workers, s: recycled workers count through their parent."""
+    times = [process.cpu_times() for process in (service, *service.children(recursive=True))]
+    total = sum(each.user + each.system + each.children_user + each.children_system for each in times)
+    server = times[0].user + times[0].system
+    return server, total - server
 
 
 def _memory(service: psutil.Process) -> dict[str, Any]:
