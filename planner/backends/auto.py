@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from planner.backends.base import BackEnd
 from planner.backends.ruckig.ruckig import Ruckig
 from planner.backends.splines.quintic import Quintic
 from planner.backends.toppra.toppra import Toppra
 from planner.errors import InfeasibleDuration, PlanningError
 from planner.guarantees import ALL_HARD, Capabilities, Guarantee
-from planner.trajectories.trajectory import PlanWarning
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from planner.backends.base import BackEnd
-    from planner.paths import JointPath
-    from planner.trajectories.trajectory import Trajectory
+from planner.paths import JointPath
+from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 
 @dataclass(frozen=True)

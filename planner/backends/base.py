@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Protocol, TypeGuard
+from collections.abc import Mapping
+from typing import ClassVar, Protocol, TypeGuard
 
 from planner.guarantees import QUANTITIES, Capabilities, Guarantee
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.paths import JointPath
-    from planner.trajectories.trajectory import Trajectory
+from planner.paths import JointPath
+from planner.trajectories.trajectory import Trajectory
 
 
 class BackEnd(Protocol):

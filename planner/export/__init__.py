@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from planner.export import c_header, csv, fanuc, krl, mcap, npz, pendant, rapid, ros2, urscript
 from planner.export.base import INCLUDABLE, ExportOptions, Format
-
-if TYPE_CHECKING:
-    from planner.plans.result import Plan
+from planner.plans.result import Plan
 
 FORMATS: dict[str, Format] = {
     form.name: form

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from planner.errors import UnsupportedFormat
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.plans.result import Plan
+from planner.plans.result import Plan
 
 INCLUDABLE = (
     "jerk",

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from planner.export.base import ExportOptions, Format, refuse_actions
 from planner.export.programs import on_one_line, origin
-
-if TYPE_CHECKING:
-    from planner.kinematics import FloatArray
-    from planner.plans.result import Plan
+from planner.kinematics import FloatArray
+from planner.plans.result import Plan
 
 EVALUATION = """\
 // Writes position and velocity at a time, s. An earlier or later time counts as the start or the end.

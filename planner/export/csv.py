@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
 
 import numpy as np
 import orjson
 
 from planner.export.base import ExportOptions, Format, refuse_actions
-
-if TYPE_CHECKING:
-    from planner.kinematics import FloatArray
-    from planner.plans.result import Plan
+from planner.kinematics import FloatArray
+from planner.plans.result import Plan
 
 FORMULA = re.compile(r"(?<![^,;\s\"])(?=[=+@-])")
 """The places where a spreadsheet would see a formula begin: at the start, or behind what may separate cells."""

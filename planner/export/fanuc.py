@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
 from planner.export.programs import JOINTS, moves, name_of, numbers, on_one_line, units_of
-
-if TYPE_CHECKING:
-    from planner.kinematics import FloatArray
-    from planner.plans.result import Plan
-    from planner.problems.actions import SetOutput
+from planner.kinematics import FloatArray
+from planner.plans.result import Plan
+from planner.problems.actions import SetOutput
 
 MILLISECOND = 1e-3
 """The unit of the times of motions, s."""

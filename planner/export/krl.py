@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import JOINTS, moves, name_of, numbers, origin, tolerances_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.export.programs import Move
-    from planner.plans.result import Plan
-    from planner.problems.actions import SetOutput
-    from planner.robots import Robot
+from planner.export.programs import JOINTS, Move, moves, name_of, numbers, origin, tolerances_of
+from planner.plans.result import Plan
+from planner.problems.actions import SetOutput
+from planner.robots import Robot
 
 KRL_EXTERNAL_AXES = 6
 """The most external axes that KRL has, E1 to E6."""

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import json
 from io import BytesIO
-from typing import TYPE_CHECKING
 
 from mcap_ros2.writer import Writer
 
 from planner.export.base import ExportOptions, Format
 from planner.export.ros2 import NANOSECONDS, header, joint_trajectory, nanoseconds
+from planner.plans.result import Plan
 from planner.problems.actions import SetOutput
-
-if TYPE_CHECKING:
-    from planner.plans.result import Plan
 
 TRAJECTORY_TOPIC = "joint_trajectory"
 """The topic of the trajectory, below the root."""

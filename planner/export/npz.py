@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from io import BytesIO
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
+from planner.plans.result import Plan
 from planner.problems.actions import SetOutput
-
-if TYPE_CHECKING:
-    from planner.plans.result import Plan
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:

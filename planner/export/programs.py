@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import floor
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import UnsupportedFormat
+from planner.kinematics import FloatArray
+from planner.plans.result import Plan
 from planner.problems.actions import SetOutput
+from planner.robots import Robot
+from planner.timing.action_times import TimedAction
 from planner.tolerances import NEGLIGIBLE_SHARE
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.kinematics import FloatArray
-    from planner.plans.result import Plan
-    from planner.robots import Robot
-    from planner.timing.action_times import TimedAction
 
 JOINTS = 6
 """The number of joints of the arms that these programs move."""

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
 
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import APPROACH, JOINTS, moves, name_of, numbers, origin, tolerances_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from planner.export.programs import Move
-    from planner.kinematics import FloatArray
-    from planner.plans.result import Plan
-    from planner.problems.actions import SetOutput
-    from planner.robots import Robot
+from planner.export.programs import APPROACH, JOINTS, Move, moves, name_of, numbers, origin, tolerances_of
+from planner.kinematics import FloatArray
+from planner.plans.result import Plan
+from planner.problems.actions import SetOutput
+from planner.robots import Robot
 
 RAPID_EXTERNAL_AXES = 6
 """The most external axes that RAPID has, eax_a to eax_f."""

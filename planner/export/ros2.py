@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import orjson
 
 from planner.export.base import ExportOptions, Format, refuse_actions
-
-if TYPE_CHECKING:
-    from planner.plans.result import Plan
-    from planner.samples import Samples
+from planner.plans.result import Plan
+from planner.samples import Samples
 
 NANOSECONDS = 1_000_000_000
 """Number of nanoseconds in a second."""

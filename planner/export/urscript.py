@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
 from planner.export.programs import APPROACH, AT_START, JOINTS, name_of, origin, stops
+from planner.kinematics import FloatArray
+from planner.plans.result import Plan
 from planner.problems.actions import SetOutput
-
-if TYPE_CHECKING:
-    from planner.kinematics import FloatArray
-    from planner.plans.result import Plan
 
 LOOKAHEAD = 0.03
 """The smoothing time of the controller, s: the shortest that it accepts."""

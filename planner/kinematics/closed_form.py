@@ -9,17 +9,15 @@ The results are candidates: the inverse kinematics refines and confirms each wit
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from planner.kinematics.screws import Screws
+from planner.spatial import FloatArray
 
-    from planner.kinematics.screws import Screws
-    from planner.spatial import FloatArray
-
-    ComplexArray = NDArray[np.complex128]
+ComplexArray = NDArray[np.complex128]
 
 NEARLY_REAL = 1e-3
 """A candidate that exists but for so little (imaginary part, cosine beyond 1) is kept: polishing decides."""

@@ -8,24 +8,19 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from planner.kinematics.screws import screws_of
+from planner.kinematics.screws import Screws, screws_of
 from planner.last_used import LastUsed
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import SAME_SOLUTION
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
-
-    from numpy.typing import ArrayLike
-
-    from planner.kinematics.screws import Screws
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 Shoulder = Literal["left", "right"]
 Elbow = Literal["up", "down"]

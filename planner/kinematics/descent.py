@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.kernels.descent import Box, descend
 from planner.kernels.kinematics import Arm
-from planner.spatial import rotation_vectors
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from planner.kinematics.screws import Screws
-    from planner.spatial import FloatArray
+from planner.kinematics.screws import Screws
+from planner.spatial import FloatArray, rotation_vectors
 
 
 class Patience(NamedTuple):

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
+from planner.dynamics import SegmentDynamics
 from planner.kinematics.screws import screws_of
+from planner.robots import Robot
 from planner.spatial import FloatArray, Pose
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import ArrayLike
-
-    from planner.dynamics import SegmentDynamics
-    from planner.robots import Robot
 
 AT_REST = 1e-9
 """Speed of the tool, m/s, up to which its path has no direction that an acceleration could be across."""

@@ -5,11 +5,13 @@ In a scene, collision-free solutions come before all others.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.forward import forward_kinematics, manipulability, tool_pose
@@ -17,15 +19,8 @@ from planner.kinematics.nearest import MANY_POSES, nearest_in_turn, nearest_solu
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import Search, errors_of_many, is_isolated, pose_errors, search_all, wide_spread
 from planner.kinematics.turns import by_distance, nearest_turn
-from planner.spatial import as_pose
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import ArrayLike
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose, as_pose
 
 Status = Literal["solved", "unreachable_waypoint", "joint_position_limit"]
 

@@ -5,22 +5,17 @@ Nearest counts in time: the joints' distances are divided by their velocity limi
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from planner.kinematics.configurations import keeps_configuration
 from planner.kinematics.forward import jacobian
-from planner.kinematics.search import BEYOND, QUICK, STEADY, search_all, targets
+from planner.kinematics.search import BEYOND, QUICK, STEADY, Search, search_all, targets
 from planner.kinematics.seeds import seed_table
 from planner.kinematics.turns import TURN, by_distance, counted_velocity, nearest_turn, travel_times, turns_within
+from planner.spatial import FloatArray
 from planner.tolerances import SAME_SOLUTION
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.kinematics.search import Search
-    from planner.spatial import FloatArray
 
 JUMP = 0.5
 """Largest movement of a joint in a descent from the reference, rad or m, whose result counts as the nearest solution.

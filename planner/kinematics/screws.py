@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
 from planner.kernels.kinematics import Arm, tip_jacobians, tip_poses, tip_rates
 from planner.last_used import LastUsed, bytes_of_arrays
-
-if TYPE_CHECKING:
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-
+from planner.robots import Robot
+from planner.spatial import FloatArray
 
 SCREW_CACHE_BYTES = 2**20
 """Memory of the screws that a process keeps, those last used, bytes: some hundred robots with about 2 kB each."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -12,18 +12,13 @@ from planner.kernels.descent import Box
 from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.descent import Patience, Target
 from planner.kinematics.forward import jacobian, tool_pose
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.screws import screws_of
 from planner.kinematics.seeds import random_configurations, seed_table
 from planner.kinematics.turns import TURN, distances, nearest_turn
-from planner.spatial import rotation_vector, rotation_vectors
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose, rotation_vector, rotation_vectors
 from planner.tolerances import SAME_SOLUTION
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
 
 QUICK_STARTS = 16
 """Number of starts from the table for a first solution, one after the other."""

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import pinocchio as pin
 
-from planner.kinematics.closed_form import closed_form
+from planner.kinematics.closed_form import ClosedForm, closed_form
+from planner.kinematics.descent import Target
 from planner.kinematics.screws import screws_of
 from planner.last_used import LastUsed, bytes_of_arrays
-
-if TYPE_CHECKING:
-    import pinocchio as pin
-
-    from planner.kinematics.closed_form import ClosedForm
-    from planner.kinematics.descent import Target
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.spatial import FloatArray
 
 TABLE_ROWS = 4096
 """Configurations in a table: about 2 MB and 15 ms for a robot with six joints."""

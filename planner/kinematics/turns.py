@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 TURN = 2.0 * np.pi
 """A whole turn, rad."""

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import InvalidProblem
 from planner.kinematics.forward import forward_kinematics, jacobian, tool_pose
-
-if TYPE_CHECKING:
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.spatial import FloatArray
 
 DRAWS = 1000
 """Random positions to look for starts in, at least: the figures are as good with a small cloud as with a large one."""

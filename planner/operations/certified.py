@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
-from planner.certificate import certify
+from planner.certificate import Certificate, certify
 from planner.certificate.clearance import certify_clearance
 from planner.certificate.limits import continuity
 from planner.certificate.sampling import SampleCertificate, certify_sampling
@@ -15,29 +16,20 @@ from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem, PayloadExceeded
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates
-from planner.limits import segment_limits
+from planner.limits import Limits, segment_limits
 from planner.plans.result import refuse_unless_satisfied
 from planner.plans.warnings import unchecked_positions
 from planner.problems.payload_faults import refuse_payload_above_rating
+from planner.robots import Robot
 from planner.samples import Samples, sample_at
-from planner.scene import CollisionChecker
-from planner.speed_zones import refuse_zone_faults
+from planner.scene import CollisionChecker, Scene
+from planner.spatial import FloatArray
+from planner.speed_zones import SpeedZone, refuse_zone_faults
 from planner.tolerances import CONTINUITY_TOLERANCE
 from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.polynomials import differentiate, powers
 from planner.trajectories.sampled_peaks import DERIVATIVES
-from planner.trajectories.trajectory import PlanWarning
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
-
-    from planner.certificate import Certificate
-    from planner.limits import Limits
-    from planner.robots import Robot
-    from planner.scene import Scene
-    from planner.spatial import FloatArray
-    from planner.speed_zones import SpeedZone
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 LEAST_CONTINUITY = {"torque": 1} | {
     quantity: order - 1 for quantity, order in (*zip(JOINT_DERIVATIVES, range(4), strict=True), *TCP_ORDERS.items())

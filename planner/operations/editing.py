@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.errors import InvalidProblem, distinct
+from planner.fields import FieldPath
 from planner.limits import Limits
 from planner.operations.certified import (
     CertifiedTrajectory,
@@ -17,18 +19,11 @@ from planner.operations.certified import (
     own_ends,
     refuse_other_joints,
 )
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import CONTINUITY_TOLERANCE, NEGLIGIBLE_SHARE
 from planner.trajectories.polynomials import joined, shifted
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
-
-    from numpy.typing import ArrayLike
-
-    from planner.fields import FieldPath
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 MEETING_TOLERANCE = 1e-6
 """Default largest distance between the ends of joined trajectories, rad or m.

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
 
-from planner.certificate import certify
+from planner.certificate import Check, certify
 from planner.constraints import TORQUE, TORQUE_WITH_TOLERANCES
 from planner.dynamics import heaviest_mass, inverse_dynamics
 from planner.dynamics.inverse import check_dynamics
@@ -17,12 +16,9 @@ from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.limits import SMALLEST, Limits, segment_limits
 from planner.operations.certified import refuse_other_joints
 from planner.plans.binding import BY_MASS
+from planner.robots import Robot
 from planner.robots.payload import Payload
-
-if TYPE_CHECKING:
-    from planner.certificate import Check
-    from planner.robots import Robot
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 ACCURACY = 1e-4
 """The largest difference between the mass and the heaviest one, relative to the mass."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from planner.backends import BackEnd
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
 from planner.backends.splines.cubic import Cubic
@@ -22,21 +24,14 @@ from planner.paths.segment_groups import SegmentGroup
 from planner.problems.check import check_problem
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.problems.transitions import StopTransition, ThroughTransition
+from planner.robots import Robot
+from planner.scene import Scene
+from planner.spatial import FloatArray
+from planner.speed_zones import SpeedZone
 from planner.timing.slowing import slowed
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.position_limits import first_beyond
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import ArrayLike
-
-    from planner.backends import BackEnd
-    from planner.robots import Robot
-    from planner.scene import Scene
-    from planner.spatial import FloatArray
-    from planner.speed_zones import SpeedZone
-    from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 MAX_DEVIATION = 1e-3
 """Default largest distance of a joint from the points, rad or m: a millimetre at the end of an arm of 1 m."""

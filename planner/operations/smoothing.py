@@ -9,15 +9,12 @@ of this point grows. The final curve has as few pieces as represent it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.spatial import FloatArray
 from planner.trajectories.polynomials import PiecewisePolynomial
 from planner.trajectories.splines import cubics
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
 
 MERGED = 0.05
 """Share of the allowed deviation up to which a point is one with the point before."""

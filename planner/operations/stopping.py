@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.certificate import certify
 from planner.errors import InvalidProblem, JointPositionLimit, LimitsUnsatisfiable, distinct
 from planner.guarantees import QUANTITIES, EndStates
-from planner.limits import Limits, limit_faults, segment_limits
+from planner.limits import Limits, SegmentLimits, limit_faults, segment_limits
 from planner.operations.certified import CertifiedTrajectory, JointState, certified
 from planner.paths.joint_path import SHORTEST_REST
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import BISECTIONS, LIMIT_TOLERANCE, NEGLIGIBLE_SHARE
 from planner.trajectories.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
-
-    from planner.limits import SegmentLimits
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 GENTLEST = 2.0**-8
 """Least share of the limits of acceleration and jerk with which a stop within torques and tool speeds is tried."""

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from planner.limits import SegmentLimits
+from planner.operations.certified import JointState
 from planner.operations.stopping import Braking, Phase, fastest_stop, joined_phases
-
-if TYPE_CHECKING:
-    from planner.limits import SegmentLimits
-    from planner.operations.certified import JointState
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.spatial import FloatArray
+from planner.trajectories.trajectory import Trajectory
 
 OFF_LINE = 1e-9
 """Distance from the straight line, rad or m, or share of an acceleration across it, that counts as rounding."""

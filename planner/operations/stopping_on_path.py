@@ -15,8 +15,8 @@ uses the shortest distance for which this sigma is at least 1: then the stop can
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from planner.constraints.rows import INSCRIBED
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates
 from planner.kernels.retiming import Objective
-from planner.limits import Limits, segment_limits
+from planner.limits import Limits, SegmentLimits, segment_limits
 from planner.operations.certified import (
     CertifiedTrajectory,
     JointState,
@@ -36,6 +36,7 @@ from planner.operations.certified import (
 from planner.operations.editing import slice_of
 from planner.operations.stopping_on_line import stop_on_line
 from planner.paths.segment_groups import JOINT_TOLERANCE
+from planner.robots import Robot
 from planner.time_scaling.compose import compose, split_at_knots
 from planner.time_scaling.fastest import retimed
 from planner.time_scaling.limits_on_curve import LimitsOnCurve
@@ -44,12 +45,6 @@ from planner.time_scaling.retiming import best_retiming, of_duration
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, horner
 from planner.trajectories.trajectory import PlanWarning, Trajectory
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from planner.limits import SegmentLimits
-    from planner.robots import Robot
 
 FIRST = 0.1
 """Share of the rest of the path in which a stop is tried first."""

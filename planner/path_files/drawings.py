@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from io import StringIO
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from planner.errors import InvalidProblem
 from planner.path_files.steps import Step, ToolPath, arc_steps
 from planner.path_files.texts import FARTHEST, METRES, MOST_STEPS, refused
-from planner.spatial import Pose
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray, Pose
 
 POLYLINES = ("LWPOLYLINE", "POLYLINE")
 """Types of entities that consist of lines and arcs."""

@@ -5,16 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections import defaultdict
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.path_files.steps import SHORTEST_STEP, Step, ToolPath, arc_steps
 from planner.path_files.texts import METRES, MOST_STEPS, listed_lines, parse_number, refused
-from planner.spatial import Pose
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray, Pose
 
 COMMENT = re.compile(r"\([^()]*\)|;.*")
 """Text between brackets, and the rest of a line after a semicolon."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -23,13 +24,8 @@ from planner.path_files.texts import (
 )
 from planner.problems.problem import JointWaypoint, PoseWaypoint
 from planner.problems.transitions import BlendTransition, StopTransition
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose
 
 TABLES = (".csv",)
 """Suffixes of tables."""

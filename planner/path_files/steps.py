@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.limits import Limits
 from planner.path_files.texts import refused
-from planner.problems.problem import CircularMotion, LinearMotion, PolylineMotion, PoseWaypoint
-from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
-from planner.spatial import Pose
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from planner.problems.problem import Motion
-    from planner.problems.transitions import Transition
-    from planner.spatial import FloatArray
+from planner.problems.problem import CircularMotion, LinearMotion, Motion, PolylineMotion, PoseWaypoint
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
+from planner.spatial import FloatArray, Pose
 
 SHORTEST_STEP = 1e-6
 """Distance, m, below which two points of a path file are the same."""

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping, Sequence
 from io import StringIO
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.path_files.steps import Step, ToolPath
 from planner.path_files.texts import MOST_FAULTS, MOST_STEPS, parse_number, refused
-from planner.spatial import Pose, rotation_from_quaternion, rotation_from_rpy
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose, rotation_from_quaternion, rotation_from_rpy
 
 POSITION = ("x", "y", "z")
 """Columns of a position."""

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Literal, get_args
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal, get_args
 
 from planner.errors import InvalidProblem
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
 
 LengthUnit = Literal["mm", "m", "inch"]
 """Names of units of length."""

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.certificate.checks import Certificate, Check
 from planner.fields import FieldPath, field_name, moved_path
 from planner.guarantees import TCP_ORDERS
-from planner.limits import JOINT_QUANTITIES
+from planner.limits import JOINT_QUANTITIES, Limits
 from planner.problems.any_of import requested_paths
+from planner.problems.problem import PlanningProblem
 from planner.robots.description import RANGED_QUANTITIES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.certificate.checks import Certificate, Check
-    from planner.limits import Limits
-    from planner.problems.problem import PlanningProblem
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 BINDING = 0.99
 """Least used share of a limit that binds."""

@@ -2,58 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.backends.base import BackEnd
 from planner.backends.shared.assembly import assemble
-from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
+from planner.certificate.checks import Certificate, Check
+from planner.certificate.clearance import (
+    CLEARANCE_TOLERANCE,
+    ClearanceReport,
+    certify_clearance_along,
+    segment_checkers,
+)
 from planner.certificate.durations import certify_durations
 from planner.certificate.joint_motions import certify_joint_motions
 from planner.certificate.limits import certificate_of, unless_missed
 from planner.certificate.residual_vibration import certify_residual_vibration
 from planner.certificate.sampling import SampleCertificate, certify_sampling
-from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
+from planner.certificate.speed_zones import SpeedZoneCheck, certify_speed_zones, refuse_too_fast
 from planner.certificate.tool_axes import certify_tool_axes
 from planner.certificate.tool_path import certify_tool_path
-from planner.certificate.waypoints import certify_passages, certify_waypoints
+from planner.certificate.waypoints import MetWaypoints, certify_passages, certify_waypoints
+from planner.choices import Choice
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, PlanningError, distinct
 from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions, moves_at_its_ends
+from planner.free_motion.detours import Detour
+from planner.guarantees import END_OPTIONS, EndStates, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.limits import SMALLEST
+from planner.paths import JointPath
 from planner.plans.binding import with_binding_limits
 from planner.plans.warnings import plan_warnings
 from planner.problems.any_of import requested_indices
-from planner.problems.problem import ViaWaypoint
+from planner.problems.problem import PlanningProblem, ViaWaypoint
 from planner.samples import Samples, sample_at
+from planner.spatial import FloatArray
 from planner.time_scaling.sampled_limits import refuse_what_turns_too_often
-from planner.timing.action_times import action_times
+from planner.timing.action_times import TimedAction, action_times
 from planner.timing.continuous_torque import within_rms_torque
 from planner.timing.durations import duration_error, in_requested_durations
 from planner.timing.shaping import shaping_time
 from planner.timing.slowing import slowed
 from planner.tolerances import ROUNDING
+from planner.trajectories.trajectory import PlanWarning, Trajectory
 
-if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
-
-    from planner.backends.base import BackEnd
-    from planner.certificate.checks import Certificate, Check
-    from planner.certificate.clearance import ClearanceReport
-    from planner.certificate.speed_zones import SpeedZoneCheck
-    from planner.certificate.waypoints import MetWaypoints
-    from planner.choices import Choice
-    from planner.free_motion.detours import Detour
-    from planner.guarantees import EndStates
-    from planner.paths import JointPath
+if TYPE_CHECKING:  # matplotlib is loaded by the first picture
     from planner.plots.animation import Animation
     from planner.plots.picture import Picture
-    from planner.problems.problem import PlanningProblem
-    from planner.spatial import FloatArray
-    from planner.timing.action_times import TimedAction
-    from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,20 +9,16 @@ quintics through these values are the time-scaling function itself: no back end 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.kinematics import tool_poses
-from planner.spatial import rotation_vector
+from planner.paths import SegmentGroup
+from planner.plans.result import Plan
+from planner.robots import Robot
+from planner.spatial import FloatArray, rotation_vector
 from planner.tool_motions.pose_paths import Line
 from planner.trajectories.polynomials import PiecewisePolynomial, differentiate, horner, powers, quintic_hermite
-
-if TYPE_CHECKING:
-    from planner.paths import SegmentGroup
-    from planner.plans.result import Plan
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 NEWTON_STEPS = 8
 """Number of Gauss-Newton steps from the line parameter of the tool to the curve parameter of the joints.

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.guarantees import Guarantee
 from planner.kinematics.forward import JointStates, tool_speeds
 from planner.limits import JOINT_QUANTITIES
+from planner.plans.result import Plan
+from planner.spatial import FloatArray
 from planner.trajectories.polynomials import differentiate, horner
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.plans.result import Plan
-    from planner.spatial import FloatArray
 
 HELD = 0.99
 """Fraction of the speed limit above which the speed counts as kept.

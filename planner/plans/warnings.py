@@ -2,32 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import repeat
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.backends.base import BackEnd
+from planner.certificate.checks import Certificate
 from planner.certificate.clearance import segment_checkers
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION
 from planner.errors import distinct
 from planner.guarantees import Guarantee
 from planner.limits import JOINT_QUANTITIES
+from planner.paths import JointPath
 from planner.problems.any_of import requested_indices
-from planner.trajectories.trajectory import PlanWarning
+from planner.problems.problem import PlanningProblem
+from planner.robots import Robot
+from planner.shapes.shape import Shape
+from planner.spatial import Pose
+from planner.trajectories.trajectory import PlanWarning, Trajectory
 from planner.waypoints.solve import given_positions
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.backends.base import BackEnd
-    from planner.certificate.checks import Certificate
-    from planner.paths import JointPath
-    from planner.problems.problem import PlanningProblem
-    from planner.robots import Robot
-    from planner.shapes.shape import Shape
-    from planner.spatial import Pose
-    from planner.trajectories.trajectory import Trajectory
 
 WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
 """Distances from straight joint motions above which a warning says so: of the tool, m, and of a joint, rad or m.

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.plots.planned import stops_of
+from planner.plots.planned import Planned, stops_of
 from planner.plots.quantities import MILLIMETRES
 from planner.plots.space.moving import Frames, Painted, Projection, paint_surroundings
 from planner.plots.space.surroundings import shown_points, surroundings
 from planner.plots.stick_model import stick_model
-from planner.plots.view import VIEWS, joined_names
+from planner.plots.view import VIEWS, View, joined_names
 from planner.plots.xml import well_formed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.plots.planned import Planned
-    from planner.plots.view import View
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 FRAMES_PER_SECOND = 20.0
 """Joint positions computed for a second of the trajectory; the animation interpolates between them."""

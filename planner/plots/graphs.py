@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.axes import Axes
-
-    from planner.plots.planned import NamedStop
-    from planner.plots.quantities import Curves
-    from planner.spatial import FloatArray
+from planner.plots.planned import NamedStop
+from planner.plots.quantities import Curves
+from planner.spatial import FloatArray
 
 ROOM_FOR_LIMIT = 1.25
 """A limit is drawn among the curves when that makes their axis no taller than this many times."""

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+from numpy.typing import ArrayLike
 
+from planner.kinematics.workspace import Workspace
 from planner.plots.graphs import draw_curves, draw_names, draw_shares, name_stops
-from planner.plots.planned import drawn_times, stops_of
+from planner.plots.planned import Planned, drawn_times, stops_of
 from planner.plots.quantities import (
     JOINT_UNITS,
     TOOL_QUANTITIES,
     XYZ,
+    Curves,
     joint_curves,
     joint_indices,
     samples_for,
@@ -26,18 +31,8 @@ from planner.plots.space.views import draw_path, draw_points, draw_positions, dr
 from planner.plots.style import STYLE
 from planner.plots.view import VIEWS
 from planner.plots.xml import well_formed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
-
-    from matplotlib.gridspec import SubplotSpec
-    from numpy.typing import ArrayLike
-
-    from planner.kinematics.workspace import Workspace
-    from planner.plots.planned import Planned
-    from planner.plots.quantities import Curves
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.spatial import FloatArray
 
 OVERVIEW = ("position", "velocity", "acceleration")
 """The quantities in a picture of a plan by default."""

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
-from planner.problems.problem import ViaWaypoint
-
-if TYPE_CHECKING:
-    from planner.backends.base import BackEnd
-    from planner.certificate.checks import Certificate
-    from planner.paths import JointPath
-    from planner.problems.problem import PlanningProblem
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import PlanWarning, Trajectory
+from planner.backends.base import BackEnd
+from planner.certificate.checks import Certificate
+from planner.paths import JointPath
+from planner.problems.problem import PlanningProblem, ViaWaypoint
+from planner.spatial import FloatArray
+from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 DRAWN_SAMPLES = 1000
 """The number of samples that curves are drawn with: about as many as a picture has columns."""

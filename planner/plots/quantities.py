@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.errors import InvalidProblem
+from planner.fields import FieldPath
+from planner.plots.planned import Planned
 from planner.plots.style import AXIS_COLOURS, colour_of
-from planner.samples import sample_at
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
-
-    from planner.fields import FieldPath
-    from planner.plots.planned import Planned
-    from planner.robots import Robot
-    from planner.samples import Samples
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.samples import Samples, sample_at
+from planner.spatial import FloatArray
 
 MILLIMETRES = 1000.0
 """The number of millimetres in a metre: lengths are drawn in mm, as on the drawings of machines."""

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
 from planner.plots.picture import GRAPH_HEIGHT, HEAD_HEIGHT, Picture
-from planner.plots.planned import stops_of
+from planner.plots.planned import Planned, stops_of
 from planner.plots.style import STYLE, colour_of
-
-if TYPE_CHECKING:
-    from planner.plots.planned import Planned
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 ERROR_UNITS = (("0.001°", 1e3 * np.degrees(1.0)), ("µm", 1e6))
 """Units of following errors at joints that turn and at joints that slide, and their number in a rad or m."""

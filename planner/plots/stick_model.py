@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pinocchio as pin
 
-if TYPE_CHECKING:
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.spatial import FloatArray
 
 SAME_JOINT_DISTANCE = 1e-9
 """Distance, m, up to which two points of a stick model are one: joints whose axes meet."""

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from collections.abc import Iterable
 from html import escape
-from typing import TYPE_CHECKING
 
+from planner.certificate.checks import Check
 from planner.plots.picture import draw_plan
-from planner.plots.planned import stops_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from planner.certificate.checks import Check
-    from planner.plots.planned import Planned
+from planner.plots.planned import Planned, stops_of
 
 GLANCE = ("position", "velocity")
 """The rows of the picture of a summary."""

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
 
-from planner.problems.actions import AtWaypoint
+from planner.fields import FieldPath
+from planner.problems.actions import Action, AtWaypoint
 from planner.problems.problem import AnyWaypoint, PlanningProblem, RelativeWaypoint, Waypoint
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from planner.fields import FieldPath
-    from planner.problems.actions import Action
 
 OWN_FIELDS = frozenset({"name", "dwell"})
 """The fields of every kind of waypoint that a goal set may have itself."""

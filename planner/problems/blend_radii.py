@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from planner.problems.problem import PlanningProblem
 from planner.problems.transitions import BlendTransition
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.problems.problem import PlanningProblem
 
 
 def blend_radii(problem: PlanningProblem) -> dict[int, float]:

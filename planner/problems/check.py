@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
-from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends
-from planner.limits import SMALLEST, TOO_SMALL, limit_faults
+from planner.fields import BACK_END, FieldPath
+from planner.guarantees import END_OPTIONS, HasCapabilities, MovesAtItsEnds, end_states, moves_at_its_ends
+from planner.limits import SMALLEST, TOO_SMALL, Limits, limit_faults
 from planner.problems.motion_around import FreeMotion
 from planner.problems.payload_faults import payload_faults, refuse_payload_above_rating, tolerance_faults
-from planner.problems.problem import CircularMotion, JointMotion, LinearMotion, PolylineMotion, SplineMotion
+from planner.problems.problem import (
+    AnyWaypoint,
+    CircularMotion,
+    JointMotion,
+    LinearMotion,
+    PlanningProblem,
+    PolylineMotion,
+    SplineMotion,
+)
 from planner.problems.stop_faults import (
     action_faults,
     objects_handled_faults,
@@ -22,19 +30,11 @@ from planner.problems.stop_faults import (
 )
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.problems.waypoint_faults import waypoint_faults
+from planner.robots import Robot
+from planner.robots.payload import Payload
 from planner.scene.faults import scene_faults
 from planner.speed_zones import speed_zone_faults
 from planner.tolerances import DURATION_TOLERANCE
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.fields import FieldPath
-    from planner.guarantees import HasCapabilities, MovesAtItsEnds
-    from planner.limits import Limits
-    from planner.problems.problem import AnyWaypoint, PlanningProblem
-    from planner.robots import Robot
-    from planner.robots.payload import Payload
 
 TOOL_MOTIONS = {LinearMotion: "line", CircularMotion: "circle", PolylineMotion: "polyline", SplineMotion: "spline"}
 """The names of the tool motions in messages."""

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-from planner.problems.problem import JointMotion, JointWaypoint
-
-if TYPE_CHECKING:
-    from planner.constraints.tool_axes import ToolAxis
-    from planner.problems.problem import AnyWaypoint
+from planner.constraints.tool_axes import ToolAxis
+from planner.problems.problem import AnyWaypoint, JointMotion, JointWaypoint
 
 MOST_CHECKS = 20_000
 """The largest number of motions that the search for a collision-free path checks by default.

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from planner.errors import PayloadExceeded, distinct
-from planner.limits import SMALLEST, TOO_SMALL
+from planner.errors import PayloadExceeded, Remedy, distinct
+from planner.fields import FieldPath
+from planner.limits import SMALLEST, TOO_SMALL, Limits
+from planner.problems.problem import PlanningProblem
+from planner.robots import Robot
+from planner.robots.payload import Payload
 from planner.tolerances import LIMIT_TOLERANCE
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from planner.errors import Remedy
-    from planner.fields import FieldPath
-    from planner.limits import Limits
-    from planner.problems.problem import PlanningProblem
-    from planner.robots import Robot
-    from planner.robots.payload import Payload
 
 ALONE = "must be left out with payload tolerances: they count only in limits of torque"
 """The message of a fault where another limit depends on the payload."""

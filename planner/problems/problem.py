@@ -2,37 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from planner.errors import InvalidProblem
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.limits import Limits, segment_limits
-from planner.problems.transitions import StopTransition
+from planner.limits import Limits, SegmentLimits, segment_limits
+from planner.problems.actions import Action
+from planner.problems.moves import Move
+from planner.problems.regions import Free
+from planner.problems.residual_vibration import ResidualVibration
+from planner.problems.transitions import StopTransition, Transition
 from planner.robots import Robot
+from planner.robots.payload import Payload
+from planner.robots.process_force import ProcessForce
 from planner.robots.tools import with_tools
-from planner.scene.scene import Handling
-from planner.spatial import ROTATION_TOLERANCE, as_pose, convert_poses
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from planner.limits import SegmentLimits
-    from planner.problems.actions import Action
-    from planner.problems.moves import Move
-    from planner.problems.regions import Free
-    from planner.problems.residual_vibration import ResidualVibration
-    from planner.problems.transitions import Transition
-    from planner.robots.payload import Payload
-    from planner.robots.process_force import ProcessForce
-    from planner.scene.scene import Attach, Scene
-    from planner.spatial import Pose
-    from planner.speed_zones import SpeedZone
+from planner.scene.scene import Attach, Handling, Scene
+from planner.spatial import ROTATION_TOLERANCE, Pose, as_pose, convert_poses
+from planner.speed_zones import SpeedZone
 
 Frame = Literal["tool", "base"]
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
+from planner.fields import FieldPath
 from planner.spatial import FloatArray, Pose, rotation_x, rotation_y, rotation_z
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.fields import FieldPath
 
 Range = tuple[float, float]
 """The lower and the upper end of a range, m or rad."""

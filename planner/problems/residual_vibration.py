@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 BAND_FREQUENCIES = 61
 """Number of frequencies of a band at which amplitudes are computed: 0.5 % apart with an error of 15 %."""

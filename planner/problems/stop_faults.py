@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
-from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, RAMP_OPTIONS
+from planner.fields import BACK_END, FieldPath
+from planner.guarantees import END_OPTIONS, RAMP_OPTIONS, HasCapabilities
 from planner.problems.actions import AtWaypoint, Wait
 from planner.problems.motion_around import FreeMotion
+from planner.problems.problem import PlanningProblem
 from planner.problems.transitions import StopTransition
 from planner.scene.faults import handling_faults
 from planner.tolerances import DURATION_TOLERANCE
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.fields import FieldPath
-    from planner.guarantees import HasCapabilities
-    from planner.problems.problem import PlanningProblem
 
 MODE_RANGES = {"frequency": (0.1, 1000.0), "damping": (0.0, 0.2), "frequency_error": (0.0, 0.19)}
 """The least and the largest value of each number of a mode. With larger errors, three impulses leave more than 5 %."""

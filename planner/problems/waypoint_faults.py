@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, get_args
+from collections.abc import Iterator, Sequence
+from typing import get_args
 
 import numpy as np
 
-from planner.fields import KIND
+from planner.fields import KIND, FieldPath
 from planner.kinematics.configurations import Configuration, Elbow, Shoulder, Wrist, named_parts
 from planner.kinematics.options import InverseKinematicsOptions, Preference
 from planner.problems.motion_around import FreeMotion, Objective
 from planner.problems.problem import (
+    AnyWaypoint,
     CartesianMotion,
     Frame,
     JointMotion,
@@ -21,14 +23,8 @@ from planner.problems.problem import (
     Turns,
 )
 from planner.problems.regions import Region, region_faults
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.fields import FieldPath
-    from planner.problems.problem import AnyWaypoint
-    from planner.robots import Robot
-    from planner.spatial import Pose
+from planner.robots import Robot
+from planner.spatial import Pose
 
 CHOICES = (
     (JointMotion, "turns", Turns),

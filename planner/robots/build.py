@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
-from planner.spatial import rotation_z
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from planner.robots.description import Follower, Joint
-    from planner.spatial import FloatArray
+from planner.robots.description import Follower, Joint
+from planner.spatial import FloatArray, rotation_z
 
 
 @dataclass(frozen=True, eq=False)

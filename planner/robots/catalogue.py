@@ -29,24 +29,21 @@ from dataclasses import replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from planner.errors import UnknownRobot
 from planner.robots.checks import DRIVE_VALUES, with_default_limits, with_velocity_curves
-from planner.robots.collision.geometry import CollisionElement
+from planner.robots.collision.geometry import CollisionElement, CollisionGeometry
 from planner.robots.collision.outlines import OUTLINE_UNCERTAINTY, Outline
+from planner.robots.description import Joint
 from planner.robots.dh import DHJoint
 from planner.robots.findings import Findings
 from planner.robots.robot import Robot
 from planner.robots.varying.velocity_curves import VelocityCurves, VelocityParabola
 from planner.spatial import Pose
-
-if TYPE_CHECKING:
-    from planner.robots.collision.geometry import CollisionGeometry
-    from planner.robots.description import Joint
 
 DATA = Path(__file__).parent / "data"
 """Folder of the robots that come with the library."""

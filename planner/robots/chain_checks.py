@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
+from planner.robots.build import MovingJoint
 from planner.robots.checks import MAX_LENGTH
-from planner.robots.findings import shown
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.robots.build import MovingJoint
-    from planner.robots.findings import Findings
+from planner.robots.findings import Findings, shown
 
 LEAST_ARM_REACH = 1e-3
 """m."""

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from planner.robots.findings import listed, shown
-from planner.robots.varying.torque_curves import torque_curve_faults
-from planner.robots.varying.velocity_curves import VelocityTable, curve_faults
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from planner.robots.build import Body
-    from planner.robots.description import Joint, Provenance
-    from planner.robots.findings import Findings
-    from planner.robots.varying.torque_curves import TorqueCurve
-    from planner.robots.varying.velocity_curves import VelocityCurve, VelocityCurves
+from planner.robots.build import Body
+from planner.robots.description import Joint, Provenance
+from planner.robots.findings import Findings, listed, shown
+from planner.robots.varying.torque_curves import TorqueCurve, torque_curve_faults
+from planner.robots.varying.velocity_curves import VelocityCurve, VelocityCurves, VelocityTable, curve_faults
 
 MAX_LINKS = 256
 """Number of links that a model may have; Pinocchio itself dies somewhere between 3000 and 5000."""

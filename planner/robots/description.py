@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
+from planner.errors import Finding
+from planner.robots.collision.geometry import CollisionGeometry
+from planner.robots.collision.pairs import DisabledCollision
+from planner.robots.payload import Payload
+from planner.robots.process_force import ProcessForce
+from planner.robots.varying.payload_table import PayloadTable
 from planner.robots.varying.torque_curves import TorqueCurve, TorqueCurves
 from planner.robots.varying.velocity_curves import NO_CURVES, VelocityConditions, VelocityCurves
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
-
-    import pinocchio as pin
-
-    from planner.errors import Finding
-    from planner.robots.collision.geometry import CollisionGeometry
-    from planner.robots.payload import Payload
-    from planner.robots.process_force import ProcessForce
-    from planner.robots.varying.payload_table import PayloadTable
-    from planner.spatial import FloatArray, Pose
+from planner.spatial import FloatArray, Pose
 
 JointKind = Literal["revolute", "continuous", "prismatic"]
 Provenance = Literal["published", "datasheet", "estimate", "default", "owner"]
@@ -105,21 +102,6 @@ class JointGroup:
     name: str
     joints: tuple[str, ...]
     tip_frame: str | None
-
-
-@dataclass(frozen=True)
-class DisabledCollision:
-    """Two links that need no collision check against each other, as an SRDF has them.
-
-    Attributes:
-        link_1: Name of a link.
-        link_2: Name of another.
-        reason: The reason in the words of the SRDF; None: not given.
-    """
-
-    link_1: str
-    link_2: str
-    reason: str | None
 
 
 class JointFriction(NamedTuple):

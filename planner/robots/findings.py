@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from planner.errors import Finding, InvalidRobotModel
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 NAMES_IN_A_MESSAGE = 10
 """Number of names that a message lists before it says how many more there are."""

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from planner.kernels.serial_chain import NO_FORCE, SerialChain
-
-if TYPE_CHECKING:
-    from planner.robots.description import RobotDescription
-    from planner.robots.payload import Payload
-    from planner.spatial import Pose
+from planner.robots.description import RobotDescription
+from planner.robots.payload import Payload
+from planner.spatial import Pose
 
 
 def model_with_tool(model: pin.Model, tip_frame: int, pose: Pose, frame: str) -> pin.Model:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+import pinocchio as pin
 
-if TYPE_CHECKING:
-    import pinocchio as pin
-
-    from planner.spatial import FloatArray, Pose
+from planner.spatial import FloatArray, Pose
 
 Vector3 = tuple[float, float, float]
 

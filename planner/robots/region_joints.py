@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
 from planner.robots.description import Joint
+from planner.robots.robot import Robot
 from planner.spatial import rotation_with_z_along
-
-if TYPE_CHECKING:
-    from planner.robots.robot import Robot
 
 GOAL_FRAME = "goal"
 """Name of the link behind the joints of the region, whose pose must be the requested pose."""

@@ -3,42 +3,32 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
+from planner.errors import Finding
 from planner.fields import PickledByFields
-from planner.robots.collision.geometry import CollisionGeometry
-from planner.robots.collision.mesh_files import meshes_of
-from planner.robots.collision.pairs import collision_pairs
+from planner.kernels.serial_chain import SerialChain
+from planner.robots.collision.geometry import CollisionGeometry, LinkShape
+from planner.robots.collision.mesh_files import FindPieces, meshes_of
+from planner.robots.collision.pairs import CollisionPair, collision_pairs
 from planner.robots.derived.changes import FREE_FALL, held_by_group, on_external_axes, with_followers, with_locked
-from planner.robots.derived.own_limits import checked_positions, checked_table, is_within, with_own_limits
+from planner.robots.derived.external_axes import ExternalAxis
+from planner.robots.derived.own_limits import OwnLimits, checked_positions, checked_table, is_within, with_own_limits
 from planner.robots.description import RobotDescription
-from planner.robots.dh import DHModel, read_dh
+from planner.robots.dh import Convention, DHJoint, DHModel, read_dh
 from planner.robots.findings import Findings
 from planner.robots.loads import fields_with_payload, loaded_chain, model_with_tool
+from planner.robots.payload import Payload
 from planner.robots.urdf.arm import PlanningGroup
 from planner.robots.urdf.reader import read_urdf
-from planner.spatial import as_pose
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from planner.errors import Finding
-    from planner.kernels.serial_chain import SerialChain
-    from planner.robots.collision.geometry import LinkShape
-    from planner.robots.collision.mesh_files import FindPieces
-    from planner.robots.collision.pairs import CollisionPair
-    from planner.robots.derived.external_axes import ExternalAxis
-    from planner.robots.derived.own_limits import OwnLimits
-    from planner.robots.dh import Convention, DHJoint
-    from planner.robots.payload import Payload
-    from planner.robots.varying.payload_table import PayloadTable
-    from planner.spatial import FloatArray, Pose
+from planner.robots.varying.payload_table import PayloadTable
+from planner.spatial import FloatArray, Pose, as_pose
 
 TOOL_FRAME = "tool"
 """Name of the frame that carries the tool, when there is one."""

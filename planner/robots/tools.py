@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from planner.robots.robot import Robot
-    from planner.spatial import FloatArray, Pose
+from planner.robots.robot import Robot
+from planner.spatial import FloatArray, Pose
 
 TOOL_DIGITS = 12
 """Decimals of the position (m) and the rotation of tools that are compared: what differs further behind is one tool."""

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kernels.clearance import PIECE_NUMBERS, PieceArrays
-from planner.scene.bodies import SPHERES
+from planner.scene.bodies import SPHERES, Bodies
+from planner.scene.obstacles import Obstacles
 from planner.scene.point_cloud import Cluster
-from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
+from planner.shapes import BoundingCapsule, Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from planner.scene.bodies import Bodies
-    from planner.scene.obstacles import Obstacles
-    from planner.shapes import BoundingCapsule, Shape
-    from planner.spatial import FloatArray
 
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 """The corners of a cube with sides of 1 m."""

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.robots import Robot
+from planner.shapes import BoundingCapsule, Shape
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.robots import Robot
-    from planner.shapes import BoundingCapsule, Shape
-    from planner.spatial import FloatArray
 
 SPHERES = 5
 """Number of spheres that cover a bounding capsule.

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.scene.checker import checker_of
+from planner.robots import Robot
+from planner.scene.checker import CollisionChecker, checker_of
 from planner.scene.point_cloud import PointCloud
-from planner.scene.scene import HERE, AttachedObject, SceneObject
-from planner.spatial import Pose
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
-
-    from planner.robots import Robot
-    from planner.scene.checker import CollisionChecker
-    from planner.scene.scene import Handling, Scene
-    from planner.spatial import FloatArray
+from planner.scene.scene import HERE, AttachedObject, Handling, Scene, SceneObject
+from planner.spatial import FloatArray, Pose
 
 DEEPEST_SUPPORT = 1e-3
 """Depth, m, of the allowed overlap of an object with its support where the robot takes it or puts it down.

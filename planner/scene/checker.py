@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kernels.clearance import Distances, Measured
+from planner.robots import Robot
 from planner.scene.arrays import piece_arrays
-from planner.scene.bodies import Bodies, Body
+from planner.scene.bodies import Bodies, Body, Placements
 from planner.scene.faults import refuse_faults
 from planner.scene.obstacles import Obstacles
 from planner.scene.point_cloud import Cluster
-from planner.scene.scene import Scene
+from planner.scene.scene import AttachedObject, Scene
 from planner.scene.separations import Placed, Separation, cluster_separation, separation
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.robots import Robot
-    from planner.scene.bodies import Placements
-    from planner.scene.scene import AttachedObject
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 CONTACT_TOLERANCE = 1e-5
 """Distance, m, by which a pair may be below its margin and still keep it.

@@ -17,16 +17,13 @@ d + t (d x w), at both ends of an interval, bound it.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF
-
-if TYPE_CHECKING:
-    from planner.scene.checker import CollisionChecker
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, CollisionChecker
+from planner.spatial import FloatArray
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 MOST_FIRST_INTERVALS = 32
 """The most intervals that a motion is cut into at first: later ones are cut where it is needed."""

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-from planner.trajectories.polynomials import bernstein_matrix, powers, shifted
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.polynomials import PiecewisePolynomial, bernstein_matrix, powers, shifted
 
 
 def excursions(

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from planner.errors import InvalidProblem
+from planner.fields import FieldPath
+from planner.robots import Robot
 from planner.scene.point_cloud import PointCloud
+from planner.scene.scene import AttachedObject, Handling, Scene, SceneObject
+from planner.shapes import Shape
 from planner.spatial import is_rotation
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.fields import FieldPath
-    from planner.robots import Robot
-    from planner.scene.scene import AttachedObject, Handling, Scene, SceneObject
-    from planner.shapes import Shape
 
 NO_MARGIN = "a margin is 0 or more, and has an end"
 """The message of a fault where a margin is none."""

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.errors import InvalidProblem
-from planner.scene.checker import CONTACT_TOLERANCE
+from planner.scene.checker import CONTACT_TOLERANCE, CollisionChecker
 from planner.scene.continuous import clearances
+from planner.spatial import FloatArray
 from planner.trajectories.polynomials import PiecewisePolynomial
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from planner.scene.checker import CollisionChecker
-    from planner.spatial import FloatArray
 
 
 @dataclass(frozen=True)

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.scene.point_cloud import Cluster, PointCloud, k_d_leaves
-from planner.shapes import Capsule, HalfSpace, Sphere
+from planner.scene.scene import SceneObject
+from planner.shapes import Capsule, HalfSpace, Shape, Sphere
+from planner.spatial import FloatArray, Pose
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.scene.scene import SceneObject
-    from planner.shapes import Shape
-    from planner.spatial import FloatArray, Pose
-
 
 MOST_IN_GROUP = 16
 """Number of pieces in a sphere of the hierarchy.

@@ -7,13 +7,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.shapes.shape import MOST_SIZE, InvalidShape, checked_numbers, checked_size
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 MOST_IN_CLUSTER = 64
 """Number of balls in a leaf of the k-d tree.

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.scene.point_cloud import PointCloud
+from planner.shapes import Shape
+from planner.shapes.meshes.mesh import Mesh
 from planner.spatial import Pose, convert_poses
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.scene.point_cloud import PointCloud
-    from planner.shapes import Shape
-    from planner.shapes.meshes.mesh import Mesh
 
 HERE = Pose(np.zeros(3), np.eye(3))
 """The identity pose."""

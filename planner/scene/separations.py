@@ -8,18 +8,15 @@ over b of n . b - max over a of n . a. The algorithm's own distance and verdict 
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import coal
 import numpy as np
 
-from planner.shapes import Capsule, HalfSpace, Sphere
+from planner.scene.point_cloud import Cluster
+from planner.shapes import Capsule, HalfSpace, Shape, Sphere
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from planner.scene.point_cloud import Cluster
-    from planner.shapes import Shape
-    from planner.spatial import FloatArray
 
 GJK_TOLERANCE = 1e-9
 """Tolerance of GJK's distance, m: with its default of a micrometre curved shapes come out up to 40 micrometres off."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import coal
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.shapes.shape import (
     BOUND_ROUNDING,
@@ -19,11 +20,7 @@ from planner.shapes.shape import (
     checked_numbers,
     with_bounds,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 LEAST_POINTS = 4
 """The least number of points of a hull: the corners of a tetrahedron."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import coal
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.shapes.shape import (
     BOUND_ROUNDING,
@@ -19,11 +20,7 @@ from planner.shapes.shape import (
     checked_size,
     with_bounds,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 LEAST_NORMAL = 1e-9
 """Length below which a normal has no direction that survives rounding."""

@@ -6,17 +6,14 @@ import hashlib
 from abc import ABC, abstractmethod
 from dataclasses import fields
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+import coal
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.fields import PickledByFields
-
-if TYPE_CHECKING:
-    import coal
-    from numpy.typing import ArrayLike
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 LEAST_SIZE = 1e-6
 """Smallest radius, length or side of a shape, m: whatever is thinner is drawn wrongly or has another unit."""

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.shapes.hulls import ConvexHull
 from planner.shapes.primitives import Box, Capsule, Cylinder, Sphere
-
-if TYPE_CHECKING:
-    from planner.shapes.shape import Shape
-    from planner.spatial import FloatArray
+from planner.shapes.shape import Shape
+from planner.spatial import FloatArray
 
 SEGMENTS = 24
 """Number of sides of a drawn circle; their middles are 1 % of the radius inside."""

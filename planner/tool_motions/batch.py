@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kinematics.screws import screws_of
-from planner.spatial import rotation_vectors
+from planner.robots import Robot
+from planner.spatial import FloatArray, rotation_vectors
 from planner.tool_motions.follow import (
     DIFFERENCE_STEP,
     KNOT_ERROR,
@@ -19,10 +20,6 @@ from planner.tool_motions.follow import (
 )
 from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY
 from planner.trajectories.polynomials import PiecewisePolynomial, horner, quintic_hermite
-
-if TYPE_CHECKING:
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 BATCH_STEP_TRAVEL = 0.05
 """Largest travel of every joint, rad or m, for which one step may span any part of a piece.

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.kinematics.configurations import WRIST, straight_wrist
 from planner.kinematics.forward import jacobian, tool_pose
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import STEADY, Search
 from planner.problems.regions import TURNS, Region
+from planner.robots import Robot
 from planner.robots.region_joints import with_region_joints
-from planner.spatial import rotation_vector
+from planner.spatial import FloatArray, Pose, rotation_vector
+from planner.tool_motions.follow import Lost
+from planner.tool_motions.pose_paths import PosePath
 from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 from planner.trajectories.splines import slopes_between
-
-if TYPE_CHECKING:
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
-    from planner.tool_motions.follow import Lost
-    from planner.tool_motions.pose_paths import PosePath
 
 POSITION_WEIGHT = 1e4
 """Weight of a position, m, beside an orientation, rad, where the two cannot both be kept: the position is."""

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.errors import ConfigurationChange, JointPositionLimit, PlanningError, SingularPath, UnreachableWaypoint
 from planner.kinematics.forward import jacobian
 from planner.kinematics.inverse import inverse_kinematics
-from planner.tool_motions.follow import SINGULAR_TRAVEL
-
-if TYPE_CHECKING:
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problems.problem import Singularity
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.tool_motions.follow import Lost
-    from planner.tool_motions.pose_paths import PosePath
+from planner.kinematics.options import InverseKinematicsOptions
+from planner.problems.problem import Singularity
+from planner.robots import Robot
+from planner.spatial import FloatArray
+from planner.tool_motions.follow import SINGULAR_TRAVEL, Lost
+from planner.tool_motions.pose_paths import PosePath
 
 LOOK_AHEAD = 2e-3
 """The share of the way behind the point where the arm got stuck, at which the path is tried for reachability."""

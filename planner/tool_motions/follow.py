@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.search import pose_errors
-from planner.spatial import rotation_vector
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose, rotation_vector
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.inverse_jacobian import (
     NEAR_SINGULARITY,
@@ -19,14 +21,8 @@ from planner.tool_motions.inverse_jacobian import (
     kept_motions,
     null_space,
 )
+from planner.tool_motions.pose_paths import PosePath
 from planner.trajectories.polynomials import PiecewisePolynomial, horner, quintic_hermite
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
-    from planner.tool_motions.pose_paths import PosePath
 
 PROBE_TOLERANCE_SHARE = 0.25
 """The share of the tolerance that the joint path may use up at the probes; time needs some, too."""

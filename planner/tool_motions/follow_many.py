@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,21 +10,16 @@ from planner.kernels.descent import Box
 from planner.kinematics.descent import Target
 from planner.kinematics.forward import jacobian
 from planner.kinematics.search import STEADY
-from planner.spatial import rotations_from_vectors
+from planner.robots import Robot
+from planner.spatial import FloatArray, rotations_from_vectors
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.batch import Batch, FollowedPieces
 from planner.tool_motions.follow import LONGEST_STEP, Lost, Track, follow
 from planner.tool_motions.inverse_jacobian import kept_motions
 from planner.tool_motions.polylines import Polyline
+from planner.tool_motions.pose_paths import Line, PiecedPath
 from planner.tool_motions.pose_splines import PoseSpline
 from planner.trajectories.polynomials import PiecewisePolynomial
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.tool_motions.pose_paths import Line, PiecedPath
 
 MANY_PIECES = 16
 """Number of pieces of a path up to which each is followed in `BATCH_FOLLOWING_STEPS`."""

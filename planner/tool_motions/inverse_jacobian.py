@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import POSITION_TOLERANCE
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 NEAR_SINGULARITY = 1e-3
 """The smallest singular value of the Jacobian, as a share of the largest, below which it is inverted with care."""

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
 from planner.kinematics.forward import jacobian
-from planner.kinematics.search import QUICK
+from planner.kinematics.search import QUICK, Search
+from planner.spatial import FloatArray
 from planner.tool_motions.inverse_jacobian import null_space
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.kinematics.search import Search
-    from planner.spatial import FloatArray
 
 LONGEST_DESCENT_STEP = 0.5
 """The longest step along the solutions, rad or m."""

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
 from planner.kinematics.forward import tool_poses
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.robots import Robot
+from planner.spatial import FloatArray
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 CHORDS = 512
 """Number of chords that approximate a path of the tool.

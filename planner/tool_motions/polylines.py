@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.spatial import Pose, right_jacobians, rotation_vectors, rotations_from_vectors
+from planner.spatial import FloatArray, Pose, right_jacobians, rotation_vectors, rotations_from_vectors
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.pose_paths import NoPath, PiecedPath
-from planner.tool_motions.via_poses import via_poses
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.spatial import FloatArray
-    from planner.tool_motions.via_poses import ViaPoses
+from planner.tool_motions.via_poses import ViaPoses, via_poses
 
 GAUSS = 0.5 * np.array(np.polynomial.legendre.leggauss(24)) + np.array([[0.5], [0.0]])
 """Gauss's nodes on [0, 1] and their weights, (2, nodes): as many integrate a turn by half a circle to 1e-15."""

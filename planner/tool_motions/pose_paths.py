@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
 
-from planner.spatial import Pose, rotation_vector
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray, Pose, rotation_vector
 
 COLLINEAR = 1e-6
 """Three points whose triangle has a height below this share of its longest side lie on a line."""

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.spatial import Pose, quaternion, rotations_from_quaternions
+from planner.spatial import FloatArray, Pose, quaternion, rotations_from_quaternions
 from planner.tool_motions.pose_paths import NoPath, PiecedPath
 from planner.tool_motions.via_poses import via_poses
 from planner.trajectories.polynomials import PiecewisePolynomial, differentiate, horner
 from planner.trajectories.splines import natural_spline
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.spatial import FloatArray
 
 GAUSS = np.polynomial.legendre.leggauss(12)
 """Gauss's nodes on [-1, 1] and their weights, for the length of a part of the curve."""

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import BISECTIONS, LIMIT_TOLERANCE, POSITION_TOLERANCE
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
-
-if TYPE_CHECKING:
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 
 def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, FloatArray, int] | None:

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from planner.tool_motions.follow import MOST_CORRECTION, Follower
+from planner.spatial import FloatArray
+from planner.tool_motions.follow import MOST_CORRECTION, Follower, Lost, Track
 from planner.tool_motions.inverse_jacobian import null_space
 from planner.tool_motions.position_limits import shares_of_range
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
-    from planner.tool_motions.follow import Lost, Track
-    from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 NEAR_LIMIT = 0.8
 """The share of half its range from where on a joint is moved away from its position limit."""

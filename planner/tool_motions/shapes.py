@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from planner.problems.problem import CartesianMotion, CircularMotion, LinearMotion, PolylineMotion, SplineMotion
+from planner.spatial import Pose
 from planner.tool_motions.polylines import Polyline
-from planner.tool_motions.pose_paths import Arc, Line
+from planner.tool_motions.pose_paths import Arc, Line, PosePath
 from planner.tool_motions.pose_splines import PoseSpline
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.spatial import Pose
-    from planner.tool_motions.pose_paths import PosePath
 
 
 class Shape(NamedTuple):

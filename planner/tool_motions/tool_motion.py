@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.errors import (
     ConfigurationChange,
@@ -18,35 +19,25 @@ from planner.errors import (
 from planner.kinematics.configurations import Configuration, configurations, in_configuration
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import pose_errors
 from planner.kinematics.turns import TURN
-from planner.problems.problem import CartesianMotion, JointWaypoint, LinearMotion, PoseWaypoint
-from planner.problems.regions import region_of
+from planner.problems.problem import AnyWaypoint, CartesianMotion, JointWaypoint, LinearMotion, PoseWaypoint
+from planner.problems.regions import Region, region_of
+from planner.robots import Robot
 from planner.robots.region_joints import with_region_joints
-from planner.spatial import Pose
+from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.deviations import by_region_joints, through_singular_wrist
 from planner.tool_motions.errors import SINGULAR_TRAVEL_SLOWED, configuration_error, limit_error, lost_error
 from planner.tool_motions.follow import SINGULAR_TRAVEL, Lost, Track, follow
 from planner.tool_motions.follow_many import follow_any, follow_lines
-from planner.tool_motions.pose_paths import Line, NoPath, Reversed
+from planner.tool_motions.pose_paths import Line, NoPath, PosePath, Reversed
 from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.self_motions import follow_by_self_motions
 from planner.tool_motions.shapes import SHAPES
 from planner.trajectories.polynomials import PiecewisePolynomial, joined
 from planner.trajectories.trajectory import PlanWarning
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import ArrayLike
-
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problems.problem import AnyWaypoint
-    from planner.problems.regions import Region
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.tool_motions.pose_paths import PosePath
 
 WORTH_A_WARNING = 100.0
 """Travel of a joint, rad or m, for 1 m or 1 rad of the tool above which a warning says so.

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kinematics.search import pose_errors
-from planner.spatial import Pose
+from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.pose_paths import UNUSED_ORIENTATION, NoPath, Turn
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.spatial import FloatArray
 
 LEAST_POSE_DISTANCE = 1e-6
 """Distance of two different poses, m, relative to the whole path.

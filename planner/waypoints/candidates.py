@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import LEAST_MANIPULABILITY, manipulability
+from planner.kinematics.inverse import IsFree
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import QUICK, Search
 from planner.kinematics.turns import TURN, turns_within
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, ROUNDING
+from planner.waypoints.pinned import Pinned
 from planner.waypoints.still_axes import with_still_axes
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from planner.kinematics.inverse import IsFree
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
-    from planner.waypoints.pinned import Pinned
 
 MOST_TURNED = 32
 """The most candidates of a waypoint that differ from its solutions by given whole turns; the nearest are kept."""

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.kinematics.options import Preference
 from planner.kinematics.turns import counted_velocity
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.position_limits import shares_of_range
-from planner.tool_motions.tool_motion import RefusedMotion, ToolMotion, follow_chain, follow_motion, start_of_motion
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.kinematics.options import Preference
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.tool_motions.tool_motion import RequestedMotion
-    from planner.waypoints.candidates import Layer
-    from planner.waypoints.preferences import Costs
+from planner.tool_motions.tool_motion import (
+    RefusedMotion,
+    RequestedMotion,
+    ToolMotion,
+    follow_chain,
+    follow_motion,
+    start_of_motion,
+)
+from planner.waypoints.candidates import Layer
+from planner.waypoints.preferences import Costs
 
 MOTION_PENALTY = 0.01
 """The weight of the times of all joints beside that of the slowest: no joint moves for nothing behind a slower one."""

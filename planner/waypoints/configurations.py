@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
-from planner.errors import JointPositionLimit, Remedy, UnreachableWaypoint, distinct
+from planner.errors import JointPositionLimit, PlanningError, Remedy, UnreachableWaypoint, distinct
 from planner.kinematics.configurations import Configuration, configurations, in_configuration
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import QUICK, Search, is_isolated
 from planner.kinematics.seeds import TABLE_ROWS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.errors import PlanningError
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose
 
 MOST_OF_CONTINUUM = 8
 """The most solutions of a continuum sought from starts in the requested configuration."""

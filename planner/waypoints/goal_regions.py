@@ -7,34 +7,27 @@ collision-free come first.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.kinematics import IsFree
 from planner.kinematics.configurations import configurations
 from planner.kinematics.inverse import inverse_kinematics, solution_layers
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import QUICK, Search
-from planner.problems.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
-from planner.problems.regions import region_of
+from planner.problems.problem import AnyWaypoint, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.regions import Region, region_of
+from planner.robots import Robot
 from planner.robots.region_joints import with_region_joints
 from planner.robots.tools import with_tools
+from planner.spatial import FloatArray, Pose
 from planner.tool_motions.least_cost import least_cost
 from planner.waypoints.choice import motion_costs
-from planner.waypoints.pinned import pinned_robots
+from planner.waypoints.pinned import Pinned, pinned_robots
 from planner.waypoints.preferences import costs_of
 from planner.waypoints.targets import wanted_poses
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.kinematics import IsFree
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problems.problem import AnyWaypoint
-    from planner.problems.regions import Region
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
-    from planner.waypoints.pinned import Pinned
 
 SWEEP = 2.0 * np.pi / 72
 """The distance of turns that are tried at first, rad: every five degrees, so that no branch of solutions is missed."""

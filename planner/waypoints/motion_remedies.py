@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,18 +12,12 @@ from planner.kinematics.configurations import configurations
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
 from planner.problems.motion_around import as_requested
-from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint
+from planner.problems.problem import AnyWaypoint, JointMotion, JointWaypoint, PoseWaypoint, Singularity
+from planner.spatial import FloatArray
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.pose_paths import Line
-from planner.tool_motions.tool_motion import ToolMotion, follow_path
+from planner.tool_motions.tool_motion import RefusedMotion, ToolMotion, follow_path
 from planner.waypoints.targets import pose_remedy
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.problems.problem import AnyWaypoint, Singularity
-    from planner.spatial import FloatArray
-    from planner.tool_motions.tool_motion import RefusedMotion
 
 SHORTENED = 0.98
 """Share of the way to the point where a line fails that the remedy of a moved pose keeps."""

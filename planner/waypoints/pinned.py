@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import Remedy
-from planner.kinematics.inverse import inverse_kinematics
-from planner.problems.problem import PoseWaypoint
+from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics
+from planner.kinematics.options import InverseKinematicsOptions
+from planner.problems.problem import AnyWaypoint, PoseWaypoint
+from planner.robots import Robot
 from planner.robots.derived.changes import with_locked
 from planner.robots.findings import Findings, shown
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.kinematics.inverse import InverseKinematicsResult
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problems.problem import AnyWaypoint
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
+from planner.spatial import FloatArray, Pose
 
 
 @dataclass(frozen=True, eq=False)

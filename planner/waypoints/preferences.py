@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.forward import LEAST_MANIPULABILITY, manipulability
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import Search, wide_spread
 from planner.kinematics.turns import counted_velocity
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose
 from planner.tool_motions.least_cost import least_cost
 from planner.tool_motions.position_limits import shares_of_range
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
-
-    Costs = Callable[[FloatArray], FloatArray]
+Costs = Callable[[FloatArray], FloatArray]
 
 SIDE = 0.01
 """The weight of the sum over all joints beside the worst one: it decides where that leaves the others open."""

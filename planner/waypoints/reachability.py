@@ -2,40 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.errors import InvalidProblem
+from planner.errors import InvalidProblem, PlanningError
 from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import manipulability, tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_failure
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import Search, is_isolated, wide_spread
-from planner.problems.problem import START_TOLERANCE, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.problem import START_TOLERANCE, AnyWaypoint, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.problems.waypoint_faults import waypoint_faults
+from planner.robots import Robot
 from planner.robots.tools import with_tools
-from planner.scene import Handling, PositionCollision, collisions_at, is_free
+from planner.scene import CollisionChecker, Handling, PositionCollision, Scene, collisions_at, is_free
 from planner.scene.carried import checker_at_waypoints
 from planner.scene.faults import handling_faults
-from planner.spatial import Pose
+from planner.spatial import FloatArray, Pose
 from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.goal_regions import Surroundings, with_chosen_poses
-from planner.waypoints.pinned import pinned_robots, without_pins
+from planner.waypoints.pinned import Pinned, pinned_robots, without_pins
 from planner.waypoints.solve import position_limit_error, unreachable_error, within_limits
 from planner.waypoints.targets import moved_pose, of_other_tool, wanted_poses
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.errors import PlanningError
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problems.problem import AnyWaypoint
-    from planner.robots import Robot
-    from planner.scene import CollisionChecker, Scene
-    from planner.spatial import FloatArray
-    from planner.waypoints.pinned import Pinned
 
 
 class LimitMargin(NamedTuple):

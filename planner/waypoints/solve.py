@@ -2,41 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from planner.errors import JointPositionLimit, NearestPose, PlanningError, Remedy, UnreachableWaypoint, distinct
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.forward import tool_pose
-from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
+from planner.kinematics.inverse import InverseKinematicsResult, IsFree, inverse_kinematics, solution_layers
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import Search, is_isolated, pose_errors, wide_spread
 from planner.kinematics.turns import TURN
-from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, ViaWaypoint
+from planner.problems.problem import (
+    AnyWaypoint,
+    JointMotion,
+    JointWaypoint,
+    PoseWaypoint,
+    RelativeWaypoint,
+    ViaWaypoint,
+)
+from planner.robots import Robot
 from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_SOLUTION
-from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion
+from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, ToolMotion
 from planner.waypoints.candidates import Layer
-from planner.waypoints.choice import Stop, joint_times, shortest_path, with_starts_of_motions
+from planner.waypoints.choice import Passage, Stop, joint_times, shortest_path, with_starts_of_motions
 from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.goal_regions import SettledWaypoint
 from planner.waypoints.motion_remedies import motion_remedies
 from planner.waypoints.pinned import pinned_robots, without_pins
 from planner.waypoints.preferences import best_of_continuum, costs_of
 from planner.waypoints.targets import moved_pose, of_other_tool, pose_remedy, wanted_poses
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.kinematics.inverse import IsFree
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problems.problem import AnyWaypoint
-    from planner.robots import Robot
-    from planner.tool_motions.tool_motion import ToolMotion
-    from planner.waypoints.choice import Passage
 
 Choice = Literal["given", "only", "shortest_path", "preferred", "continued", "detour"]
 

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from planner.kinematics.configurations import in_configuration
+from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.inverse import all_solutions
-from planner.kinematics.search import QUICK
+from planner.kinematics.search import QUICK, Search
 from planner.kinematics.turns import counted_velocity, travel_times
+from planner.spatial import FloatArray
 from planner.tool_motions.least_cost import least_cost
 from planner.waypoints.pinned import pinned_at
-
-if TYPE_CHECKING:
-    from planner.kinematics.configurations import Configuration
-    from planner.kinematics.search import Search
-    from planner.spatial import FloatArray
 
 ARM_SHARE = 1e-3
 """The weight of the arm's time beside that of its external axes: it decides where these can stand still."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,14 +10,9 @@ from planner.errors import Remedy
 from planner.kinematics.forward import tool_pose
 from planner.problems.motion_around import as_requested
 from planner.problems.moves import CartesianMove
-from planner.problems.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.problem import AnyWaypoint, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.robots import Robot
 from planner.spatial import FloatArray, Pose
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.problems.problem import AnyWaypoint
-    from planner.robots import Robot
 
 
 def wanted_poses(robots: Sequence[Robot], waypoints: Sequence[AnyWaypoint]) -> list[Pose | None]:

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.backends.shared.rest_to_rest import unit_scalings
+from planner.spatial import FloatArray
 from planner.tolerances import BISECTIONS, LIMIT_TOLERANCE, ROUNDING
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import SegmentedPolynomial
+from planner.trajectories.polynomials import SegmentedPolynomial
 
 
 def s_curves(

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.backends.jerk_limited.s_curves import s_curves, with_ramps
 from planner.backends.shared.rest_to_rest import time_straight_motions
 from planner.guarantees import JOINT_DERIVATIVES
-
-if TYPE_CHECKING:
-    from planner.paths import StraightMotions
-    from planner.trajectories.polynomials import SegmentedPolynomial
-
+from planner.paths import StraightMotions
+from planner.trajectories.polynomials import SegmentedPolynomial
 
 ROUNDED_UP = 1.0 + 1e-10
 """Factor on durations, for what rounding may add to an acceleration where phases of jerk are very short."""

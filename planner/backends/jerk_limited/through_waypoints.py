@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.shared.smooth_curve import smoothed
+from planner.paths import JointPath, SegmentGroup
 from planner.time_scaling.fastest import time_group
-
-if TYPE_CHECKING:
-    from planner.paths import JointPath, SegmentGroup
-    from planner.trajectories.polynomials import SegmentedPolynomial
+from planner.trajectories.polynomials import SegmentedPolynomial
 
 
 def time_through_waypoints(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:

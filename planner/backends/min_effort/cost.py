@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 
 from planner.backends.shared.assembly import extreme_velocities, sampled
 from planner.dynamics import inverse_dynamics
-from planner.trajectories.polynomials import differentiate, horner
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.limits import SegmentLimits
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import SegmentedPolynomial
+from planner.limits import SegmentLimits
+from planner.robots import Robot
+from planner.spatial import FloatArray
+from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
 
 Objective = Literal["effort", "mechanical_work", "jerk"]
 

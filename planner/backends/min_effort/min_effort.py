@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from planner.backends.min_effort.optimum import OnCurve, Optimum, ThroughWaypoints
 from planner.backends.min_effort.options import LEAST_DEVIATION, MinEffortOptions
 from planner.backends.shared.assembly import assemble
 from planner.errors import Fault, InvalidProblem, MissingDynamics
 from planner.guarantees import ALL_HARD, Capabilities, Guarantee
-from planner.trajectories.trajectory import PlanWarning
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.paths import JointPath
-    from planner.trajectories.trajectory import Trajectory
+from planner.paths import JointPath
+from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 MOST_SEGMENTS = 100
 """Largest number of segments from stop to stop.

@@ -13,24 +13,21 @@ its jerk, by their units:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.backends.min_effort.cost import Cost
 from planner.backends.min_effort.stage import SMOOTHING
 from planner.constraints import TORQUE
 from planner.kernels.retiming import Objective, PathCost
+from planner.paths import JointPath, SegmentGroup
+from planner.spatial import FloatArray
 from planner.time_scaling.fastest import QUARTERING_EXCESS, retimed, retimed_lengths
-from planner.time_scaling.limits_on_curve import Along, limits_on
+from planner.time_scaling.limits_on_curve import Along, LimitsOnCurve, limits_on
 from planner.time_scaling.linear_limits import QuadraticSpline
 from planner.time_scaling.retiming import RequestedDurations, best_retiming, of_duration
-
-if TYPE_CHECKING:
-    from planner.backends.min_effort.cost import Cost
-    from planner.paths import JointPath, SegmentGroup
-    from planner.spatial import FloatArray
-    from planner.time_scaling.limits_on_curve import LimitsOnCurve
-    from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 ROUND_GAPS = (1e-2, 1e-4)
 """Rounds of the search: the gap to the optimum, relative to the cost, that may be left after each of them."""

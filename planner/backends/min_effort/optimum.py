@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends.min_effort.cost import Cost, use_of_rates
 from planner.backends.min_effort.on_curve import Search
+from planner.backends.min_effort.options import MinEffortOptions
 from planner.backends.min_effort.program import Numbers, program_of
 from planner.backends.min_effort.reference_path import ReferencePath
 from planner.backends.min_effort.terms import Layout
@@ -19,6 +19,8 @@ from planner.constraints import VELOCITY_AT_POSITION, Bounds
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import QUANTITIES, TCP_ORDERS
 from planner.kinematics.forward import VELOCITIES
+from planner.paths import JointPath, SegmentGroup
+from planner.spatial import FloatArray
 from planner.time_scaling.compose import follow_curve
 from planner.time_scaling.fastest import fastest_scaling
 from planner.time_scaling.retiming import MOST_RETIMING_STEPS
@@ -27,11 +29,6 @@ from planner.time_scaling.uniform import scaled_to_duration, slowest, time_scali
 from planner.tolerances import DURATION_TOLERANCE, ROUNDING
 from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
-
-if TYPE_CHECKING:
-    from planner.backends.min_effort.options import MinEffortOptions
-    from planner.paths import JointPath, SegmentGroup
-    from planner.spatial import FloatArray
 
 LEAST_SPLINE_INTERVALS = 8
 """Intervals of the spline on a segment that is passed without stopping; fewer restrict it too much."""

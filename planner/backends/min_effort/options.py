@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from planner.backends.min_effort.cost import Objective  # noqa: TC001 - the schema of the options is made from it
+from planner.backends.min_effort.cost import Objective
 
 LEAST_DEVIATION = 0.001
 """The least deviation that can be requested, m, rad."""

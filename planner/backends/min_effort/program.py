@@ -8,11 +8,13 @@ compiled by gcc halve the time, 0.1 s for 50 knots and six joints, but each robo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from planner.backends.min_effort.reference_path import ReferencePath
 from planner.backends.min_effort.stage import path_stage_of, stage_of, tool_stage_of
 from planner.backends.min_effort.terms import (
     RESTING,
@@ -25,16 +27,12 @@ from planner.backends.min_effort.terms import (
 )
 from planner.dynamics.symbolic import dynamics_content
 from planner.last_used import LastUsed
+from planner.robots import Robot
+from planner.spatial import FloatArray
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import casadi as ca
-
-    from planner.backends.min_effort.reference_path import ReferencePath
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial
 
 SOLVER_LIMIT_SHARE = 1.0 - 1e-7
 """Share of a limit that the solver may use, so that its own tolerance stays within the limit."""

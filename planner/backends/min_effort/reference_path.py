@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.backends.min_effort.options import MinEffortOptions
+from planner.backends.min_effort.terms import Layout
 from planner.kinematics.forward import jacobian
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tool_motions.path_distances import CHORDS, farthest_from_path, joints_farthest_from_path
-
-if TYPE_CHECKING:
-    from planner.backends.min_effort.options import MinEffortOptions
-    from planner.backends.min_effort.terms import Layout
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 JOINTS_SHARE = 1e-3
 """Share of a radian in the measure of lengths, beside the tool's motion; it counts if the tool hardly moves."""

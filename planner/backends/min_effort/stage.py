@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from planner.backends.min_effort.cost import Objective
 from planner.dynamics.symbolic import dynamics_content, symbolic_motion, symbolic_tool_position
 from planner.last_used import LastUsed
+from planner.robots import Robot
 
 if TYPE_CHECKING:
     import casadi as ca
-
-    from planner.backends.min_effort.cost import Objective
-    from planner.robots import Robot
 
 BYTES_PER_INSTRUCTION = 90
 """Memory of a CasADi function by its number of instructions, bytes: measured 60 to 90, with six and seven joints."""

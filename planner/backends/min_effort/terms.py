@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.backends.min_effort.cost import Objective
+from planner.backends.min_effort.stage import RowStage, Stage
+from planner.spatial import FloatArray
+
 if TYPE_CHECKING:
     import casadi as ca
-
-    from planner.backends.min_effort.cost import Objective
-    from planner.backends.min_effort.stage import RowStage, Stage
-    from planner.spatial import FloatArray
 
 RESTING = 3
 """Coefficients at each end that are the end position itself."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
-from planner.backends.ruckig.state_to_state import Synchronization  # noqa: TC001 - the schema of the options is made from it
+from planner.backends.ruckig.state_to_state import Synchronization
 from planner.backends.ruckig.via_groups import least_stopping_time, time_joint_group
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.smooth_curve import smoothed

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
+from planner.paths import JointPath
+from planner.spatial import FloatArray
 from planner.trajectories.polynomials import (
     SegmentedPolynomial,
     cumulative_sums,
@@ -15,12 +17,6 @@ from planner.trajectories.polynomials import (
     summing_to,
 )
 from planner.trajectories.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.paths import JointPath
-    from planner.spatial import FloatArray
 
 
 def sampled(pieces: SegmentedPolynomial, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

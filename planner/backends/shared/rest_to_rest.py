@@ -9,23 +9,18 @@ moves.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.errors import InfeasibleDuration
+from planner.paths import StraightMotions
+from planner.spatial import FloatArray
 from planner.time_scaling.refusals import RAMPS, BindingLimit, infeasible_duration_error, no_duration_error
 from planner.time_scaling.sampled_limits import SampledLimits
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.polynomials import SegmentedPolynomial
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.errors import InfeasibleDuration
-    from planner.paths import StraightMotions
-    from planner.spatial import FloatArray
-
 
 MOST_STRETCHES = 50
 """Number of times that a segment is lengthened, at most, for its sampled limits; each time by less."""

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.paths import JointPath, SegmentGroup
 from planner.tool_motions.position_limits import first_beyond
+from planner.trajectories.polynomials import SegmentedPolynomial
 from planner.trajectories.splines import natural_spline
-
-if TYPE_CHECKING:
-    from planner.paths import JointPath, SegmentGroup
-    from planner.trajectories.polynomials import SegmentedPolynomial
 
 SPLINE_SHARES = (1.0, 0.5, 0.25, 0.0)
 """Shares of the spline in a joint's curve; the first one is taken with which it keeps its position limits."""

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import InfeasibleDuration, PlanningError
+from planner.paths import JointPath, SegmentGroup, StraightMotions
 from planner.time_scaling.refusals import infeasible_duration_error
 from planner.time_scaling.sampled_limits import SampledLimits
 from planner.tolerances import DURATION_TOLERANCE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.paths import JointPath, SegmentGroup, StraightMotions
-    from planner.trajectories.polynomials import SegmentedPolynomial
+from planner.trajectories.polynomials import SegmentedPolynomial
 
 NOTICED = 1.01
 """Factor on a duration that is worth another way."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
+from planner.paths import JointPath, SegmentGroup
+from planner.spatial import FloatArray
 from planner.time_scaling.compose import ToolSpeeds, follow_curve, split_at_knots
 from planner.time_scaling.refusals import (
     RAMPS,
@@ -17,12 +19,6 @@ from planner.time_scaling.refusals import (
 from planner.time_scaling.uniform import TimeScaling, scaled_to_duration, slowest, time_scalings
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.paths import JointPath, SegmentGroup
-    from planner.spatial import FloatArray
 
 CURVE_GRIDPOINTS = 64
 """Number of gridpoints on each interval of the curve at which speed and acceleration along it are limited."""

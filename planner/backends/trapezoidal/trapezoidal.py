@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,16 +14,12 @@ from planner.backends.shared.rest_to_rest import time_straight_motions, unit_sca
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.trapezoidal.along_curve import time_group, time_group_with_ramps
 from planner.guarantees import ALL_BUT_JERK, Capabilities, Guarantee
+from planner.paths import JointPath, StraightMotions
+from planner.spatial import FloatArray
 from planner.time_scaling.refusals import RAMPS
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.paths import JointPath, StraightMotions
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
+from planner.trajectories.trajectory import Trajectory
 
 
 @dataclass(frozen=True)

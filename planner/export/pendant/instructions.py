@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from planner.errors import UnsupportedFormat
 from planner.export.programs import axes_first, moves, stops
 from planner.guarantees import leaves_straight_motions
+from planner.kinematics import FloatArray
 from planner.kinematics.forward import tool_accelerations, tool_pose, tool_poses, tool_velocities
+from planner.plans.result import Plan
 from planner.problems import requested_indices
+from planner.problems.actions import SetOutput
 from planner.problems.problem import CartesianMotion, CircularMotion, JointMotion, LinearMotion, PolylineMotion
 from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.spatial import Pose
 from planner.tool_motions.via_poses import via_poses
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.kinematics import FloatArray
-    from planner.plans.result import Plan
-    from planner.problems.actions import SetOutput
 
 SAMPLES_OF_SPEEDS = 200
 """Number of times of a segment at which its largest speeds are found."""

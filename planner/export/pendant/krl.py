@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from math import ceil, degrees, floor
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
 from planner.export.krl import halt_away_from_start, position_of, set_signal
-from planner.export.pendant.instructions import instructions
+from planner.export.pendant.instructions import Instruction, Speeds, instructions
 from planner.export.programs import MILLIMETRES, axes_first, numbers, on_one_line, origin, rounded_down
-from planner.spatial import rpy_from_rotations
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.export.pendant.instructions import Instruction, Speeds
-    from planner.plans.result import Plan
-    from planner.problems.actions import SetOutput
-    from planner.spatial import Pose
+from planner.plans.result import Plan
+from planner.problems.actions import SetOutput
+from planner.spatial import Pose, rpy_from_rotations
 
 KRL_CYCLE = 0.012
 """The interpolation cycle of the controller, s: waits are whole numbers of it."""

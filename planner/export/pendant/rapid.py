@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import degrees, floor
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
 from planner.export.base import ExportOptions, Format
-from planner.export.pendant.instructions import instructions
+from planner.export.pendant.instructions import Instruction, instructions
 from planner.export.programs import MILLIMETRES, axes_first, numbers, on_one_line, origin, rounded_down
 from planner.export.rapid import NO_AXIS, RAPID_EXTERNAL_AXES, halt_away_from_start, rest, target
-from planner.spatial import quaternion
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.export.pendant.instructions import Instruction
-    from planner.plans.result import Plan
-    from planner.spatial import Pose
+from planner.plans.result import Plan
+from planner.spatial import Pose, quaternion
 
 LEAST_ACCELERATION_PERCENT = 20
 """The smallest percentage of the axes' acceleration that AccSet takes."""

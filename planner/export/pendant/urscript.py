@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from math import floor
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
-from planner.export.pendant.instructions import instructions
+from planner.export.pendant.instructions import Instruction, instructions
 from planner.export.programs import origin, rounded_down
 from planner.export.urscript import halt_away_from_start, joints, set_output
 from planner.kinematics.forward import tool_pose, tool_poses
-from planner.spatial import rotation_vector
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.export.pendant.instructions import Instruction
-    from planner.plans.result import Plan
-    from planner.problems.actions import SetOutput
-    from planner.spatial import Pose
+from planner.plans.result import Plan
+from planner.problems.actions import SetOutput
+from planner.spatial import Pose, rotation_vector
 
 POINT_BLEND_SHARE = 0.4
 """Blend radius of joint points as a share of the smallest distance of the tool between them: blends do not overlap."""

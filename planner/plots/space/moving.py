@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from html import escape
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
-from planner.plots.space.solids import CARRIED, MOST_CLOUD_POINTS, VEIL
+from planner.plots.planned import Planned
+from planner.plots.space.solids import CARRIED, MOST_CLOUD_POINTS, VEIL, Thing
 from planner.plots.space.surroundings import (
     carried_things,
     grown,
@@ -17,15 +19,9 @@ from planner.plots.space.surroundings import (
     points_along,
     standing_things,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from planner.plots.planned import Planned
-    from planner.plots.space.solids import Thing
-    from planner.plots.view import View
-    from planner.scene import CollisionChecker
-    from planner.spatial import FloatArray
+from planner.plots.view import View
+from planner.scene import CollisionChecker
+from planner.spatial import FloatArray
 
 RIM = 0.03
 """Share of the extent of the view beyond which larger objects are cut."""

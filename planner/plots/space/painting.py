@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from planner.plots.planned import Planned
 from planner.plots.quantities import MILLIMETRES
 from planner.plots.space.solids import CARRIED, MOST_CLOUD_POINTS, PLANE, STANDING, VEIL, Thing
-from planner.plots.space.space import BEHIND, LINE_LAYER
+from planner.plots.space.space import BEHIND, LINE_LAYER, Space
 from planner.plots.space.surroundings import names_of, painted_order, points_along, shown_points, surroundings
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.artist import Artist
-
-    from planner.plots.planned import Planned
-    from planner.plots.space.space import Space
-    from planner.scene import Scene
+from planner.scene import Scene
 
 SPECK = 0.004
 """Share of the extent of a view below which a thing is drawn as a dot, too: less than two points of a picture."""

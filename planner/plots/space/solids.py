@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.plots.view import View
 from planner.shapes.surfaces import surface_around
-
-if TYPE_CHECKING:
-    from planner.plots.view import View
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 SHARP = np.cos(np.radians(30.0))
 """Cosine of the least angle between two faces whose edge is drawn; round shapes have smaller angles."""

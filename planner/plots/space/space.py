@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from planner.plots.quantities import MILLIMETRES, XYZ
+from planner.plots.space.solids import Style
 from planner.plots.style import AXIS_COLOURS
 from planner.plots.view import AZIMUTH, ELEVATION, VIEWS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.artist import Artist
-    from matplotlib.figure import Figure
-    from matplotlib.gridspec import SubplotSpec
-
-    from planner.plots.space.solids import Style
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 FLATTEST = 0.5
 """Least extent of a picture along an axis, as a share of its largest one."""

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
-from planner.plots.planned import stops_of
+from planner.plots.planned import Planned, stops_of
 from planner.plots.space.solids import CARRIED, PLANE, STANDING, Piece, Thing
-from planner.plots.view import joined_names
+from planner.plots.view import View, joined_names
+from planner.scene import CollisionChecker
+from planner.scene.obstacles import Obstacle
 from planner.scene.point_cloud import Cluster
 from planner.shapes import HalfSpace
 from planner.shapes.surfaces import surface
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.plots.planned import Planned
-    from planner.plots.view import View
-    from planner.scene import CollisionChecker
-    from planner.scene.obstacles import Obstacle
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 SHOWN_SHARE = 0.75
 """Largest distance of objects that a view shows from the robot and its path, as a share of their extent."""

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
 
 from planner.kinematics.forward import tool_poses_on
-from planner.plots.planned import drawn_times, stops_of
+from planner.plots.planned import Planned, drawn_times, stops_of
 from planner.plots.quantities import MILLIMETRES, samples_for
 from planner.plots.space.painting import finish_with_surroundings
 from planner.plots.space.space import Space
 from planner.plots.stick_model import distinct_points, stick_model
 from planner.plots.view import joined_names
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from matplotlib.gridspec import SubplotSpec
-
-    from planner.plots.planned import Planned
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.spatial import FloatArray
 
 DRAWN_TOOL_FRAMES = 9
 """Largest number of tool frames drawn along the path."""

@@ -6,20 +6,15 @@ them: along its own axis, along the common normal of the two axes, along the nex
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
 from planner.shapes import Capsule, Sphere
 from planner.shapes.shape import LEAST_SIZE, MOST_SIZE
-from planner.spatial import rotation_with_z_along
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray, rotation_with_z_along
 
 RADIUS_PER_REACH = 0.05
 """Radius of a derived capsule per length of the arm: that of the forearms of UR5e and FR3 is 0.05 to 0.06 of it."""

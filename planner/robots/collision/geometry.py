@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import pinocchio as pin
 
+from planner.errors import Finding
 from planner.fields import PickledByFields
 from planner.robots.collision.derived import derived_capsules
-from planner.robots.collision.mesh_files import MeshReference, no_meshes
+from planner.robots.collision.mesh_files import FindPieces, KeptPieces, MeshReference, no_meshes
 from planner.robots.collision.outlines import OUTLINE_UNCERTAINTY, Outline
 from planner.robots.findings import Findings, listed, shown
+from planner.shapes import Shape
 from planner.shapes.meshes.mesh import InvalidMesh
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.errors import Finding
-    from planner.robots.collision.mesh_files import FindPieces, KeptPieces
-    from planner.shapes import Shape
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 ShapeSource = Literal["model", "estimate"]
 

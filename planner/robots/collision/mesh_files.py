@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import posixpath
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 from urllib.parse import unquote
 
 from planner.shapes import ConvexHull
 from planner.shapes.meshes.files import MeshPieces, mesh_pieces
 from planner.shapes.meshes.mesh import MAX_BYTES
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 
 class MeshReference(NamedTuple):

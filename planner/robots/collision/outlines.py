@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.shapes import ConvexHull
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 OUTLINE_UNCERTAINTY = 0.01
 """Largest distance of a machine's surface outside the outline of its maker's drawings, m: cables, covers, later

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import coal
 import numpy as np
 import pinocchio as pin
 
 from planner.last_used import LastUsed
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping, Sequence
-
-    from planner.robots.collision.geometry import LinkShape
-    from planner.robots.description import DisabledCollision
-    from planner.spatial import FloatArray
+from planner.robots.collision.geometry import LinkShape
+from planner.spatial import FloatArray
 
 ReasonUnchecked = Literal["neighbours", "srdf", "always"]
 
@@ -46,6 +42,21 @@ SEED = 1
 
 PAIRS_KEPT = 2**20
 """Number of pairs that are kept, of the robots last used."""
+
+
+@dataclass(frozen=True)
+class DisabledCollision:
+    """Two links that need no collision check against each other, as an SRDF has them.
+
+    Attributes:
+        link_1: Name of a link.
+        link_2: Name of another.
+        reason: The reason in the words of the SRDF; None: not given.
+    """
+
+    link_1: str
+    link_2: str
+    reason: str | None
 
 
 @dataclass(frozen=True)

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from planner.robots.build import model_with_follower, model_with_locked
-from planner.robots.derived.external_axes import external_chain, model_on_axes, placement_of
+from planner.robots.derived.external_axes import ExternalAxis, external_chain, model_on_axes, placement_of
 from planner.robots.description import RobotDescription
-from planner.robots.findings import note_held_mimic, shown
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from planner.robots.derived.external_axes import ExternalAxis
-    from planner.robots.findings import Findings
-    from planner.spatial import FloatArray, Pose
+from planner.robots.findings import Findings, note_held_mimic, shown
+from planner.spatial import FloatArray, Pose
 
 AnyRobot = TypeVar("AnyRobot", bound=RobotDescription)
 

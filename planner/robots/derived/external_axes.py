@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -20,13 +21,8 @@ from planner.robots.checks import (
     check_position_limits,
 )
 from planner.robots.description import Joint, JointKind
-from planner.robots.findings import shown
+from planner.robots.findings import Findings, shown
 from planner.spatial import FloatArray, Pose, is_rotation, rotation_with_z_along
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.robots.findings import Findings
 
 BASE_SUFFIX = "_base"
 """Suffix of the link that the first external axis stands on, after the name of the axis.

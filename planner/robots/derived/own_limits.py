@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -20,16 +20,11 @@ from planner.robots.checks import (
     with_torque_curve,
     with_velocity_curves,
 )
-from planner.robots.description import RANGED_QUANTITIES
-from planner.robots.findings import shown
-from planner.robots.varying.payload_table import payload_table_faults
+from planner.robots.description import RANGED_QUANTITIES, Joint, JointKind
+from planner.robots.findings import Findings, shown
+from planner.robots.varying.payload_table import PayloadTable, payload_table_faults
 from planner.robots.varying.torque_curves import TorqueCurve
 from planner.robots.varying.velocity_curves import VelocityCurves
-
-if TYPE_CHECKING:
-    from planner.robots.description import Joint, JointKind
-    from planner.robots.findings import Findings
-    from planner.robots.varying.payload_table import PayloadTable
 
 WIDENABLE = ("default", "estimate")
 """Provenances of limits that an owner may widen: nobody has published them."""

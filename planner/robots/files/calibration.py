@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 from xml.etree.ElementTree import tostring
 
 from defusedxml.ElementTree import fromstring
 
 from planner.robots.files.documents import invalid_file
 from planner.robots.files.yaml_files import mapping_in, number_in, read_yaml
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 JOINTS = {
     "shoulder": "shoulder_pan_joint",

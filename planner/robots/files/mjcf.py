@@ -7,7 +7,8 @@ chain of links.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
@@ -15,11 +16,7 @@ import pinocchio as pin
 
 from planner.robots.files.documents import RobotFiles, invalid_file
 from planner.robots.files.urdf_writer import add_drive, add_inertial, add_joint, add_origin, text_of
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 ROOT_LINK = "world"
 """The link that MuJoCo's world becomes."""

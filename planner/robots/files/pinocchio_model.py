@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
@@ -10,9 +9,7 @@ import pinocchio as pin
 
 from planner.robots.files.documents import RobotFiles, invalid_file
 from planner.robots.files.urdf_writer import add_drive, add_inertial, add_joint, text_of
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 BASE_LINK = "base_link"
 """The link that Pinocchio's `universe` becomes."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
-from xml.etree.ElementTree import ParseError
+from pathlib import Path
+from xml.etree.ElementTree import Element, ParseError
 
 from defusedxml.ElementTree import fromstring
 
@@ -12,11 +13,6 @@ from planner.robots.collision.mesh_files import meshes_in_folder
 from planner.robots.files.calibration import with_calibration
 from planner.robots.files.documents import RobotFiles, package_folder
 from planner.robots.files.joint_limits import with_joint_limits
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-    from xml.etree.ElementTree import Element
 
 PACKAGE_SCHEMES = ("package", "model")
 """Schemes of addresses that begin with the name of a package."""

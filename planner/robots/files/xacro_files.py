@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING
 from unittest.mock import patch
 
 from planner.robots.files.documents import invalid_file, package_folder
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
 EXPANSION = Lock()
 """Held during an expansion: the package keeps its state in global variables."""

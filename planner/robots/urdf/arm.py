@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-from planner.robots.findings import listed, shown
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
-
-    from planner.robots.description import JointGroup
-    from planner.robots.findings import Findings
-    from planner.robots.urdf.elements import UrdfJoint
-
+from planner.robots.description import JointGroup
+from planner.robots.findings import Findings, listed, shown
+from planner.robots.urdf.elements import UrdfJoint
 
 TIP_WORDS = ("tcp", "tool0", "end_effector")
 """Parts of the names by which the links at the tips of arms are usually called."""

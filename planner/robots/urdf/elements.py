@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import pinocchio as pin
@@ -13,18 +15,10 @@ from planner.robots.build import Body, joint_motion
 from planner.robots.checks import MAX_NUMBER, check_angles, check_body, check_length
 from planner.robots.collision.geometry import CollisionElement
 from planner.robots.collision.mesh_files import MeshReference
-from planner.robots.description import Joint
+from planner.robots.description import Joint, JointKind
 from planner.robots.findings import Findings, shown
-from planner.shapes import Box, Capsule, Cylinder, InvalidShape, Sphere
-from planner.spatial import rotation_from_rpy
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-    from xml.etree.ElementTree import Element
-
-    from planner.robots.description import JointKind
-    from planner.shapes import Shape
-    from planner.spatial import FloatArray
+from planner.shapes import Box, Capsule, Cylinder, InvalidShape, Shape, Sphere
+from planner.spatial import FloatArray, rotation_from_rpy
 
 KINDS: dict[str, JointKind] = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic"}
 """The kinds of joints that may be degrees of freedom, by the values of URDF's attribute `type`."""

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Iterator, Mapping
 
 from planner.robots.checks import MAX_NUMBER
 from planner.robots.description import Follower
-from planner.robots.findings import note_held_mimic, shown
-from planner.robots.urdf.elements import Mimic
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
-
-    from planner.robots.findings import Findings
-    from planner.robots.urdf.elements import UrdfJoint
+from planner.robots.findings import Findings, note_held_mimic, shown
+from planner.robots.urdf.elements import Mimic, UrdfJoint
 
 
 class WholeConfiguration:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import pinocchio as pin
 
-from planner.robots.build import Link, MovingJoint, build_model
+from planner.robots.build import Body, Link, MovingJoint, build_model
 from planner.robots.chain_checks import check_chain
 from planner.robots.checks import (
     MAX_JOINTS,
@@ -24,25 +24,16 @@ from planner.robots.checks import (
     with_checked_drives,
 )
 from planner.robots.collision.geometry import CollisionGeometry
-from planner.robots.collision.mesh_files import no_meshes
-from planner.robots.description import RobotDescription
+from planner.robots.collision.mesh_files import FindPieces, no_meshes
+from planner.robots.description import Joint, RobotDescription
 from planner.robots.findings import Findings, shown
-from planner.robots.urdf.arm import ArmFinder
-from planner.robots.urdf.elements import UrdfReader
+from planner.robots.urdf.arm import ArmFinder, PlanningGroup
+from planner.robots.urdf.elements import UrdfJoint, UrdfReader
 from planner.robots.urdf.mimicking import WholeConfiguration
 from planner.robots.urdf.srdf import Semantics, named_positions, read_srdf
 from planner.robots.urdf.transmissions import rotor_inertias
 from planner.robots.urdf.xml_document import parse_robot_document
 from planner.spatial import rotation_with_z_along
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
-
-    from planner.robots.build import Body
-    from planner.robots.collision.mesh_files import FindPieces
-    from planner.robots.description import Joint
-    from planner.robots.urdf.arm import PlanningGroup
-    from planner.robots.urdf.elements import UrdfJoint
 
 
 def read_urdf(

@@ -5,22 +5,17 @@ Everything else that SRDF has (end effectors, virtual and passive joints) is lef
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+from xml.etree.ElementTree import Element
 
 from planner.robots.checks import MAX_NAME_LENGTH, check_names
+from planner.robots.collision.pairs import DisabledCollision
 from planner.robots.derived.own_limits import is_within
-from planner.robots.description import DisabledCollision, JointGroup
-from planner.robots.findings import listed, shown
-from planner.robots.urdf.elements import number_of
+from planner.robots.description import Joint, JointGroup
+from planner.robots.findings import Findings, listed, shown
+from planner.robots.urdf.elements import UrdfJoint, number_of
 from planner.robots.urdf.xml_document import parse_robot_document
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from xml.etree.ElementTree import Element
-
-    from planner.robots.description import Joint
-    from planner.robots.findings import Findings
-    from planner.robots.urdf.elements import UrdfJoint
 
 MAX_GROUPS = 64
 """Number of joint groups that a document may have."""

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from xml.etree.ElementTree import Element
+from collections.abc import Mapping
+from xml.etree.ElementTree import Element
 
 ROTOR = ("rotor_inertia", "rotorInertia")
 """Elements with the inertia of a rotor about its axis, kg m^2 (Drake's, in any namespace, and another spelling)."""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 from xml.etree.ElementTree import Element, ParseError
 
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
-if TYPE_CHECKING:
-    from planner.robots.findings import Findings
+from planner.robots.findings import Findings
 
 MAX_TEXT_LENGTH = 2**20
 """Characters."""

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 LEAST_TORQUE = 1e-6
 """Least torque on a curve, N m or N, as in all limits of joints."""

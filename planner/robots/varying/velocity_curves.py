@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 LEAST_SPEED = 1e-9
 """rad/s or m/s: a curve allows no less anywhere, and slower motion counts as rest."""

@@ -6,7 +6,7 @@ triangles in another way (skins, node libraries) is refused rather than left out
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 
 import numpy as np
@@ -14,11 +14,7 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from planner.shapes.meshes.mesh import InvalidMesh, Mesh, check_count
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 MAX_ELEMENTS = 20_000
 """Largest number of XML elements of a file; files of robots have a few hundred."""

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import coal
 import numpy as np
 
-if TYPE_CHECKING:
-    from planner.shapes.meshes.mesh import Mesh
-    from planner.shapes.shape import Shape
-    from planner.spatial import FloatArray
+from planner.shapes.meshes.mesh import Mesh
+from planner.shapes.shape import Shape
+from planner.spatial import FloatArray
 
 INSIDE_WINDING = 0.5
 """Winding number above which a point is inside a mesh: it is 1 inside and 0 outside."""

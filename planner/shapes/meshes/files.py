@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import PurePosixPath
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.last_used import LastUsed
-from planner.shapes.hulls import hull_volume
+from planner.shapes.hulls import ConvexHull, hull_volume
 from planner.shapes.meshes.dae import read_dae
 from planner.shapes.meshes.mesh import MAX_BYTES, InvalidMesh, Mesh
 from planner.shapes.meshes.obj import read_obj
 from planner.shapes.meshes.pieces import convex_pieces, tight_pieces
 from planner.shapes.meshes.stl import read_stl
 from planner.shapes.shape import InvalidShape
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
-    from planner.shapes.hulls import ConvexHull
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 MOST_BYTES_KEPT = 2**25
 """Largest size of the cached pieces, bytes: the pieces of a hundred links."""

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.shapes.shape import MOST_SIZE
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 MAX_BYTES = 2**24
 """Largest size of a file, bytes: 335,000 triangles of a binary STL; the finest published robots have 45,000."""

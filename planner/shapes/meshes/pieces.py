@@ -7,18 +7,15 @@ forearm, would fill the space beside the middle.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.shapes.hulls import LEAST_THICKNESS, ConvexHull, hull_corners, hull_volume
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.shapes.meshes.mesh import Mesh
-    from planner.spatial import FloatArray
+from planner.shapes.meshes.mesh import Mesh
+from planner.spatial import FloatArray
 
 MOST_PIECES = 6
 """Largest number of convex pieces of a mesh.

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from planner.errors import Finding, InvalidRobotModel
 from planner.robots import Robot
-from planner.robots.description import DisabledCollision, JointGroup
+from planner.robots.collision.pairs import DisabledCollision
+from planner.robots.description import JointGroup
 from tests.planner.robots.urdfs import joint, link, robot
 
 FIXED = {"kind": "fixed", "axis": "", "limit": ""}
