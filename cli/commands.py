@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from cli import batches, database, keys, paths, plots
+from cli import batches, database, keys, paths, plots, runs
+from cli.options import BackEndOption, RequestArgument, RobotOption, SrdfOption, TipOption, robot_ids
 
 app = typer.Typer(
     name="planner",
@@ -20,17 +21,11 @@ app = typer.Typer(
 
 app.add_typer(database.app)
 app.add_typer(keys.app)
+app.add_typer(runs.app)
 app.command()(batches.batch)
 app.command()(batches.sweep)
 app.command()(plots.plot)
 app.command("import")(paths.import_)
-
-
-def _robot_ids(incomplete: str) -> list[str]:
-    """List the robots of the catalogue that a word may become."""
-    from planner.robots import catalogue_ids
-
-    return [robot_id for robot_id in catalogue_ids() if robot_id.startswith(incomplete)]
 
 
 def _version(asked: bool) -> None:
@@ -39,33 +34,6 @@ def _version(asked: bool) -> None:
 
         print(service_version())  # noqa: T201 - what was asked for
         raise typer.Exit
-
-
-RequestArgument = Annotated[
-    str, typer.Argument(metavar="REQUEST", help="File with a request of POST /v1/trajectories; - reads stdin.")
-]
-BackEndOption = Annotated[
-    str | None,
-    typer.Option("--backend", metavar="KIND", help="Back end in place of the request's, with its default options."),
-]
-RobotOption = Annotated[
-    str | None,
-    typer.Option(
-        "--robot",
-        metavar="ROBOT",
-        help="Robot in place of the request's: one of the catalogue, a URDF, xacro or MJCF file, or a JSON file for "
-        "POST /v1/robots.",
-        autocompletion=_robot_ids,
-    ),
-]
-SrdfOption = Annotated[
-    Path | None,
-    typer.Option("--srdf", metavar="FILE", help="SRDF file that goes with a URDF file.", exists=True, dir_okay=False),
-]
-TipOption = Annotated[
-    str | None,
-    typer.Option("--tip", metavar="LINK", help="Link of a URDF file that poses are about.", show_default="its end"),
-]
 
 
 @app.callback()
@@ -166,47 +134,9 @@ def plan(
 
 
 @app.command()
-def simulate(
-    request: RequestArgument,
-    feed_forward: Annotated[
-        str,
-        typer.Option(
-            "--feed-forward",
-            metavar="KIND",
-            help="Torques that the controller adds: torque (of the planned motion), gravity or none.",
-        ),
-    ] = "torque",
-    frequency: Annotated[float, typer.Option("--frequency", metavar="HZ", help="Frequency of the servo.")] = 10.0,
-    cycle: Annotated[float, typer.Option("--cycle", metavar="SECONDS", help="Cycle of the controller.")] = 0.001,
-    mass_error: Annotated[
-        float,
-        typer.Option(
-            "--mass-error", metavar="SHARE", help="Share by which the arm is heavier than the controller knows."
-        ),
-    ] = 0.0,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write positions and torques as .csv.")
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw following errors and torques into a .png or .svg file.")
-    ] = None,
-    backend: BackEndOption = None,
-    robot: RobotOption = None,
-    srdf: SrdfOption = None,
-    tip: TipOption = None,
-) -> None:
-    """Plan a request here and run the plan in MuJoCo: following errors and torques (extra models)."""
-    from cli.work.robots.files import FileOptions
-    from cli.work.simulated import simulate_file
-
-    servo = {"cycle": cycle, "frequency": frequency, "feed_forward": feed_forward, "mass_error": mass_error}
-    simulate_file(request, servo, output, plot, backend, robot, FileOptions(srdf, tip))
-
-
-@app.command()
 def ik(
     robot: Annotated[
-        str, typer.Argument(metavar="ROBOT", help="Robot of the catalogue, or a URDF file.", autocompletion=_robot_ids)
+        str, typer.Argument(metavar="ROBOT", help="Robot of the catalogue, or a URDF file.", autocompletion=robot_ids)
     ],
     position: Annotated[
         tuple[float, float, float], typer.Option(metavar="X Y Z", help="Position of the tool in the base frame, m.")
@@ -276,7 +206,7 @@ def robots(
         typer.Argument(
             metavar="[ROBOT]",
             help="Show the joints and limits of this one, of the catalogue or in a URDF, xacro or MJCF file.",
-            autocompletion=_robot_ids,
+            autocompletion=robot_ids,
         ),
     ] = None,
     srdf: SrdfOption = None,
@@ -379,5 +309,5 @@ def main() -> None:
     try:
         app()
     except Exception as error:  # noqa: BLE001 - nobody is shown a traceback
-        print(f"planner failed, which is a fault of its own: {where_from(error)}", file=sys.stderr)  # noqa: T201
+        print(f"Internal error at {where_from(error)}: please report it.", file=sys.stderr)  # noqa: T201
         sys.exit(70)

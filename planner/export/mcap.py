@@ -9,8 +9,10 @@ from mcap_ros2.writer import Writer
 
 from planner.export.base import ExportOptions, Format
 from planner.export.ros2 import NANOSECONDS, header, joint_trajectory, nanoseconds
+from planner.export.ros2_robot import link_transforms, robot_description
 from planner.plans.result import Plan
 from planner.problems.actions import SetOutput
+from planner.robots.files.pinocchio_model import BASE_LINK
 
 TRAJECTORY_TOPIC = "joint_trajectory"
 """The topic of the trajectory, below the root."""
@@ -20,6 +22,18 @@ STATES_TOPIC = "joint_states"
 
 OUTPUTS_TOPIC = "outputs"
 """The topic of the outputs that are set, below the root."""
+
+TRANSFORMS_TOPIC = "tf"
+"""The topic of the transforms of links, below the root, where viewers look for them."""
+
+TRANSFORMS_PER_SECOND = 25
+"""Largest rate of transforms, 1/s: a viewer needs no more, and they are the largest messages."""
+
+DESCRIPTION_TOPIC = "robot_description"
+"""The topic of the robot as URDF, below the root, where viewers look for it."""
+
+STRING = "string data"
+"""The definition of `std_msgs/msg/String`."""
 
 KEY_VALUE = "string key\nstring value"
 """The definition of `diagnostic_msgs/msg/KeyValue`."""
@@ -54,12 +68,36 @@ MSG: builtin_interfaces/Duration
 {TIME}"""
 """The definition of `trajectory_msgs/msg/JointTrajectory`."""
 
+TRANSFORMS = f"""geometry_msgs/TransformStamped[] transforms
+{"=" * 80}
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Transform transform
+{"=" * 80}
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+{"=" * 80}
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+{"=" * 80}
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w{HEADER}"""
+"""The definition of `tf2_msgs/msg/TFMessage`."""
+
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as messages on `/joint_trajectory` (one, at 0) and `/joint_states` (one a sample, at its time).
 
-    Outputs that are set are on `/outputs` at their times, a name and a value in JSON. Efforts are the torques when
-    these are included. The time of the recording begins at 0.
+    Viewers find the robot on `/robot_description`, and the transforms of its links on `/tf`. Outputs that are set are
+    on `/outputs` at their times, a name and a value in JSON. Efforts are the torques when these are included. The time
+    of the recording begins at 0.
 
     Raises:
         MissingDynamics: Torques are included, and the robot has neither inertias nor a payload.
@@ -81,6 +119,16 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         message = {"header": header(time), "name": whole["joint_names"], "position": point["positions"]}
         message |= {"velocity": point["velocities"], "effort": point["effort"]}
         writer.write_message(f"/{STATES_TOPIC}", state, message, time, sequence=k)
+    description = writer.register_msgdef("std_msgs/msg/String", STRING)
+    writer.write_message(f"/{DESCRIPTION_TOPIC}", description, {"data": robot_description(plan.path.robot)}, 0)
+    transforms, shown = writer.register_msgdef("tf2_msgs/msg/TFMessage", TRANSFORMS), -NANOSECONDS
+    for time, position in zip(times, samples.position, strict=True):
+        if time - shown >= NANOSECONDS / TRANSFORMS_PER_SECOND or time == times[-1]:
+            shown = time
+            links = link_transforms(plan.path.robot.model, position)
+            stamp = header(time, BASE_LINK)
+            entries = [{"header": stamp, "child_frame_id": name, "transform": each} for name, each in links]
+            writer.write_message(f"/{TRANSFORMS_TOPIC}", transforms, {"transforms": entries}, time)
     writer.finish()
     return file.getvalue()
 

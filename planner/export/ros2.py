@@ -49,9 +49,9 @@ def nanoseconds(samples: Samples) -> list[int]:
     return [round(time * NANOSECONDS) for time in samples.time.tolist()]
 
 
-def header(time: int) -> dict[str, Any]:
-    """Return the header of a message at a time, ns."""
-    return {"stamp": time_of(time), "frame_id": ""}
+def header(time: int, frame: str = "") -> dict[str, Any]:
+    """Return the header of a message at a time, ns, about a frame."""
+    return {"stamp": time_of(time), "frame_id": frame}
 
 
 def time_of(time: int) -> dict[str, int]:

@@ -16,6 +16,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from cli import app, commands
+from cli.options import robot_ids
 from planner.backends import BACKENDS
 from planner.kinematics import forward_kinematics
 from planner.robots import load_robot
@@ -461,7 +462,7 @@ def test_the_version_is_shown() -> None:
 
 
 def test_robots_are_completed() -> None:
-    assert [*commands._robot_ids("kuka")] == ["kuka_kr16_2", "kuka_kr16_l6_2"]
+    assert [*robot_ids("kuka")] == ["kuka_kr16_2", "kuka_kr16_l6_2"]
 
 
 def test_a_fault_of_the_command_line_is_one_line(

@@ -34,6 +34,15 @@ def files_of_model(model: pin.Model) -> RobotFiles:
     Raises:
         InvalidRobotModel: A joint is of another kind.
     """
+    return RobotFiles(tostring(urdf_of_model(model), encoding="unicode"))
+
+
+def urdf_of_model(model: pin.Model) -> Element:
+    """Return the root of the URDF document of a model; see `files_of_model`.
+
+    Raises:
+        InvalidRobotModel: A joint is of another kind.
+    """
     robot = Element("robot", name=model.name or "robot")
     names = [BASE_LINK, *(f"{name}_link" for name in list(model.names)[1:])]
     SubElement(robot, "link", name=BASE_LINK)
@@ -64,7 +73,7 @@ def files_of_model(model: pin.Model) -> RobotFiles:
             SubElement(robot, "link", name=frame.name)
             ends = names[frame.parentJoint], frame.name
             add_joint(robot, f"{frame.name}_fixed", "fixed", ends, frame.placement)
-    return RobotFiles(tostring(robot, encoding="unicode"))
+    return robot
 
 
 def _drive(model: pin.Model, v: int) -> tuple[float, float, float]:

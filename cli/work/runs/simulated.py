@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-from io import StringIO
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 import typer
 
 from cli.work.local_plan import plan_request, read_request
+from cli.work.runs.joint_columns import joint_columns, joint_value
 from cli.work.shared import read, refusals, robot_named, write
 from cli.work.terminal import plain_table, terminal
 from planner.simulation import FeedForward, Servo, Simulation, simulate
@@ -49,7 +48,13 @@ def simulate_file(
     console = terminal()
     console.print(simulation_table(run))
     if output is not None:
-        write(output, _csv(run), console)
+        columns = {
+            "position": run.position,
+            "planned_position": run.planned,
+            "torque": run.torque,
+            "planned_torque": run.planned_torque,
+        }
+        write(output, joint_columns(run.time, run.plan.path.robot.joint_names, columns), console)
     if plot is not None:
         picture = run.plot()
         write(plot, picture.png() if plot.suffix == ".png" else picture.svg(), console)
@@ -65,12 +70,11 @@ def simulation_table(run: Simulation) -> Table:
     peaks = (np.abs(torque).max(axis=0) for torque in (run.planned_torque, run.torque))
     rows = zip(run.following_error, run.end_error, *peaks, run.torque_ratio, run.limited.mean(axis=0), strict=True)
     for joint, (error, at_end, planned, simulated, ratio, cut) in enumerate(rows):
-        turns = bool(robot.is_angle[joint])
-        scale, unit, torque_unit = (np.degrees(1.0), "°", "N m") if turns else (1e3, "mm", "N")
+        torque_unit = "N m" if robot.is_angle[joint] else "N"
         table.add_row(
             robot.joint_names[joint],
-            f"{error * scale:.4f} {unit}",
-            f"{at_end * scale:.4f} {unit}",
+            joint_value(robot, joint, error),
+            joint_value(robot, joint, at_end),
             f"{planned:.4g} {torque_unit}",
             f"{simulated:.4g} {torque_unit}",
             "-" if np.isnan(ratio) else f"{ratio:.3f}",
@@ -78,19 +82,3 @@ def simulation_table(run: Simulation) -> Table:
             f"{cut:.1%}",
         )
     return table
-
-
-def _csv(run: Simulation) -> bytes:
-    """Write time, positions, planned positions, torques and planned torques, a row for each cycle."""
-    names = run.plan.path.robot.joint_names
-    parts = {
-        "position": run.position,
-        "planned_position": run.planned,
-        "torque": run.torque,
-        "planned_torque": run.planned_torque,
-    }
-    file = StringIO(newline="")
-    writer = csv.writer(file)
-    writer.writerow(["time", *(f"{part}.{name}" for part in parts for name in names)])
-    writer.writerows(np.column_stack([run.time, *parts.values()]).tolist())
-    return file.getvalue().encode()

@@ -1,0 +1,1 @@
+"""Runs of plans: in MuJoCo, and on a robot of ROS 2."""

@@ -1,0 +1,1 @@
+"""MoveIt-style services of ROS 2, answered by the planner service through rosbridge."""
