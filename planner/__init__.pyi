@@ -97,11 +97,11 @@ from planner.paths import JointPath as JointPath
 from planner.planning import Budget as Budget
 from planner.planning import plan as plan
 from planner.plans.result import Plan as Plan
-from planner.plans.tool_lines import LinePolynomial as LinePolynomial
-from planner.plans.tool_lines import line_polynomials as line_polynomials
-from planner.plans.tool_speeds import SlowPart as SlowPart
-from planner.plans.tool_speeds import ToolSpeedReport as ToolSpeedReport
-from planner.plans.tool_speeds import tool_speed_reports as tool_speed_reports
+from planner.plans.tool_reports import LinePolynomial as LinePolynomial
+from planner.plans.tool_reports import SlowPart as SlowPart
+from planner.plans.tool_reports import ToolSpeedReport as ToolSpeedReport
+from planner.plans.tool_reports import line_polynomials as line_polynomials
+from planner.plans.tool_reports import tool_speed_reports as tool_speed_reports
 from planner.plots.animation import Animation as Animation
 from planner.plots.picture import Picture as Picture
 from planner.plots.picture import draw_plan as draw_plan
@@ -161,7 +161,7 @@ from planner.robots.files.documents import RobotFiles as RobotFiles
 from planner.robots.files.pinocchio_model import files_of_model as files_of_model
 from planner.robots.files.robot_files import read_robot_files as read_robot_files
 from planner.robots.payload import Payload as Payload
-from planner.robots.process_force import ProcessForce as ProcessForce
+from planner.robots.payload import ProcessForce as ProcessForce
 from planner.samples import Samples as Samples
 from planner.scene import Attach as Attach
 from planner.scene import AttachedObject as AttachedObject

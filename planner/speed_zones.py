@@ -9,9 +9,8 @@ import numpy as np
 
 from planner.constraints import Constraint
 from planner.errors import InvalidProblem
-from planner.scene.bodies import Bodies, Body
+from planner.scene.bodies import Bodies, Body, excursions
 from planner.scene.continuous import DEFAULT_BUDGET
-from planner.scene.excursions import excursions
 from planner.shapes import Sphere
 from planner.tolerances import CONTINUITY_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import PiecewisePolynomial, horner

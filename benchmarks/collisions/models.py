@@ -11,8 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from benchmarks.plain_urdf import origin, plain_urdf
+from planner.robots.collision.estimates import Outline
 from planner.robots.collision.mesh_files import MeshReference
-from planner.robots.collision.outlines import Outline
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
 
 if TYPE_CHECKING:

@@ -29,8 +29,8 @@ from planner.kinematics import (
     pose_errors,
     solution_layers,
 )
+from planner.kinematics.descent import seed_table
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.kinematics.seeds import seed_table
 from planner.problems.problem import PoseWaypoint
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.waypoints.solve import solve_waypoints

@@ -1,8 +1,8 @@
-"""The forms that a plan can leave in: one file and one line here each."""
+"""The forms that a plan can leave in: one file for each language."""
 
 from __future__ import annotations
 
-from planner.export import c_header, csv, fanuc, krl, mcap, npz, pendant, rapid, ros2, urscript
+from planner.export import c_header, csv, fanuc, krl, mcap, npz, rapid, ros2, urscript
 from planner.export.base import INCLUDABLE, ExportOptions, Format
 from planner.plans.result import Plan
 
@@ -14,12 +14,12 @@ FORMATS: dict[str, Format] = {
         npz.FORMAT,
         mcap.FORMAT,
         urscript.FORMAT,
-        pendant.urscript.FORMAT,
+        urscript.FORMAT_MOVES,
         krl.FORMAT,
-        pendant.krl.FORMAT_KSS_5,
-        pendant.krl.FORMAT_KSS_8,
+        krl.FORMAT_KSS_5,
+        krl.FORMAT_KSS_8,
         rapid.FORMAT,
-        pendant.rapid.FORMAT,
+        rapid.FORMAT_MOVES,
         fanuc.FORMAT,
         c_header.FORMAT,
     )

@@ -1,15 +1,34 @@
-"""RAPID: a module of absolute joint motions for ABB, each with its time."""
+"""RAPID, the language of ABB: absolute joint motions with their times, or one instruction for each waypoint."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from math import degrees, floor
+
+import numpy as np
+import pinocchio as pin
 
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import APPROACH, JOINTS, Move, moves, name_of, numbers, origin, tolerances_of
+from planner.export.instructions import Instruction, instructions
+from planner.export.programs import (
+    APPROACH,
+    JOINTS,
+    MILLIMETRES,
+    Move,
+    axes_first,
+    moves,
+    name_of,
+    numbers,
+    on_one_line,
+    origin,
+    rounded_down,
+    tolerances_of,
+)
 from planner.kinematics import FloatArray
 from planner.plans.result import Plan
 from planner.problems.actions import SetOutput
 from planner.robots import Robot
+from planner.spatial import Pose, quaternion
 
 RAPID_EXTERNAL_AXES = 6
 """The most external axes that RAPID has, eax_a to eax_f."""
@@ -102,3 +121,122 @@ def target(position: FloatArray) -> str:
 
 FORMAT = Format("rapid", "text/x-rapid", ".mod", render)
 """The form of programs for ABB."""
+
+
+LEAST_ACCELERATION_PERCENT = 20
+"""The smallest percentage of the axes' acceleration that AccSet takes."""
+
+LEAST_PATH_ACCELERATION = 0.1
+"""The smallest acceleration of the tool that PathAccLim takes, m/s^2."""
+
+IDENTITY = "[[0,0,0],[1,0,0,0]]"
+"""The pose of a frame in itself, as RAPID writes it."""
+
+NO_LOAD = "[0.001,[0,0,0.001],[1,0,0,0],0,0,0]"
+"""The load of `tool0`: the operator enters the tool's own."""
+
+POINT_ZONE = "z10"
+"""The zone of joint points: 10 mm, which the controller reduces where points are nearer."""
+
+
+def render_instructions(plan: Plan, options: ExportOptions) -> bytes:
+    """Write a plan as a module with one instruction for each waypoint, which the controller plans for itself.
+
+    Axes are in degrees, poses in mm with quaternions, in the frame of the robot's base, which is the work object.
+
+    Raises:
+        UnsupportedFormat: The plan sets an output in motion or one with another name, or does not begin and end at
+            rest. Or the arm is of another maker, or does not have six revolute joints.
+    """
+    before, found = instructions(plan, "ABB", "RAPID", options.sample_period)
+    robot = plan.path.robot
+    tools = [_pose(each.tool_in_tip) for each in plan.problem.robots]
+    names = {tool: f"planned_tool_{number}" for number, tool in enumerate(dict.fromkeys(tools), 1)}
+    has_points = any(each.kind == "points" for each in found)
+    lines = [
+        "MODULE PlannedTrajectory",
+        f"  ! {origin(plan)}",
+        "  ! the controller's own interpolation sets times and blends: the certified program is the format rapid",
+        "  ! speeds are at most the plan's; percentages are of the model's limits, which have to be the controller's",
+        "  ! rax_1 to rax_6 are the joints of the model in degrees: its zeros and signs have to be the robot's,",
+        "  ! and its third joint that of the upper arm",
+        *(["  ! joint points stand for curves that RAPID does not have"] if has_points else []),
+        f"  ! tools are in the frame {on_one_line(robot.tip_frame)}, which has to be tool0; enter their loads",
+        *(f"  PERS tooldata {name}:=[TRUE,{tool},{NO_LOAD}];" for tool, name in names.items()),
+        "  ! the base of the model in the world",
+        f'  PERS wobjdata planned_base:=[FALSE,TRUE,"",{IDENTITY},{IDENTITY}];',
+        "  PROC planned_trajectory()",
+        *halt_away_from_start(robot, axes_first(robot, plan.path.positions[:1])[0]),
+        r"    ConfL\Off;",
+        *(f"    {line}" for line in rest(before)),
+        *(f"    {line}" for line in _instructions(found, [names[tool] for tool in tools])),
+        "  ENDPROC",
+        "ENDMODULE",
+    ]
+    return ("\r\n".join(lines) + "\r\n").encode()
+
+
+def _instructions(found: list[Instruction], tools: list[str]) -> Iterator[str]:
+    """Write each motion; `tools` are the names of the tools at the waypoints of the plan."""
+    in_force: list[str] = []
+    for each in found:
+        settings = _accelerations(each)
+        yield from (line for line in settings if line not in in_force)
+        in_force = settings
+        yield f"! waypoint {each.waypoint}"
+        yield from _motion(each, tools[each.segment + 1])
+        yield from rest(each.rest)
+
+
+def _motion(each: Instruction, tool: str) -> Iterator[str]:
+    speeds = each.speeds
+    speed = f"[{rounded_down(speeds.linear * MILLIMETRES, 1)},{rounded_down(degrees(speeds.angular), 1)},5000,1000]"
+    ending = f"{speed},{_zone(each)},{tool}"
+    match each.kind:
+        case "points":
+            *first, last = map(target, each.position)
+            yield from (f"MoveAbsJ {position},{speed},{POINT_ZONE},{tool};" for position in first)
+            yield f"MoveAbsJ {last},{speed},{POINT_ZONE if each.is_passed else 'fine'},{tool};"
+        case "joint":
+            yield f"MoveAbsJ {target(each.position[0])},{ending};"
+        case "line":
+            yield rf"MoveL {_robtarget(each.poses[0])},{ending}\WObj:=planned_base;"
+        case "circle":
+            via, end = map(_robtarget, each.poses)
+            yield rf"MoveC {via},{end},{ending}\WObj:=planned_base;"
+
+
+def _accelerations(each: Instruction) -> list[str]:
+    """Write the limits of acceleration of a motion: of the axes in percent, of the tool in m/s^2."""
+    if each.kind in ("joint", "points"):
+        percent = max(floor(each.speeds.joint_acceleration * 100.0), LEAST_ACCELERATION_PERCENT)
+        return [f"AccSet {percent},100;", "PathAccLim FALSE,FALSE;"]
+    most = rounded_down(max(each.speeds.linear_acceleration, LEAST_PATH_ACCELERATION), 3)
+    return ["AccSet 100,100;", rf"PathAccLim TRUE\AccMax:={most},TRUE\DecelMax:={most};"]
+
+
+def _zone(each: Instruction) -> str:
+    """Write the zone of a blend, mm and degrees, in the proportions of ABB's own z10."""
+    if not each.is_passed or each.blend == 0.0:
+        return "fine"
+    radius = each.blend * MILLIMETRES
+    tool, reorientation, degree = (rounded_down(radius * share, 3) for share in (1.0, 1.5, 0.15))
+    return f"[FALSE,{tool},{reorientation},{reorientation},{degree},{reorientation},{degree}]"
+
+
+def _robtarget(pose: Pose) -> str:
+    """Write a pose as a target of any configuration, without external axes."""
+    rotation = np.eye(3) if pose.rotation is None else pose.rotation
+    external = ",".join([NO_AXIS] * RAPID_EXTERNAL_AXES)
+    return f"[{_pose(pin.SE3(rotation, pose.position))[1:-1]},[0,0,0,0],[{external}]]"
+
+
+def _pose(pose: pin.SE3) -> str:
+    """Write a position, mm, and a quaternion w, x, y, z."""
+    x, y, z, w = quaternion(pose.rotation).tolist()
+    position = numbers(pose.translation * MILLIMETRES, 4)
+    return f"[[{','.join(position)}],[{','.join(numbers(np.array([w, x, y, z]), 8))}]]"
+
+
+FORMAT_MOVES = Format("rapid_moves", "text/x-rapid-moves", ".moves.mod", render_instructions)
+"""The form of pendant programs for ABB, with MoveAbsJ, MoveL and MoveC."""

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from planner.kinematics.configurations import keeps_configuration
+from planner.kinematics.descent import seed_table
 from planner.kinematics.forward import jacobian
 from planner.kinematics.search import BEYOND, QUICK, STEADY, Search, search_all, targets
-from planner.kinematics.seeds import seed_table
 from planner.kinematics.turns import TURN, by_distance, counted_velocity, nearest_turn, travel_times, turns_within
 from planner.spatial import FloatArray
 from planner.tolerances import SAME_SOLUTION

@@ -10,11 +10,10 @@ import pinocchio as pin
 
 from planner.kernels.descent import Box
 from planner.kinematics.configurations import Configuration, in_configuration
-from planner.kinematics.descent import Patience, Target
+from planner.kinematics.descent import Patience, Target, random_configurations, seed_table
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.screws import screws_of
-from planner.kinematics.seeds import random_configurations, seed_table
 from planner.kinematics.turns import TURN, distances, nearest_turn
 from planner.robots import Robot
 from planner.spatial import FloatArray, Pose, rotation_vector, rotation_vectors

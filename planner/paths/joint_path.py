@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from planner.problems.problem import AnyWaypoint, PlanningProblem
     from planner.problems.transitions import Transition
     from planner.robots import Robot
-    from planner.robots.payload import Payload
-    from planner.robots.process_force import ProcessForce
+    from planner.robots.payload import Payload, ProcessForce
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
     from planner.trajectories.trajectory import Trajectory

@@ -8,13 +8,11 @@ from html import escape
 
 import numpy as np
 
-from planner.plots.planned import Planned, stops_of
-from planner.plots.quantities import MILLIMETRES
+from planner.plots.quantities import MILLIMETRES, Planned, stops_of
 from planner.plots.space.moving import Frames, Painted, Projection, paint_surroundings
 from planner.plots.space.surroundings import shown_points, surroundings
-from planner.plots.stick_model import stick_model
-from planner.plots.view import VIEWS, View, joined_names
-from planner.plots.xml import well_formed
+from planner.plots.style import well_formed
+from planner.plots.view import VIEWS, View, joined_names, stick_model
 from planner.spatial import FloatArray
 
 FRAMES_PER_SECOND = 20.0

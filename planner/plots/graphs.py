@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from planner.plots.planned import NamedStop
-from planner.plots.quantities import Curves
+from planner.plots.quantities import Curves, NamedStop
 from planner.spatial import FloatArray
 
 ROOM_FOR_LIMIT = 1.25

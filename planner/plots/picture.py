@@ -16,21 +16,22 @@ from numpy.typing import ArrayLike
 
 from planner.kinematics.workspace import Workspace
 from planner.plots.graphs import draw_curves, draw_names, draw_shares, name_stops
-from planner.plots.planned import Planned, drawn_times, stops_of
 from planner.plots.quantities import (
     JOINT_UNITS,
     TOOL_QUANTITIES,
     XYZ,
     Curves,
+    Planned,
+    drawn_times,
     joint_curves,
     joint_indices,
     samples_for,
+    stops_of,
     tool_curves,
 )
 from planner.plots.space.views import draw_path, draw_points, draw_positions, draw_robot
-from planner.plots.style import STYLE
+from planner.plots.style import STYLE, well_formed
 from planner.plots.view import VIEWS
-from planner.plots.xml import well_formed
 from planner.robots import Robot
 from planner.spatial import FloatArray
 

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from planner.plots.picture import GRAPH_HEIGHT, HEAD_HEIGHT, Picture
-from planner.plots.planned import Planned, stops_of
+from planner.plots.quantities import Planned, stops_of
 from planner.plots.style import STYLE, colour_of
 from planner.spatial import FloatArray
 

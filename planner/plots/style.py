@@ -1,7 +1,8 @@
-"""How pictures look: colours that colour-blind eyes tell apart, and the rest of the style."""
+"""The look of pictures: colours that colour-blind eyes tell apart, the rest of the style, and well-formed XML."""
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#5D3A9B")
@@ -29,3 +30,12 @@ STYLE: dict[Any, Any] = {
 def colour_of(joint: int) -> str:
     """Return the colour of a joint by its index."""
     return COLOURS[joint % len(COLOURS)]
+
+
+FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""A character that no document of XML 1.0 has, escaped or not (https://www.w3.org/TR/xml/#charsets, production 2)."""
+
+
+def well_formed(document: str) -> str:
+    """Return a document with U+FFFD for every character that XML has not, which names and titles may hold."""
+    return FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", document)

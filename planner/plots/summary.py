@@ -8,7 +8,7 @@ from html import escape
 
 from planner.certificate.checks import Check
 from planner.plots.picture import draw_plan
-from planner.plots.planned import Planned, stops_of
+from planner.plots.quantities import Planned, stops_of
 
 GLANCE = ("position", "velocity")
 """The rows of the picture of a summary."""

@@ -21,15 +21,15 @@ from planner.problems.problem import (
     PolylineMotion,
     SplineMotion,
 )
-from planner.problems.stop_faults import (
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
+from planner.problems.waypoint_faults import (
     action_faults,
     objects_handled_faults,
     process_force_faults,
     tool_faults,
     vibration_faults,
+    waypoint_faults,
 )
-from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
-from planner.problems.waypoint_faults import waypoint_faults
 from planner.robots import Robot
 from planner.robots.payload import Payload
 from planner.scene.faults import scene_faults

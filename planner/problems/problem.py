@@ -20,8 +20,7 @@ from planner.problems.regions import Free
 from planner.problems.residual_vibration import ResidualVibration
 from planner.problems.transitions import StopTransition, Transition
 from planner.robots import Robot
-from planner.robots.payload import Payload
-from planner.robots.process_force import ProcessForce
+from planner.robots.payload import Payload, ProcessForce
 from planner.robots.tools import with_tools
 from planner.scene.scene import Attach, Handling, Scene
 from planner.spatial import ROTATION_TOLERANCE, Pose, as_pose, convert_poses

@@ -4,8 +4,8 @@ from planner.robots.catalogue import catalogue_ids, load_robot
 from planner.robots.derived.external_axes import ExternalAxis
 from planner.robots.description import LIMITED_QUANTITIES, RANGED_QUANTITIES, Joint
 from planner.robots.dh import DHJoint
+from planner.robots.payload import PayloadTable
 from planner.robots.robot import Robot
-from planner.robots.varying.payload_table import PayloadTable
 from planner.robots.varying.torque_curves import TorqueCurve
 from planner.robots.varying.velocity_curves import VelocityCurves, VelocityParabola, VelocityTable
 

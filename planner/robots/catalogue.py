@@ -36,8 +36,8 @@ import pinocchio as pin
 
 from planner.errors import UnknownRobot
 from planner.robots.checks import DRIVE_VALUES, with_default_limits, with_velocity_curves
+from planner.robots.collision.estimates import OUTLINE_UNCERTAINTY, Outline
 from planner.robots.collision.geometry import CollisionElement, CollisionGeometry
-from planner.robots.collision.outlines import OUTLINE_UNCERTAINTY, Outline
 from planner.robots.description import Joint
 from planner.robots.dh import DHJoint
 from planner.robots.findings import Findings

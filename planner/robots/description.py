@@ -13,9 +13,7 @@ import pinocchio as pin
 from planner.errors import Finding
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.pairs import DisabledCollision
-from planner.robots.payload import Payload
-from planner.robots.process_force import ProcessForce
-from planner.robots.varying.payload_table import PayloadTable
+from planner.robots.payload import Payload, PayloadTable, ProcessForce
 from planner.robots.varying.torque_curves import TorqueCurve, TorqueCurves
 from planner.robots.varying.velocity_curves import NO_CURVES, VelocityConditions, VelocityCurves
 from planner.spatial import FloatArray, Pose

@@ -1,8 +1,15 @@
-"""The payload of a robot."""
+"""The loads of a robot: its payload, factors on its limits by the mass, and the force that the tool exerts."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+
+from planner.spatial import FloatArray, Pose
 
 
 @dataclass(frozen=True)
@@ -36,3 +43,111 @@ class Payload:
     def largest_mass(self) -> float:
         """The largest mass within the tolerance, kg."""
         return self.mass + self.mass_tolerance
+
+
+LEAST_PAYLOAD_FACTOR = 1e-6
+"""Least factor in a table."""
+
+MOST_PAYLOAD_MASSES = 64
+"""Number of masses that a table may have."""
+
+
+@dataclass(frozen=True)
+class PayloadTable:
+    """Factors on a robot's acceleration and jerk limits by the payload mass.
+
+    They are linear between the masses and constant beyond the first and the last one, and never grow with the mass.
+
+    Attributes:
+        masses: Ascending, not negative, kg.
+        acceleration: The factors on all acceleration limits at these masses, up to 1.
+        jerk: The factors on all jerk limits; None: 1 at all masses.
+
+    Examples:
+        >>> import planner
+        >>> gentler = planner.PayloadTable(masses=(1.0, 5.0), acceleration=(1.0, 0.4), jerk=(1.0, 0.2))
+        >>> planner.load_robot("ur5e").derived(payload_table=gentler).payload_table.factor("acceleration", 3.0)
+        0.7
+    """
+
+    masses: tuple[float, ...]
+    acceleration: tuple[float, ...]
+    jerk: tuple[float, ...] | None = None
+
+    def factor(self, quantity: str, mass: float) -> float:
+        """Return the factor on the limits of a quantity of the joints at a payload mass, kg."""
+        factors = {"acceleration": self.acceleration, "jerk": self.jerk}.get(quantity)
+        return 1.0 if factors is None else float(np.interp(mass, self.masses, factors))
+
+    def exceeds(self, other: PayloadTable) -> bool:
+        """Tell whether this table allows more than another one at any mass."""
+        masses = np.union1d(self.masses, other.masses).tolist()
+        return any(
+            self.factor(quantity, mass) > other.factor(quantity, mass) * (1.0 + 1e-9)
+            for quantity in ("acceleration", "jerk")
+            for mass in masses
+        )
+
+
+def payload_table_faults(table: PayloadTable) -> Iterator[str]:
+    """Yield the faults of a table."""
+    columns = {"acceleration": table.acceleration, "jerk": table.jerk}
+    if not 2 <= len(table.masses) <= MOST_PAYLOAD_MASSES:
+        yield f"it must have 2 to {MOST_PAYLOAD_MASSES} masses"
+    elif not np.isfinite(table.masses).all() or not (np.diff(table.masses) > 0.0).all() or table.masses[0] < 0.0:
+        yield "its masses must ascend and not be negative"
+    for name, factors in columns.items():
+        if factors is None:
+            continue
+        if len(factors) != len(table.masses):
+            yield f"it must have as many factors of {name} as masses"
+        elif not (np.diff(factors) <= 0.0).all() or not LEAST_PAYLOAD_FACTOR <= factors[-1] <= factors[0] <= 1.0:
+            yield f"its factors of {name} must be {LEAST_PAYLOAD_FACTOR:g} to 1 and must not grow with the mass"
+
+
+Vector3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class ProcessForce:
+    """A constant force and moment that the tool exerts on the workpiece, at the tool centre point.
+
+    The joints need the torques J^T (force, moment) for it, in addition to the torques of the motion.
+
+    Attributes:
+        force: (3,), N.
+        moment: (3,), N m.
+        frame: The axes of both: the tool's, which turn with it, or the base's.
+    """
+
+    force: Vector3 = (0.0, 0.0, 0.0)
+    moment: Vector3 = (0.0, 0.0, 0.0)
+    frame: Literal["tool", "base"] = "tool"
+
+    def __post_init__(self) -> None:
+        """Keep plain numbers, which are compared and cannot change."""
+        for name in ("force", "moment"):
+            x, y, z = map(float, getattr(self, name))
+            object.__setattr__(self, name, (x, y, z))
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether all numbers are finite."""
+        return bool(np.isfinite([*self.force, *self.moment]).all())
+
+    def on_chain(self, tool: pin.Frame) -> FloatArray:
+        """Return the numbers of `SerialChain.load` after free fall, for the frame of a tool."""
+        in_base = self.frame == "base"
+        axes = np.eye(3) if in_base else tool.placement.rotation
+        vectors = [axes @ np.array(vector) for vector in (self.force, self.moment)]
+        return np.hstack([*vectors, tool.placement.translation, tool.parentJoint - 1, in_base])
+
+    def from_frame(self, frame: Pose) -> ProcessForce:
+        """Turn a process force given in the axes of a frame, such as a work object's, to the base's axes.
+
+        Args:
+            frame: Pose of the frame in the base frame; without a rotation, its axes are the base's.
+        """
+        rotation = np.eye(3) if frame.rotation is None else frame.rotation
+        force, moment = (rotation @ np.array([self.force, self.moment]).T).T
+        return ProcessForce(tuple(force), tuple(moment), "base")

@@ -24,10 +24,9 @@ from planner.robots.description import RobotDescription
 from planner.robots.dh import Convention, DHJoint, DHModel, read_dh
 from planner.robots.findings import Findings
 from planner.robots.loads import fields_with_payload, loaded_chain, model_with_tool
-from planner.robots.payload import Payload
+from planner.robots.payload import Payload, PayloadTable
 from planner.robots.urdf.arm import PlanningGroup
 from planner.robots.urdf.reader import read_urdf
-from planner.robots.varying.payload_table import PayloadTable
 from planner.spatial import FloatArray, Pose, as_pose
 
 TOOL_FRAME = "tool"

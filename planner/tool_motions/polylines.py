@@ -11,8 +11,7 @@ import numpy as np
 
 from planner.spatial import FloatArray, Pose, right_jacobians, rotation_vectors, rotations_from_vectors
 from planner.tolerances import POSITION_TOLERANCE
-from planner.tool_motions.pose_paths import NoPath, PiecedPath
-from planner.tool_motions.via_poses import ViaPoses, via_poses
+from planner.tool_motions.pose_paths import NoPath, PiecedPath, ViaPoses, via_poses
 
 GAUSS = 0.5 * np.array(np.polynomial.legendre.leggauss(24)) + np.array([[0.5], [0.0]])
 """Gauss's nodes on [0, 1] and their weights, (2, nodes): as many integrate a turn by half a circle to 1e-15."""

@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from planner.spatial import FloatArray, Pose, quaternion, rotations_from_quaternions
-from planner.tool_motions.pose_paths import NoPath, PiecedPath
-from planner.tool_motions.via_poses import via_poses
+from planner.tool_motions.pose_paths import NoPath, PiecedPath, via_poses
 from planner.trajectories.polynomials import PiecewisePolynomial, differentiate, horner
 from planner.trajectories.splines import natural_spline
 

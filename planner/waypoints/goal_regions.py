@@ -23,10 +23,9 @@ from planner.robots import Robot
 from planner.robots.region_joints import with_region_joints
 from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose
-from planner.tool_motions.least_cost import least_cost
 from planner.waypoints.choice import motion_costs
 from planner.waypoints.pinned import Pinned, pinned_robots
-from planner.waypoints.preferences import costs_of
+from planner.waypoints.preferences import costs_of, least_cost
 from planner.waypoints.targets import wanted_poses
 
 SWEEP = 2.0 * np.pi / 72

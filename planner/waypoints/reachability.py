@@ -23,7 +23,7 @@ from planner.scene import CollisionChecker, Handling, PositionCollision, Scene, 
 from planner.scene.carried import checker_at_waypoints
 from planner.scene.faults import handling_faults
 from planner.spatial import FloatArray, Pose
-from planner.waypoints.configurations import configuration_error, solutions_in
+from planner.waypoints.candidates import configuration_error, solutions_in
 from planner.waypoints.goal_regions import Surroundings, with_chosen_poses
 from planner.waypoints.pinned import Pinned, pinned_robots, without_pins
 from planner.waypoints.solve import position_limit_error, unreachable_error, within_limits

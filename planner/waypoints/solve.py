@@ -29,9 +29,8 @@ from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_SOLUTION
 from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, ToolMotion
-from planner.waypoints.candidates import Layer
+from planner.waypoints.candidates import Layer, configuration_error, solutions_in
 from planner.waypoints.choice import Passage, Stop, joint_times, shortest_path, with_starts_of_motions
-from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.goal_regions import SettledWaypoint
 from planner.waypoints.motion_remedies import motion_remedies
 from planner.waypoints.pinned import pinned_robots, without_pins

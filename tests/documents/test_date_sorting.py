@@ -24,7 +24,7 @@ from planner.kinematics import (
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.plans.tool_lines import line_polynomials
+from planner.plans.tool_reports import line_polynomials
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload

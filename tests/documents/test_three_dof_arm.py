@@ -21,7 +21,7 @@ from planner.kinematics import (
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.plans.tool_lines import line_polynomials
+from planner.plans.tool_reports import line_polynomials
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from tests.documents.published import document, gantry, homogeneous, modified_dh

@@ -14,8 +14,7 @@ from planner.dynamics import SegmentDynamics
 from planner.export import ExportOptions
 from planner.kinematics import configurations, manipulability
 from planner.operations import JoinedTrajectory, RetimedTrajectory
-from planner.plans.tool_lines import line_polynomials
-from planner.plans.tool_speeds import tool_speed_reports
+from planner.plans.tool_reports import line_polynomials, tool_speed_reports
 from planner.problems import as_requested, region_of
 from planner.problems.actions import SetOutput
 from planner.problems.problem import PoseWaypoint, ViaWaypoint
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
     from planner.certificate.sampling import SampleCertificate
     from planner.operations import CertifiedTrajectory
     from planner.plans.result import Plan
-    from planner.plans.tool_lines import LinePolynomial
+    from planner.plans.tool_reports import LinePolynomial
     from planner.problems.problem import AnyWaypoint
     from planner.samples import Samples
     from planner.spatial import FloatArray, Pose

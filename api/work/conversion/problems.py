@@ -26,8 +26,7 @@ from planner.limits import Limits
 from planner.problems.motion_around import FreeMotion
 from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
 from planner.robots.collision import kept_meshes
-from planner.robots.payload import Payload
-from planner.robots.process_force import ProcessForce
+from planner.robots.payload import Payload, ProcessForce
 from planner.scene import Attach
 from planner.spatial import FloatArray, Pose
 

@@ -9,9 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
-from planner.plots.planned import Planned
-from planner.plots.space.solids import CARRIED, MOST_CLOUD_POINTS, VEIL, Thing
+from planner.plots.quantities import Planned
 from planner.plots.space.surroundings import (
+    CARRIED,
+    MOST_CLOUD_POINTS,
+    VEIL,
+    Thing,
     carried_things,
     grown,
     names_of,

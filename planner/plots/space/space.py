@@ -16,7 +16,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from planner.plots.quantities import MILLIMETRES, XYZ
-from planner.plots.space.solids import Style
+from planner.plots.space.surroundings import Style
 from planner.plots.style import AXIS_COLOURS
 from planner.plots.view import AZIMUTH, ELEVATION, VIEWS
 from planner.spatial import FloatArray

@@ -13,9 +13,8 @@ import pinocchio as pin
 
 from planner.errors import Finding
 from planner.fields import PickledByFields
-from planner.robots.collision.derived import derived_capsules
+from planner.robots.collision.estimates import OUTLINE_UNCERTAINTY, Outline, derived_capsules
 from planner.robots.collision.mesh_files import FindPieces, KeptPieces, MeshReference, no_meshes
-from planner.robots.collision.outlines import OUTLINE_UNCERTAINTY, Outline
 from planner.robots.findings import Findings, listed, shown
 from planner.shapes import Shape
 from planner.shapes.meshes.mesh import InvalidMesh

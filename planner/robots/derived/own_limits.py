@@ -22,7 +22,7 @@ from planner.robots.checks import (
 )
 from planner.robots.description import RANGED_QUANTITIES, Joint, JointKind
 from planner.robots.findings import Findings, shown
-from planner.robots.varying.payload_table import PayloadTable, payload_table_faults
+from planner.robots.payload import PayloadTable, payload_table_faults
 from planner.robots.varying.torque_curves import TorqueCurve
 from planner.robots.varying.velocity_curves import VelocityCurves
 

@@ -10,9 +10,8 @@ from xml.etree.ElementTree import Element, ParseError
 from defusedxml.ElementTree import fromstring
 
 from planner.robots.collision.mesh_files import meshes_in_folder
-from planner.robots.files.calibration import with_calibration
 from planner.robots.files.documents import RobotFiles, package_folder
-from planner.robots.files.joint_limits import with_joint_limits
+from planner.robots.files.parameters import with_calibration, with_joint_limits
 
 PACKAGE_SCHEMES = ("package", "model")
 """Schemes of addresses that begin with the name of a package."""

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 import pinocchio as pin
 
-from planner.robots.urdf.transmissions import ROTOR
+from planner.robots.urdf.elements import ROTOR
 from planner.spatial import FloatArray
 
 

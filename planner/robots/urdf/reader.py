@@ -27,11 +27,9 @@ from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.mesh_files import FindPieces, no_meshes
 from planner.robots.description import Joint, RobotDescription
 from planner.robots.findings import Findings, shown
-from planner.robots.urdf.arm import ArmFinder, PlanningGroup
-from planner.robots.urdf.elements import UrdfJoint, UrdfReader
-from planner.robots.urdf.mimicking import WholeConfiguration
+from planner.robots.urdf.arm import ArmFinder, PlanningGroup, WholeConfiguration
+from planner.robots.urdf.elements import UrdfJoint, UrdfReader, rotor_inertias
 from planner.robots.urdf.srdf import Semantics, named_positions, read_srdf
-from planner.robots.urdf.transmissions import rotor_inertias
 from planner.robots.urdf.xml_document import parse_robot_document
 from planner.spatial import rotation_with_z_along
 

@@ -16,8 +16,7 @@ from planner.operations import MaxPayload, max_payload
 from planner.planning import plan
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import Robot, load_robot
-from planner.robots.payload import Payload
-from planner.robots.varying.payload_table import PayloadTable
+from planner.robots.payload import Payload, PayloadTable
 from planner.robots.varying.torque_curves import TorqueCurve
 from planner.trajectories.trajectory import Trajectory
 

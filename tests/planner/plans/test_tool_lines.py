@@ -12,7 +12,7 @@ from planner.backends import BACKENDS
 from planner.kinematics import FloatArray, Pose, forward_kinematics
 from planner.limits import Limits
 from planner.planning import plan
-from planner.plans.tool_lines import LinePolynomial, line_polynomials
+from planner.plans.tool_reports import LinePolynomial, line_polynomials
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,

@@ -10,7 +10,7 @@ from planner.backends import BackEnd, Cubic, Ruckig, Toppra
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.plans.tool_speeds import HELD, tool_speed_reports
+from planner.plans.tool_reports import HELD, tool_speed_reports
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PolylineMotion, PoseWaypoint
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose

@@ -16,7 +16,7 @@ from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.plots.picture import draw_robot_at
-from planner.plots.stick_model import stick_model
+from planner.plots.view import stick_model
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import Robot, catalogue_ids, load_robot
 from tests.documents.read_pictures import graphs_of

@@ -21,8 +21,7 @@ from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProble
 from planner.problems.transitions import ThroughTransition
 from planner.proofs.statement import statement_of
 from planner.robots import Robot, load_robot
-from planner.robots.payload import Payload
-from planner.robots.process_force import ProcessForce
+from planner.robots.payload import Payload, ProcessForce
 from planner.spatial import Pose, rotation_x
 from tests.planner.kernels.arms import random_states, robots
 from tests.planner.problems_of_tests import backend_of

@@ -10,8 +10,8 @@ import pytest
 
 import planner
 from planner import ConvexHull, Robot, catalogue_ids, load_robot
+from planner.robots.collision.estimates import Outline, outline_directions
 from planner.robots.collision.geometry import BODY
-from planner.robots.collision.outlines import Outline, outline_directions
 from planner.scene.separations import Placed, separation
 from tests.locations import DATA
 

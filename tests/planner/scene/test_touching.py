@@ -11,8 +11,8 @@ import pytest
 import planner
 from planner.robots import Robot, load_robot
 from planner.scene import AttachedObject, CollisionChecker, Scene, SceneObject, clearances
+from planner.scene.bodies import excursions
 from planner.scene.checker import CONTACT_TOLERANCE
-from planner.scene.excursions import excursions
 from planner.scene.separations import Placed, separation
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from planner.spatial import FloatArray, Pose, rotation_from_rpy

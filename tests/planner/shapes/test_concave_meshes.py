@@ -12,8 +12,7 @@ from planner.robots import load_robot
 from planner.scene import AttachedObject, Scene, SceneObject
 from planner.scene.separations import Placed, separation
 from planner.shapes import Box, Sphere
-from planner.shapes.meshes.distance import distance_from_mesh, winding_number
-from planner.shapes.meshes.mesh import Mesh
+from planner.shapes.meshes.mesh import Mesh, distance_from_mesh, winding_number
 from planner.shapes.meshes.pieces import MOST_TIGHT_PIECES, convex_pieces, tight_pieces
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.planner.shapes.concave import bin_of, concave_meshes

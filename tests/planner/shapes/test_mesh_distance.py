@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner import Box
-from planner.shapes.meshes.distance import distance_from_mesh
+from planner.shapes.meshes.mesh import distance_from_mesh
 
 RNG = np.random.default_rng(0)
 AWAY = np.array([0.3, 0.2, 5.0])

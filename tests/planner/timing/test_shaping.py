@@ -46,7 +46,7 @@ from planner.planning.attempts import SHAPED_STRETCHES
 from planner.planning.remedies.shaping import SLOWER_SHARES
 from planner.plans.result import Plan
 from planner.problems.moves import CartesianMove
-from planner.problems.stop_faults import MODE_RANGES
+from planner.problems.waypoint_faults import MODE_RANGES
 from planner.spatial import FloatArray
 from planner.timing.shaping import impulses_of
 from planner.tolerances import POSITION_TOLERANCE

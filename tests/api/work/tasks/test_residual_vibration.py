@@ -9,7 +9,7 @@ import pytest
 
 from api.contract import answers
 from api.contract.parts.common import VibrationMode
-from planner.problems.stop_faults import MODE_RANGES
+from planner.problems.waypoint_faults import MODE_RANGES
 from tests.api.answers import checked
 from tests.locations import ROOT
 

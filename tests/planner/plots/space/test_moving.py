@@ -11,7 +11,7 @@ from defusedxml.ElementTree import fromstring
 from planner.backends import Trapezoidal
 from planner.kinematics.forward import tool_pose
 from planner.planning import plan
-from planner.plots.stick_model import stick_model
+from planner.plots.view import stick_model
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 from planner.scene import Attach, PointCloud, Scene, SceneObject

@@ -12,7 +12,7 @@ from planner.backends import Trapezoidal
 from planner.kinematics.forward import tool_pose
 from planner.planning import plan
 from planner.plots.picture import draw_plan
-from planner.plots.stick_model import distinct_points, stick_model
+from planner.plots.view import distinct_points, stick_model
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 from planner.scene import Attach, AttachedObject, PointCloud, Scene, SceneObject

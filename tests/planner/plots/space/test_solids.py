@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.plots.space.solids import STANDING, Piece, Thing
+from planner.plots.space.surroundings import STANDING, Piece, Thing
 from planner.plots.view import VIEWS
 from planner.shapes import Box
 from planner.shapes.surfaces import surface

@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.scene.bodies import Placements
+from planner.scene.bodies import Placements, excursions
 from planner.scene.checker import CONTACT_TOLERANCE
 from planner.scene.continuous import DEFAULT_BUDGET, KINDS, LEAST_INTERVAL_SHARE, MOST_FIRST_INTERVALS, Budget, Nearest
-from planner.scene.excursions import excursions
 from planner.scene.separations import Separation
 from planner.spatial import FloatArray
 from planner.trajectories.polynomials import PiecewisePolynomial

@@ -19,7 +19,7 @@ from planner.problems.actions import SetOutput
 from planner.problems.problem import CartesianMotion, CircularMotion, JointMotion, LinearMotion, PolylineMotion
 from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.spatial import Pose
-from planner.tool_motions.via_poses import via_poses
+from planner.tool_motions.pose_paths import via_poses
 
 SAMPLES_OF_SPEEDS = 200
 """Number of times of a segment at which its largest speeds are found."""

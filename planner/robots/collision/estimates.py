@@ -1,4 +1,4 @@
-"""Capsules along the kinematics of an arm, for robots whose description has no shapes.
+"""Collision shapes without a model: capsules along an arm, and outlines of machines by their reach in directions.
 
 The links of a joint run from that joint to the next one the way arms are built and Denavit-Hartenberg tables describe
 them: along its own axis, along the common normal of the two axes, along the next axis.
@@ -8,13 +8,49 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from planner.shapes import Capsule, Sphere
+from planner.shapes import Capsule, ConvexHull, Sphere
 from planner.shapes.shape import LEAST_SIZE, MOST_SIZE
 from planner.spatial import FloatArray, rotation_with_z_along
+
+OUTLINE_UNCERTAINTY = 0.01
+"""Largest distance of a machine's surface outside the outline of its maker's drawings, m: cables, covers, later
+changes."""
+
+DIRECTIONS_IN_A_PLANE = 16
+"""Number of directions in each of the planes xy, yz and zx: a cylinder along an axis becomes 2 % wider at most."""
+
+
+def outline_directions() -> FloatArray:
+    """Return the unit vectors (42, 3) of an outline: in the planes xy, yz and zx, each direction once."""
+    angles = 2.0 * np.pi * np.arange(DIRECTIONS_IN_A_PLANE) / DIRECTIONS_IN_A_PLANE
+    c, s, zero = np.round(np.cos(angles), 12), np.round(np.sin(angles), 12), np.zeros(DIRECTIONS_IN_A_PLANE)
+    directions = np.concatenate([np.column_stack(plane) for plane in ((c, s, zero), (zero, c, s), (s, zero, c))])
+    first = np.unique(directions, axis=0, return_index=True)[1]
+    return directions[np.sort(first)]
+
+
+class Outline(NamedTuple):
+    """A convex part of a machine.
+
+    Attributes:
+        reach: Largest n . x over the part, of each of the directions (42,), m; positive: the origin is inside.
+    """
+
+    reach: tuple[float, ...]
+
+    def hull(self) -> ConvexHull:
+        """Return the largest convex shape with this reach."""
+        from scipy.spatial import ConvexHull as Qhull  # here: a process that needs no hull stays small
+
+        # The corners are the polars of the faces of the polar hull.
+        faces = Qhull(outline_directions() / np.array(self.reach)[:, None]).equations
+        return ConvexHull(np.unique(np.round(-faces[:, :3] / faces[:, 3:], 7), axis=0))
+
 
 RADIUS_PER_REACH = 0.05
 """Radius of a derived capsule per length of the arm: that of the forearms of UR5e and FR3 is 0.05 to 0.06 of it."""
