@@ -59,20 +59,108 @@ class PathLimits(NamedTuple):
         return intervals, count, doubles(self.lengths, intervals), *each, doubles(self.bounds, PROBES, intervals)
 
 
-class UseOfLimits(NamedTuple):
-    """How a profile uses the limits on each interval, each (intervals,).
+class LimitRows(NamedTuple):
+    """Limits as rows that are linear in u and x, with a bound for each segment.
 
     Attributes:
-        bend: Half of what u grows by: it keeps the limits at both ends, or breaks them the least; 0: u is constant.
-        used: The largest share of a limit that is used then.
-        unused: The share of the tightest limit that a constant u leaves unused, on average; elsewhere 0.
-        dips: Largest excess of x over its bound between probes, relative to the bound; 0 where x is far below it.
+        by_u: (points, intervals, rows).
+        by_x: (points, intervals, rows).
+        rest: (points, intervals, rows).
+        middle: (segments, rows), the middle between the lower and the upper bound.
+        half: (segments, rows), their distance from there.
     """
 
-    bend: FloatArray
-    used: FloatArray
-    unused: FloatArray
-    dips: FloatArray
+    by_u: FloatArray
+    by_x: FloatArray
+    rest: FloatArray
+    middle: FloatArray
+    half: FloatArray
+
+
+class Parts(NamedTuple):
+    """The intervals for another solution, as parts of the intervals of the solution before.
+
+    Attributes:
+        rows: (parts,), the interval that each is a part of.
+        starts: (parts,), where it starts, as a share of the interval.
+        ends: (parts,), where it ends.
+        throughout: (parts,), where a constant u has to keep the limits over the whole interval.
+    """
+
+    rows: np.ndarray
+    starts: FloatArray
+    ends: FloatArray
+    throughout: np.ndarray
+
+
+def cut_curves(
+    lengths: FloatArray,
+    coefficients: FloatArray,
+    segments: np.ndarray,
+    groups: np.ndarray,
+    weights: FloatArray,
+    rule: FloatArray,
+) -> tuple[np.ndarray, FloatArray, FloatArray]:
+    """Cut pieces of curves into intervals.
+
+    Args:
+        lengths: (pieces,).
+        coefficients: (pieces, joints, order), ascending powers of the local coordinate.
+        segments: (pieces,), the segment of each piece.
+        groups: (pieces,), the curve of each piece, ascending from 0 on without gaps.
+        weights: (segments, joints), the motions of the joints that count alike.
+        rule: The numbers of the structure `Cutting` of the kernels.
+
+    Returns:
+        The row (intervals,) of the piece of each interval, and the shares (intervals,) of it where it starts and ends.
+    """
+    (pieces, joints, order), most = coefficients.shape, int(rule[4] + 2 * rule[5]) * len(lengths)
+    (starts, ends), rows, count = np.empty((2, most)), np.empty(most, dtype=np.int64), np.zeros(1, dtype=np.int64)
+    given = doubles(lengths, pieces), doubles(coefficients, pieces, joints, order)
+    at = indices(segments, len(weights), pieces), indices(groups, pieces, pieces)
+    limits = len(weights), doubles(weights, len(weights), joints), doubles(rule, 7)
+    call("cut", pieces, joints, order, *given, *at, *limits, rows, starts, ends, count)
+    found = int(count[0])
+    return rows[:found], starts[:found], ends[:found]
+
+
+def limits_on_intervals(
+    lengths: FloatArray,
+    segments: np.ndarray,
+    derivatives: tuple[FloatArray, FloatArray],
+    joint_limits: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    rows: LimitRows,
+    used: FloatArray | None,
+    slower: FloatArray,
+    numbers: FloatArray,
+) -> PathLimits:
+    """Compute the limits on intervals of a path as shares.
+
+    Args:
+        lengths: (intervals,).
+        segments: (intervals,), the rows of their limits.
+        derivatives: q' and q'' (probes, intervals, joints) by s.
+        joint_limits: Middle and half width of the acceleration limits, lower and upper velocity limits, (segments,
+            joints) each.
+        rows: The further limits.
+        used: Shares (probes, intervals) that s' = 1 uses of further limits of the path velocity; None: there are none.
+        slower: (intervals,), squares of factors on the time.
+        numbers: Largest share of a limit at rest, least share of a velocity limit, largest ratio of the bounds of an
+            interval.
+    """
+    (_, intervals, joints), (count, width) = derivatives[0].shape, rows.half.shape
+    moved = (doubles(part, PROBES, intervals, joints) for part in derivatives)
+    of_joints = (doubles(part, count, joints) for part in joint_limits)
+    of_rows = (doubles(part, POINTS, intervals, width) for part in rows[:3])
+    bounds_of_rows = (doubles(part, count, width) for part in rows[3:])
+    shares = None if used is None else doubles(used, PROBES, intervals)
+    per_u, per_x, rest = (np.empty((POINTS, intervals, joints + width)) for _ in range(3))
+    bounds = np.empty((PROBES, intervals))
+    at, other = indices(segments, count, intervals), doubles(numbers, 3)
+    given = doubles(slower, intervals), *of_joints, *of_rows, *bounds_of_rows
+    found = per_u, per_x, rest, bounds
+    call("path_limits", intervals, joints, width, *moved, at, *given, shares, other, *found)
+    return PathLimits(lengths, per_u, per_x, rest, bounds)
 
 
 def fastest_profile(limits: PathLimits, throughout: np.ndarray, rests: np.ndarray) -> FloatArray:
@@ -91,25 +179,56 @@ def fastest_profile(limits: PathLimits, throughout: np.ndarray, rests: np.ndarra
     return x
 
 
-def use_of_limits(limits: PathLimits, throughout: np.ndarray, x: FloatArray) -> UseOfLimits:
-    """Compute how a profile (intervals + 1,) of x uses the limits, by a constant u where `throughout` (intervals,)."""
-    intervals = len(limits.lengths)
-    use = np.empty((4, intervals))
-    call("use", *limits.arguments, indices(throughout, 2, intervals), doubles(x, intervals + 1), *use)
-    return UseOfLimits(*use)
+def judge_profile(
+    limits: PathLimits,
+    throughout: np.ndarray,
+    groups: np.ndarray,
+    x: FloatArray,
+    rule: FloatArray,
+    *,
+    may_split: bool,
+    is_first: bool,
+) -> tuple[FloatArray, Parts | None]:
+    """Find the bends of a profile, and the intervals for another solution.
 
-
-def fastest_crossings(limits: PathLimits, x: FloatArray, steepest: float) -> tuple[FloatArray, FloatArray]:
-    """Compute how fast each interval could be crossed by gaining speed, going on at the highest and braking again.
+    Intervals that break limits, or lose time, are split, the first time in any case; or u becomes constant on them.
 
     Args:
         limits: The limits on the intervals.
+        throughout: (intervals,), where u is constant.
+        groups: (intervals,), the curve that each belongs to, ascending from 0 on without gaps.
         x: (intervals + 1,).
-        steepest: Largest u that is no jump, as a multiple of the highest bound of x by the interval's length.
+        rule: The numbers of the structure `Splitting` of the kernels.
+        may_split: Whether intervals may be split.
+        is_first: Whether this is the first solution.
 
     Returns:
-        The times (intervals,), and the shares (intervals, 2) of the interval at which these meet.
+        The bends (intervals,), half of what u grows by on each interval: they keep the limits at both ends, or break
+        them the least. Then the next intervals; None: this is the last solution.
     """
-    times, meet = np.empty(len(limits.lengths)), np.empty((len(limits.lengths), 2))
-    call("crossings", *limits.arguments, doubles(x, len(times) + 1), steepest, times, meet)
-    return times, meet
+    intervals, most = len(limits.lengths), int(rule[-1]) * len(limits.lengths)
+    bend, (starts, ends), (rows, again) = np.empty(intervals), np.empty((2, most)), np.empty((2, most), dtype=np.int64)
+    count = np.zeros(1, dtype=np.int64)
+    flags = indices(throughout, 2, intervals), indices(groups, intervals, intervals)
+    given = *limits.arguments, doubles(rule, 8), *flags, doubles(x, intervals + 1), int(may_split), int(is_first)
+    call("judge", *given, bend, rows, starts, ends, again, count)
+    found = int(count[0])
+    parts = Parts(rows[:found], starts[:found], ends[:found], again[:found].astype(bool))
+    return bend, parts if found else None
+
+
+def times_between(lengths: FloatArray, x: FloatArray, bend: FloatArray, start: float, end: float) -> FloatArray:
+    """Compute the times (intervals,), s, from one share of each interval to another.
+
+    Args:
+        lengths: (intervals,).
+        x: (intervals + 1,).
+        bend: (intervals,), half of what u grows by.
+        start: A share of the intervals.
+        end: Another one.
+    """
+    count, times = len(lengths), np.empty(len(lengths))
+    call(
+        "times_between", count, doubles(lengths, count), doubles(x, count + 1), doubles(bend, count), start, end, times
+    )
+    return times

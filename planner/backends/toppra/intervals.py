@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kernels.polynomials import states_on_pieces
+from planner.kernels.profile import cut_curves
 from planner.kinematics.turns import counted_velocity
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import joined, shifted
@@ -34,12 +35,23 @@ FEWEST_OF_A_RUN = 40
 MOST_TURN_INTERVALS = 40
 """Largest number of intervals on one piece of a curve, however sharply it turns."""
 
+MOST_SPLITTABLE_INTERVALS = 10_000
+"""Number of intervals of a path above which no interval is split to gain time, since that would take seconds.
+
+Only noisy curves with thousands of sharp turns have so many intervals.
+"""
+
+MANY_OF_A_SEGMENT = 100
+"""Number of intervals per segment that is always permitted, for any number of segments."""
+
 PROBES = np.linspace(0.0, 1.0, 5)
 """Points, as shares of an interval, where a curve's turn is measured and its speed limited."""
 
-
 PARTS_AT_REST = 3
 """Parts of an interval that starts or ends at rest: so long does it take beside the next ones."""
+
+CUTTING = MOST_INTERVAL_TURN, LEAST_GRID_INTERVALS, FEWEST_OF_A_RUN, MOST_TURN_INTERVALS, PARTS_AT_REST, ROUNDING
+"""These numbers as the kernel reads them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +74,14 @@ class Intervals:
     def rests(self) -> np.ndarray:
         """Whether (intervals + 1,) the robot rests at a gridpoint, between one curve and the next."""
         return np.concatenate([[True], np.diff(self.groups) > 0, [True]])
+
+    @property
+    def are_many(self) -> bool:
+        """Whether the path has too many intervals for a further split."""
+        if len(self.lengths) <= MOST_SPLITTABLE_INTERVALS:
+            return False
+        segments = int(np.count_nonzero(np.diff(self.segments, prepend=-1)))
+        return len(self.lengths) > MANY_OF_A_SEGMENT * segments
 
     def split(self, parts: np.ndarray) -> Intervals:
         """Cut each interval into a number (intervals,) of equal parts."""
@@ -90,18 +110,6 @@ class Intervals:
         return list(states_on_pieces(self.lengths, self.coefficients, points))
 
 
-def shares_between(inner: FloatArray) -> tuple[np.ndarray, FloatArray, FloatArray]:
-    """Return the parts between points on intervals: their row, and the shares at which they start and end.
-
-    Args:
-        inner: (intervals, N), the points, as shares of each interval, in any order.
-    """
-    count = len(inner)
-    points = np.column_stack([np.zeros(count), np.sort(inner, axis=1), np.ones(count)])
-    there = np.diff(points, axis=1) > 0.0
-    return np.nonzero(there)[0], points[:, :-1][there], points[:, 1:][there]
-
-
 def cut(curves: Sequence[SegmentedPolynomial], velocity: FloatArray, fewest: int = LEAST_GRID_INTERVALS) -> Intervals:
     """Cut the curves of groups into intervals, more of them where the curves turn and next to rest.
 
@@ -113,19 +121,5 @@ def cut(curves: Sequence[SegmentedPolynomial], velocity: FloatArray, fewest: int
         fewest: Least number of intervals between two waypoints.
     """
     curve, groups = joined(curves), np.repeat(np.arange(len(curves)), [len(curve.segments) for curve in curves])
-    whole = Intervals(curve.lengths, curve.coefficients, curve.segments, groups)
-    limit = velocity[whole.segments]
-    _, first, second = (rows / counted_velocity(limit) for rows in whole.at(PROBES))
-    speeds, bends = np.linalg.norm(first, axis=2), np.linalg.norm(second, axis=2)
-    rounding = np.sqrt(ROUNDING) * bends.max(axis=0)
-    rates = np.where(bends > rounding, bends, 0.0) / np.maximum(speeds, ROUNDING * speeds.max(axis=0))
-    turns = rates.mean(axis=0) * whole.lengths
-    spans = np.bincount(whole.segments, whole.lengths)[whole.segments]
-    lengths = np.bincount(whole.groups, whole.lengths)[whole.groups]
-    shares = np.maximum(whole.lengths / spans, FEWEST_OF_A_RUN / LEAST_GRID_INTERVALS * whole.lengths / lengths)
-    wanted = np.ceil(fewest * np.maximum(turns / (MOST_INTERVAL_TURN * LEAST_GRID_INTERVALS), shares) - ROUNDING)
-    parts = np.clip(wanted, 1, MOST_TURN_INTERVALS).astype(int)[:, None]
-    starts, ends = whole.rests[:-1, None], whole.rests[1:, None]
-    near = np.linspace(0.0, 1.0, PARTS_AT_REST + 1)[1:-1] ** 2 / np.maximum(parts, 1 + (starts & ends))
-    inner = np.arange(1, parts.max()) / parts, np.where(starts, near, 0.0), np.where(ends, 1.0 - near, 1.0)
-    return whole.parts(*shares_between(np.minimum(np.hstack(inner), 1.0)))
+    pieces = curve.lengths, curve.coefficients, curve.segments, groups
+    return Intervals(*pieces).parts(*cut_curves(*pieces, counted_velocity(velocity), np.array([fewest, *CUTTING])))

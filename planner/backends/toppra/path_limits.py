@@ -14,7 +14,7 @@ import numpy as np
 from planner.backends.toppra.intervals import PROBES
 from planner.constraints import OF_FRICTION
 from planner.constraints.rows import path_speed_shares
-from planner.kernels.profile import PathLimits
+from planner.kernels.profile import LimitRows, limits_on_intervals
 from planner.kinematics.forward import JointStates
 from planner.robots.description import LEAST_FRICTION
 from planner.time_scaling.refusals import refuse_what_gravity_exceeds
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from planner.backends.toppra.intervals import Intervals
     from planner.dynamics import SegmentDynamics
+    from planner.kernels.profile import PathLimits
     from planner.limits import SegmentLimits
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -43,6 +44,10 @@ ROOT_OF_SHARE = 0.125
 """Constant of the line p + 1/8, which is at most 1/8 from the square root of p for shares p from 0 to 1."""
 
 
+OF_REST_AND_BOUNDS = np.array([MOST_GRAVITY, MOST_SQUARE**-0.5, MOST_BOUND_RATIO])
+"""These numbers as the kernel reads them."""
+
+
 def path_limits(
     dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals, factors: FloatArray
 ) -> PathLimits:
@@ -53,36 +58,31 @@ def path_limits(
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
-    squares = factors[intervals.segments] ** 2
     at_probes = intervals.at(PROBES)
-    # Accelerations and torques are about quadratic along an interval: three points tell them.
-    q, first, second = (values[::2] for values in at_probes)
-    middle, half = (values[intervals.segments] for values in limits.acceleration.centred)
-    parts: list[tuple[FloatArray, ...]] = [(first / half, second / half, np.broadcast_to(-middle / half, q.shape))]
-    parts += _sampled(dynamics, limits, intervals, (q, first, second))
-    per_u, per_x, rest = (np.concatenate(values, axis=2) for values in zip(*parts, strict=True))
-    slower = squares[:, None]
-    return PathLimits(
+    _, first, second = at_probes
+    return limits_on_intervals(
         intervals.lengths,
-        per_u * slower,
-        per_x * slower,
-        rest,
-        _bounds(dynamics, limits, intervals, at_probes) / squares,
+        intervals.segments,
+        (first, second),
+        (*limits.acceleration.centred, *limits.velocity),
+        _sampled(dynamics, limits, intervals, at_probes),
+        _used_by_path_speed(dynamics, limits, intervals, at_probes),
+        factors[intervals.segments] ** 2,
+        OF_REST_AND_BOUNDS,
     )
 
 
 def _sampled(
-    dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals, states: tuple[FloatArray, ...]
-) -> list[tuple[FloatArray, ...]]:
-    """Return the rows of each sampled constraint, as shares of its limits: per u, per x and without motion.
-
-    Each is (points, intervals, rows).
-    """
+    dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals, at_probes: Sequence[FloatArray]
+) -> LimitRows:
+    """Return the rows of all sampled constraints."""
     # The same for all intervals, also where only others are limited: their rows are put beside each other.
     limited = [own for own in limits.constraints if own[0].has_rows and any(map(own[0].is_known, dynamics.robots))]
-    if not limited:
-        return []
+    # Accelerations and torques are about quadratic along an interval: three points tell them.
+    states = [values[::2] for values in at_probes]
     points, count, joints = states[0].shape
+    if not limited:
+        return LimitRows(*np.empty((3, points, count, 0)), *np.empty((2, len(limits.velocity.upper), 0)))
     segments = np.tile(intervals.segments, points)
 
     def of(robot: Robot, *path: FloatArray) -> tuple[FloatArray, ...]:
@@ -91,11 +91,11 @@ def _sampled(
 
     found = dynamics.by_robot(of, segments, *(values.reshape(-1, joints) for values in states))
     friction, first = dynamics.robots[0].friction, states[1]
-    parts: list[tuple[FloatArray, ...]] = []
+    parts: list[LimitRows] = []
     for k, (constraint, bounds) in enumerate(limited):
         by_u, by_x, rest = (rows.reshape(points, count, -1) for rows in found[3 * k : 3 * k + 3])
-        middle, half = (np.repeat(side, by_u.shape[2] // side.shape[1], axis=1) for side in bounds.centred)
-        middle, half = (np.broadcast_to(side[intervals.segments], by_u.shape) for side in (middle, half))
+        sides = [np.repeat(side, by_u.shape[2] // side.shape[1], axis=1) for side in bounds.centred]
+        middle, half = (np.broadcast_to(side[intervals.segments], by_u.shape) for side in sides)
         resists = friction is not None and constraint in OF_FRICTION
         if friction is not None and resists:
             constant, linear = friction.along(first, by_u.shape[2])
@@ -108,27 +108,26 @@ def _sampled(
             room = 2.0 * (half - np.abs(rest - middle)) / np.maximum(np.abs(linear), LEAST_FRICTION)
             speed = np.minimum(fastest[..., None], room)
             by_x, rest = by_x + linear / speed, rest + ROOT_OF_SHARE * linear * speed
-        parts.append((by_u / half, by_x / half, np.clip((rest - middle) / half, -MOST_GRAVITY, MOST_GRAVITY)))
-    return parts
+        parts.append(LimitRows(by_u, by_x, rest, *sides))
+    return (
+        parts[0]
+        if len(parts) == 1
+        else LimitRows(*(np.concatenate(values, axis=-1) for values in zip(*parts, strict=True)))
+    )
 
 
-def _bounds(
+def _used_by_path_speed(
     dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals, at_probes: Sequence[FloatArray]
-) -> FloatArray:
-    """Return the bounds on x (probes, intervals) from the speed limits of joints and tool."""
-    q, first, second = at_probes
-    segments = intervals.segments
-    used = limits.velocity.used(segments, first).max(axis=2)
+) -> FloatArray | None:
+    """Return the shares (probes, intervals) that s' = 1 uses of limits of the path velocity; None: it has none."""
     constraints = [own for own in limits.constraints if own[0].follows_path_speed]
-    if constraints:
-        at = np.tile(segments, len(PROBES))
+    if not constraints:
+        return None
+    at, shape = np.tile(intervals.segments, len(PROBES)), at_probes[0].shape
 
-        def shares(robot: Robot, *states: FloatArray) -> tuple[FloatArray]:
-            return (path_speed_shares(constraints, JointStates(robot, *states[:3]), states[3].astype(int)),)
+    def shares(robot: Robot, *states: FloatArray) -> tuple[FloatArray]:
+        return (path_speed_shares(constraints, JointStates(robot, *states[:3]), states[3].astype(int)),)
 
-        states = (values.reshape(-1, q.shape[2]) for values in (q, first, second))
-        (by_constraints,) = dynamics.by_robot(shares, at, *states, at.astype(np.float64))
-        used = np.maximum(used, by_constraints.reshape(used.shape))
-    bounds = 1.0 / np.maximum(used, MOST_SQUARE**-0.5) ** 2
-    limited: FloatArray = np.minimum(bounds, MOST_BOUND_RATIO * bounds.min(axis=0))
-    return limited
+    states = (values.reshape(-1, shape[2]) for values in at_probes)
+    (used,) = dynamics.by_robot(shares, at, *states, at.astype(np.float64))
+    return used.reshape(shape[:2])

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.toppra.intervals import shares_between
 from planner.backends.toppra.path_limits import path_limits
-from planner.kernels.profile import fastest_crossings, fastest_profile, use_of_limits
+from planner.kernels.profile import fastest_profile, judge_profile, times_between
 from planner.time_scaling.compose import MOST_PIECE_HALVINGS
-from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial, horner, quintic_hermite
 
 if TYPE_CHECKING:
@@ -61,17 +59,10 @@ The excess between two points that keep the limit shrinks with the square of the
 SPLIT_PARTS = 4
 """Number of parts for splitting an interval on which no path acceleration follows the limits."""
 
-MOST_SPLITTABLE_INTERVALS = 10_000
-"""Number of intervals of a path above which no interval is split to gain time, since that would take seconds.
-
-Only noisy curves with thousands of sharp turns have so many intervals.
-"""
-
-MANY_OF_A_SEGMENT = 100
-"""Number of intervals per segment that is always permitted, for any number of segments."""
-
-SERIES = 1e-4
-"""Square below which the inverse of a tangent is a series of three terms, exact to rounding."""
+SPLITTING = np.array(
+    [NEGLECTED, STUCK, WASTE, MOST_PATH_ACCELERATION, LEAST_SPLIT_SHARE, TOLERATED, MENDED_BY_PARTS, SPLIT_PARTS]
+)
+"""These numbers as the kernel reads them."""
 
 
 class SolvedLimits(NamedTuple):
@@ -122,34 +113,8 @@ class Profile:
         return self.times_between(0.0, 1.0)
 
     def times_between(self, start: float, end: float) -> FloatArray:
-        """Return the times (intervals,), s, from one share of each interval to another.
-
-        With s'' = b s + constant the distance is (v0 + v1) tanh(sqrt(b) T / 2) / sqrt(b), and with b < 0 the same with
-        the tangent.
-        """
-        v0, v1 = (np.sqrt(self.x_at(share)) for share in (start, end))
-        lengths = self.intervals.lengths
-        ratios = (end - start) * lengths / (v0 + v1)
-        squares = 2.0 * self.bend / lengths * ratios**2
-        roots = np.sqrt(np.maximum(np.abs(squares), SERIES))
-        exact = np.where(squares > 0.0, np.arctanh(np.minimum(roots, 1.0 - ROUNDING)), np.arctan(roots)) / roots
-        series = 1.0 + squares / 3.0 + squares**2 / 5.0
-        times: FloatArray = 2.0 * ratios * np.where(np.abs(squares) < SERIES, series, exact)
-        return times
-
-    @property
-    def has_many_intervals(self) -> bool:
-        """Whether the path has too many intervals for a further split."""
-        if len(self.x) <= MOST_SPLITTABLE_INTERVALS:
-            return False
-        segments = int(np.count_nonzero(np.diff(self.intervals.segments, prepend=-1)))
-        return len(self.x) > MANY_OF_A_SEGMENT * segments
-
-    @cached_property
-    def mean_times(self) -> FloatArray:
-        """The mean time (intervals,), s, of the intervals of the same group."""
-        means: FloatArray = (self.durations / np.bincount(self.intervals.groups))[self.intervals.groups]
-        return means
+        """Return the times (intervals,), s, from one share of each interval to another."""
+        return times_between(self.intervals.lengths, self.x, self.bend, start, end)
 
     @cached_property
     def durations(self) -> FloatArray:
@@ -218,27 +183,17 @@ def _solved(
     limits, throughout = solved
     for solution in range(refinements + repairs + 1):
         x = solve(solver, limits, throughout, intervals.rests)
-        use = use_of_limits(limits, throughout, x)
-        profile = Profile(intervals, x, use.bend, SolvedLimits(limits, throughout))
-        if solution == refinements + repairs:
+        may_split = solution < refinements and not intervals.are_many
+        state = limits, throughout, intervals.groups, x
+        bend, parts = judge_profile(*state, SPLITTING, may_split=may_split, is_first=not solution)
+        profile = Profile(intervals, x, bend, SolvedLimits(limits, throughout))
+        if parts is None or solution == refinements + repairs:
             break
-        broken = (use.used > TOLERATED) & ~throughout
-        hopeless = broken & (use.used > MENDED_BY_PARTS)
-        times, wasted = profile.times, use.unused * profile.times
-        throughout = throughout | broken
-        if (solution < refinements and not profile.has_many_intervals) and (
-            solution == 0 or wasted.sum() > NEGLECTED * times.sum() or times[hopeless].sum() > STUCK * times.sum()
-        ):
-            coarse = broken | (use.dips > TOLERATED - 1.0) | (wasted > WASTE * profile.mean_times)
-            parts, starts, ends = _refined(profile, limits, coarse)
-            new = ends - starts < 1.0
-            if not new.any():
-                break
-            intervals = intervals.parts(parts, starts, ends)
-            throughout = (throughout[parts] & ~new) | hopeless[parts]
-            limits = limits.with_new(parts, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
-        elif not broken.any():
-            break
+        rows, starts, ends, throughout = parts
+        new = ends - starts < 1.0
+        if new.any():
+            intervals = intervals.parts(rows, starts, ends)
+            limits = limits.with_new(rows, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
     return profile
 
 
@@ -254,24 +209,6 @@ def solve(solver: Solver, limits: PathLimits, throughout: np.ndarray, rests: np.
     from planner.backends.toppra.reachability import fastest_profile as by_package
 
     return by_package(limits, throughout, rests)
-
-
-def _refined(profile: Profile, limits: PathLimits, coarse: np.ndarray) -> tuple[np.ndarray, FloatArray, FloatArray]:
-    """Return parts of intervals: their rows, starts and ends, as shares of the intervals.
-
-    Some intervals could be crossed faster by acceleration, cruise and braking: the phases become their parts. Intervals
-    that are too coarse for the limits are split into equal parts.
-    """
-    times, inner = fastest_crossings(limits, profile.x, MOST_PATH_ACCELERATION)
-    wasteful = (profile.times - times > WASTE * profile.mean_times) & ~coarse
-    inner[inner < LEAST_SPLIT_SHARE] = 0.0
-    inner[inner > 1.0 - LEAST_SPLIT_SHARE] = 1.0
-    inner[inner[:, 1] - inner[:, 0] < LEAST_SPLIT_SHARE, 1] = 1.0
-    inner[(inner[:, 0] == 0.0) & (inner[:, 1] == 1.0), 0] = 0.5
-    inner[~wasteful] = [0.0, 1.0]
-    inner = np.column_stack([inner, np.zeros((len(inner), SPLIT_PARTS - 3))])
-    inner[coarse] = np.arange(1, SPLIT_PARTS) / SPLIT_PARTS
-    return shares_between(inner)
 
 
 def pieces_of(profile: Profile, tolerances: FloatArray) -> SegmentedPolynomial:

@@ -244,7 +244,7 @@ def _within_limits(
         pieces = pieces_of(profile, tolerances)
         needed |= time_scalings(path, pieces.of(np.isin(pieces.segments, another)), enforced(backend))
         broken = [segment for segment, scaling in needed.items() if scaling.factor > TIGHTENED]
-        if not broken or attempt == MOST_ATTEMPTS - 1 or profile.has_many_intervals:
+        if not broken or attempt == MOST_ATTEMPTS - 1 or profile.intervals.are_many:
             break
         changed = np.isin(profile.intervals.segments, broken)
         if attempt:

@@ -1,6 +1,7 @@
 // The C interface of the kernels: arrays in, arrays out, and a code that says what failed. All arrays are in row order.
 #include "bounded_peaks.hpp"
 #include "descent.hpp"
+#include "intervals.hpp"
 #include "orders.hpp"
 #include "passing.hpp"
 #include "polynomials.hpp"
@@ -130,17 +131,11 @@ int states(int64_t pieces, int64_t joints, int64_t order, const double* lengths,
     for (int64_t p = 0; p < points; p++)
         for (int64_t i = 0; i < pieces; i++)
             for (int64_t j = 0; j < joints; j++, values++) {
-                const double* c = coefficients + (i * joints + j) * order;
-                const double s = shares[p] * lengths[i];
-                double value = c[order - 1], first = 0.0, second = 0.0;
-                for (int64_t e = order - 2; e >= 0; e--) {
-                    second = second * s + first;
-                    first = first * s + value;
-                    value = value * s + c[e];
-                }
+                double value, first, second;
+                taylor(coefficients + (i * joints + j) * order, order, shares[p] * lengths[i], value, first, second);
                 values[0] = value;
                 values[size] = first;
-                values[2 * size] = 2.0 * second;
+                values[2 * size] = second;
             }
     return OK;
 }
@@ -244,20 +239,44 @@ int parts(int64_t pieces, int64_t joints, int64_t order, const double* bernstein
     return count_parts(pieces, joints, order, bernstein, lengths, density, parts);
 }
 
+// Intervals of pieces of curves: their rows and shares of these, whose number goes into `found`.
+int cut(int64_t pieces, int64_t joints, int64_t order, const double* lengths, const double* coefficients,
+        const int64_t* segment, const int64_t* groups, int64_t segments, const double* weights, const double* rule,
+        int64_t* rows, double* starts, double* ends, int64_t* found) {
+    const Curves curves{pieces, joints, order, lengths, coefficients, segment, groups};
+    return cut_curves(curves, segments, weights, *reinterpret_cast<const Cutting*>(rule), rows, starts, ends, *found);
+}
+
+int path_limits(int64_t intervals, int64_t joints, int64_t rows, const double* first, const double* second,
+                const int64_t* segments, const double* slower, const double* middle, const double* half, const double* lower,
+                const double* upper, const double* by_u, const double* by_x, const double* held, const double* row_middle,
+                const double* row_half, const double* used, const double* numbers, double* per_u, double* per_x, double* rest,
+                double* bounds) {
+    const LimitRows given{joints, rows, middle, half, lower, upper, by_u, by_x, held, row_middle, row_half, used, numbers};
+    set_limits(given, intervals, segments, first, second, slower, per_u, per_x, rest, bounds);
+    return OK;
+}
+
 int profile(int64_t intervals, int64_t count, const double* lengths, const double* per_u, const double* per_x,
             const double* rest, const double* bounds, const int64_t* throughout, const int64_t* rests, double* x) {
     return fastest_profile({intervals, count, lengths, per_u, per_x, rest, bounds}, throughout, rests, x);
 }
 
-int use(int64_t intervals, int64_t count, const double* lengths, const double* per_u, const double* per_x,
-        const double* rest, const double* bounds, const int64_t* constant, const double* x, double* bends, double* used,
-        double* unused, double* dips) {
-    return use_of_limits({intervals, count, lengths, per_u, per_x, rest, bounds}, constant, x, bends, used, unused, dips);
+// The bends of a profile, and the next intervals (up to `rule` parts of each), whose number goes into `found`.
+int judge(int64_t intervals, int64_t count, const double* lengths, const double* per_u, const double* per_x,
+          const double* rest, const double* bounds, const double* rule, const int64_t* constant, const int64_t* groups,
+          const double* x, int64_t may_split, int64_t is_first, double* bends, int64_t* rows, double* starts, double* ends,
+          int64_t* again, int64_t* found) {
+    Parts next{0, rows, starts, ends, again};
+    const int code = judge_profile({intervals, count, lengths, per_u, per_x, rest, bounds}, *reinterpret_cast<const Splitting*>(rule),
+                                   constant, groups, x, may_split, is_first, bends, next);
+    *found = next.count;
+    return code;
 }
 
-int crossings(int64_t intervals, int64_t count, const double* lengths, const double* per_u, const double* per_x,
-              const double* rest, const double* bounds, const double* x, double steepest, double* times, double* meet) {
-    fastest_crossings({intervals, count, lengths, per_u, per_x, rest, bounds}, x, steepest, times, meet);
+int times_between(int64_t intervals, const double* lengths, const double* x, const double* bends, double start, double end,
+                  double* times) {
+    for (int64_t i = 0; i < intervals; i++) times[i] = time_between(lengths[i], x[i], x[i + 1], bends[i], start, end);
     return OK;
 }
 

@@ -63,6 +63,18 @@ static inline double horner(const double* c, int64_t order, double x) {
     return value;
 }
 
+// The value of a polynomial and its first two derivatives.
+static inline void taylor(const double* c, int64_t order, double x, double& value, double& first, double& second) {
+    value = c[order - 1];
+    first = second = 0.0;
+    for (int64_t k = order - 2; k >= 0; k--) {
+        second = second * x + first;
+        first = first * x + value;
+        value = value * x + c[k];
+    }
+    second *= 2.0;
+}
+
 // Bernstein coefficients of the two halves of a polynomial, by de Casteljau.
 static inline void halve(const double* b, int64_t order, double* left, double* right) {
     if (right != b) memcpy(right, b, order * sizeof(double));

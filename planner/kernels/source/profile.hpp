@@ -15,6 +15,8 @@ constexpr double ROUNDING = 1e-13;  // share of the limits on u by which they ma
 constexpr double MOST_REST = 0.9999;  // MOST_GRAVITY of planner/backends/toppra/path_limits.py
 constexpr double MOST_BEND = 0.9;  // share of the bend with which x would touch 0 within an interval
 constexpr double CLOSE = 0.95;  // share of its bound above which x is close to it
+constexpr double SERIES = 1e-4;  // square below which the inverse of a tangent is a series of three terms, exact to rounding
+constexpr double LEAST_ROOM = 1e-12;  // least difference of an inverse hyperbolic tangent's argument from 1
 
 // Limits |per_u u + per_x x + rest| <= 1 at the start, the middle and the end of intervals, and bounds of x at probes.
 struct Limits {
@@ -24,6 +26,56 @@ struct Limits {
     int64_t row(int64_t point, int64_t i) const { return (point * intervals + i) * count; }
     double bound(int probe, int64_t i) const { return bounds[probe * intervals + i]; }
 };
+
+// Limits in rows, one for each segment: centred ones by middle and half width, of velocities by both sides; and shares of the
+// path velocity (probes, intervals) that other limits allow, or null. The numbers are the largest share of a limit that is
+// taken by rest, the least share of the velocity, and the largest ratio of the bounds of an interval.
+struct LimitRows {
+    int64_t joints, rows;
+    const double *middle, *half, *lower, *upper;  // (segments, joints): of acceleration, of velocity
+    const double *by_u, *by_x, *rest, *row_middle, *row_half;  // (points, intervals, rows), then (segments, rows)
+    const double *used, *numbers;
+};
+
+// The limits on u and x on intervals with derivatives (probes, intervals, joints) of their curves by s, with times as long as
+// the roots of `slower` (intervals) tell.
+static inline void set_limits(const LimitRows& given, int64_t intervals, const int64_t* segments, const double* first,
+                              const double* second, const double* slower, double* per_u, double* per_x, double* rest,
+                              double* bounds) {
+    const int64_t J = given.joints, R = given.rows;
+    const double most_rest = given.numbers[0], least_used = given.numbers[1], most_ratio = given.numbers[2];
+    for (int64_t point = 0; point < POINTS; point++)
+        for (int64_t i = 0; i < intervals; i++, per_u += J + R, per_x += J + R, rest += J + R) {
+            const int64_t at = (2 * point * intervals + i) * J, row = (point * intervals + i) * R, own = segments[i];
+            for (int64_t j = 0; j < J; j++) {
+                const double half = given.half[own * J + j];
+                per_u[j] = first[at + j] / half * slower[i];
+                per_x[j] = second[at + j] / half * slower[i];
+                rest[j] = -given.middle[own * J + j] / half;
+            }
+            for (int64_t r = 0; r < R; r++) {
+                const double half = given.row_half[own * R + r];
+                per_u[J + r] = given.by_u[row + r] / half * slower[i];
+                per_x[J + r] = given.by_x[row + r] / half * slower[i];
+                rest[J + r] = fmin(fmax((given.rest[row + r] - given.row_middle[own * R + r]) / half, -most_rest), most_rest);
+            }
+        }
+    for (int64_t i = 0; i < intervals; i++) {
+        double least = INFINITY;
+        for (int64_t p = 0; p < PROBES; p++) {
+            double used = least_used;
+            for (int64_t j = 0; j < J; j++) {
+                const double v = first[(p * intervals + i) * J + j];
+                used = fmax(used, v / (v < 0.0 ? given.lower : given.upper)[segments[i] * J + j]);
+            }
+            if (given.used) used = fmax(used, given.used[p * intervals + i]);
+            bounds[p * intervals + i] = 1.0 / (used * used);
+            least = fmin(least, bounds[p * intervals + i]);
+        }
+        for (int64_t p = 0; p < PROBES; p++)
+            bounds[p * intervals + i] = fmin(bounds[p * intervals + i], most_ratio * least) / slower[i];
+    }
+}
 
 // A limit on u as a function of x: within `radius` of offset + slope x.
 struct Band { double offset, slope, radius; };
@@ -182,57 +234,126 @@ static inline double best_bend(const Limits& l, int64_t i, double x0, double x1)
     return fmin(fmax(bend, for_speed), MOST_BEND * speeds * speeds / (2.0 * d));
 }
 
-// For each interval: the bend, 0 where u is constant, and the largest share of a limit that is used with it; where u is
-// constant the share of the tightest limit that this leaves unused, on average; and by how much x may exceed its bound
-// between probes where it is close to it.
-static inline int use_of_limits(const Limits& l, const int64_t* constant, const double* x, double* bends, double* used,
-                                double* unused, double* dips) {
-    Scratch<double> shares(l.count);
-    if (!shares) return NO_MEMORY;
-    for (int64_t i = 0; i < l.intervals; i++) {
-        const double x0 = x[i], x1 = x[i + 1], d = l.lengths[i];
-        double at[PROBES], bound[PROBES];
-        for (int p = 0; p < PROBES; p++) bound[p] = l.bound(p, i);
-        bends[i] = constant[i] ? 0.0 : best_bend(l, i, x0, x1);
-        used_at_probes(l, i, x0, x1, bends[i], shares.data, at);
-        used[i] = 0.0;
-        for (int p = 0; p < PROBES; p++) {
-            const double inner = PROBE[p] * (1.0 - PROBE[p]);
-            if (p > 0 && p < PROBES - 1) at[p] = fmax(at[p], (x0 + (x1 - x0) * PROBE[p] - 2.0 * bends[i] * d * inner) / bound[p]);
-            used[i] = fmax(used[i], at[p]);
-        }
-        unused[i] = dips[i] = 0.0;
-        bool close[PROBES];
-        for (int p = 0; p < PROBES; p++) {
-            const double own = x0 + (x1 - x0) * PROBE[p];
-            if (constant[i]) unused[i] += fmax(1.0 - fmax(at[p], own / bound[p]), 0.0) / PROBES;
-            close[p] = own > CLOSE * bound[p];
-        }
-        for (int p = 1; p < PROBES - 1; p++)
-            if (close[p - 1] || close[p] || close[p + 1])
-                dips[i] = fmax(dips[i], (bound[p - 1] - 2.0 * bound[p] + bound[p + 1]) / bound[p] / 8.0);
+// How an interval uses its limits: the largest share with its bend; where u is constant the share of the tightest limit that
+// this leaves unused, on average; and by how much x may exceed its bound between probes where it is close to it.
+struct Use { double used, unused, dips; };
+
+static inline Use use_of_limits(const Limits& l, int64_t i, bool constant, double x0, double x1, double bend, double* shares) {
+    Use use{};
+    double at[PROBES], bound[PROBES];
+    bool close[PROBES];
+    used_at_probes(l, i, x0, x1, bend, shares, at);
+    for (int p = 0; p < PROBES; p++) {
+        bound[p] = l.bound(p, i);
+        const double inner = PROBE[p] * (1.0 - PROBE[p]), straight = x0 + (x1 - x0) * PROBE[p];
+        if (p > 0 && p < PROBES - 1) at[p] = fmax(at[p], (straight - 2.0 * bend * l.lengths[i] * inner) / bound[p]);
+        use.used = fmax(use.used, at[p]);
+        if (constant) use.unused += fmax(1.0 - fmax(at[p], straight / bound[p]), 0.0) / PROBES;
+        close[p] = straight > CLOSE * bound[p];
     }
-    return OK;
+    for (int p = 1; p < PROBES - 1; p++)
+        if (close[p - 1] || close[p] || close[p + 1])
+            use.dips = fmax(use.dips, (bound[p - 1] - 2.0 * bound[p] + bound[p + 1]) / bound[p] / 8.0);
+    return use;
 }
 
-// For each interval: the least time in which it could be crossed by gaining speed, going on at the highest and braking, and
-// the shares (2) at which these meet.
-static inline void fastest_crossings(const Limits& l, const double* x, double steepest, double* times, double* meet) {
-    for (int64_t i = 0; i < l.intervals; i++) {
-        const double x0 = x[i], x1 = x[i + 1], d = l.lengths[i], u = (x1 - x0) / (2.0 * d);
-        double top = 0.0, low, high, speed[PROBES];
-        for (int p = 0; p < PROBES; p++) top = fmax(top, l.bound(p, i));
-        const double least = top / d / steepest, most = steepest * top / d;
-        range_at(l, 0, i, x0, low, high);
-        const double gain = fmin(fmax(high, fmax(u, least)), most);
-        range_at(l, POINTS - 1, i, x1, low, high);
-        const double brake = fmin(fmax(-low, fmax(-u, least)), most);
-        for (int p = 0; p < PROBES; p++)
-            speed[p] = sqrt(fmin(fmin(x0 + 2.0 * d * gain * PROBE[p], x1 + 2.0 * d * brake * (1.0 - PROBE[p])), l.bound(p, i)));
-        times[i] = 0.0;
-        for (int p = 0; p + 1 < PROBES; p++) times[i] += 2.0 * (PROBE[p + 1] - PROBE[p]) * d / (speed[p] + speed[p + 1]);
-        const double peak = (u + brake) / (gain + brake);
-        meet[2 * i] = fmin(fmax((top - x0) / (2.0 * d * gain), 0.0), peak);
-        meet[2 * i + 1] = fmin(fmax(1.0 - (top - x1) / (2.0 * d * brake), peak), 1.0);
+// The time from one share of an interval to another. With s'' = b s + constant the distance is
+// (v0 + v1) tanh(sqrt(b) T / 2) / sqrt(b), and with b < 0 the same with the tangent.
+static inline double time_between(double length, double x0, double x1, double bend, double start, double end) {
+    auto speed = [&](double p) { return sqrt(x0 * (1.0 - p) + x1 * p - 2.0 * p * (1.0 - p) * bend * length); };
+    const double ratio = (end - start) * length / (speed(start) + speed(end)), square = 2.0 * bend / length * ratio * ratio;
+    if (fabs(square) < SERIES) return 2.0 * ratio * (1.0 + square / 3.0 + square * square / 5.0);
+    const double root = sqrt(fabs(square));
+    return 2.0 * ratio * (square > 0.0 ? atanh(fmin(root, 1.0 - LEAST_ROOM)) : atan(root)) / root;
+}
+
+// The numbers of SPLITTING in planner/backends/toppra/profile.py.
+struct Splitting { double neglected, stuck, waste, steepest, least_share, tolerated, mended, parts; };
+
+// The time in which an interval could be crossed by gaining speed, going on at the highest and braking again, and the shares
+// at which these meet.
+struct Crossing { double time, gained, braked; };
+
+static inline Crossing fastest_crossing(const Limits& l, int64_t i, double x0, double x1, double steepest) {
+    const double d = l.lengths[i], u = (x1 - x0) / (2.0 * d);
+    double top = 0.0, low, high, speed[PROBES], time = 0.0;
+    for (int p = 0; p < PROBES; p++) top = fmax(top, l.bound(p, i));
+    const double least = top / d / steepest, most = steepest * top / d;
+    range_at(l, 0, i, x0, low, high);
+    const double gain = fmin(fmax(high, fmax(u, least)), most);
+    range_at(l, POINTS - 1, i, x1, low, high);
+    const double brake = fmin(fmax(-low, fmax(-u, least)), most);
+    for (int p = 0; p < PROBES; p++)
+        speed[p] = sqrt(fmin(fmin(x0 + 2.0 * d * gain * PROBE[p], x1 + 2.0 * d * brake * (1.0 - PROBE[p])), l.bound(p, i)));
+    for (int p = 0; p + 1 < PROBES; p++) time += 2.0 * (PROBE[p + 1] - PROBE[p]) * d / (speed[p] + speed[p + 1]);
+    const double peak = (u + brake) / (gain + brake);
+    return {time, fmin(fmax((top - x0) / (2.0 * d * gain), 0.0), peak),
+            fmin(fmax(1.0 - (top - x1) / (2.0 * d * brake), peak), 1.0)};
+}
+
+// The shares at which an interval is split into the phases of its fastest crossing, none of them very short.
+static inline int phases(Crossing at, double least, double* inner) {
+    double shares[2] = {at.gained, at.braked};
+    for (double& share : shares) share = share < least ? 0.0 : share > 1.0 - least ? 1.0 : share;
+    if (shares[1] - shares[0] < least) shares[1] = 1.0;
+    if (shares[0] == 0.0 && shares[1] == 1.0) shares[0] = 0.5;
+    int count = 0;
+    for (double share : shares)
+        if (share > 0.0 && share < 1.0) inner[count++] = share;
+    return count;
+}
+
+// The next intervals: parts of these, from one share of their row to another, and whether u is to be constant on them.
+struct Parts {
+    int64_t count, *rows;
+    double *starts, *ends;
+    int64_t* constant;
+    void add(int64_t row, double start, double end, bool is_constant) {
+        rows[count] = row; starts[count] = start; ends[count] = end; constant[count++] = is_constant;
     }
+};
+
+// Find the bends of a profile, and the intervals for another solution; no parts: it is the last one. Intervals that break
+// limits, or lose time, are split, the first time in any case; or u becomes constant on them.
+static inline int judge_profile(const Limits& l, const Splitting& rule, const int64_t* constant, const int64_t* groups,
+                                const double* x, bool may_split, bool is_first, double* bends, Parts& next) {
+    Scratch<double> shares(l.count), times(l.intervals), sums(l.intervals), numbers(l.intervals);
+    Scratch<Use> uses(l.intervals);
+    if (!shares || !times || !sums || !numbers || !uses) return NO_MEMORY;
+    double whole = 0.0, wasted = 0.0, stuck = 0.0;
+    bool any_broken = false;
+    auto broken = [&](int64_t i) { return uses[i].used > rule.tolerated && !constant[i]; };
+    auto hopeless = [&](int64_t i) { return broken(i) && uses[i].used > rule.mended; };
+    for (int64_t i = 0; i < l.intervals; i++) sums[i] = numbers[i] = 0.0;
+    for (int64_t i = 0; i < l.intervals; i++) {
+        bends[i] = constant[i] ? 0.0 : best_bend(l, i, x[i], x[i + 1]);
+        uses[i] = use_of_limits(l, i, constant[i], x[i], x[i + 1], bends[i], shares.data);
+        times[i] = time_between(l.lengths[i], x[i], x[i + 1], bends[i], 0.0, 1.0);
+        sums[groups[i]] += times[i];
+        numbers[groups[i]] += 1.0;
+        whole += times[i];
+        wasted += uses[i].unused * times[i];
+        if (hopeless(i)) stuck += times[i];
+        any_broken |= broken(i);
+    }
+    next.count = 0;
+    const bool splits = may_split && (is_first || wasted > rule.neglected * whole || stuck > rule.stuck * whole);
+    if (!splits && !any_broken) return OK;
+    for (int64_t i = 0; i < l.intervals; i++) {
+        const double worth = rule.waste * sums[groups[i]] / numbers[groups[i]];
+        double inner[2] = {};
+        int cuts = 0;
+        if (splits) {
+            if (broken(i) || uses[i].dips > rule.tolerated - 1.0 || uses[i].unused * times[i] > worth) {
+                for (double k = 0.0; k < rule.parts; k += 1.0) next.add(i, k / rule.parts, (k + 1.0) / rule.parts, hopeless(i));
+                continue;
+            }
+            const Crossing at = fastest_crossing(l, i, x[i], x[i + 1], rule.steepest);
+            if (times[i] - at.time > worth) cuts = phases(at, rule.least_share, inner);
+        }
+        if (!cuts) next.add(i, 0.0, 1.0, constant[i] || broken(i));
+        for (int k = 0; cuts && k <= cuts; k++) next.add(i, k ? inner[k - 1] : 0.0, k < cuts ? inner[k] : 1.0, false);
+    }
+    if (splits && next.count == l.intervals) next.count = 0;  // nothing is split
+    return OK;
 }

@@ -7,7 +7,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.kernels.profile import POINTS, PROBES, PathLimits, fastest_crossings, fastest_profile, use_of_limits
+from planner.backends.toppra.intervals import CUTTING
+from planner.backends.toppra.path_limits import OF_REST_AND_BOUNDS
+from planner.backends.toppra.profile import SPLITTING
+from planner.kernels.profile import (
+    POINTS,
+    PROBES,
+    LimitRows,
+    PathLimits,
+    cut_curves,
+    fastest_profile,
+    judge_profile,
+    limits_on_intervals,
+    times_between,
+)
 from tests.planner.kernels import path_limits as by_numpy
 
 Problem = tuple[PathLimits, np.ndarray, np.ndarray]
@@ -57,17 +70,70 @@ def test_random_limits(seed: int, count: int, rows: int, bend: float) -> None:
     assert fastest_profile(*given) == pytest.approx(by_numpy.fastest_profile(*given), rel=1e-7, abs=1e-9)
 
 
-@given(**RANDOM)
-def test_the_use_of_random_limits(seed: int, count: int, rows: int, bend: float) -> None:
+@given(may_split=st.booleans(), is_first=st.booleans(), looseness=st.sampled_from([1e-6, 1e-3, 0.3]), **RANDOM)
+def test_the_judgement_of_random_profiles(
+    seed: int, count: int, rows: int, bend: float, may_split: bool, is_first: bool, looseness: float
+) -> None:
     limits, throughout, rests = problem(seed, count, rows, bend)
     limits.per_u[..., 0] = np.where(limits.per_u[..., 0] == 0.0, 0.3, limits.per_u[..., 0])  # one limits u everywhere
-    x = fastest_profile(limits, throughout, rests) + 1e-3 * np.random.default_rng(seed).random(count + 1)
-    for own, other in zip(
-        use_of_limits(limits, throughout, x), by_numpy.use_of_limits(limits, throughout, x), strict=True
-    ):
+    x = fastest_profile(limits, throughout, rests) * (1.0 - looseness) + 1e-3
+    given = limits, throughout, np.cumsum(rests[:-1]) - 1, x, SPLITTING
+    bends, parts = judge_profile(*given, may_split=may_split, is_first=is_first)
+    others, expected = by_numpy.judge_profile(*given, may_split=may_split, is_first=is_first)
+    assert bends == pytest.approx(others, rel=1e-9, abs=1e-12)
+    assert (parts is None) == (expected is None)
+    for own, other in zip(parts or (), expected or (), strict=True):
         assert own == pytest.approx(other, rel=1e-9, abs=1e-12)
-    for own, other in zip(fastest_crossings(limits, x, 1e6), by_numpy.fastest_crossings(limits, x, 1e6), strict=True):
-        assert own == pytest.approx(other, rel=1e-9, abs=1e-12)
+
+
+@given(st.integers(0, 2**32), st.sampled_from([0.0, 1e-9, 1e-3, 0.45]), st.booleans())
+def test_times_on_intervals(seed: int, bend: float, whole: bool) -> None:
+    rng = np.random.default_rng(seed)
+    lengths, x = rng.uniform(0.1, 2.0, 5), rng.uniform(0.3, 3.0, 6)
+    most = (np.sqrt(x[:-1]) + np.sqrt(x[1:])) ** 2 / (2.0 * lengths)
+    bends, shares = bend * most * rng.choice([-1.0, 1.0], 5), (0.0, 1.0) if whole else np.sort(rng.random(2)).tolist()
+    given = lengths, x, bends, *shares
+    assert times_between(*given) == pytest.approx(by_numpy.times_between(*given), rel=1e-11)
+
+
+def test_the_time_from_rest() -> None:
+    """With s'' = 2 the length 1 takes 1 s from rest."""
+    x = np.array([0.0, 4.0, 0.0])
+    assert times_between(np.ones(2), x, np.zeros(2), 0.0, 1.0) == pytest.approx([1.0, 1.0], rel=1e-12)
+
+
+@given(st.integers(0, 2**32), st.integers(1, 8), st.integers(2, 6), st.sampled_from([0.0, 1e-3, 1.0, 100.0]))
+def test_random_curves_cut_into_intervals(seed: int, pieces: int, order: int, bend: float) -> None:
+    rng = np.random.default_rng(seed)
+    coefficients = rng.normal(size=(pieces, 3, order)) * np.where(np.arange(order) < 2, 1.0, bend)
+    segments = np.cumsum(rng.random(pieces) < 0.7)
+    groups = np.cumsum(np.diff(segments, prepend=segments[0]) * (rng.random(pieces) < 0.4))
+    given = rng.uniform(0.1, 2.0, pieces), coefficients, segments, groups - groups[0], rng.uniform(0.5, 2.0, (9, 3))
+    rule = np.array([rng.integers(1, 30), *CUTTING])
+    for own, other in zip(cut_curves(*given, rule), by_numpy.cut_curves(*given, rule), strict=True):
+        assert own == pytest.approx(other, rel=1e-12)
+
+
+@given(st.integers(0, 2**32), st.integers(0, 4), st.booleans())
+def test_random_rows_as_limits_on_intervals(seed: int, width: int, limits_path_speed: bool) -> None:
+    rng = np.random.default_rng(seed)
+    count, segments, joints = 7, 3, 2
+
+    def positive(*shape: int) -> np.ndarray:
+        return rng.uniform(0.3, 3.0, shape)
+
+    sides = rng.normal(size=(segments, joints)), positive(segments, joints), -positive(segments, joints)
+    velocity = np.where(rng.random((segments, joints)) < 0.3, np.inf, positive(segments, joints))
+    rows = LimitRows(
+        *rng.normal(size=(3, POINTS, count, width)), rng.normal(size=(segments, width)), positive(segments, width)
+    )
+    derivatives = rng.normal(size=(2, PROBES, count, joints)) * (rng.random((2, PROBES, count, joints)) < 0.8)
+    given = positive(count), rng.integers(0, segments, count), tuple(derivatives), (*sides, velocity), rows
+    used = positive(PROBES, count) if limits_path_speed else None
+    others = used, positive(count), OF_REST_AND_BOUNDS
+    expected = by_numpy.limits_on_intervals(*given, *others)
+    for own, other in zip(limits_on_intervals(*given, *others), expected, strict=True):
+        assert own == pytest.approx(other, rel=1e-12, abs=1e-15)
 
 
 @pytest.mark.parametrize("size", [1e-12, 1e-4, 1.0, 1e6])
@@ -106,7 +172,10 @@ def test_limits_of_nothing() -> None:
     limits, throughout, rests = constant(np.ones(3), np.zeros(2), 0.0, 2.0)
     x = fastest_profile(limits, throughout, rests)
     assert x == pytest.approx([0.0, 2.0, 2.0, 0.0])
-    assert np.isfinite(use_of_limits(limits, throughout, x)).all()
+    groups = np.zeros(3, dtype=int)
+    bends, parts = judge_profile(limits, throughout, groups, x, SPLITTING, may_split=False, is_first=True)
+    assert np.isfinite(bends).all()
+    assert parts is None
 
 
 def test_intervals_next_to_nothing() -> None:
@@ -137,4 +206,4 @@ def test_wrong_shapes_are_refused() -> None:
     with pytest.raises(ValueError, match="shape"):
         fastest_profile(limits, throughout, rests[1:])
     with pytest.raises(ValueError, match="shape"):
-        use_of_limits(limits, throughout, np.ones(3))
+        judge_profile(limits, throughout, np.zeros(5, dtype=int), np.ones(3), SPLITTING, may_split=True, is_first=True)

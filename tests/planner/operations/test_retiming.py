@@ -148,7 +148,7 @@ def test_noise_beyond_the_deviation_gets_no_more_intervals_than_pay(monkeypatch:
     """2,000 points with noise of three deviations took toppra a minute: 135,000 intervals, then twice as many."""
     points = HOME + LINE[::20] + np.random.default_rng(0).normal(scale=3e-3, size=LINE[::20].shape)
     fine = retime_trajectory(kuka(), points, Toppra())
-    monkeypatch.setattr("planner.backends.toppra.profile.MOST_SPLITTABLE_INTERVALS", 200)
+    monkeypatch.setattr("planner.backends.toppra.intervals.MOST_SPLITTABLE_INTERVALS", 200)
     coarse = retime_trajectory(kuka(), points, Toppra())
     assert len(coarse.trajectory.lengths) < 0.5 * len(fine.trajectory.lengths)
     assert coarse.certificate.satisfied
