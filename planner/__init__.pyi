@@ -26,7 +26,13 @@ from planner.comparison import Comparison as Comparison
 from planner.comparison import Figures as Figures
 from planner.comparison import compare as compare
 from planner.comparison import figures as figures
-from planner.constraints.tool_axes import ToolAxis as ToolAxis
+from planner.constraints.pose_constraints import PoseConstraint as PoseConstraint
+from planner.constraints.pose_constraints import ToolAxis as ToolAxis
+from planner.constraints.pose_constraints import ToolInBox as ToolInBox
+from planner.constraints.pose_constraints import ToolInHalfSpace as ToolInHalfSpace
+from planner.constraints.pose_constraints import ToolNearLine as ToolNearLine
+from planner.constraints.pose_constraints import ToolNearPlane as ToolNearPlane
+from planner.constraints.pose_constraints import ToolOrientation as ToolOrientation
 from planner.dynamics import inverse_dynamics as inverse_dynamics
 from planner.errors import ClearanceUnproved as ClearanceUnproved
 from planner.errors import Collision as Collision

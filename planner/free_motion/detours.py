@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.certificate.clearance import refuse_collision_at, segment_checkers
+from planner.constraints.kept_poses import KeptPoses
 from planner.errors import InvalidProblem, NoPathFound, PathPoint, PlanningError
-from planner.free_motion.edges import FreeEdges, KeptAxes
+from planner.free_motion.edges import FreeEdges
 from planner.free_motion.free_path import find_free_path
 from planner.free_motion.straight_ends import find_path_with_straight_ends
 from planner.kinematics.configurations import Configuration, in_configuration
@@ -23,6 +24,7 @@ from planner.problems.actions import AtWaypoint
 from planner.problems.motion_around import FixedWaypoint, FreeMotion, KeptMotion, as_requested
 from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, ViaWaypoint, Waypoint
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
+from planner.quantities import MEASURES
 from planner.scene import is_free
 from planner.waypoints.goal_regions import MOST_TRIED_POSITIONS, positions_in_region
 from planner.waypoints.pinned import pinned_robots
@@ -163,7 +165,7 @@ def find_detours(problem: PlanningProblem) -> tuple[Detour, ...]:
         motion = problem.waypoints[index].motion
         most = motion.most_checks if isinstance(motion, FreeMotion) else 0
         robots, options = problem.robots[index - 1 : index + 1], problem.inverse_kinematics
-        kept = kept_axes(problem, index)
+        kept = kept_poses(problem, index)
         lines = partial(find_path_with_straight_ends, robots, checker, start, goals, options, most)
         detour = find_free_path(
             problem.robot,
@@ -221,7 +223,7 @@ def ends_of_detour(problem: PlanningProblem, before: Sequence[Detour], index: in
     checker = segment_checkers(replace(so_far, self_collision=itself), positions)[number - 1]
     start = solved[number - 1].position
     goals = _goals(problem, index, checker, (solved[number - 1], solved[number]), (so_far, waypoints, number))
-    if (kept := kept_axes(problem, index)) is not None:
+    if (kept := kept_poses(problem, index)) is not None:
         goals = _goals_kept(kept, index, start, goals)
     travels = np.abs(goals - start)
     if travels[0].max() > LONGEST_TRAVEL:
@@ -232,27 +234,30 @@ def ends_of_detour(problem: PlanningProblem, before: Sequence[Detour], index: in
     return EndsOfDetour(checker, start, goals[travels.max(axis=1) <= LONGEST_TRAVEL], positions[first : number - 1])
 
 
-def kept_axes(problem: PlanningProblem, index: int) -> KeptAxes | None:
+def kept_poses(problem: PlanningProblem, index: int) -> KeptPoses | None:
     """Return the constraints on the tool of the motion to a waypoint; None: there are none."""
     motion = problem.waypoints[index].motion
-    return KeptAxes(problem.robots[index], motion.keep) if isinstance(motion, KeptMotion) and motion.keep else None
+    return KeptPoses(problem.robots[index], motion.keep) if isinstance(motion, KeptMotion) and motion.keep else None
 
 
-def _goals_kept(kept: KeptAxes, index: int, start: FloatArray, goals: FloatArray) -> FloatArray:
+def _goals_kept(kept: KeptPoses, index: int, start: FloatArray, goals: FloatArray) -> FloatArray:
     """Return the goals (goals, joints) that keep the constraints on the tool.
 
     Raises:
         InvalidProblem: The start breaks one, or all goals do.
     """
-    excesses = np.array([kept.excess_at(position) for position in (start, *goals)])
-    for number, excess in ((index - 1, excesses[0]), (index, excesses[1:].min())):
-        if excess > 0.0:
-            message = (
-                f"must satisfy `keep` of the free motion to waypoint {index}; got an axis of the tool "
-                f"{excess:.4g} rad beyond its `angle`. Turn the tool there, or raise the `angle`."
-            )
-            raise InvalidProblem([(("waypoints", number), message)])
-    return goals[excesses[1:] <= 0.0]
+    broken = [kept.broken_at(position) for position in (start, *goals)]
+    number, worst = (index - 1, broken[0]) if broken[0] is not None else (index, broken[1])
+    holds = [found is None for found in broken[1:]]
+    if worst is not None and not (number == index and any(holds)):
+        constraint, value = worst
+        title, unit, _ = MEASURES[constraint.quantity]
+        message = (
+            f"must satisfy `keep` of the free motion to waypoint {index}; got {value:.4g} {unit} ({title.lower()}), "
+            f"the limit is {constraint.limit:.4g} {unit}. Change the waypoint, or raise the `{constraint.field}`."
+        )
+        raise InvalidProblem([(("waypoints", number), message)])
+    return goals[holds]
 
 
 def _along(waypoint: AnyWaypoint, detour: Detour) -> list[AnyWaypoint]:

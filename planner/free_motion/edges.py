@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from math import inf
 from time import monotonic
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from planner.scene import CONTACT_TOLERANCE, Budget, clearances
 from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
-    from planner.constraints.tool_axes import ToolAxis
-    from planner.robots import Robot
+    from planner.constraints.kept_poses import KeptPoses
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
 
@@ -37,35 +36,6 @@ MOST_COUNTS_KEPT = 64
 """Number of counts of joint positions on a motion of which a process keeps the order."""
 
 
-class KeptAxes(NamedTuple):
-    """Constraints on the tool of a robot.
-
-    Attributes:
-        robot: The robot with its tool.
-        keep: The constraints.
-    """
-
-    robot: Robot
-    keep: tuple[ToolAxis, ...]
-
-    def hold_along(self, positions: FloatArray) -> bool:
-        """Tell whether the straight motions between joint positions (positions, joints) provably keep them."""
-        return all(axis.largest_angle(self.robot, _straight(positions)).bound <= axis.angle for axis in self.keep)
-
-    def excess_at(self, position: FloatArray) -> float:
-        """Return the largest angle, rad, by which a joint position (joints,) breaks a constraint; negative: none."""
-        return max(float(axis.angles(self.robot, position[None])[0]) - axis.angle for axis in self.keep)
-
-    def projected(self, position: FloatArray) -> FloatArray | None:
-        """Move a joint position (joints,) to the constraints one after the other; None: one of them is not kept."""
-        for axis in self.keep:
-            moved = axis.projected(self.robot, position)
-            if moved is None:
-                return None
-            position = moved
-        return position if self.excess_at(position) <= 0.0 else None
-
-
 def _straight(positions: FloatArray) -> PiecewisePolynomial:
     """Return the straight motions between joint positions (motions + 1, joints), 1 s each."""
     count = len(positions) - 1
@@ -82,7 +52,7 @@ class FreeEdges:
         kept: The constraints that all motions keep; None: there are none.
     """
 
-    def __init__(self, checker: CollisionChecker, most: float, kept: KeptAxes | None = None) -> None:
+    def __init__(self, checker: CollisionChecker, most: float, kept: KeptPoses | None = None) -> None:
         """Prepare for a robot with its surroundings, a number of motions, and constraints on the tool."""
         self._checker = checker
         self.kept = kept
@@ -115,7 +85,7 @@ class FreeEdges:
     def seems_free(self, start: FloatArray, end: FloatArray) -> bool:
         """Tell whether the straight motion between two joint positions (joints,) shows no collision."""
         self.checked += 1
-        if self.kept is not None and not self.kept.hold_along(np.stack([start, end])):
+        if self.kept is not None and not self.kept.hold_along(_straight(np.stack([start, end]))):
             return False
         shares = _shares(float(np.linalg.norm(end - start)), self._look_every)
         return not self._sees_collision(start + shares[:, None] * (end - start))
@@ -135,7 +105,7 @@ class FreeEdges:
         count = len(positions) - 1
         if self.kept is not None:
             legs = range(count)
-            broken = next((k for k in legs if not self.kept.hold_along(positions[k : k + 2])), None)
+            broken = next((k for k in legs if not self.kept.hold_along(_straight(positions[k : k + 2]))), None)
             if broken is not None:
                 return broken
         motion = _straight(positions)

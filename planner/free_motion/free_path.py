@@ -17,8 +17,8 @@ from planner.scene import is_free
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from planner.constraints.kept_poses import KeptPoses
     from planner.free_motion.barriers import Barrier
-    from planner.free_motion.edges import KeptAxes
     from planner.robots import Robot
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
@@ -74,7 +74,7 @@ def find_free_path(
     most_checks: int = MOST_CHECKS,
     seed: int = 0,
     in_narrow: Callable[[], FreePath | None] | None = None,
-    kept: KeptAxes | None = None,
+    kept: KeptPoses | None = None,
 ) -> FreePath:
     """Find a free path: the straight motion to a goal, the nearest first, or a detour.
 

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
 LONGEST_EDGE = 0.75
 """The longest edge, rad (a metre counts as a radian): about the free space around a joint position in the open."""
 
-LONGEST_KEPT_EDGE = 0.3
-"""The longest edge where the tool keeps constraints, rad: over it, the angle of an axis leaves a chord by 1 degree."""
-
 LEAST_APPROACH = 0.01
 """Smallest relative decrease of the distance to a target by a projected edge; otherwise the edge is not added."""
 
@@ -80,6 +77,7 @@ class Trees:
             within: The lowest and the highest (joints,) of random positions, rad or m.
         """
         self.edges, self._within = edges, within
+        self._longest = LONGEST_EDGE if edges.kept is None else edges.kept.longest_step
         samples = np.random.default_rng(0).uniform(*within, (LEVER_SAMPLES, len(start)))
         levers = edges.levers(samples).mean(axis=0)
         weights = np.maximum(levers, LEAST_WEIGHT * levers.max())
@@ -157,7 +155,7 @@ class Trees:
         """Go one step from the position of a row of a tree towards a target (joints,)."""
         start = tree.positions[origin]
         distance = float(np.linalg.norm(target - start))
-        longest = LONGEST_EDGE if self.edges.kept is None else LONGEST_KEPT_EDGE
+        longest = self._longest
         end = target if distance <= longest else start + (target - start) * (longest / distance)
         if self.edges.kept is not None:
             projected = self._projected(start, end)
@@ -171,7 +169,7 @@ class Trees:
         projected = None if self.edges.kept is None else self.edges.kept.projected(end)
         if projected is None or (projected < self._within[0]).any() or (projected > self._within[1]).any():
             return None
-        return projected if np.linalg.norm(projected - start) <= 2.0 * LONGEST_KEPT_EDGE else None
+        return projected if np.linalg.norm(projected - start) <= 2.0 * self._longest else None
 
     def _connect(self, tree: Tree, target: FloatArray) -> int | None:
         """Extend a tree step by step until it reaches a target (joints,); None: an obstacle blocks it."""

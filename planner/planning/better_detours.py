@@ -7,7 +7,7 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from planner.free_motion.detours import LADDER, Gain, ends_of_detour, free_waypoints, kept_axes
+from planner.free_motion.detours import LADDER, Gain, ends_of_detour, free_waypoints, kept_poses
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.objectives import Estimate, value_of
 from planner.planning.attempts import NotBetter, Planned, Refused
@@ -92,7 +92,7 @@ def _candidates(planned: Planned, number: int, objective: Objective, most: float
     ends = ends_of_detour(problem, detours[:number], own.waypoint)
     if number < len(detours) - 1:
         ends = ends._replace(goals=own.positions[-1:])
-    edges = FreeEdges(ends.checker, most, kept_axes(problem, own.waypoint))
+    edges = FreeEdges(ends.checker, most, kept_poses(problem, own.waypoint))
     edges.until = until
     cost = Estimate(objective, planned.plan.path, planned.plan.problem.numbers.index(own.waypoint) - 1)
     return CandidateDetours(problem.robot, ends, own.positions, cost, edges, problem.inverse_kinematics.seed)

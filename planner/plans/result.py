@@ -21,10 +21,10 @@ from planner.certificate.clearance import (
 from planner.certificate.durations import certify_durations
 from planner.certificate.joint_motions import certify_joint_motions
 from planner.certificate.limits import certificate_of, unless_missed
+from planner.certificate.pose_constraints import certify_pose_constraints
 from planner.certificate.residual_vibration import certify_residual_vibration
 from planner.certificate.sampling import SampleCertificate, certify_sampling
 from planner.certificate.speed_zones import SpeedZoneCheck, certify_speed_zones, refuse_too_fast
-from planner.certificate.tool_axes import certify_tool_axes
 from planner.certificate.tool_path import certify_tool_path
 from planner.certificate.waypoints import MetWaypoints, certify_passages, certify_waypoints
 from planner.choices import Choice
@@ -293,7 +293,7 @@ def _certificate(
     wanted = np.where(np.isnan(met.positions), path.positions, met.positions)
     wanted[near] = np.nan
     checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, path.waypoints, met.targets)
-    checks += certify_tool_axes(trajectory, problem.robots, problem.waypoints)
+    checks += certify_pose_constraints(trajectory, problem.robots, problem.waypoints)
     checks += [*certify_passages(trajectory, path.robot.joint_names, path.passed_at), *met.checks]
     checks += certify_durations(trajectory, problem.waypoints, problem.duration)
     if leaves_straight_motions(backend):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from planner.constraints.tool_axes import ToolAxis
+from planner.constraints.pose_constraints import PoseConstraint
 from planner.problems.problem import AnyWaypoint, JointMotion, JointWaypoint
 
 MOST_CHECKS = 20_000
@@ -35,7 +35,7 @@ class KeptMotion(JointMotion):
         keep: The constraints, checked by the certificate.
     """
 
-    keep: tuple[ToolAxis, ...] = field(default=(), kw_only=True)
+    keep: tuple[PoseConstraint, ...] = field(default=(), kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,12 @@ from math import pi
 from typing import Annotated, Literal
 
 from pydantic import Field
+from typing_extensions import TypeAliasType
 
-from api.contract.parts.common import Answer, Schema, Vector3
+from api.contract.parts.common import Answer, Number, Orientation, Pose, Schema, Vector3
+
+Angle = Annotated[float, Field(ge=0.02, lt=pi)]
+Distance = Annotated[float, Field(ge=0.001, le=1e3)]
 
 
 class ToolAxis(Schema):
@@ -17,10 +21,78 @@ class ToolAxis(Schema):
     """The constraint: on an axis of the tool."""
     direction: Vector3
     """The direction in the base frame, without unit; its length does not count."""
-    angle: Annotated[float, Field(ge=0.02, lt=pi)]
+    angle: Angle
     """The largest angle between the axis and the direction, rad."""
     axis: Vector3 = Field(default=[0.0, 0.0, 1.0])
     """The axis in the tool frame, without unit; its length does not count."""
+
+
+class ToolOrientation(Schema):
+    """The constraint that the orientation of the tool stays within an angle of a given one."""
+
+    kind: Literal["orientation"]
+    """The constraint: on the orientation of the tool."""
+    orientation: Orientation
+    """The orientation in the base frame."""
+    angle: Angle
+    """The largest angle of the rotation between the two, rad."""
+
+
+class ToolNearPlane(Schema):
+    """The constraint that the tool stays within a distance of a plane, on either side."""
+
+    kind: Literal["plane"]
+    """The constraint: near a plane."""
+    point: Vector3
+    """A point of the plane in the base frame, m."""
+    normal: Vector3
+    """The normal of the plane in the base frame, without unit; its length does not count."""
+    distance: Distance
+    """The largest distance of the tool, m."""
+
+
+class ToolNearLine(Schema):
+    """The constraint that the tool stays within a distance of an infinite line."""
+
+    kind: Literal["line"]
+    """The constraint: near a line."""
+    point: Vector3
+    """A point of the line in the base frame, m."""
+    direction: Vector3
+    """The direction of the line in the base frame, without unit; its length does not count."""
+    distance: Distance
+    """The largest distance of the tool, m."""
+
+
+class ToolInBox(Schema):
+    """The constraint that the tool stays inside a box."""
+
+    kind: Literal["box"]
+    """The constraint: inside a box."""
+    pose: Pose
+    """The pose of the box's centre and axes in the base frame, m. Without an orientation, its axes are the base's."""
+    size: Annotated[list[Distance], Field(min_length=3, max_length=3)]
+    """The lengths of the box along its axes, m."""
+
+
+class ToolInHalfSpace(Schema):
+    """The constraint that the tool stays in a half-space: normal · position <= offset."""
+
+    kind: Literal["half_space"]
+    """The constraint: in a half-space."""
+    normal: Vector3
+    """The direction out of the half-space in the base frame, without unit; its length does not count."""
+    offset: Number
+    """The distance of its plane from the origin along the normal, m."""
+
+
+PoseConstraint = TypeAliasType(
+    "PoseConstraint",
+    Annotated[
+        ToolAxis | ToolOrientation | ToolNearPlane | ToolNearLine | ToolInBox | ToolInHalfSpace,
+        Field(discriminator="kind", description="A constraint on the pose of the tool; a tool position is its origin."),
+    ],
+)
 
 
 class FreeMotion(Schema):
@@ -49,7 +121,9 @@ class FreeMotion(Schema):
     optimise_checks: Annotated[int, Field(ge=1, le=50_000)] | None = None
     """The most motions that this optimisation checks; timing a trajectory counts as 100. The default of 5000 takes 1
     to 5 s. With a `time_budget`, omitted: unlimited."""
-    keep: Annotated[list[ToolAxis], Field(max_length=4)] = Field(default_factory=list, exclude_if=lambda keep: not keep)
+    keep: Annotated[list[PoseConstraint], Field(max_length=4)] = Field(
+        default_factory=list, exclude_if=lambda keep: not keep
+    )
     """Constraints on the tool that the whole motion keeps, its start and end included. The certificate bounds them at
     all times."""
 

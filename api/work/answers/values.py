@@ -14,6 +14,7 @@ from planner.problems.transitions import BlendTransition, StopTransition
 from planner.spatial import Pose, quaternion
 
 if TYPE_CHECKING:
+    import planner
     from planner.choices import Choice
     from planner.errors import NearestPose, PathPoint
 
@@ -47,6 +48,19 @@ def path_point_answer(point: PathPoint) -> dict[str, Any]:
     return {"fraction": point.fraction, "pose": pose_answer(point.pose), "position": point.position}
 
 
+def _pose_constraint_answer(constraint: planner.PoseConstraint) -> dict[str, Any]:
+    """Write a constraint on the pose of the tool as requests have it."""
+    values: dict[str, Any] = {"kind": constraint.kind}
+    for name, value in vars(constraint).items():
+        if isinstance(value, Pose):
+            values[name] = pose_answer(value)
+        elif name == "orientation":
+            values[name] = {"kind": "quaternion", "xyzw": list(value)}
+        else:
+            values[name] = list(value) if isinstance(value, tuple) else value
+    return values
+
+
 def value_answer(value: Any) -> Any:
     """Write a value of the library's as a client puts it into a request; numbers stay as they are."""
     match value:
@@ -63,10 +77,7 @@ def value_answer(value: Any) -> Any:
                 for name, option in vars(value).items()
                 if name not in NOT_IN_REQUESTS and option is not None
             }
-            kept = [
-                {"kind": "tool_axis", "direction": list(own.direction), "angle": own.angle, "axis": list(own.axis)}
-                for own in value.keep
-            ]
+            kept = list(map(_pose_constraint_answer, value.keep))
             return {"kind": "free", **asked, **({"keep": kept} if kept else {})}
         case JointMotion():
             return {"kind": "joint"}

@@ -14,6 +14,7 @@ from api.work.conversion.actions import to_actions, with_waits
 from api.work.conversion.curves import to_payload_table, to_torque_curve, to_velocity_curves, with_curves
 from api.work.conversion.goal_sets import to_requested_waypoint
 from api.work.conversion.kept_meshes import kept_pieces
+from api.work.conversion.pose_constraints import to_pose_constraint
 from api.work.conversion.poses import to_pose, to_rotation, with_axes
 from api.work.conversion.scenes import to_scene, to_speed_zones
 from api.work.conversion.vibration import to_residual_vibration
@@ -357,8 +358,7 @@ def to_motion(motion: waypoints.Motion, frame: Pose | None) -> planner.Motion:
         case waypoints.JointMotion():
             return planner.JointMotion(motion.turns)
         case free_motions.FreeMotion():
-            kept = (_with_tuples(constraint.model_dump(exclude={"kind"})) for constraint in motion.keep)
-            keep = tuple(planner.ToolAxis(**values) for values in kept)
+            keep = tuple(map(to_pose_constraint, motion.keep))
             return FreeMotion(**motion.model_dump(exclude={"kind", "keep"}), keep=keep)
         case waypoints.LinearMotion():
             return planner.LinearMotion(**_following(motion))

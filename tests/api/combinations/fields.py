@@ -30,8 +30,16 @@ LEFT_OUT = {
     "AttachedObject.margin": "the random requests have it",
     "Convex.faces": "answers have it, and requests ignore it",
     **dict.fromkeys(
-        ("FreeMotion.keep", "ToolAxis.kind", "ToolAxis.direction", "ToolAxis.angle", "ToolAxis.axis"),
-        "few starts and ends keep one; test_kept_tool_axes has it",
+        (
+            "FreeMotion.keep",
+            *(f"ToolAxis.{name}" for name in ("kind", "direction", "angle", "axis")),
+            *(f"ToolOrientation.{name}" for name in ("kind", "orientation", "angle")),
+            *(f"ToolNearPlane.{name}" for name in ("kind", "point", "normal", "distance")),
+            *(f"ToolNearLine.{name}" for name in ("kind", "point", "direction", "distance")),
+            *(f"ToolInBox.{name}" for name in ("kind", "pose", "size")),
+            *(f"ToolInHalfSpace.{name}" for name in ("kind", "normal", "offset")),
+        ),
+        "few starts and ends keep one; test_pose_constraints has them",
     ),
     "FreeMotion.time_budget": "the random requests have it; what it gives depends on the machine",
     **dict.fromkeys(

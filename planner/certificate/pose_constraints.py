@@ -1,4 +1,4 @@
-"""The check of axes of the tool: each stays within the requested angle of its direction at all times."""
+"""The checks of constraints on the pose of the tool: each value stays within its limit at all times."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.certificate.checks import Check
+from planner.constraints.kept_poses import KeptPoses
 from planner.problems.motion_around import KeptMotion
 from planner.trajectories.polynomials import PiecewisePolynomial
 
@@ -18,8 +19,10 @@ if TYPE_CHECKING:
     from planner.trajectories.trajectory import Trajectory
 
 
-def certify_tool_axes(trajectory: Trajectory, robots: Sequence[Robot], waypoints: Sequence[AnyWaypoint]) -> list[Check]:
-    """Bound the angles of axes of the tool on the segments that keep them.
+def certify_pose_constraints(
+    trajectory: Trajectory, robots: Sequence[Robot], waypoints: Sequence[AnyWaypoint]
+) -> list[Check]:
+    """Bound the values of the constraints on the segments that keep them.
 
     Args:
         trajectory: The trajectory to be checked.
@@ -27,27 +30,29 @@ def certify_tool_axes(trajectory: Trajectory, robots: Sequence[Robot], waypoints
         waypoints: The requested waypoints, with the corners of detours.
 
     Returns:
-        The check of the largest share of an allowed angle; none without such a constraint.
+        One check for each kind of constraint, of the value that uses the largest share of its limit.
     """
-    checks = []
+    worst: dict[str, Check] = {}
     for index, waypoint in enumerate(waypoints):
         pieces = np.flatnonzero(trajectory.segments == index - 1)
         if not isinstance(waypoint.motion, KeptMotion) or not len(pieces):
             continue
         motion = PiecewisePolynomial(trajectory.lengths[pieces], trajectory.coefficients[pieces])
-        for axis in waypoint.motion.keep:
-            found = axis.largest_angle(robots[index], motion)
+        keep = waypoint.motion.keep
+        for own, found in zip(keep, KeptPoses(robots[index], keep).largest_values(motion), strict=True):
             check = Check(
-                quantity="tool_axis_angle",
+                quantity=own.quantity,
                 joint=None,
                 peak=found.bound,
-                limit=axis.angle,
-                ratio=found.bound / axis.angle,
+                limit=own.limit,
+                ratio=own.ratio(found.bound),
                 time=float(trajectory.breakpoints[pieces[0]]) + found.time,
                 method="bounded",
                 enforced=True,
                 bounded=True,
                 lower=found.reached,
             )
-            checks.append(check)
-    return [max(checks, key=lambda check: check.ratio or 0.0)] if checks else []
+            before = worst.get(own.quantity)
+            if before is None or (check.ratio or 0.0) > (before.ratio or 0.0):
+                worst[own.quantity] = check
+    return list(worst.values())
