@@ -49,6 +49,11 @@ class PoseConstraint(ABC):
         quantity: The quantity of its check, one of `planner.quantities.MEASURES`.
         field: The field with its limit.
         is_angle: Whether the gauge is a negative cosine of the rotation, rad; otherwise a distance of the position, m.
+
+    Examples:
+        >>> import planner
+        >>> isinstance(planner.ToolInHalfSpace((0.0, 0.0, 1.0), 0.6), planner.PoseConstraint)
+        True
     """
 
     kind: ClassVar[str]
