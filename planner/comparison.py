@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,17 +14,13 @@ from planner.constraints.peaks import SampledConstraints
 from planner.errors import PlanningError
 from planner.kinematics.forward import tool_pose
 from planner.planning import plan
+from planner.plans.result import Plan
+from planner.problems.problem import PlanningProblem
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.trajectories.integrals import Nodes
 from planner.trajectories.sampled_peaks import DERIVATIVES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from planner.plans.result import Plan
-    from planner.problems.problem import PlanningProblem
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 PATH_SAMPLES = 120
 """The number of samples of a segment at which the tool's way is compared."""

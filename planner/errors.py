@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
+from planner.choices import Choice
 from planner.fields import BACK_END, FieldPath, field_name, moved_path, with_field
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from planner.choices import Choice
-    from planner.spatial import FloatArray, Pose
+from planner.spatial import FloatArray, Pose
 
 T = TypeVar("T")
 """The type of a problem, or of a back end, in which a change is made."""

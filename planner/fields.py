@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any, TypeVar
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from typing import Any, TypeVar
 
 FieldPath = tuple[str | int, ...]
 """Names of fields and indices from the outside in, as `("waypoints", 1, "duration")` of a `PlanningProblem`.

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,15 +22,11 @@ from planner.constraints import (
 )
 from planner.constraints.rms_torque import RmsTorque
 from planner.errors import InvalidProblem
+from planner.fields import FieldPath
 from planner.guarantees import TCP_ORDERS
+from planner.robots import Robot
 from planner.robots.description import RANGED_QUANTITIES
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
-
-    from planner.fields import FieldPath
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 JOINT_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
 """Names of the quantities of each joint whose limits a caller may narrow."""

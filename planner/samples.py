@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from planner.dynamics import SegmentDynamics
 from planner.kinematics import quaternion, tool_accelerations, tool_velocities
 from planner.kinematics.forward import tool_poses_on
-from planner.spatial import rpy_from_rotations
+from planner.spatial import FloatArray, rpy_from_rotations
 from planner.trajectories.reversals import directions, towards
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from planner.dynamics import SegmentDynamics
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-if TYPE_CHECKING:
-    from typing import TypeAlias
-
-    from numpy.typing import ArrayLike
-
-    PoseLike: TypeAlias = "Pose | pin.SE3 | ArrayLike"
+PoseLike: TypeAlias = "Pose | pin.SE3 | ArrayLike"
 
 FloatArray = NDArray[np.float64]
 

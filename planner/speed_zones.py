@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.constraints import Constraint
 from planner.errors import InvalidProblem
-from planner.scene.bodies import Bodies, Body, excursions
+from planner.fields import FieldPath
+from planner.kinematics.forward import JointStates
+from planner.robots import Robot
+from planner.scene.bodies import Bodies, Body, Placements, excursions
+from planner.scene.checker import CollisionChecker
 from planner.scene.continuous import DEFAULT_BUDGET
+from planner.scene.scene import Scene
 from planner.shapes import Sphere
+from planner.spatial import FloatArray
 from planner.tolerances import CONTINUITY_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import PiecewisePolynomial, horner
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.fields import FieldPath
-    from planner.kinematics.forward import JointStates
-    from planner.robots import Robot
-    from planner.scene.bodies import Placements
-    from planner.scene.checker import CollisionChecker
-    from planner.scene.scene import Scene
-    from planner.spatial import FloatArray
 
 INTERVALS_AT_ONCE = 512
 """The number of intervals that are looked at together: enough for array operations, in some MiB."""

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 LEAST_LEVER = 1e-9
 """The torque by mass of the payload, N m/kg (N/kg), below which a joint does not feel the payload."""

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.errors import MissingDynamics
 from planner.kernels import serial_chain
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.spatial import FloatArray
 
 
 def inverse_dynamics(robot: Robot, positions: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike) -> FloatArray:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.dynamics.inverse import check_dynamics, inverse_dynamics, torques_by_pace
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.spatial import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

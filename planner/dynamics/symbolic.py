@@ -7,18 +7,17 @@ library have only two kinds of joint: revolute about, and prismatic along, the z
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from planner.robots import Robot
+from planner.robots.description import Joint
+from planner.spatial import FloatArray
+
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import casadi as ca
-
-    from planner.robots import Robot
-    from planner.robots.description import Joint
-    from planner.spatial import FloatArray
 
 ZERO_ELEMENT = 1e-15
 """Magnitude below which an element of a rotation is zero: each one left in is carried through the whole expression."""

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kinematics.forward import tool_poses
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import NEGLIGIBLE_SHARE
 from planner.trajectories.polynomials import SegmentedPolynomial, horner, quintic_hermite, shifted
-
-if TYPE_CHECKING:
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 MOST_BLENDED_SHARE = 0.48
 """Share of a segment that the blend at one of its ends may take; as much is for the other end, a little stays."""

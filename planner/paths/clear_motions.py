@@ -2,32 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields
 from functools import partial
 from itertools import takewhile
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import PlanningError
 from planner.kinematics.configurations import in_configuration
 from planner.kinematics.inverse import all_solutions, solution_layers
-from planner.problems.problem import CartesianMotion, JointMotion, JointWaypoint, PoseWaypoint, Waypoint
+from planner.problems.problem import (
+    AnyWaypoint,
+    CartesianMotion,
+    JointMotion,
+    JointWaypoint,
+    PlanningProblem,
+    PoseWaypoint,
+    Waypoint,
+)
 from planner.robots.tools import with_tools
-from planner.scene import clearances, edge, is_free
+from planner.scene import CollisionChecker, clearances, edge, is_free
 from planner.scene.carried import checker_at_waypoints, checkers_of_segments
+from planner.spatial import FloatArray, Pose
 from planner.waypoints.goal_regions import SettledWaypoint, Surroundings, settled_at
 from planner.waypoints.pinned import pinned_robots
-from planner.waypoints.solve import solve_waypoints
+from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
 from planner.waypoints.targets import wanted_poses
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.problems.problem import AnyWaypoint, PlanningProblem
-    from planner.scene import CollisionChecker
-    from planner.spatial import FloatArray, Pose
-    from planner.waypoints.solve import SolvedWaypoint
 
 MOST_MOTIONS = 8
 """The most motions of the tool after a goal region that are proved for each of its joint positions that is tried."""

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.kinematics.forward import tool_poses
-from planner.spatial import rotation_vectors
+from planner.robots import Robot
+from planner.spatial import FloatArray, rotation_vectors
 from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
-
-if TYPE_CHECKING:
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 MOST_EASED_SHARE = 0.4
 """Share of either curve that is eased at most: as much is for its other end, and some stays."""

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from planner.errors import JointPositionLimit, Remedy
 from planner.problems.transitions import StopTransition
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 def passing_error(waypoints: Sequence[int], segment: int, joint: str, value: float, limit: float) -> JointPositionLimit:

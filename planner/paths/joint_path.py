@@ -2,35 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
 from planner.kinematics.turns import counted_velocity
+from planner.limits import SegmentLimits
 from planner.paths.clear_motions import ClearMotions
+from planner.paths.half_spaces import HalfSpaces
 from planner.paths.segment_groups import SegmentGroup, build_group, is_joint_motion, straight_group, travel_time
-from planner.problems.problem import JointMotion
-from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
+from planner.problems.problem import AnyWaypoint, JointMotion, PlanningProblem
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
+from planner.robots import Robot
+from planner.robots.payload import Payload, ProcessForce
+from planner.spatial import FloatArray
+from planner.tool_motions.pose_paths import PosePath
+from planner.trajectories.trajectory import Trajectory
 from planner.waypoints.goal_regions import with_chosen_poses
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
-
-    from planner.limits import SegmentLimits
-    from planner.paths.half_spaces import HalfSpaces
-    from planner.problems.problem import AnyWaypoint, PlanningProblem
-    from planner.problems.transitions import Transition
-    from planner.robots import Robot
-    from planner.robots.payload import Payload, ProcessForce
-    from planner.spatial import FloatArray
-    from planner.tool_motions.pose_paths import PosePath
-    from planner.trajectories.trajectory import Trajectory
 
 SHORTEST_REST = 0.01
 """Duration of a trajectory, s, without motion and without a requested rest.

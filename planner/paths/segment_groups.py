@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import InvalidProblem, JointPositionLimit, Remedy
 from planner.kinematics.turns import counted_velocity
+from planner.limits import SegmentLimits
 from planner.paths.blends import Corners, cut_corners
 from planner.paths.easing import eased
 from planner.paths.errors import passing_error
-from planner.problems.problem import CartesianMotion, JointMotion
-from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
+from planner.problems.problem import AnyWaypoint, CartesianMotion, JointMotion
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tool_motions.position_limits import first_beyond
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, quintic_hermite
 from planner.trajectories.splines import slopes_between
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.limits import SegmentLimits
-    from planner.problems.problem import AnyWaypoint
-    from planner.problems.transitions import Transition
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.waypoints.solve import SolvedWaypoint
+from planner.waypoints.solve import SolvedWaypoint
 
 TANGENT = 1e-6
 """The relative difference of the joints' directions, and of their change, up to which two motions of the tool are one

@@ -6,35 +6,28 @@ share one budget, whatever they vary.
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
 from time import monotonic
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
+from planner.backends.base import BackEnd
 from planner.errors import LimitsUnsatisfiable, PlanningError
-from planner.free_motion.detours import find_detours, with_detours
+from planner.free_motion.detours import Detour, find_detours, with_detours
 from planner.free_motion.objectives import value_of
-from planner.paths import solve_path
-from planner.plans.result import certified, timed
+from planner.paths import JointPath, solve_path
+from planner.plans.result import Plan, certified, timed
 from planner.problems.blend_radii import with_blend_radii
 from planner.problems.check import check_problem
+from planner.problems.motion_around import Objective
+from planner.problems.problem import PlanningProblem
 from planner.timing.shaping import shaped
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from planner.backends.base import BackEnd
-    from planner.free_motion.detours import Detour
-    from planner.paths import JointPath
-    from planner.plans.result import Plan
-    from planner.problems.motion_around import Objective
-    from planner.problems.problem import PlanningProblem
-    from planner.trajectories.trajectory import PlanWarning, Trajectory
+from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 T = TypeVar("T")
 """The type of a generator's final result."""

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
 
 from planner.errors import Collision
-from planner.planning.attempts import Planned
+from planner.planning.attempts import Planned, Proposals
 from planner.planning.clear_searches import kept_clear
 from planner.problems.any_of import requested_indices
 from planner.problems.blend_radii import blend_radii
+from planner.problems.problem import PlanningProblem
 from planner.trajectories.trajectory import PlanWarning
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from planner.planning.attempts import Proposals
-    from planner.problems.problem import PlanningProblem
 
 LEAST_RADII = 1.0 / 32.0
 """Share of the requested radius below which no blend is tried: a robot that turns as sharply as that nearly stops."""

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import count
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.free_motion.detours import EndsOfDetour
+from planner.free_motion.edges import FreeEdges
 from planner.free_motion.free_path import ROOM, sought_within
+from planner.free_motion.objectives import Estimate
 from planner.free_motion.refining import refined
 from planner.free_motion.rrt_connect import Trees
 from planner.free_motion.shortcuts import shortened
+from planner.robots import Robot
 from planner.scene import is_free
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.free_motion.detours import EndsOfDetour
-    from planner.free_motion.edges import FreeEdges
-    from planner.free_motion.objectives import Estimate
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 CHECKS_OF_A_PLAN = 100
 """The motions that a path which is timed and certified counts as: that takes about as long."""

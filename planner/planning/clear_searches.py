@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends.base import searches
 from planner.certificate.clearance import segment_checkers
 from planner.errors import ClearanceUnproved, Collision
-from planner.planning.attempts import Planned, Refused
+from planner.planning.attempts import Attempt, Outcome, Planned, Proposals, Refused
 from planner.planning.half_spaces import half_spaces_between
 from planner.trajectories.trajectory import PlanWarning
-
-if TYPE_CHECKING:
-    from planner.planning.attempts import Attempt, Outcome, Proposals
 
 DEVIATION_SHARES = (0.3, 0.1)
 """Shares of the deviation allowed within which a search is held, one after the other, where it would collide."""

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from planner.paths.half_spaces import HalfSpaces
+from planner.scene import CollisionChecker
 from planner.scene.joint_positions import near_pairs
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.scene import CollisionChecker
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.spatial import FloatArray
+from planner.trajectories.trajectory import Trajectory
 
 HALF_SPACE_TIMES = 129
 """Number of shares of a segment's time at which there may be half-spaces."""

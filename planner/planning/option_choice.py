@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.backends.base import BackEnd
 from planner.choices import Choice, OptionOutcome
 from planner.errors import (
     Collision,
+    Fault,
     InfeasibleDuration,
     InvalidProblem,
     JointPositionLimit,
@@ -19,11 +21,13 @@ from planner.errors import (
     StartInCollision,
     UnreachableWaypoint,
 )
-from planner.planning.attempts import Refused, is_unmade
+from planner.fields import FieldPath
+from planner.planning.attempts import Attempt, Proposals, Refused, is_unmade
 from planner.planning.better_detours import with_better_detours
 from planner.planning.option_estimates import OptionEstimates
 from planner.planning.remedies import remedies_for
 from planner.planning.variants import planned
+from planner.plans.result import Plan
 from planner.problems.any_of import (
     AnyOf,
     Expansion,
@@ -34,18 +38,8 @@ from planner.problems.any_of import (
     waypoints_of,
 )
 from planner.problems.check import check_problem
-from planner.problems.problem import RelativeWaypoint, Waypoint
+from planner.problems.problem import PlanningProblem, RelativeWaypoint, Waypoint
 from planner.problems.waypoint_faults import waypoint_faults
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.backends.base import BackEnd
-    from planner.errors import Fault
-    from planner.fields import FieldPath
-    from planner.planning.attempts import Attempt, Proposals
-    from planner.plans.result import Plan
-    from planner.problems.problem import PlanningProblem
 
 COMMON_FIELDS = tuple(field for field in fields(Waypoint) if field.name != "name")
 """The fields of every kind of waypoint that a check of the whole problem reads."""

@@ -6,21 +6,17 @@ timed at once. The estimates decide the order in which options are planned.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.planning.option_layers import OptionLayers
+from planner.planning.option_layers import Layer, OptionLayers
 from planner.problems.any_of import AnyOf
+from planner.problems.problem import PlanningProblem
 from planner.scene import checker_at_waypoints, is_free
 from planner.scene.scene import Handling
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from planner.planning.option_layers import Layer
-    from planner.problems.problem import PlanningProblem
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 NONE = -1
 """The number of the node in a layer through which a path does not lead."""

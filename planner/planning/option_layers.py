@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,19 +15,20 @@ from planner.kinematics.search import is_isolated
 from planner.kinematics.turns import TURN, counted_velocity, turns_within
 from planner.limits import Limits, segment_limits
 from planner.problems.any_of import AnyOf, Expansion, waypoints_of
-from planner.problems.problem import CartesianMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.problem import (
+    AnyWaypoint,
+    CartesianMotion,
+    JointWaypoint,
+    PlanningProblem,
+    PoseWaypoint,
+    RelativeWaypoint,
+)
 from planner.problems.regions import region_of
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose
 from planner.waypoints.goal_regions import positions_in_region
-from planner.waypoints.pinned import pinned_robots
+from planner.waypoints.pinned import Pinned, pinned_robots
 from planner.waypoints.targets import wanted_poses
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.problems.problem import AnyWaypoint, PlanningProblem
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
-    from planner.waypoints.pinned import Pinned
 
 MOST_CANDIDATES = 16
 """The most joint positions of one waypoint of an option that are estimated."""

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from planner.backends import as_backend
+from planner.backends.base import BackEnd
 from planner.backends.splines.cubic import Cubic
-from planner.planning.attempts import Attempt, Budget, Refused, run
+from planner.planning.attempts import Attempt, Budget, Proposals, Refused, run
 from planner.planning.better_detours import with_better_detours
 from planner.planning.option_choice import with_chosen_options
 from planner.planning.remedies import remedies_for
 from planner.planning.variants import planned
+from planner.plans.result import Plan
 from planner.problems.any_of import goal_sets
-
-if TYPE_CHECKING:
-    from planner.backends.base import BackEnd
-    from planner.planning.attempts import Proposals
-    from planner.plans.result import Plan
-    from planner.problems.problem import PlanningProblem
+from planner.problems.problem import PlanningProblem
 
 DEFAULT = Budget()
 """The default budget of a plan."""

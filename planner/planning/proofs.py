@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from planner.backends.base import without_search
 from planner.errors import Remedy
-from planner.planning.attempts import Attempt, Planned, Refused
+from planner.planning.attempts import Attempt, Outcome, Planned, Proposals, Refused
 from planner.planning.variants import planned
+from planner.plans.result import Plan
 from planner.problems.motion_around import FreeMotion
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from planner.planning.attempts import Outcome, Proposals
-    from planner.plans.result import Plan
-    from planner.problems.problem import AnyWaypoint
+from planner.problems.problem import AnyWaypoint
 
 Change = list[Remedy]
 """Remedies to be applied together."""

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from planner.errors import Collision, InvalidProblem
-from planner.planning.attempts import Refused, is_unmade
-from planner.planning.blends import LEAST_RADII, larger_blends, warnings_of
+from planner.planning.attempts import Attempt, Outcome, Proposals, Refused, is_unmade
+from planner.planning.blends import LEAST_RADII, Blamed, larger_blends, warnings_of
 from planner.planning.clear_searches import kept_clear
 from planner.problems.blend_radii import blend_radii
-
-if TYPE_CHECKING:
-    from planner.planning.attempts import Attempt, Outcome, Proposals
-    from planner.planning.blends import Blamed
 
 
 def planned(attempt: Attempt) -> Proposals[Outcome]:

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from planner.errors import InvalidProblem, MissingDynamics
+from planner.plans.result import Plan
+from planner.plots.picture import Picture
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from planner.plans.result import Plan
-    from planner.plots.picture import Picture
-    from planner.spatial import FloatArray
 
 FeedForward = Literal["torque", "gravity", "none"]
 

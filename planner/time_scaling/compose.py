@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.constraints.rows import path_speed_shares
 from planner.kernels.polynomials import follow_scaling
 from planner.kinematics.forward import JointStates
+from planner.paths import JointPath, SegmentGroup
+from planner.spatial import FloatArray
 from planner.tolerances import BISECTIONS, ROUNDING
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
@@ -17,10 +19,6 @@ from planner.trajectories.polynomials import (
     quintic_hermite,
     shifted,
 )
-
-if TYPE_CHECKING:
-    from planner.paths import JointPath, SegmentGroup
-    from planner.spatial import FloatArray
 
 PROBES = np.array([0.25, 0.5, 0.75])
 """Shares of the time of a piece at which it is compared with the curve that it follows; at its ends it is on it."""

@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
 from planner.guarantees import QUANTITIES
+from planner.paths import JointPath, SegmentGroup
+from planner.spatial import FloatArray
 from planner.time_scaling.compose import follow_curve, split_at_knots
-from planner.time_scaling.limits_on_curve import limits_on
-from planner.time_scaling.linear_limits import GRIDPOINTS, QuadraticSpline
+from planner.time_scaling.limits_on_curve import LimitsOnCurve, limits_on
+from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits, QuadraticSpline
 from planner.time_scaling.refusals import duration_of_group
-from planner.time_scaling.retiming import fastest_retiming
+from planner.time_scaling.retiming import RequestedDurations, fastest_retiming
 from planner.time_scaling.uniform import scaled_to_duration
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
     quintic_hermite,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.paths import JointPath, SegmentGroup
-    from planner.spatial import FloatArray
-    from planner.time_scaling.limits_on_curve import LimitsOnCurve
-    from planner.time_scaling.linear_limits import LinearLimits
-    from planner.time_scaling.retiming import RequestedDurations
 
 TIME_ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
 """Rounds of the search: the number of pieces of the time scaling, additional pieces of each segment, and the largest

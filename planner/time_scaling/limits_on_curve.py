@@ -2,36 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.constraints import OF_FRICTION, POWER, TORQUE, TORQUE_AT_SPEED, TOTAL_POWER
+from planner.constraints import OF_FRICTION, POWER, TORQUE, TORQUE_AT_SPEED, TOTAL_POWER, Bounds, Constraint
+from planner.constraints.constraint import Rows
 from planner.constraints.quantities import Power
 from planner.constraints.torque_at_speed import rows_at_speed
 from planner.dynamics import SegmentDynamics
 from planner.kinematics.forward import JERKS, JointStates
+from planner.limits import SegmentLimits
+from planner.paths import JointPath, SegmentGroup
+from planner.robots import Robot
 from planner.robots.description import LEAST_FRICTION
+from planner.spatial import FloatArray
 from planner.time_scaling.compose import ScaledCurve
 from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits
 from planner.time_scaling.refusals import refuse_what_gravity_exceeds
 from planner.time_scaling.tool_jerks import jerk_rows
-from planner.trajectories.polynomials import horner
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, horner
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.constraints import Bounds, Constraint
-    from planner.constraints.constraint import Rows
-    from planner.limits import SegmentLimits
-    from planner.paths import JointPath, SegmentGroup
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
-
-    Side = FloatArray | float
-    LimitGroup = tuple[FloatArray, Side, Side, Side, Side, Side]
-    """The arrays of `LinearLimits` for some limits, (gridpoints, pieces, limits), or one number for all of them."""
+Side = FloatArray | float
+LimitGroup = tuple[FloatArray, Side, Side, Side, Side, Side]
+"""The arrays of `LinearLimits` for some limits, (gridpoints, pieces, limits), or one number for all of them."""
 
 SLOWEST_PACE = 1e-3
 """Least pace at which viscous friction is linearised, as a multiple of the present one."""

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 GRIDPOINTS = np.array([0.0, 0.5, 1.0])
 """Gridpoints of each interval, as fractions of it, at which its limits apply.

@@ -22,16 +22,13 @@ lies on the line between the points of its two intervals.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kernels.retiming import Objective, best_unknowns
-from planner.time_scaling.linear_limits import GRIDPOINTS, WEIGHTS, QuadraticSpline
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
-    from planner.time_scaling.linear_limits import LinearLimits
+from planner.spatial import FloatArray
+from planner.time_scaling.linear_limits import GRIDPOINTS, WEIGHTS, LinearLimits, QuadraticSpline
 
 FIRST_SHARE = 0.9
 """Share of the largest constant b within the limits that the search begins with: it has to begin inside of them."""

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from planner.constraints import Constraint
 from planner.constraints.peaks import SampledConstraints
+from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
 from planner.kinematics.forward import JointStates
+from planner.limits import SegmentLimits
+from planner.paths import JointPath
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.time_scaling.refusals import BindingLimit, refuse_what_gravity_exceeds
-from planner.trajectories.extrema import derivatives_on_unit_time
+from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time
+from planner.trajectories.polynomials import SegmentedPolynomial
 from planner.trajectories.reversals import cut_at_reversals, directions, towards
 from planner.trajectories.sampled_peaks import DERIVATIVES, EASY_TRAVEL, MOST_TRAVEL
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from planner.constraints import Constraint
-    from planner.dynamics import SegmentDynamics
-    from planner.limits import SegmentLimits
-    from planner.paths import JointPath
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.extrema import UnitPolynomials
-    from planner.trajectories.polynomials import SegmentedPolynomial
 
 TOO_OFTEN = (
     "joint {joint} travels {own:.6g} rad or m on the way here, but limits of torque and of the tool "

@@ -8,19 +8,16 @@ between them it loses up to 11 % of the jerk, 4 % of the time.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from itertools import permutations, product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kinematics.forward import JERKS, tool_accelerations, tool_jerks, tool_velocities
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 NORMALS = np.array(
     [

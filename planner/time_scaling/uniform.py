@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.constraints import measures
 from planner.guarantees import JOINT_DERIVATIVES
+from planner.paths import JointPath, SegmentGroup
 from planner.time_scaling.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.time_scaling.sampled_limits import SampledLimits
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
+from planner.trajectories.polynomials import SegmentedPolynomial
 from planner.trajectories.sampled_peaks import DERIVATIVES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from planner.paths import JointPath, SegmentGroup
-    from planner.trajectories.polynomials import SegmentedPolynomial
 
 
 class TimeScaling(NamedTuple):

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
+from planner.fields import FieldPath
 from planner.kinematics import tool_velocities
-from planner.problems.actions import AtDistance, AtTime, AtWaypoint, Wait
+from planner.problems.actions import Action, AtDistance, AtTime, AtWaypoint, Wait
+from planner.spatial import FloatArray
 from planner.tolerances import BISECTIONS, NEGLIGIBLE_SHARE
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.dynamics import SegmentDynamics
-    from planner.fields import FieldPath
-    from planner.problems.actions import Action
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 QUADRATURE = np.polynomial.legendre.leggauss(12)
 """The nodes and weights of Gauss and Legendre's rule on [-1, 1]: exact for polynomials up to degree 23."""

@@ -6,26 +6,21 @@ that hold the arm remain.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.constraints.rms_torque import bound_rms_torque, held_at_the_end
+from planner.backends.base import BackEnd
+from planner.constraints.rms_torque import RmsTorque, bound_rms_torque, held_at_the_end
 from planner.dynamics import SegmentDynamics
 from planner.errors import LimitsUnsatisfiable, Remedy, distinct
+from planner.paths import JointPath
+from planner.problems.problem import PlanningProblem
+from planner.spatial import FloatArray
 from planner.timing.durations import is_rigid
 from planner.trajectories.integrals import Nodes
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.backends.base import BackEnd
-    from planner.constraints.rms_torque import RmsTorque
-    from planner.paths import JointPath
-    from planner.problems.problem import PlanningProblem
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 BELOW = 1.0 - 1e-6
 """Share of a limit that the search aims at: the bound on the mean and the integration differ by less."""

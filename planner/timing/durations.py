@@ -8,22 +8,18 @@ gravity: at each position the torque lies between its value in motion and its va
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.base import enforced, without_search
+from planner.backends.base import BackEnd, enforced, without_search
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.guarantees import end_states
+from planner.paths import JointPath, SegmentGroup
+from planner.problems.problem import PlanningProblem
+from planner.spatial import FloatArray
 from planner.timing.own_path import slow_down
 from planner.tolerances import DURATION_TOLERANCE
-
-if TYPE_CHECKING:
-    from planner.backends.base import BackEnd
-    from planner.paths import JointPath, SegmentGroup
-    from planner.problems.problem import PlanningProblem
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 
 def in_requested_durations(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:

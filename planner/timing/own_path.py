@@ -8,27 +8,24 @@ the limits of the parts.
 from __future__ import annotations
 
 from bisect import bisect
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.constraints import Constraint
+from planner.kinematics.forward import JointStates
+from planner.paths import JointPath, SegmentGroup
+from planner.spatial import FloatArray
 from planner.time_scaling.compose import compose
 from planner.time_scaling.fastest import refined, retimed
 from planner.time_scaling.limits_on_curve import LimitsOnCurve
 from planner.time_scaling.retiming import RequestedDurations, fastest_retiming
 from planner.time_scaling.uniform import slowest, time_scalings
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, shifted
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from planner.kinematics.forward import JointStates
-    from planner.paths import JointPath, SegmentGroup
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 LEAST_TIME_SCALING_PIECES = 200
 """Number of pieces of the time-scaling function, at least, before its refinement."""

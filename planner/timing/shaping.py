@@ -7,18 +7,14 @@ of an average keep the limits of joints. A straight joint motion stays on its pa
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from planner.paths import JointPath
+from planner.problems.residual_vibration import ResidualVibration
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial, joined, shifted
-
-if TYPE_CHECKING:
-    from planner.paths import JointPath
-    from planner.problems.residual_vibration import ResidualVibration
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 
 def impulses_of(mode: ResidualVibration) -> tuple[FloatArray, FloatArray]:

@@ -8,29 +8,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.base import enforced
+from planner.backends.base import BackEnd, enforced
 from planner.certificate.clearance import segment_checkers
 from planner.errors import InfeasibleDuration, InvalidProblem, Remedy
-from planner.fields import BACK_END
+from planner.fields import BACK_END, FieldPath
 from planner.guarantees import END_OPTIONS, RAMP_OPTIONS, end_states
+from planner.paths import JointPath, SegmentGroup
+from planner.problems.problem import PlanningProblem
+from planner.scene.bodies import Bodies
+from planner.spatial import FloatArray
 from planner.speed_zones import DECIDED_TO, SPEED_BOUND_EXCESS, PointSpeed, most_speed, moving_bodies, near_intervals
 from planner.timing.durations import in_longer_durations, in_requested_durations
 from planner.timing.own_path import Part, slow_down
 from planner.tolerances import DURATION_TOLERANCE
-
-if TYPE_CHECKING:
-    from planner.backends.base import BackEnd
-    from planner.fields import FieldPath
-    from planner.paths import JointPath, SegmentGroup
-    from planner.problems.problem import PlanningProblem
-    from planner.scene.bodies import Bodies
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
+from planner.trajectories.trajectory import Trajectory
 
 WIDER = 4e-3
 """Distance, m, by which zones are widened for slowing, so that they contain the certificate's zones."""

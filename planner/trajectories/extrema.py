@@ -8,17 +8,14 @@ to a quarter (Lane and Riesenfeld, Bounds on a polynomial, BIT 21, 1981).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kernels import polynomials as kernels
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-from planner.trajectories.polynomials import horner
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.polynomials import PiecewisePolynomial, horner
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.spatial import FloatArray
 from planner.trajectories.polynomials import differentiate, horner
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 GAUSS_RULE = np.polynomial.legendre.leggauss(4)
 """Gauss-Legendre points (4,) and weights (4,) on [-1, 1] for integrals over each part of a piece."""

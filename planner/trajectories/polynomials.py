@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import comb
-from typing import TYPE_CHECKING, TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 
 from planner.kernels.polynomials import shift
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from typing import Self
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 P = TypeVar("P", bound="PiecewisePolynomial")
 """A piecewise polynomial of any kind."""

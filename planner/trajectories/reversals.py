@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.kernels.serial_chain import REST_SPEED
+from planner.spatial import FloatArray
 from planner.trajectories.polynomials import SegmentedPolynomial, bernstein_matrix, differentiate, powers, shifted
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
 
 ENDS_SHARE = 1e-9
 """Share of a piece at its ends within which it is not cut."""

@@ -10,8 +10,9 @@ The back ends and the certificate share this arithmetic; its tests compare it wi
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,13 +20,9 @@ from planner.errors import InvalidProblem
 from planner.kernels.library import TooManySamples
 from planner.kernels.polynomials import count_parts
 from planner.kernels.sampled_peaks import search_peaks
+from planner.spatial import FloatArray
 from planner.tolerances import LIMIT_TOLERANCE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.spatial import FloatArray
-    from planner.trajectories.extrema import UnitPolynomials
+from planner.trajectories.extrema import UnitPolynomials
 
 CAUTION = 2.0
 """Factor on second differences and on a motion's deviation from parabolas, for functions that follow a motion loosely.

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 STEEPEST_SLOPE = 1.25
 """Largest ratio of the slope at a point to the smaller mean slope beside it.

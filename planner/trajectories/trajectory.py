@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from planner.spatial import FloatArray
 from planner.tolerances import NEGLIGIBLE_SHARE
 from planner.trajectories.polynomials import SegmentedPolynomial
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from typing import Self
-
-    from numpy.typing import ArrayLike
     from scipy.interpolate import PPoly
-
-    from planner.spatial import FloatArray
 
 
 @dataclass(frozen=True)

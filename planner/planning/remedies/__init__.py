@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from planner.errors import (
     ClearanceUnproved,
     Collision,
@@ -12,8 +10,10 @@ from planner.errors import (
     LimitsUnsatisfiable,
     NoPathFound,
     PayloadExceeded,
+    Remedy,
     UnreachableWaypoint,
 )
+from planner.planning.attempts import Proposals, Refused
 from planner.planning.proofs import proved
 from planner.planning.remedies.collisions import collision_remedies
 from planner.planning.remedies.detours import detour_remedies
@@ -21,10 +21,6 @@ from planner.planning.remedies.durations import duration_remedies
 from planner.planning.remedies.holding import holding_remedies
 from planner.planning.remedies.shaping import shaping_remedies
 from planner.planning.remedies.shorter_lines import shorter_line_remedies
-
-if TYPE_CHECKING:
-    from planner.errors import Remedy
-    from planner.planning.attempts import Proposals, Refused
 
 
 def remedies_for(refused: Refused) -> Proposals[tuple[list[Remedy], list[Remedy]]]:

@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, segment_checkers
-from planner.errors import Collision, Remedy
+from planner.errors import ClearanceUnproved, Collision, Remedy
 from planner.free_motion.detours import last_of
 from planner.kinematics.configurations import BEHIND, POSITIVE_NAMES, Configuration, named_parts
-from planner.planning.attempts import Planned
+from planner.planning.attempts import Attempt, Planned, Proposals, Refused
 from planner.planning.proofs import QUICK_CHECKS, first_proved, plan_with, proved
 from planner.problems.motion_around import FreeMotion
-from planner.problems.problem import JointMotion, JointWaypoint, PolylineMotion, PoseWaypoint
+from planner.problems.problem import JointMotion, JointWaypoint, PlanningProblem, PolylineMotion, PoseWaypoint
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.scene import is_free
 from planner.spatial import Pose
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator
-
-    from planner.errors import ClearanceUnproved
-    from planner.planning.attempts import Attempt, Proposals, Refused
-    from planner.problems.problem import PlanningProblem
 
 HEIGHTS = (0.1, 0.25, 0.5)
 """Heights above the higher end of a motion at which the tool passes over an obstacle, m."""

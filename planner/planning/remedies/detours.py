@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from planner.errors import NoPathFound, Remedy
+from planner.planning.attempts import Proposals, Refused
 from planner.planning.proofs import QUICK_CHECKS, proved
 from planner.planning.remedies.collisions import smaller_margin
 from planner.problems.motion_around import MOST_CHECKS, FreeMotion
-
-if TYPE_CHECKING:
-    from planner.planning.attempts import Proposals, Refused
 
 LONGER = 8
 """Factor on the motions that a longer search looks at, from `QUICK_CHECKS` up to the default."""

@@ -2,40 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import sampled
 from planner.constraints.peaks import SampledConstraints
-from planner.dynamics import inverse_dynamics
+from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.errors import InfeasibleDuration, Remedy
+from planner.fields import FieldPath
 from planner.guarantees import JOINT_DERIVATIVES
-from planner.limits import Limits
-from planner.planning.attempts import Attempt, Planned, Refused
-from planner.planning.proofs import first_proved, of_plan, plan_with
-from planner.planning.remedies.higher_limits import higher_limits, limit_of
+from planner.limits import Limits, SegmentLimits
+from planner.paths import JointPath
+from planner.planning.attempts import Attempt, Planned, Proposals, Refused
+from planner.planning.proofs import Change, first_proved, of_plan, plan_with
+from planner.planning.remedies.higher_limits import Needs, higher_limits, limit_of
 from planner.planning.remedies.lighter_payload import lighter_payload
+from planner.plans.result import Plan
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.timing.durations import durations_sharing, minimum_durations
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.dynamics import SegmentDynamics
-    from planner.fields import FieldPath
-    from planner.limits import SegmentLimits
-    from planner.paths import JointPath
-    from planner.planning.attempts import Proposals
-    from planner.planning.proofs import Change
-    from planner.planning.remedies.higher_limits import Needs
-    from planner.plans.result import Plan
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import SegmentedPolynomial
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.polynomials import SegmentedPolynomial
+from planner.trajectories.trajectory import Trajectory
 
 LIMIT_SHARES = (1.0 - 1e-9, 0.995, 0.95)
 """Shares of the limits that the motion may take; the first is offered with which the back end finds a motion."""

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from planner.errors import Remedy
-from planner.limits import JOINT_QUANTITIES
+from planner.fields import FieldPath
+from planner.limits import JOINT_QUANTITIES, Limits, SegmentLimits
+from planner.planning.attempts import Attempt
+from planner.planning.proofs import Change
 from planner.tolerances import LIMIT_TOLERANCE
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from planner.fields import FieldPath
-    from planner.limits import Limits, SegmentLimits
-    from planner.planning.attempts import Attempt
-    from planner.planning.proofs import Change
 
 Needs = dict[tuple[str, int, int], float]
 """The value that a limit must have, by quantity, segment and joint (of the tool's speeds: 0)."""

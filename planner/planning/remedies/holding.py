@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.dynamics import inverse_dynamics
+from planner.errors import Remedy
+from planner.paths import JointPath
+from planner.planning.attempts import Attempt, Proposals
 from planner.planning.proofs import first_proved
-from planner.planning.remedies.higher_limits import higher_limits
+from planner.planning.remedies.higher_limits import Needs, higher_limits
 from planner.planning.remedies.lighter_payload import lighter_payload
-
-if TYPE_CHECKING:
-    from planner.errors import Remedy
-    from planner.paths import JointPath
-    from planner.planning.attempts import Attempt, Proposals
-    from planner.planning.remedies.higher_limits import Needs
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.spatial import FloatArray
 
 GRAVITY_SHARES = (0.99, 0.9, 0.5)
 """Shares of a torque limit that gravity may take; the first is offered that leaves enough for the motion."""

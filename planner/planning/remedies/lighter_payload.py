@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from planner.dynamics import heaviest_mass
 from planner.errors import Remedy
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    import numpy as np
-
-    from planner.fields import FieldPath
-    from planner.planning.proofs import Change
-    from planner.problems.problem import PlanningProblem
-    from planner.robots import Robot
-    from planner.robots.payload import Payload
-    from planner.spatial import FloatArray
+from planner.fields import FieldPath
+from planner.planning.proofs import Change
+from planner.problems.problem import PlanningProblem
+from planner.robots import Robot
+from planner.robots.payload import Payload
+from planner.spatial import FloatArray
 
 
 def lighter_payload(

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
-from planner.errors import LimitsUnsatisfiable, Remedy
-from planner.planning.proofs import first_proved, proved
-from planner.problems.problem import CartesianMotion
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.errors import PlanningError
-    from planner.planning.attempts import Proposals, Refused
-    from planner.planning.proofs import Change
-    from planner.problems.problem import PlanningProblem
+from planner.errors import LimitsUnsatisfiable, PlanningError, Remedy
+from planner.planning.attempts import Proposals, Refused
+from planner.planning.proofs import Change, first_proved, proved
+from planner.problems.problem import CartesianMotion, PlanningProblem
 
 WIDER_THAN_NEEDED = 1.05
 """Factor on the deviation of the shaped motion for the tolerance that is offered."""

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
+from planner.errors import PlanningError, Remedy
 from planner.kinematics import forward_kinematics, inverse_kinematics
-from planner.planning.proofs import first_proved
-from planner.problems.problem import JointWaypoint, LinearMotion, PoseWaypoint
+from planner.planning.attempts import Attempt, Proposals
+from planner.planning.proofs import Change, first_proved
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.spatial import Pose
 from planner.tool_motions.pose_paths import Line
 from planner.waypoints.targets import pose_remedy
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.errors import PlanningError, Remedy
-    from planner.planning.attempts import Attempt, Proposals
-    from planner.planning.proofs import Change
-    from planner.problems.problem import PlanningProblem
 
 TRIED_SHARES_OF_REACH = (0.95, 0.8, 0.5)
 """Shares of the reachable part of a line that are tried: at its end the arm is stretched, and no line leads there."""
