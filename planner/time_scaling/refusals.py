@@ -107,7 +107,8 @@ def refuse_what_gravity_exceeds(
         limit = abs(middle[worst] + np.copysign(half[worst], beyond[worst]))
         segment = int(segments[worst[:-1]])
         robot = dynamics.robot_on(segment)
-        joint = robot.joint_names[worst[-1] * robot.dof // gravity.shape[-1]]
+        number = int(worst[-1]) * robot.dof // gravity.shape[-1]
+        joint, unit = robot.joint_names[number], "N m" if robot.is_angle[number] else "N"
         others = ["the process force"] * (robot.process_force is not None) + ["friction"] * any(
             own.friction or own.damping for own in robot.joints
         )
@@ -115,8 +116,8 @@ def refuse_what_gravity_exceeds(
         if robot.uncertain_payloads:
             standing += ", within the tolerances of the payload,"
         raise LimitsUnsatisfiable(
-            f"{standing} asks {abs(gravity[worst]):.6g} of {joint} on segment {{segment}}, "
-            f"its torque limit is {limit:.6g}",
+            f"{standing} requires {abs(gravity[worst]):.6g} {unit} of {joint} on segment {{segment}}; "
+            f"its torque limit is {limit:.6g} {unit}",
             segment=segment,
             joint=joint,
             value=float(abs(gravity[worst])),

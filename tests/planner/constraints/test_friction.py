@@ -156,7 +156,7 @@ def test_friction_that_gravity_leaves_no_room_for_is_refused() -> None:
     limits = Limits(torque=(100.0, 1.3 * held, 100.0, 20.0, 20.0, 20.0))
     problem = PlanningProblem(rough, [position, lifted], limits=limits)
     for backend in ALL_BACK_ENDS:
-        with pytest.raises(planner.LimitsUnsatisfiable, match="gravity with friction asks") as refusal:
+        with pytest.raises(planner.LimitsUnsatisfiable, match="gravity with friction requires") as refusal:
             planner.plan(problem, backend)
         remedy = refusal.value.remedies[0]
         assert remedy.field[:2] == ("limits", "torque") and remedy.value > 1.5 * held
