@@ -31,7 +31,7 @@ MEASURES = {
     "jerk": Measure("Jerk", "rad/s³", "m/s³"),
     "torque": Measure("Torque", "N m", "N"),
     "torque_at_speed": Measure("Torque at its speed", "N m", "N"),
-    "torque_with_tolerances": Measure("Torque within payload tolerances", "N m", "N"),
+    "torque_with_tolerances": Measure("Torque within tolerances", "N m", "N"),
     "rms_torque": Measure("Continuous torque (RMS)", "N m", "N"),
     "power": Measure("Power", "W"),
     "total_power": Measure("Total power", "W"),

@@ -192,6 +192,8 @@ def _constraint_checks(
             found = _constraint_check(constraint, peak, limited, trajectory, enforced, smooth)
             if constraint.of_shares and found.limit is not None:
                 found = _as_shown(found, constraint, peak, limited.dynamics, derivatives, int(segments[peak.piece]))
+            if dynamics.robots[0].following_errors is not None and found.lower is not None:
+                found = _without_overestimate(found, constraint, peak, dynamics, derivatives, int(segments[peak.piece]))
             if constraint is TORQUE:
                 found = _by_direction(found, peak, limited, segments, derivatives, limits)
             if constraint.counts_at_rest:
@@ -309,6 +311,22 @@ def _as_shown(
     _, limit = constraint.shown(JointStates(robot, *states), column, float(check.limit or 0.0))
     lower = None if peak.reached is None else peak.reached * limit
     return replace(check, peak=peak.use * limit, limit=limit, lower=lower)
+
+
+def _without_overestimate(
+    check: Check,
+    constraint: Constraint,
+    peak: _Peak,
+    dynamics: SegmentDynamics,
+    derivatives: UnitPolynomials,
+    segment: int,
+) -> Check:
+    """Return the check whose lower bound is reached with some actual positions."""
+    motion = derivatives[:4].evaluate(np.array([peak.piece]), np.array([peak.unit]))
+    states = JointStates(dynamics.robot_on(segment), *motion)
+    column = states.robot.joint_names.index(check.joint) if check.joint is not None else 0
+    over = float(constraint.overestimates(states)[0, column])
+    return replace(check, lower=max((check.lower or 0.0) - over, 0.0))
 
 
 def _by_direction(

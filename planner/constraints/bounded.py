@@ -9,10 +9,11 @@ import numpy as np
 from planner.constraints.quantities import POWER, TOOL, TORQUE, TOTAL_POWER
 from planner.constraints.torque_at_speed import TORQUE_AT_SPEED
 from planner.constraints.torque_with_tolerances import TORQUE_WITH_TOLERANCES
-from planner.dynamics.payload_tolerances import payload_tolerances
+from planner.dynamics.torque_tolerances import torque_tolerances
 from planner.errors import InvalidProblem
 from planner.kernels.bounded_peaks import KINDS, BoundedPeaks, Columns, Motion, ToolChain, bound_peaks
 from planner.kernels.library import TooManySamples
+from planner.kinematics.following_errors import tool_following
 from planner.kinematics.forward import TIGHTEST_BEND
 from planner.tolerances import LIMIT_TOLERANCE
 from planner.trajectories.sampled_peaks import TOO_FAR
@@ -127,7 +128,8 @@ def _tool_chain(robot: Robot) -> ToolChain:
     frame = robot.model.frames[robot.tool_frame_id]
     tool = frame.placement
     joints, axes = int(frame.parentJoint), tool.rotation.T.copy()
-    return ToolChain(robot.chain, joints, tool.translation.copy(), axes, payload_tolerances(robot))
+    tolerances, following = torque_tolerances(robot), tool_following(robot)
+    return ToolChain(robot.chain, joints, tool.translation.copy(), axes, tolerances, following)
 
 
 def _pieces_of_curves(robot: Robot) -> FloatArray:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
+if TYPE_CHECKING:
     from planner.kinematics.forward import JointStates
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -60,6 +60,10 @@ class Constraint(Protocol):
     def values(self, states: JointStates) -> FloatArray:
         """Return the values (N, columns) in states of the joints."""
         ...
+
+    def overestimates(self, states: JointStates) -> FloatArray:
+        """Return the amounts (N, columns) by which the values may exceed the largest magnitudes that are reached."""
+        return np.zeros((len(states.q), states.robot.dof if self.of_joints else 1))
 
     def rows(self, path: JointStates) -> Rows:
         """Return the rows at points of a path, whose states have s' = 1 and s'' = 0."""

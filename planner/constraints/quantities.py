@@ -13,6 +13,7 @@ from planner.constraints.rows import tool_acceleration_rows
 from planner.constraints.speed_shares import largest_speed_shares
 from planner.dynamics import inverse_dynamics, path_dynamics, torques_by_pace
 from planner.guarantees import TCP_ORDERS
+from planner.kinematics.following_errors import tool_rate_differences
 from planner.kinematics.forward import ACCELERATIONS, OF_PATH_SPEED
 from planner.quantities import MEASURES
 from planner.trajectories.sampled_peaks import Peaks
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 NAMED = {
     "torque_at_speed": "torque (by speed)",
-    "torque_with_tolerances": "torque (within payload tolerances)",
+    "torque_with_tolerances": "torque (within tolerances)",
     "power": "power",
     "total_power": "the total power",
     "velocity_at_position": "velocity (by position)",
@@ -125,8 +126,13 @@ class ToolRate(Constraint):
     has_rows: bool = False
 
     def values(self, states: JointStates) -> FloatArray:
-        """Return the magnitudes (N, 1)."""
-        return states.tool_rate(self.name)[:, None]
+        """Return the magnitudes (N, 1), the largest at actual positions within following errors."""
+        away = tool_rate_differences(states, self.name, self.order)
+        return (states.tool_rate(self.name) + away)[:, None]
+
+    def overestimates(self, states: JointStates) -> FloatArray:
+        """Return the differences (N, 1) by following errors, which the tool may not reach."""
+        return tool_rate_differences(states, self.name, self.order)[:, None]
 
     def rows(self, path: JointStates) -> Rows:
         """Return the rows of an acceleration."""

@@ -1,4 +1,4 @@
-"""Torques of the joints with the payload, within its tolerances, that asks the most of each."""
+"""Torques of the joints within the tolerances of payloads and friction and the following errors of joints."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from planner.constraints.constraint import Constraint, Rows
 from planner.constraints.excess import first_excess
 from planner.constraints.quantities import TORQUE
 from planner.dynamics import torques_by_pace
-from planner.dynamics.payload_tolerances import payload_tolerances
+from planner.dynamics.torque_tolerances import torque_tolerances
 from planner.quantities import MEASURES
 from planner.tolerances import ROUNDING
 
@@ -32,10 +32,10 @@ LEAST_SQUARED_PACE = 1e-200
 
 @dataclass(frozen=True)
 class TorqueWithTolerances(Constraint):
-    """The torques with the largest magnitudes that payloads within their tolerances need.
+    """The torques with the largest magnitudes that the robot needs within its tolerances and following errors.
 
-    The magnitude is |t| + sum |t_k|, for the torques t with the given payload and t_k of each generator. The sign is
-    that of t.
+    The magnitude is |t| + sum |t_k|, for the torques t of the given robot and t_k of each generator. The sign is that
+    of t.
     """
 
     name: str = "torque_with_tolerances"
@@ -47,8 +47,8 @@ class TorqueWithTolerances(Constraint):
     has_rows: bool = True
 
     def is_known(self, robot: Robot) -> bool:
-        """Return whether a payload has tolerances."""
-        return bool(robot.uncertain_payloads)
+        """Return whether the robot has tolerances or following errors."""
+        return torque_tolerances(robot) is not None
 
     def has_factors(self, robot: Robot) -> bool:
         """Return that it has."""
@@ -56,19 +56,24 @@ class TorqueWithTolerances(Constraint):
 
     def values(self, states: JointStates) -> FloatArray:
         """Return the torques (N, joints), N m or N."""
-        torques, generators = TORQUE.values(states), payload_tolerances(states.robot)
+        torques, generators = TORQUE.values(states), torque_tolerances(states.robot)
         if generators is not None:
             spread = np.abs(generators.torques(states.q, states.v, states.a)).sum(axis=0)
             torques += np.copysign(spread, torques)
         return torques
 
-    def rows(self, path: JointStates) -> Rows:
-        """Return the path dynamics with some payloads at the ends of the tolerances, eight rows for each joint.
+    def overestimates(self, states: JointStates) -> FloatArray:
+        """Return twice the remainder (N, joints) of following errors: a torque may be as much below the bound."""
+        generators = torque_tolerances(states.robot)
+        return np.zeros_like(states.q) if generators is None else 2.0 * generators.remainder(states.v, states.a)
 
-        These payloads ask the most at rest, at a constant path velocity, or with a path acceleration. Each row belongs
-        to a payload within the bounds; `factors` keep the limits with all others.
+    def rows(self, path: JointStates) -> Rows:
+        """Return the path dynamics with some values at the ends of the tolerances, eight rows for each joint.
+
+        These values ask the most at rest, at a constant path velocity, or with a path acceleration; `factors` keep the
+        limits with all others.
         """
-        own, generators = TORQUE.rows(path), payload_tolerances(path.robot)
+        own, generators = TORQUE.rows(path), torque_tolerances(path.robot)
         if generators is None:
             return Rows(*(np.repeat(part, ROWS_OF_JOINT, axis=1) for part in own))
         by_u, by_x, rest = terms = generators.path_dynamics(path.q, path.v, path.a)
@@ -82,17 +87,20 @@ class TorqueWithTolerances(Constraint):
 
         With friction, sum |g| + sum |m| x^2 stands for the sum of the magnitudes of the generators.
         """
-        generators, still = payload_tolerances(states.robot), np.zeros_like(states.q)
+        generators = torque_tolerances(states.robot)
         if generators is None:
             return np.zeros_like(limits)
         held, linear, moved = torques_by_pace(states.robot, states.q, states.v, states.a)
-        resting = generators.torques(states.q, still, still)
-        moving = generators.torques(states.q, states.v, states.a) - resting
+        resting, resisting, moving = generators.by_pace(states.q, states.v, states.a)
         if states.robot.friction is None:
             terms = np.array([held, *resting]), np.array([moved, *moving])
             return 1.0 / np.sqrt(largest_squared_paces(*terms, limits))
-        constant, square = np.abs(resting).sum(axis=0), np.abs(moving).sum(axis=0)
-        each = [np.stack([constant + side * held, side * linear, square + side * moved, still]) for side in (1.0, -1.0)]
+        sums = [np.abs(part).sum(axis=0) for part in (resting, resisting, moving)]
+        given, none = (held, linear, moved), np.zeros_like(held)
+        each = [
+            np.stack([*(own + side * part for own, part in zip(sums, given, strict=True)), none])
+            for side in (1.0, -1.0)
+        ]
         paces: FloatArray = np.min([first_excess(coefficients, limits) for coefficients in each], axis=0)
         return 1.0 / paces
 
@@ -122,4 +130,4 @@ def largest_squared_paces(held: FloatArray, moved: FloatArray, limits: FloatArra
 
 
 TORQUE_WITH_TOLERANCES = TorqueWithTolerances()
-"""The torques of the joints with the payload, within its tolerances, that asks the most of each."""
+"""The largest magnitudes of the joints' torques within all tolerances and following errors."""

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from planner.kernels.library import call, doubles, indices
-from planner.kernels.serial_chain import LINK_NUMBERS, LOAD_NUMBERS
+from planner.kernels.serial_chain import LINK_NUMBERS, LOAD_NUMBERS, MAGNITUDE_NUMBERS
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from planner.kernels.serial_chain import SerialChain
     from planner.spatial import FloatArray
 
@@ -48,7 +50,8 @@ class Spread(Protocol):
         chains: The links (chains, joints, `LINK_NUMBERS`).
         weights: (generators, chains): a generator is the sum of the torques of the chains by these factors. It may be
             added times any number from -1 to 1.
-        load: The `SerialChain.load` of these chains.
+        loads: (chains, `LOAD_NUMBERS`), the `SerialChain.load` of these chains.
+        magnitudes: (joints + 1, `MAGNITUDE_NUMBERS`): `torque_magnitudes` of them are added; no rows: nothing is.
     """
 
     @property
@@ -60,8 +63,12 @@ class Spread(Protocol):
         """The factors."""
 
     @property
-    def load(self) -> FloatArray:
-        """The load."""
+    def loads(self) -> FloatArray:
+        """The loads."""
+
+    @property
+    def magnitudes(self) -> FloatArray:
+        """The numbers of the remainder."""
 
 
 class ToolChain(NamedTuple):
@@ -73,6 +80,8 @@ class ToolChain(NamedTuple):
         tool: (3,), m: the tool centre point in the frame of the last of these joints.
         axes: (3, 3): the axes of the tool in that frame, one in each row.
         spread: What may be added to torques; None: nothing.
+        following: (3, joints): following errors, levers of the tool and whether each joint turns, see
+            `tool_differences`; None: no following errors.
     """
 
     chain: SerialChain
@@ -80,6 +89,7 @@ class ToolChain(NamedTuple):
     tool: FloatArray
     axes: FloatArray
     spread: Spread | None = None
+    following: FloatArray | None = None
 
 
 class Motion(NamedTuple):
@@ -212,6 +222,7 @@ def bound_peaks(
         curves.shape[2],
         doubles(curves, 3, joints, curves.shape[2]),
         *_spread(arm.spread, joints),
+        None if arm.following is None else doubles(arm.following, 3, joints),
         found.reached,
         found.bound,
         found.pieces,
@@ -221,10 +232,32 @@ def bound_peaks(
     return found
 
 
-def _spread(spread: Spread | None, joints: int) -> tuple[int, int, FloatArray, FloatArray, FloatArray]:
+def tool_differences(
+    following: FloatArray, tool_joints: int, order: int, is_angular: bool, rates: FloatArray
+) -> FloatArray:
+    """Bound the differences (states,) of derivatives of the tool's pose by following errors of the joints.
+
+    Args:
+        following: (3, joints). First the errors, then the largest distances of the tool from the axes of joints that
+            turn, or 1 for joints that slide. Last, 1 for a joint that turns or 0.
+        tool_joints: The number of joints that move the tool.
+        order: Of the derivative by time, 1 to 3.
+        is_angular: Whether the derivative is of the tool's turn, not of its position.
+        rates: (states, order, joints): velocities, accelerations and jerks of the joints.
+    """
+    states, _, joints = rates.shape
+    differences = np.empty(states)
+    errors, motion = doubles(following, 3, joints), doubles(np.abs(rates), states, order, joints)
+    call("tool_differences", joints, tool_joints, errors, order, int(is_angular), states, motion, differences)
+    return differences
+
+
+def _spread(spread: Spread | None, joints: int) -> tuple[int | NDArray[np.float64] | None, ...]:
     """Return the sizes and arrays of a spread for the kernel."""
     if spread is None:
-        return 0, 0, *np.zeros((3, 1))
+        return 0, 0, *np.zeros((3, 1)), None
     generators, chains = spread.weights.shape
     links = doubles(spread.chains, chains, joints, LINK_NUMBERS)
-    return generators, chains, doubles(spread.weights, generators, chains), links, doubles(spread.load, LOAD_NUMBERS)
+    loads = doubles(spread.loads, chains, LOAD_NUMBERS)
+    remainder = doubles(spread.magnitudes, joints + 1, MAGNITUDE_NUMBERS) if len(spread.magnitudes) else None
+    return generators, chains, doubles(spread.weights, generators, chains), links, loads, remainder

@@ -78,6 +78,7 @@ class PieceArrays(NamedTuple):
         balls: (balls, `BALL_NUMBERS`), of point clouds.
         own: (2, own pairs), the bodies of these pairs.
         moved: (bodies, joints), 1 where a joint moves a body.
+        own_margins: (own pairs,), m.
         margins: (bodies, obstacles), m; negative without end: the pair is not checked.
         kinds: (bodies, obstacles), 1 or 2.
         members: (obstacles,), the obstacles of all groups, one group after the other.
@@ -94,6 +95,7 @@ class PieceArrays(NamedTuple):
     balls: FloatArray
     own: np.ndarray
     moved: np.ndarray
+    own_margins: FloatArray
     margins: FloatArray
     kinds: np.ndarray
     members: np.ndarray
@@ -118,6 +120,7 @@ class PieceArrays(NamedTuple):
             balls=doubles(self.balls, len(self.balls), BALL_NUMBERS),
             own=indices(self.own, bodies, 2, self.own.shape[1]),
             moved=indices(self.moved, 2, bodies, joints),
+            own_margins=doubles(self.own_margins, self.own.shape[1]),
             margins=doubles(self.margins, bodies, obstacles),
             kinds=indices(self.kinds, 3, bodies, obstacles),
             members=indices(self.members, obstacles, obstacles),
@@ -199,7 +202,7 @@ class Distances:
         Args:
             positions: (N, joints).
             excursions: (N, joints), the largest changes of the joints.
-            own_margin: Of two bodies, m; negative without end: these pairs do not count.
+            own_margin: Of two bodies, m, besides their own; negative without end: these pairs do not count.
             margins: (bodies, obstacles), m.
             group_margins: (bodies, groups), m, the largest.
 

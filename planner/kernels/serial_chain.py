@@ -23,6 +23,9 @@ REST_SPEED = 1e-9
 LOAD_NUMBERS = 14
 """Numbers that describe free fall and the force of the tool: the size of the structure `Load` of the kernels."""
 
+MAGNITUDE_NUMBERS = 5
+"""Numbers in the structure `Magnitude` of the kernels."""
+
 NO_FORCE = (0.0,) * 9 + (-1.0, 0.0)
 """The numbers of `Load` after free fall without a force of the tool."""
 
@@ -92,3 +95,22 @@ def path_dynamics(chain: SerialChain, positions: FloatArray, first: FloatArray, 
     terms = np.empty((3, points, joints))
     call("path_dynamics", joints, doubles(chain.links, joints, LINK_NUMBERS), chain.load, points, *path, *terms)
     return terms
+
+
+def torque_magnitudes(magnitudes: FloatArray, velocities: FloatArray, accelerations: FloatArray) -> FloatArray:
+    """Bound the torques (states, joints) of a chain at all positions of its joints, by the magnitudes of its motion.
+
+    Args:
+        magnitudes: (joints + 1, `MAGNITUDE_NUMBERS`). First the largest distance of a joint from the one before. Then
+            magnitudes of the mass of its link, of its first moments and of its inertia about the joint's origin. Last,
+            1 for a revolute joint, 0 for a prismatic one. The last row has free fall, force and moment of the tool, and
+            the index of its link or -1. No rows: the bounds are 0.
+        velocities: (states, joints).
+        accelerations: (states, joints).
+    """
+    states, joints = velocities.shape
+    torques = np.zeros((states, joints))
+    if len(magnitudes):
+        motion = [doubles(values, states, joints) for values in (velocities, accelerations)]
+        call("torque_magnitudes", joints, doubles(magnitudes, joints + 1, MAGNITUDE_NUMBERS), states, *motion, torques)
+    return torques

@@ -13,7 +13,8 @@ from planner.certificate.checks import Certificate
 from planner.certificate.clearance import segment_checkers
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION
 from planner.errors import distinct
-from planner.guarantees import Guarantee
+from planner.guarantees import QUANTITIES, Guarantee
+from planner.kinematics.following_errors import farthest_tool
 from planner.limits import JOINT_QUANTITIES
 from planner.paths import JointPath
 from planner.problems.any_of import requested_indices
@@ -35,6 +36,12 @@ FAR_FROM_TOOL = 1.0 / 3.0
 
 No gripper is that long.
 """
+
+WITHIN_FOLLOWING_ERRORS = frozenset(
+    {*QUANTITIES, "velocity_at_position", "torque_with_tolerances"}
+    | {"waypoint_position_error", "waypoint_orientation_error", "passing_velocity_error", "duration_error"}
+)
+"""The quantities whose limits hold within following errors, and errors of the plan itself."""
 
 MOST_NAMED = 10
 """The most waypoints that one warning names."""
@@ -60,6 +67,7 @@ def plan_warnings(
     yield from unchecked_positions(problem.robot)
     yield from _attached_far_away(problem, path)
     yield from _torque_warnings(problem, path)
+    yield from _following_error_warnings(problem.robot, certificate)
     for quantity in JOINT_QUANTITIES:
         requested = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
         if requested and backend.guarantees[quantity] is not Guarantee.HARD:
@@ -139,6 +147,22 @@ def _least_distance(shape: Shape, pose: Pose) -> float:
     along = placed[1] - placed[0]
     share = np.clip(-placed[0] @ along / max(along @ along, np.finfo(float).tiny), 0.0, 1.0)
     return float(np.linalg.norm(placed[0] + share * along)) - capsule.radius
+
+
+def _following_error_warnings(robot: Robot, certificate: Certificate) -> Iterator[PlanWarning]:
+    """Yield a warning of limits that hold for planned positions, and not for all within the following errors."""
+    if robot.following_errors is None:
+        return
+    limited = [check.quantity for check in certificate.checks if check.limit is not None]
+    names = [name for name in limited if name not in WITHIN_FOLLOWING_ERRORS]
+    names += ["speed_zones"] * bool(certificate.speed_zones)
+    names += ["contacts"] * (certificate.clearance is not None and certificate.clearance.contacts is not None)
+    if names:
+        message = (
+            f"the limits of {', '.join(names)} hold for planned positions; with the following errors of the joints the "
+            f"tool may be up to {farthest_tool(robot):.3g} m away from them"
+        )
+        yield PlanWarning("following_error_not_covered", message)
 
 
 def _torque_warnings(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:

@@ -8,14 +8,18 @@ import numpy as np
 
 from planner.errors import PayloadExceeded, Remedy, distinct
 from planner.fields import FieldPath
+from planner.kinematics.forward import CENTRIPETAL
 from planner.limits import SMALLEST, TOO_SMALL, Limits
 from planner.problems.problem import PlanningProblem
 from planner.robots import Robot
 from planner.robots.payload import Payload
 from planner.tolerances import LIMIT_TOLERANCE
 
-ALONE = "must be left out with payload tolerances: they count only in limits of torque"
-"""The message of a fault where another limit depends on the payload."""
+ALONE = "must be left out with {sets}: they do not count in it"
+"""The message of a fault where a limit would hold for the given values alone."""
+
+GIVEN_TORQUES = ("power", "total_power", "rms_torque")
+"""The limits of quantities that count the given payload, friction and positions alone."""
 
 
 def payload_faults(payload: Payload, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
@@ -33,23 +37,24 @@ def payload_faults(payload: Payload, field: FieldPath) -> Iterator[tuple[FieldPa
 
 
 def tolerance_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
-    """Find limits beside payload tolerances that would hold for the given payload alone."""
+    """Find limits beside tolerances and following errors that would hold for the given values alone."""
     robot = problem.robot
     carried = any(payload.has_tolerances for payload in (problem.payload, *problem.payloads) if payload is not None)
-    if not (carried or robot.uncertain_payloads):
+    sets = ["payload tolerances"] * bool(carried or robot.uncertain_payloads)
+    sets += ["friction tolerances"] * (robot.friction_tolerance is not None)
+    sets += ["following errors"] * (robot.following_errors is not None)
+    if not sets:
         return
+    named = " and ".join(sets)
+    given = (*GIVEN_TORQUES, *([CENTRIPETAL] if robot.following_errors is not None else ()))
     at_waypoints = ((("waypoints", i, "limits"), waypoint.limits) for i, waypoint in enumerate(problem.waypoints))
     requested: list[tuple[FieldPath, Limits | None]] = [(("limits",), problem.limits), *at_waypoints]
     for field, limits in requested:
-        for name in ("power", "total_power", "rms_torque"):
-            if getattr(limits, name, None) is not None:
-                yield (*field, name), ALONE
+        limited = [name for name in given if getattr(limits, name, None) is not None]
+        yield from (((*field, name), ALONE.format(sets=named)) for name in limited)
     if robot.torque_curves is not None or np.isfinite(robot.limit("rms_torque")).any():
-        yield (
-            ("robot",),
-            "must have no torque curves and no RMS torque limits with payload tolerances: they count only in limits of "
-            f"torque; got {robot.id}",
-        )
+        text = f"must have no torque curves and no RMS torque limits with {named}: they do not count there"
+        yield ("robot",), f"{text}; got {robot.id}"
 
 
 def refuse_payload_above_rating(robot: Robot, mass: float, waypoint: int = 0, remedies: Iterable[Remedy] = ()) -> None:

@@ -48,6 +48,8 @@ def statement_of(plan: Plan) -> dict[str, Any]:
     if any(joint.has_drive for joint in path.robot.joints):
         not_covered += [f"{name}: joints have friction or a rotor inertia" for name in claims if name in OF_TORQUES]
         claims = [name for name in claims if name not in OF_TORQUES]
+    if path.robot.following_errors is not None:
+        not_covered.append("following errors: the claims are about planned positions")
     if path.dynamics.changes:
         not_covered.append("torque at rest while the payload changes")
     if plan.certificate.speed_zones:

@@ -35,10 +35,10 @@ import numpy as np
 import pinocchio as pin
 
 from planner.errors import UnknownRobot
-from planner.robots.checks import DRIVE_VALUES, with_default_limits, with_velocity_curves
+from planner.robots.checks import with_default_limits, with_velocity_curves
 from planner.robots.collision.estimates import OUTLINE_UNCERTAINTY, Outline
 from planner.robots.collision.geometry import CollisionElement, CollisionGeometry
-from planner.robots.description import Joint
+from planner.robots.description import DRIVE_VALUES, Joint
 from planner.robots.dh import DHJoint
 from planner.robots.findings import Findings
 from planner.robots.robot import Robot

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from planner.robots.build import Body
-from planner.robots.description import Joint, Provenance
+from planner.robots.description import RESISTANCES, TOLERANCES, Joint, Provenance
 from planner.robots.findings import Findings, listed, shown
 from planner.robots.varying.torque_curves import TorqueCurve, torque_curve_faults
 from planner.robots.varying.velocity_curves import VelocityCurve, VelocityCurves, VelocityTable, curve_faults
@@ -30,8 +30,8 @@ RESERVED_NAME = "universe"
 DYNAMIC_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
 """Names of the limits that may be missing, which means that there is none."""
 
-DRIVE_VALUES = ("friction", "damping", "rotor_inertia")
-"""The values of a joint's drive, by the names of the fields of `Joint`."""
+MOST_FOLLOWING_ERROR = 0.1
+"""Largest following error of a joint, rad or m; the bounds on its effects assume that it is small."""
 
 MAX_NUMBER = 1e9
 """A larger number is an error in a length or a mass, and the usual way to write "no limit" in a limit."""
@@ -278,6 +278,13 @@ def with_torque_curve(joint: Joint, curve: TorqueCurve, findings: Findings) -> J
 def with_checked_drives(joints: Iterable[Joint], findings: Findings) -> tuple[Joint, ...]:
     """Return the joints without implausible friction and rotor inertia, and note which joints have any."""
     checked = tuple(_checked_drive(joint, findings) for joint in joints)
+    follows = any(joint.following_error for joint in checked)
+    for joint in checked:
+        faults = list(_tolerance_faults(joint))
+        if follows and not joint.is_angle and not math.isfinite(joint.upper - joint.lower):
+            faults.append("a joint that slides must have position limits on a robot with following errors")
+        for fault in faults:
+            findings.error("invalid_tolerance", shown(joint.name), f"{shown(joint.name)}: {fault}")
     with_drives = [joint for joint in checked if joint.has_drive]
     if with_drives:
         text = f"torques have the friction and the rotor inertia of {listed(joint.name for joint in with_drives)}"
@@ -296,10 +303,22 @@ def with_checked_drives(joints: Iterable[Joint], findings: Findings) -> tuple[Jo
     return checked
 
 
+def _tolerance_faults(joint: Joint) -> Iterator[str]:
+    """Yield the faults of the tolerances and the following error of a joint."""
+    for name, tolerance in zip(RESISTANCES, TOLERANCES, strict=True):
+        value, most = getattr(joint, tolerance), getattr(joint, name)
+        if not 0.0 <= value <= most:
+            yield f"its {tolerance.replace('_', ' ')} must be from 0 to its {name}, {most:g}; got {value:g}"
+    error, room = joint.following_error, joint.upper - joint.lower
+    if not 0.0 <= error <= MOST_FOLLOWING_ERROR or not 2.0 * error < room:
+        most = min(MOST_FOLLOWING_ERROR, 0.5 * room)
+        yield f"its following error must be from 0 to {most:g}, below half its range of positions; got {error:g}"
+
+
 def _checked_drive(joint: Joint, findings: Findings) -> Joint:
     """Return a joint whose implausible values are 0."""
     name = shown(joint.name)
-    known: dict[str, Any] = {value: float(getattr(joint, value)) for value in DRIVE_VALUES}
+    known: dict[str, Any] = {value: float(getattr(joint, value)) for value in (*RESISTANCES, "rotor_inertia")}
     for value, number in known.items():
         limit = joint.torque if value == "friction" else math.inf
         if not 0.0 <= number <= MAX_NUMBER or not number < limit:

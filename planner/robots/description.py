@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
@@ -25,6 +25,15 @@ LIMITED_QUANTITIES = ("position", "velocity", "acceleration", "jerk", "torque")
 
 RANGED_QUANTITIES = ("velocity", "acceleration", "torque")
 """Names of those whose limits may differ by direction."""
+
+RESISTANCES = ("friction", "damping")
+"""The values of friction, by the names of the fields of `Joint`."""
+
+TOLERANCES = tuple(f"{name}_tolerance" for name in RESISTANCES)
+"""The largest differences from these values."""
+
+DRIVE_VALUES = (*RESISTANCES, "rotor_inertia", *TOLERANCES, "following_error")
+"""The values of a joint's drive, by the names of the fields of `Joint`."""
 
 LEAST_FRICTION = 1e-200
 """A torque, N m or N, by which to divide in place of no friction."""
@@ -52,6 +61,10 @@ class Joint:
         friction: Coulomb friction of the moving joint, N m or N. At rest there is none.
         damping: Viscous friction by the speed, N m s/rad or N s/m.
         rotor_inertia: Inertia of the drive's rotor, times the square of the gear ratio, kg m^2 or kg.
+        friction_tolerance: Largest difference of the Coulomb friction from `friction`, N m or N.
+        damping_tolerance: Largest difference of the viscous friction from `damping`, N m s/rad or N s/m.
+        following_error: Largest distance of the actual position from the planned one at any time, rad or m. Limits hold
+            for all actual positions.
     """
 
     name: str
@@ -70,6 +83,9 @@ class Joint:
     friction: float = 0.0
     damping: float = 0.0
     rotor_inertia: float = 0.0
+    friction_tolerance: float = 0.0
+    damping_tolerance: float = 0.0
+    following_error: float = 0.0
 
     @property
     def is_angle(self) -> bool:
@@ -176,7 +192,10 @@ class RobotDescription:
     def velocity_conditions(self) -> VelocityConditions | None:
         """The velocity limits of the joints by their positions; None: there are none."""
         curves = [joint.velocity_curves for joint in self.joints]
-        return VelocityConditions.of(curves) if any(curves) else None
+        if not any(curves):
+            return None
+        conditions, errors = VelocityConditions.of(curves), self.following_errors
+        return conditions if errors is None else conditions.within(errors)
 
     @cached_property
     def torque_curves(self) -> TorqueCurves | None:
@@ -187,5 +206,21 @@ class RobotDescription:
     @cached_property
     def friction(self) -> JointFriction | None:
         """The friction of the joints; None: there is none."""
-        friction = JointFriction(*np.array([(joint.friction, joint.damping) for joint in self.joints]).reshape(-1, 2).T)
-        return friction if friction.coulomb.any() or friction.viscous.any() else None
+        return _friction([(joint.friction, joint.damping) for joint in self.joints])
+
+    @cached_property
+    def friction_tolerance(self) -> JointFriction | None:
+        """The largest differences of the joints' friction from `friction`; None: there are none."""
+        return _friction([(joint.friction_tolerance, joint.damping_tolerance) for joint in self.joints])
+
+    @cached_property
+    def following_errors(self) -> FloatArray | None:
+        """The largest distances (joints,) of actual positions from planned ones, rad or m; None: all are 0."""
+        errors = np.array([joint.following_error for joint in self.joints])
+        return errors if errors.any() else None
+
+
+def _friction(rows: Sequence[tuple[float, float]]) -> JointFriction | None:
+    """Return the friction of joints with Coulomb and viscous friction in rows; None: all are 0."""
+    friction = JointFriction(*np.array(rows).reshape(-1, 2).T)
+    return friction if friction.coulomb.any() or friction.viscous.any() else None

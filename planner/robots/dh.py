@@ -12,7 +12,6 @@ import pinocchio as pin
 from planner.robots.build import Body, Link, MovingJoint, build_model
 from planner.robots.chain_checks import check_chain
 from planner.robots.checks import (
-    DRIVE_VALUES,
     MAX_JOINTS,
     MAX_NUMBER,
     check_angles,
@@ -26,7 +25,7 @@ from planner.robots.checks import (
     with_velocity_curves,
 )
 from planner.robots.collision.geometry import CollisionGeometry
-from planner.robots.description import Joint, JointKind, RobotDescription
+from planner.robots.description import DRIVE_VALUES, Joint, JointKind, RobotDescription
 from planner.robots.findings import Findings, shown
 from planner.robots.varying.torque_curves import TorqueCurve
 from planner.robots.varying.velocity_curves import NO_CURVES, VelocityCurves
@@ -66,6 +65,9 @@ class DHJoint:
         friction: Coulomb friction of the moving joint, N m or N.
         damping: Viscous friction by the speed, N m s/rad or N s/m.
         rotor_inertia: Inertia of the drive's rotor, times the square of the gear ratio, kg m^2 or kg.
+        friction_tolerance: Largest difference of the Coulomb friction from `friction`, N m or N.
+        damping_tolerance: Largest difference of the viscous friction from `damping`, N m s/rad or N s/m.
+        following_error: Largest distance of the actual position from the planned one at any time, rad or m.
         name: The joint's name; None: `joint_1`, `joint_2`, ...
         mass: Mass of link i, kg.
         center_of_mass: Center of mass of link i, m, in frame i of the table: the frame that this row ends in.
@@ -90,6 +92,9 @@ class DHJoint:
     friction: float | None = None
     damping: float | None = None
     rotor_inertia: float | None = None
+    friction_tolerance: float | None = None
+    damping_tolerance: float | None = None
+    following_error: float | None = None
     name: str | None = None
     mass: float | None = None
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)

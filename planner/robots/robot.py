@@ -172,7 +172,8 @@ class Robot(PickledByFields, RobotDescription):
             id: Name of the robot; None: this one's.
             limits: Limits of single joints by their names, e.g. `{"joint_1": {"lower": -1.0, "velocity": 0.5}}`. The
                 names are `lower`, `upper` (rad or m), `velocity`, `acceleration`, `jerk` and `torque` (N m or N), and
-                `friction`, `damping` and `rotor_inertia`. `velocity_range`, `acceleration_range` and `torque_range` are
+                `friction`, `damping` and `rotor_inertia`. So are `friction_tolerance`, `damping_tolerance` and
+                `following_error`. `velocity_range`, `acceleration_range` and `torque_range` are
                 pairs of a lower and an upper limit; `velocity_curves` hold beside this robot's. A limit may be wider
                 than this robot's only if that is a default or an estimate; a warning in `findings` says so. A
                 continuous joint with position limits becomes a revolute one.
@@ -264,13 +265,20 @@ class Robot(PickledByFields, RobotDescription):
         return np.array([joint.kind == "continuous" for joint in self.joints])
 
     def limit(self, quantity: str) -> FloatArray:
-        """Return one limit of all joints, (joints,), infinite without a limit."""
+        """Return one limit of all joints, (joints,), infinite without a limit.
+
+        Position limits are limits of planned positions: `Joint.following_error` within the joint's own.
+        """
         return self._limits[quantity]
 
     @cached_property
     def _limits(self) -> dict[str, FloatArray]:
         names = ("lower", "upper", "velocity", "acceleration", "jerk", "torque", "rms_torque")
-        return {name: np.array([getattr(joint, name) for joint in self.joints]) for name in names}
+        limits = {name: np.array([getattr(joint, name) for joint in self.joints]) for name in names}
+        if self.following_errors is not None:
+            limits["lower"] += self.following_errors
+            limits["upper"] -= self.following_errors
+        return limits
 
     @cached_property
     def tool_frame_id(self) -> int:

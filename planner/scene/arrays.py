@@ -85,7 +85,12 @@ def cover_radius(capsule: BoundingCapsule) -> float:
 
 
 def piece_arrays(
-    bodies: Bodies, obstacles: Obstacles, own: np.ndarray, margins: FloatArray, kinds: np.ndarray
+    bodies: Bodies,
+    obstacles: Obstacles,
+    own: np.ndarray,
+    own_margins: FloatArray,
+    margins: FloatArray,
+    kinds: np.ndarray,
 ) -> PieceArrays:
     """Write a robot and a scene as arrays.
 
@@ -93,6 +98,7 @@ def piece_arrays(
         bodies: The pieces that move.
         obstacles: The pieces that stand still.
         own: (2, own pairs), of bodies.
+        own_margins: (own pairs,), m.
         margins: (bodies, obstacles), m.
         kinds: (bodies, obstacles), 1 or 2.
     """
@@ -114,6 +120,7 @@ def piece_arrays(
         obstacles.all_balls(),
         own,
         bodies.is_moved,
+        own_margins,
         margins,
         kinds,
         obstacles.members,

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from planner.kinematics.following_errors import levers
 from planner.robots import Robot
 from planner.shapes import BoundingCapsule, Shape
 from planner.spatial import FloatArray
@@ -89,6 +90,14 @@ class Bodies:
         shares = np.linspace(0.0, 1.0, SPHERES)[:, None]
         self._spheres = starts[:, None] + shares * (ends - starts)[:, None]
         self.radii = np.array([capsule.radius for capsule in capsules])
+
+    def displacements_by(self, robot: Robot) -> FloatArray:
+        """Bound the displacements (bodies, joints), m, by the following errors of each joint, at any joint position."""
+        reaches = np.linalg.norm(self._spheres, axis=2).max(axis=1) + self.radii
+        each = zip(self.joints.tolist(), reaches.tolist(), strict=True)
+        of_joints = np.array([levers(robot, joint, reach) for joint, reach in each]).reshape(-1, robot.dof)
+        displacements: FloatArray = of_joints * [joint.following_error for joint in robot.joints]
+        return displacements
 
     def joint_rows(self) -> FloatArray:
         """Return rotation, origin, whether it turns, and the joint before of each joint, as the kernels read them."""

@@ -71,7 +71,9 @@ class CollisionChecker:
         obstacles: The pieces that stand still.
         first: (own pairs,): number of the body that moves less, of each pair of bodies.
         second: (own pairs,): number of the other one.
-        margins: (bodies, obstacles), m: the margin; negative infinity without one.
+        margins: (bodies, obstacles), m: the margin; negative infinity without one. It contains the displacement of the
+            body by following errors.
+        own_margins: (own pairs,), m: the displacements of these bodies relative to each other by following errors.
         requested: For each kind of pairs with obstacles, its number, and a mask (bodies, obstacles) of its pairs.
     """
 
@@ -105,6 +107,9 @@ class CollisionChecker:
         self._uncertainties = np.zeros(len(self.bodies.pieces))
         self._uncertainties[: len(shapes)] = [shape.uncertainty for shape in shapes]
         self.margins, self._may_be_near = self._margins()
+        self.own_margins = np.zeros(len(pairs))
+        if robot.following_errors is not None:
+            self._widen_margins(robot)
         requested = np.isfinite(self.margins)
         by_kind = {AMONG_OBJECTS: requested & ~self._may_be_near, CONTACTS: requested & self._may_be_near}
         self.requested = {kind: pairs for kind, pairs in by_kind.items() if pairs.any()}
@@ -143,8 +148,8 @@ class CollisionChecker:
 
     def margins_of(self, pairs: np.ndarray) -> FloatArray:
         """Return the margins of pairs (n,), m."""
-        margins = np.zeros(len(pairs))
-        among = pairs >= self.own_pairs
+        margins, among = np.empty(len(pairs)), pairs >= self.own_pairs
+        margins[~among] = self.own_margins[pairs[~among]]
         margins[among] = self.margins.ravel()[pairs[among] - self.own_pairs]
         return margins
 
@@ -153,7 +158,8 @@ class CollisionChecker:
         """The kernels of its distances."""
         kinds = np.where(self._may_be_near, CONTACTS, AMONG_OBJECTS)
         own = np.array([self.first, self.second])
-        return Distances(piece_arrays(self.bodies, self.obstacles, own, self.margins, kinds), self._measured)
+        arrays = piece_arrays(self.bodies, self.obstacles, own, self.own_margins, self.margins, kinds)
+        return Distances(arrays, self._measured)
 
     def near_items(self, positions: FloatArray, excursions: FloatArray, margins: FloatArray, own: float) -> NearItems:
         """Find the pairs that cheap bounds leave nearer than margins.
@@ -258,6 +264,13 @@ class CollisionChecker:
                     margins[number, among] = np.minimum(margins[number, among], least)
                     of_pairs[number, among] = True
         return margins, of_pairs
+
+    def _widen_margins(self, robot: Robot) -> None:
+        """Add the displacements by following errors to the margins, except of pairs that may touch."""
+        moved = self.bodies.displacements_by(robot)
+        self.margins += np.where(self._may_be_near, 0.0, moved.sum(axis=1)[:, None])
+        once = self.bodies.is_moved[self.first] != self.bodies.is_moved[self.second]
+        self.own_margins = np.where(once, moved[self.first] + moved[self.second], 0.0).sum(axis=1)
 
 
 @lru_cache(maxsize=KEPT_CHECKERS)

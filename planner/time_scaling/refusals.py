@@ -113,8 +113,11 @@ def refuse_what_gravity_exceeds(
             own.friction or own.damping for own in robot.joints
         )
         standing = f"gravity with {' and '.join(others)}" if others else "gravity alone"
-        if robot.uncertain_payloads:
-            standing += ", within the tolerances of the payload,"
+        within = ["the tolerances of the payload"] * bool(robot.uncertain_payloads)
+        within += ["the tolerances of friction"] * (robot.friction_tolerance is not None)
+        within += ["the following errors"] * (robot.following_errors is not None)
+        if within:
+            standing += f", within {' and '.join(within)},"
         raise LimitsUnsatisfiable(
             f"{standing} requires {abs(gravity[worst]):.6g} {unit} of {joint} on segment {{segment}}; "
             f"its torque limit is {limit:.6g} {unit}",

@@ -51,6 +51,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "full_cups.json": (3, None),
     "gripper.json": (3, None),
     "in_a_cycle.json": (4, 6.0),
+    "keeps_clear_as_it_follows.json": (3, None),
     "least_effort.json": (2, 6.0),
     "castings_of_several_weights.json": (3, None),
     "level_tray.json": (2, None),

@@ -22,6 +22,9 @@ from api.contract.parts.limit_curves import TorqueCurve, VelocityCurves  # noqa:
 DriveValue = Annotated[float, Field(ge=0.0, le=LARGEST)]
 """A friction or an inertia of a drive."""
 
+FollowingError = Annotated[float, Field(ge=0.0, le=0.1)]
+"""A following error of a joint, rad or m."""
+
 
 class DhJoint(Schema):
     """One row of a Denavit-Hartenberg table."""
@@ -63,6 +66,12 @@ class DhJoint(Schema):
     """The viscous friction by the speed, N m s/rad or N s/m; omitted: none."""
     rotor_inertia: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
     """The inertia of the drive's rotor, times the square of the gear ratio, kg m^2 or kg; omitted: none."""
+    friction_tolerance: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
+    """The largest difference of the Coulomb friction from `friction`, N m or N; omitted: none."""
+    damping_tolerance: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
+    """The largest difference of the viscous friction from `damping`, N m s/rad or N s/m; omitted: none."""
+    following_error: FollowingError | None = Field(None, exclude_if=lambda value: value is None)
+    """The largest distance of the actual position from the planned one, rad or m; omitted: none."""
     mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
     """The mass of the link that the joint moves, kg; omitted: unknown."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
@@ -105,6 +114,14 @@ class OwnLimits(Schema):
     """The viscous friction by the speed, N m s/rad or N s/m."""
     rotor_inertia: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
     """The inertia of the drive's rotor, times the square of the gear ratio, kg m^2 or kg."""
+    friction_tolerance: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
+    """The largest difference of the Coulomb friction from `friction`, N m or N. Torque limits hold for
+    all friction within."""
+    damping_tolerance: DriveValue | None = Field(None, exclude_if=lambda value: value is None)
+    """The largest difference of the viscous friction from `damping`, N m s/rad or N s/m."""
+    following_error: FollowingError | None = Field(None, exclude_if=lambda value: value is None)
+    """The largest distance of the actual position from the planned one, rad or m. Limits hold for all actual
+    positions."""
 
 
 class JointDescription(Answer):
@@ -144,6 +161,12 @@ class JointDescription(Answer):
     """The viscous friction by the speed, N m s/rad or N s/m; omitted: none."""
     rotor_inertia: float | None = Field(None, exclude_if=lambda value: value is None)
     """The inertia of the drive's rotor, as seen from the joint, kg m^2 or kg; omitted: none."""
+    friction_tolerance: float | None = Field(None, exclude_if=lambda value: value is None)
+    """The largest difference of the Coulomb friction from `friction`, N m or N; omitted: none."""
+    damping_tolerance: float | None = Field(None, exclude_if=lambda value: value is None)
+    """The largest difference of the viscous friction from `damping`, N m s/rad or N s/m; omitted: none."""
+    following_error: float | None = Field(None, exclude_if=lambda value: value is None)
+    """The largest distance of the actual position from the planned one, rad or m; omitted: none."""
     provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
     """The source of each limit, by the name of its quantity. It is `published` with the robot, its `datasheet`, an
     `estimate`, a `default` of the service, or its `owner`."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.robots import RANGED_QUANTITIES, VelocityParabola, VelocityTable
+from planner.robots import DRIVE_VALUES, RANGED_QUANTITIES, VelocityParabola, VelocityTable
 from planner.robots.collision import MANY_POSITIONS, contacts, shapes_of_links
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
 from planner.spatial import as_pose, quaternion
@@ -85,7 +85,7 @@ def _describe_joint(joint: Joint) -> dict[str, Any]:
         described["velocity_curves"] = {
             side: list(map(_describe_curve, curves)) for side, curves in vars(joint.velocity_curves).items()
         }
-    described |= {name: value for name in ("friction", "damping", "rotor_inertia") if (value := getattr(joint, name))}
+    described |= {name: value for name in DRIVE_VALUES if (value := getattr(joint, name))}
     if math.isfinite(joint.rms_torque):
         described["rms_torque"] = joint.rms_torque
     if joint.torque_curve is not None:

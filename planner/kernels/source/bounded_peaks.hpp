@@ -3,6 +3,7 @@
 #pragma once
 #include "deviations.hpp"
 #include "enclosures.hpp"
+#include "following_errors.hpp"
 #include "polynomials.hpp"
 #include "sampled_peaks.hpp"
 
@@ -16,8 +17,9 @@ struct Columns { int64_t count, quantities; const int64_t *kind, *joint, *quanti
 // Torque curves: from the end of the piece before up to `end`, the limit at a speed is `torque` - `slope` speed; each is
 // (joints, pieces), and unused pieces begin at an infinite speed.
 struct TorqueLines { int64_t pieces; const double *end, *torque, *slope; };
-// What may be added to torques: each generator, a sum of the torques of chains by weights, times a number from -1 to 1.
-struct Spread { int64_t generators, chains; const double *weights, *links, *load; };
+// What may be added to torques: each generator, a sum of the torques of chains by weights, times a number from -1 to 1; and a
+// remainder, see torque_magnitudes (null: none).
+struct Spread { int64_t generators, chains; const double *weights, *links, *loads; const Magnitude* magnitudes; };
 // The requested paths of the tool, and which of them a piece follows.
 struct Paths { const PartsOfPath* of_piece; const double* paths; };
 struct Wish { double known_to, decided_at, least_radius, most_intervals; };  // WISH_NUMBERS of planner/kernels/bounded_peaks.py
@@ -40,12 +42,14 @@ struct BoundSearch {
     const Wish& wish;
     const TorqueLines& lines;
     const Spread& spread;
+    const FollowingErrors& following;
     Bounded& found;
     Hulls hulls;
     ToolMotion tool;
     Scratch<TurnedBody> bodies;
     Scratch<Taylor> states, forces, added;  // added: (1 + generators, joints), the first for one chain
     Scratch<V> shifted;
+    Scratch<double> rates;  // (7, joints): magnitudes of velocity, acceleration and jerk, and room for four more rows
     Interval *now = nullptr, *next = nullptr;
     double* open = nullptr;  // bounds (intervals, quantities) of now that could still be lowered
     Deviations deviations;
@@ -53,9 +57,9 @@ struct BoundSearch {
     int orders = 0, count = 1;
 
     BoundSearch(const ToolChain& arm, const Pieces& motion, const double* bernstein, const Columns& columns, const Paths& paths,
-                const Wish& wish, const TorqueLines& lines, const Spread& spread, Bounded& found)
-        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), paths(paths), wish(wish), lines(lines), spread(spread), found(found),
-          bodies(arm.joints), states(4 * arm.joints), forces(arm.joints), added((1 + spread.generators) * arm.joints), shifted(2 * motion.order) {
+                const Wish& wish, const TorqueLines& lines, const Spread& spread, const FollowingErrors& following, Bounded& found)
+        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), paths(paths), wish(wish), lines(lines), spread(spread), following(following), found(found),
+          bodies(arm.joints), states(4 * arm.joints), forces(arm.joints), added((1 + spread.generators) * arm.joints), shifted(2 * motion.order), rates(7 * arm.joints) {
         for (int64_t c = 0; c < columns.count; c++)
             switch (columns.kind[c]) {
                 case TORQUE_WITH_TOLERANCES: needs_spread = true; [[fallthrough]];
@@ -179,13 +183,44 @@ struct BoundSearch {
                 for (int e = 0; e < TERMS; e++) terms[e] = value.c[e][l];
                 double rest = value.rest[l] * OF_SUMS + Hulls::rounding(terms);
                 if (is_signed) { terms[0] -= middle; rest += UNIT * (fabs(middle) + fabs(terms[0])); }
-                const double need = enough(k) * half;
-                const Hulls::Range range = hulls.largest(terms, is_signed ? need - rest : need * need - rest, true);
+                const double away = is_signed ? 0.0 : off_plan(kind, l), need = enough(k) * half - away;
+                const Hulls::Range range = hulls.largest(terms, is_signed ? need - rest : fmax(need, 0.0) * need - rest, true);
                 const double most = range.most + rest, least = fmax(range.seen - rest, 0.0);
-                close(c, intervals[l], range.x, (is_signed ? least : sqrt(least)) / half, (is_signed ? most : sqrt(most)) / half,
-                      bounds[l * columns.quantities + k]);
+                close(c, intervals[l], range.x, (is_signed ? least : sqrt(least) + off_plan(kind, l, range.x)) / half,
+                      (is_signed ? most : sqrt(most) + away) / half, bounds[l * columns.quantities + k]);
             }
         }
+    }
+    // Magnitudes of the derivatives 1 to `orders` of the joints: on all of the interval of a lane, or at least those at x.
+    void find_rates(int orders, int64_t l) {
+        for (int64_t k = 0; k < orders * arm.joints; k++) {
+            const Taylor& of = states[arm.joints + k];
+            rates[k] = (of.size[l] + of.rest[l]) * OF_SUMS;
+        }
+    }
+    void find_rates(int orders, int64_t l, double x) {
+        for (int64_t k = 0; k < orders * arm.joints; k++) {
+            const Taylor& of = states[arm.joints + k];
+            double terms[TERMS];
+            for (int e = 0; e < TERMS; e++) terms[e] = of.c[e][l];
+            rates[k] = fmax(fabs(horner(terms, TERMS, x)) - of.rest[l] * OF_SUMS - Hulls::rounding(terms), 0.0);
+        }
+    }
+    // By how much a quantity of the tool may differ by following errors, on all of an interval, or at least at x.
+    template <class... X> double off_plan(int64_t kind, int64_t l, X... x) {
+        if (!following.errors || kind < LINEAR_VELOCITY || kind > ANGULAR_JERK) return 0.0;
+        const int order = kind <= ANGULAR_VELOCITY ? 1 : kind <= ANGULAR_ACCELERATION ? 2 : 3;
+        const bool is_angular = kind == ANGULAR_VELOCITY || kind == ANGULAR_ACCELERATION || kind == ANGULAR_JERK;
+        find_rates(order, l, x...);
+        return tool_difference(following, arm.tool_joints, order, is_angular, rates.data, arm.joints) * (sizeof...(X) ? 1.0 : OF_SUMS);
+    }
+    // The remainder of the generators of a torque, likewise.
+    template <class... X> double remainder(int64_t joint, int64_t l, X... x) {
+        if (!spread.magnitudes) return 0.0;
+        double *most = rates.data, *scratch = most + 3 * arm.joints, *of = scratch + 2 * arm.joints;
+        find_rates(2, l, x...);
+        torque_magnitudes(arm.joints, spread.magnitudes, most, most + arm.joints, scratch, of);
+        return of[joint] * (sizeof...(X) ? 1.0 : OF_SUMS);
     }
     const Vector<Taylor>* of_tool(int64_t kind) const {
         const Vector<Taylor>* all[] = {nullptr, tool.v, tool.w, tool.v + 1, tool.w + 1, nullptr, tool.v + 2, tool.w + 2};
@@ -284,7 +319,8 @@ struct BoundSearch {
         for (int64_t i = joints; i < (1 + spread.generators) * joints; i++) added[i] = Taylor{};
         for (int64_t n = 0; n < spread.chains; n++) {
             const Link* links = reinterpret_cast<const Link*>(spread.links) + n * joints;
-            torques<true, true, true>(joints, links, *reinterpret_cast<const Load*>(spread.load), bodies.data,
+            for (int64_t j = 0; j < joints; j++) bodies[j].link = links + j;
+            torques<true, true, true>(joints, links, reinterpret_cast<const Load*>(spread.loads)[n], bodies.data,
                                       states.data + joints, states.data + 2 * joints, added.data);
             for (int64_t g = 0; g < spread.generators; g++) {
                 const double weight = spread.weights[g * spread.chains + n];
@@ -293,6 +329,7 @@ struct BoundSearch {
                 for (int64_t j = 0; j < joints; j++) to[j] = to[j] + scaled(weight, added[j]);
             }
         }
+        for (int64_t j = 0; j < joints; j++) bodies[j].link = reinterpret_cast<const Link*>(arm.links) + j;
     }
     // The torque and the magnitudes of all generators: a generator of one sign is added with it, another one by its largest
     // magnitude.
@@ -314,6 +351,8 @@ struct BoundSearch {
                 if (least >= 0.0 || most <= 0.0) for (int e = 0; e < TERMS; e++) S[e] += most > 0.0 ? G[e] : -G[e];
                 else within += isnan(most + least) ? (double)INFINITY : fmax(most, -least);
             }
+            for (int n = 0; n < 3; n++) at_samples[n] += remainder(joint, l, n - 1.0);
+            within += remainder(joint, l);
             for (int e = 0; e < TERMS; e++) sizes += fabs(T[e]);
             rest += (double)(spread.generators + TERMS) * 64.0 * UNIT * sizes;
             double bound = 0.0, reached = 0.0, at = 0.0;

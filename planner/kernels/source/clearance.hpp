@@ -25,6 +25,7 @@ struct Scene {
     const Plane* plane;
     const Ball* ball;    // of clusters
     const int64_t *first, *second, *moved;  // (own,), (own,), (bodies, joints)
+    const double* own_margin;               // (own,)
     const double* margin;                   // (bodies, obstacles): boxes, then planes; -inf: none
     const int64_t* kind;                    // the same
     const int64_t *member, *group_end;      // obstacles of groups; the last groups are one plane each
@@ -275,8 +276,8 @@ struct Wanted {
 static inline int gather(PlacedRobot& at, const Wanted& wanted, double own_margin, List<Item>& items, double* lower) {
     const Scene& scene = at.scene;
     for (int64_t pair = 0; pair < scene.own && own_margin > -INFINITY; pair++) {
-        Item item{pair, ITSELF, 0.0, 0.0, own_margin, {}, {}};
-        const double enough = wanted.of(ITSELF, own_margin);
+        Item item{pair, ITSELF, 0.0, 0.0, own_margin + scene.own_margin[pair], {}, {}};
+        const double enough = wanted.of(ITSELF, item.margin);
         at.bound_own(pair, enough, item);
         if (item.low() >= enough) { lower[ITSELF] = smallest(lower[ITSELF], item.low()); continue; }
         Item* place = items.push();

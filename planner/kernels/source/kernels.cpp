@@ -73,6 +73,27 @@ int path_dynamics(int64_t joints, const double* links, const double* load, int64
     return OK;
 }
 
+// Bounds (states, joints) on the torques of a chain at all positions, see torque_magnitudes.
+int torque_magnitudes(int64_t joints, const double* rows, int64_t states, const double* v, const double* a, double* tau) {
+    Scratch<double> scratch(4 * joints);
+    if (!scratch) return NO_MEMORY;
+    double *speeds = scratch.data + 2 * joints, *gains = speeds + joints;
+    for (int64_t i = 0; i < states * joints; i += joints) {
+        for (int64_t j = 0; j < joints; j++) { speeds[j] = fabs(v[i + j]); gains[j] = fabs(a[i + j]); }
+        torque_magnitudes(joints, reinterpret_cast<const Magnitude*>(rows), speeds, gains, scratch.data, tau + i);
+    }
+    return OK;
+}
+
+// Differences (states) of derivatives of the tool by following errors (3, joints), see tool_difference; `rates` is (states, order, joints).
+int tool_differences(int64_t joints, int64_t tool_joints, const double* following, int64_t order, int64_t is_angular, int64_t states,
+                     const double* rates, double* differences) {
+    const FollowingErrors errors{following, following + joints, following + 2 * joints};
+    for (int64_t i = 0; i < states; i++)
+        differences[i] = tool_difference(errors, tool_joints, (int)order, is_angular != 0, rates + i * order * joints, joints);
+    return OK;
+}
+
 // Positions (states, 3) of a point, rotations (states, 3, 3) of the tip and Jacobians (states, 6, joints) unless null.
 int reached(int64_t joints, const double* frames, const double* point, int64_t states, const double* q, double* positions,
             double* rotations, double* jacobians) {
@@ -333,7 +354,7 @@ int bound_peaks(int64_t joints, const double* links, const double* load, int64_t
                 int64_t columns, int64_t quantities, const int64_t* kind, const int64_t* joint, const int64_t* quantity,
                 const double* middle, const double* half, const int64_t* parts_of_piece, const double* paths, const double* wish,
                 int64_t curve_pieces, const double* curves, int64_t generators, int64_t chains, const double* weights,
-                const double* chain_links, const double* chain_load, double* reached, double* bound, int64_t* piece,
+                const double* chain_links, const double* chain_loads, const double* magnitudes, const double* following, double* reached, double* bound, int64_t* piece,
                 double* unit, int64_t* column) {
     const ToolChain arm{joints, tool_joints, links, load, tool, axes};
     const Pieces motion{pieces, joints, order, coefficients, lengths};
@@ -341,9 +362,10 @@ int bound_peaks(int64_t joints, const double* links, const double* load, int64_t
     const Paths requested{reinterpret_cast<const PartsOfPath*>(parts_of_piece), paths};
     Bounded found{reached, bound, unit, piece, column};
     const TorqueLines lines{curve_pieces, curves, curves + joints * curve_pieces, curves + 2 * joints * curve_pieces};
-    const Spread spread{generators, chains, weights, chain_links, chain_load};
-    BoundSearch search(arm, motion, bernstein, of, requested, *reinterpret_cast<const Wish*>(wish), lines, spread, found);
-    if (!search.bodies || !search.states || !search.forces || !search.shifted || !search.added) return NO_MEMORY;
+    const Spread spread{generators, chains, weights, chain_links, chain_loads, reinterpret_cast<const Magnitude*>(magnitudes)};
+    const FollowingErrors errors{following, following ? following + joints : nullptr, following ? following + 2 * joints : nullptr};
+    BoundSearch search(arm, motion, bernstein, of, requested, *reinterpret_cast<const Wish*>(wish), lines, spread, errors, found);
+    if (!search.bodies || !search.states || !search.forces || !search.shifted || !search.added || !search.rates) return NO_MEMORY;
     return search.first();
 }
 

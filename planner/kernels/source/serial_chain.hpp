@@ -115,6 +115,32 @@ static inline void torques(int64_t joints, const Link* links, const Load& load, 
         moment = body.out(moment) - body.swing(force);
     }
 }
+
+// Magnitudes of a link: the distance of its joint from the one before, the mass, the first moments and the inertia about the
+// origin of its joint. The last row of a chain has free fall, force and moment of the tool, and the index of its link.
+struct Magnitude { double reach, mass, first, second, turns; };  // MAGNITUDE_NUMBERS of planner/kernels/serial_chain.py
+// The same recursion with magnitudes in place of vectors: no torque of the chain is larger at any position of its joints, with these
+// magnitudes of velocities and accelerations. `scratch` has room for two numbers of each joint.
+static inline void torque_magnitudes(int64_t joints, const Magnitude* rows, const double* v, const double* a, double* scratch, double* tau) {
+    const Magnitude& load = rows[joints];
+    double w = 0.0, dw = 0.0, acc = load.reach;
+    for (int64_t i = 0; i < joints; i++) {
+        const Magnitude& row = rows[i];
+        acc += (dw + w * w) * row.reach;
+        if (row.turns != 0.0) { dw += a[i] + w * v[i]; w += v[i]; }
+        else acc += a[i] + 2.0 * w * v[i];
+        const bool is_loaded = (double)i == load.second;
+        scratch[2 * i] = row.mass * acc + (dw + w * w) * row.first + (is_loaded ? load.mass : 0.0);
+        scratch[2 * i + 1] = row.first * acc + (dw + w * w) * row.second + (is_loaded ? load.first : 0.0);
+    }
+    double force = 0.0, moment = 0.0;
+    for (int64_t i = joints - 1; i >= 0; i--) {
+        force += scratch[2 * i];
+        moment += scratch[2 * i + 1];
+        tau[i] = rows[i].turns != 0.0 ? moment : force;
+        moment += rows[i].reach * force;
+    }
+}
 template <bool MOVES, bool ACCELERATES, bool FALLS> static inline void torques(Chain& chain, const V* v, const V* a, V* tau) {
     torques<MOVES, ACCELERATES, FALLS>(chain.joints, chain.links, chain.load, chain.bodies.data, v, a, tau);
 }

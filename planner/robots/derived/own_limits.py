@@ -10,7 +10,6 @@ from typing import Any, TypeGuard
 import numpy as np
 
 from planner.robots.checks import (
-    DRIVE_VALUES,
     DYNAMIC_QUANTITIES,
     LEAST_LIMIT,
     MAX_NAME_LENGTH,
@@ -20,7 +19,7 @@ from planner.robots.checks import (
     with_torque_curve,
     with_velocity_curves,
 )
-from planner.robots.description import RANGED_QUANTITIES, Joint, JointKind
+from planner.robots.description import DRIVE_VALUES, RANGED_QUANTITIES, Joint, JointKind
 from planner.robots.findings import Findings, shown
 from planner.robots.payload import PayloadTable, payload_table_faults
 from planner.robots.varying.torque_curves import TorqueCurve

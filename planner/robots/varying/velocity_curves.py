@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -110,6 +110,12 @@ class VelocityConditions:
         unused = (0.0, 1.0, 0.0, 0.0, np.inf, -np.inf)
         padded = np.array([[own + [unused] * (most - len(own)) for own in side] for side in (upper, lower)])
         return cls(*np.moveaxis(padded.reshape(2, len(curves), most, 6), 3, 0))
+
+    def within(self, errors: FloatArray) -> VelocityConditions:
+        """Return conditions that hold at all positions up to errors (joints,) away, rad or m."""
+        away = errors[:, None]
+        room = self.constant - np.abs(self.slope) * away
+        return replace(self, constant=room, low=self.low - away, high=self.high + away)
 
     @property
     def arrays(self) -> tuple[FloatArray, ...]:

@@ -162,7 +162,9 @@ def two_boxes(depth: float) -> Distances:
     def measure(_rotations: FloatArray, _origins: FloatArray, pair: int) -> Measured:
         raise ZeroDivisionError(pair)
 
-    return Distances(piece_arrays(checker.bodies, checker.obstacles, own, checker.margins, kinds), measure)
+    return Distances(
+        piece_arrays(checker.bodies, checker.obstacles, own, np.zeros(own.shape[1]), checker.margins, kinds), measure
+    )
 
 
 REQUEST = (CONTACT_TOLERANCE, TOLERANCE, 4, 1e-12, 1000, 1000)

@@ -392,6 +392,27 @@ def test_friction_and_rotors_of_an_added_robot_are_in_torques(service: RunningSe
     np.testing.assert_allclose(torques["oiled"] - torques["smooth"], [0.3, 2.4], atol=1e-9)
 
 
+def test_tolerances_and_following_errors_of_an_added_robot_are_in_its_plans(
+    service: RunningService,
+) -> None:
+    sets = {"friction": 2.0, "friction_tolerance": 1.0, "following_error": 1e-3}
+    body = {"kind": "derived", "id": "loose", "from": "ur5e", "limits": {"elbow_joint": sets}}
+    added = service.post("/v1/robots", body)
+    assert added.status_code == 201, added.text
+    joint = added.json()["joints"][2]
+    assert {name: joint[name] for name in sets} == sets
+    waypoints = [{"kind": "joint", "position": [x, -1.2, 1.4, -0.4, 1.0, 0.0]} for x in (0.0, 0.5)]
+    waypoints.append(
+        {"kind": "relative", "frame": "base", "move": {"kind": "cartesian", "translation": [0.0, 0.05, 0.0]}}
+    )
+    waypoints[-1] |= {"motion": {"kind": "linear"}}
+    answer = service.post("/v1/trajectories", {"robot": added.json()["id"], "waypoints": waypoints}).json()
+    assert "torque_with_tolerances" in [check["quantity"] for check in answer["certificate"]["checks"]]
+    assert "following_error_not_covered" in [warning["code"] for warning in answer["warnings"]]
+    wrong = body | {"limits": {"elbow_joint": {"friction_tolerance": 1.0}}}
+    assert service.post("/v1/robots", wrong).json()["findings"][0]["code"] == "invalid_tolerance"
+
+
 def test_a_process_force_is_in_a_named_frame(service: RunningService) -> None:
     """A frame turned by a right angle about z: its x axis is the base's y axis."""
     turn = {"position": [0.0, 0.0, 0.0], "orientation": {"kind": "rpy", "rpy": [0.0, 0.0, np.pi / 2.0]}}
