@@ -103,7 +103,7 @@ def follow_scaling(
     of: np.ndarray,
     on: np.ndarray,
     t: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Compute the motion q(s(t)) and its derivatives at N points.
 
     Args:
@@ -114,13 +114,14 @@ def follow_scaling(
         t: Local times (N,) on the parts.
 
     Returns:
-        s and its first two derivatives (3, N), then q and its first three derivatives (4, N, joints).
+        s and its first two derivatives (3, N), q and its first three (4, N, joints), and q' and q'' by s (2, N,
+        joints).
     """
     lengths, breakpoints, coefficients = curve
     (pieces, joints, order), points = coefficients.shape, len(t)
-    s, q = np.empty((3, points)), np.empty((4, points, joints))
+    s, q, slopes = np.empty((3, points)), np.empty((4, points, joints)), np.empty((2, points, joints))
     known = doubles(lengths, pieces), doubles(breakpoints, pieces + 1), doubles(coefficients, pieces, joints, order)
     at = indices(of, len(scaling), points), indices(on, pieces, points), doubles(t, points)
     orders = order, scaling.shape[1]
-    call("follow_scaling", joints, *orders, *known, doubles(scaling, *scaling.shape), points, *at, s, q)
-    return s, q
+    call("follow_scaling", joints, *orders, *known, doubles(scaling, *scaling.shape), points, *at, s, q, slopes)
+    return s, q, slopes

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
     from planner.spatial import FloatArray
 
+GRIDPOINTS = 3
+"""Gridpoints of an interval: start, middle and end."""
+
 
 class PathCost(NamedTuple):
     """The integral of size(y) b^power, for each row y = by_b b + by_a a + by_c c + offset.
@@ -74,6 +77,78 @@ class Objective(NamedTuple):
         where = doubles(states, 3, points), doubles(concave, points)
         call("retiming_objective", points, *self.arguments, *where, value, slope, curvature)
         return float(value[0]), slope, curvature
+
+
+def joint_rows(
+    width: int,
+    at: np.ndarray,
+    joint_limits: tuple[FloatArray, FloatArray, FloatArray],
+    motion: FloatArray,
+    speeds: FloatArray | None,
+) -> FloatArray:
+    """Return the arrays of `LinearLimits` (6, width, N): the first 1 + 2 joints rows are limits of the joints.
+
+    The first row is the square of the path velocity as a share of its limits, then come accelerations, then jerks.
+
+    Args:
+        width: The number of rows, the others are left empty.
+        at: The rows (N,) of the limits at N points.
+        joint_limits: Lower and upper velocity limits, middle and half width of the acceleration limits, both (2, rows,
+            joints), and the jerk limits (rows, joints).
+        motion: Positions and their first three derivatives by time, (4, N, joints).
+        speeds: Shares (N,) of further limits of the path velocity; None: there are none.
+    """
+    (_, points, joints), rows = motion.shape, len(joint_limits[2])
+    parts = np.empty((6, width, points))
+    velocity, acceleration, jerk = joint_limits
+    known = doubles(velocity, 2, rows, joints), doubles(acceleration, 2, rows, joints), doubles(jerk, rows, joints)
+    given = indices(at, rows, points), *known, doubles(motion, 4, points, joints)
+    call("joint_rows", points, joints, width, rows, *given, None if speeds is None else doubles(speeds, points), parts)
+    return parts
+
+
+def spline_maps(widths: FloatArray, *, begins_evenly: bool) -> FloatArray:
+    """Return the linear map (3, 3, gridpoints, intervals) of `QuadraticSpline`."""
+    maps = np.empty((3, 3, GRIDPOINTS, len(widths)))
+    call("spline_maps", len(widths), doubles(widths, len(widths)), int(begins_evenly), maps)
+    return maps
+
+
+def largest_scales(limits: Sequence[FloatArray], states: FloatArray) -> FloatArray:
+    """Return the factors (points,) on b, each alone, with which limits are kept at states (3, points) or (3, 1)."""
+    count, points = limits[0].shape
+    found, at = np.empty(points), doubles(np.broadcast_to(states, (3, points)), 3, points)
+    call("scales", points, count, *(doubles(part, count, points) for part in limits), at, found)
+    return found
+
+
+def smooth_start(
+    maps: FloatArray,
+    limits: Sequence[FloatArray],
+    weights: FloatArray,
+    reaches: np.ndarray,
+    largest: float,
+    worth: float,
+) -> FloatArray:
+    """Return a smooth start (intervals + 2,) for the fastest retiming of a slow motion, up to a factor.
+
+    It is the largest constant b that the limits allow at each gridpoint, the least near each interval, smoothed by
+    moving averages.
+
+    Args:
+        maps: The linear map from the unknowns.
+        limits: The arrays (limits, points) of `LinearLimits`.
+        weights: Weights (points,), s, in the sum of 1 / sqrt(b) that stands for the duration.
+        reaches: Numbers (windows,) of intervals on either side over which it is smoothed, tried in turn.
+        largest: Largest b, as a multiple of the least.
+        worth: Duration, relative to the duration of the best before it, that makes it worth to begin with it.
+    """
+    intervals, (count, points) = maps.shape[3], limits[0].shape
+    x = np.empty(intervals + 2)
+    known = doubles(maps, 3, 3, GRIDPOINTS, intervals), count, *(doubles(part, count, points) for part in limits)
+    of_windows = len(reaches), indices(reaches, intervals + 1, len(reaches))
+    call("start_of_retiming", intervals, *known, doubles(weights, points), largest, worth, *of_windows, x)
+    return x
 
 
 def best_unknowns(

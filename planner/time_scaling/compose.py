@@ -48,7 +48,7 @@ class ScaledCurve(NamedTuple):
         of, on, t = np.broadcast_arrays(of, on, t)
         curve, scaling = self.curve, self.scaling.coefficients[:, 0]
         curve_parts = curve.lengths, curve.breakpoints, curve.coefficients
-        by_s, by_q = follow_scaling(curve_parts, scaling, *(values.ravel() for values in (of, on, t)))
+        by_s, by_q, _ = follow_scaling(curve_parts, scaling, *(values.ravel() for values in (of, on, t)))
         return [*by_s.reshape(3, *t.shape, 1), *by_q.reshape(4, *t.shape, -1)[: order + 1]]
 
 

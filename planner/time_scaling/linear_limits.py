@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner.kernels.retiming import largest_scales, spline_maps
 from planner.spatial import FloatArray
 
 GRIDPOINTS = np.array([0.0, 0.5, 1.0])
@@ -38,29 +39,12 @@ class LinearLimits:
     constant: FloatArray
     inverse: FloatArray
 
-    def values(self, states: FloatArray) -> FloatArray:
-        """Return the values by_b b + by_a a + by_c c (limits, points) for states (3, points)."""
-        b, a, c = states
-        values: FloatArray = self.by_b * b
-        values += self.by_a * a
-        values += self.by_c * c
-        return values
-
     def scales(self, states: FloatArray) -> FloatArray:
         """Return factors (points,) on b, each alone, with which the limits are kept at each point.
 
         They are the largest ones but for powers: of these half the limit is for holding the arm, half for the motion.
         """
-        values = np.abs(self.values(states))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            plain = np.where(self.inverse == 0.0, (self.constant - np.abs(self.offset)) / values, np.inf)
-            bound = np.where(self.inverse > 0.0, self.inverse / np.sqrt(states[0]), np.inf)
-            holds = (self.inverse > 0.0) & (self.offset != 0.0)
-            bound = np.where(holds, bound / 2.0, bound)
-            jerk = np.fmin.reduce(bound / values, axis=0) ** (2.0 / 3.0)
-            held = np.where(holds, bound / np.abs(self.offset), np.inf).min(axis=0, initial=np.inf) ** 2
-        scales: FloatArray = np.fmin(np.fmin(np.fmin(np.fmin.reduce(plain, axis=0), jerk), held), np.inf)
-        return scales
+        return largest_scales(self.arrays, states)
 
     def scale(self, states: FloatArray) -> float:
         """Return the largest factor on b with which the limits are kept."""
@@ -96,25 +80,7 @@ class QuadraticSpline:
     """
 
     def __init__(self, widths: FloatArray, *, begins_evenly: bool = False) -> None:
-        # Beyond both ends there is an interval of no width, whose unknown is the value at the end.
-        padded = np.concatenate([[0.0], widths, [0.0]])
-        both = padded[:-1] + padded[1:]
-        value, slope = np.zeros((2, 3, len(both))), np.zeros((2, 3, len(both)))
-        value[0, 0] = value[1, 1] = padded[1:] / both
-        value[0, 1] = value[1, 2] = padded[:-1] / both
-        slope[0, 0] = slope[1, 1] = -1.0 / both
-        slope[0, 1] = slope[1, 2] = 1.0 / both
-        start, end = value[0, :, None, :-1], value[1, :, None, 1:]
-        middle, u = np.array([0.0, 1.0, 0.0])[:, None, None], GRIDPOINTS[:, None]
-        self.maps = np.empty((3, 3, len(GRIDPOINTS), len(widths)))
-        self.maps[0] = (1.0 - u) ** 2 * start + 2.0 * u * (1.0 - u) * middle + u * u * end
-        self.maps[1] = (1.0 - u) * slope[0, :, None, :-1] + u * slope[1, :, None, 1:]
-        self.maps[2] = (start - 2.0 * middle + end) / widths**2
-        if (
-            begins_evenly
-        ):  # the value at the start is the first Bezier point of the first interval, and its unknown idle
-            self.maps[:, 1, :, 0] += self.maps[:, 0, :, 0]
-            self.maps[:, 0, :, 0] = 0.0
+        self.maps = spline_maps(widths, begins_evenly=begins_evenly)
         self.count = len(widths)
 
     def states(self, x: FloatArray) -> FloatArray:

@@ -26,9 +26,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.kernels.retiming import Objective, best_unknowns
+from planner.kernels.retiming import Objective, best_unknowns, smooth_start
 from planner.spatial import FloatArray
-from planner.time_scaling.linear_limits import GRIDPOINTS, WEIGHTS, LinearLimits, QuadraticSpline
+from planner.time_scaling.linear_limits import WEIGHTS, LinearLimits, QuadraticSpline
 
 FIRST_SHARE = 0.9
 """Share of the largest constant b within the limits that the search begins with: it has to begin inside of them."""
@@ -99,35 +99,10 @@ def fastest_retiming(
     widths: FloatArray, limits: LinearLimits, tolerance: float, requested: RequestedDurations | None = None
 ) -> FloatArray:
     """Find the unknowns (intervals + 2,) of the fastest retiming within limits; see `best_retiming`."""
-    start = _start(widths, limits)
+    reaches = np.maximum(1, (np.array(START_WINDOWS) * len(widths)).astype(int))
+    maps, weights = QuadraticSpline(widths).maps, of_duration(widths).weights
+    start = smooth_start(maps, limits.arrays, weights, reaches, LARGEST_START, WORTH_A_START)
     return best_retiming(widths, limits, of_duration(widths), requested, tolerance, start=start).unknowns
-
-
-def _start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
-    """Return a smooth start (intervals + 2,) for the fastest retiming of a slow motion, up to a factor.
-
-    It is the largest constant b that the limits allow at each gridpoint, the least near each interval, smoothed by
-    moving averages.
-    """
-    spline, weights = QuadraticSpline(widths), of_duration(widths).weights
-    best = np.ones(len(widths) + 2)
-    states = spline.states(best)
-    allowed = limits.scales(states).reshape(len(GRIDPOINTS), -1).min(axis=0)
-    least = float(weights @ (allowed.min() * states[0]) ** -0.5)
-    allowed = np.minimum(allowed, LARGEST_START * allowed.min())
-    for share in START_WINDOWS:
-        reach = max(1, int(share * len(widths)))
-        near = np.lib.stride_tricks.sliding_window_view(np.pad(allowed, 2 * reach, mode="edge"), 4 * reach + 1).min(
-            axis=1
-        )
-        window = np.full(2 * reach + 1, 1.0 / (2 * reach + 1))
-        for _ in range(2):
-            near = np.convolve(np.pad(near, reach, mode="edge"), window, mode="valid")
-        smooth = np.pad(near, 1, mode="edge")
-        states = spline.states(smooth)
-        if (value := float(weights @ (limits.scale(states) * states[0]) ** -0.5)) < WORTH_A_START * least:
-            best, least = smooth, value
-    return best
 
 
 def best_retiming(

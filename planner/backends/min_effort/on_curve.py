@@ -24,7 +24,7 @@ from planner.kernels.retiming import Objective, PathCost
 from planner.paths import JointPath, SegmentGroup
 from planner.spatial import FloatArray
 from planner.time_scaling.fastest import QUARTERING_EXCESS, retimed, retimed_lengths
-from planner.time_scaling.limits_on_curve import Along, LimitsOnCurve, limits_on
+from planner.time_scaling.limits_on_curve import LimitsOnCurve, limits_on
 from planner.time_scaling.linear_limits import QuadraticSpline
 from planner.time_scaling.retiming import RequestedDurations, best_retiming, of_duration
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
@@ -96,19 +96,17 @@ class Search:
     def _objective(self, limits: LimitsOnCurve, scaling: PiecewisePolynomial) -> Objective:
         """Return the cost of retiming a time scaling."""
         torque, power, jerk = self.cost.units
-        s, ds, dds, _, first, second, third = limits.rates(scaling)
+        along = limits.at_gridpoints(scaling)
+        _, first, second, third = along.motion
         by_work = self.cost.objective == "mechanical_work"
         costs: list[PathCost] = []
 
         def add(rows: tuple[FloatArray, ...], exponent: float, smoothing: float = 0.0) -> None:
-            flat = np.stack([row.reshape(s.size, -1).T for row in rows])
-            costs.append(PathCost(flat, exponent, smoothing))
+            costs.append(PathCost(np.stack([row.T for row in rows]), exponent, smoothing))
 
         if self.cost.objective != "jerk":
             unit, exponent = (first / power, 0.0) if by_work else (1.0 / torque, -0.5)
-            along = Along(limits.path_states(limits.pieces(scaling), s), ds, dds, first)
-            torques = along.of(TORQUE, TORQUE.rows(along.path))
-            by_b, by_a, gravity = (row * unit for row in torques)
+            by_b, by_a, gravity = (row * unit for row in along.of(TORQUE, TORQUE.rows(along.path)))
             add((by_b, by_a, np.zeros_like(by_b), gravity), exponent, SMOOTHING if by_work else 0.0)
         if self.cost.objective == "jerk" or self.cost.adds_jerk:
             add((third / jerk, 3.0 * second / jerk, first / jerk, np.zeros_like(first)), 0.5)

@@ -2,6 +2,7 @@
 #include "bounded_peaks.hpp"
 #include "descent.hpp"
 #include "intervals.hpp"
+#include "linear_limits.hpp"
 #include "orders.hpp"
 #include "passing.hpp"
 #include "polynomials.hpp"
@@ -163,9 +164,36 @@ int states(int64_t pieces, int64_t joints, int64_t order, const double* lengths,
 
 int follow_scaling(int64_t joints, int64_t order, int64_t scaling_order, const double* lengths,
                    const double* breakpoints, const double* curve, const double* scaling, int64_t points, const int64_t* of,
-                   const int64_t* on, const double* t, double* s, double* q) {
-    scaled_curve(joints, order, scaling_order, lengths, breakpoints, curve, scaling, points, of, on, t, s, q);
+                   const int64_t* on, const double* t, double* s, double* q, double* slopes) {
+    scaled_curve(joints, order, scaling_order, lengths, breakpoints, curve, scaling, points, of, on, t, s, q, slopes);
     return OK;
+}
+
+// Limits of joints at points, in the first rows of `parts` (6, rows, points).
+int joint_rows(int64_t points, int64_t joints, int64_t width, int64_t rows, const int64_t* at, const double* velocity,
+               const double* acceleration, const double* jerk, const double* motion, const double* speeds, double* parts) {
+    set_joint_rows({points, joints, width, at, velocity, acceleration, jerk}, rows, motion, speeds, parts);
+    return OK;
+}
+
+// The linear map (3, 3, gridpoints, intervals) from the unknowns of a retiming to its states.
+int spline_maps(int64_t intervals, const double* widths, int64_t begins_evenly, double* maps) {
+    set_spline_maps(intervals, widths, begins_evenly, maps);
+    return OK;
+}
+
+// The largest factors (points) on b with which limits are kept.
+int scales(int64_t points, int64_t limits, const double* by_b, const double* by_a, const double* by_c, const double* offset,
+           const double* constant, const double* inverse, const double* states, double* scales) {
+    return set_scales({limits, by_b, by_a, by_c, offset, constant, inverse}, points, states, scales);
+}
+
+// A smooth start (intervals + 2) for the fastest retiming.
+int start_of_retiming(int64_t intervals, const double* maps, int64_t limits, const double* by_b, const double* by_a,
+                      const double* by_c, const double* offset, const double* constant, const double* inverse,
+                      const double* weights, double largest, double worth, int64_t windows, const int64_t* reaches, double* x) {
+    return smooth_start({intervals, maps}, {limits, by_b, by_a, by_c, offset, constant, inverse}, weights,
+                        {largest, worth, windows, reaches}, x);
 }
 
 int extrema(int64_t rows, int64_t order, const double* bernstein, const double* measure, const int64_t* groups,

@@ -189,33 +189,37 @@ static inline int count_parts(int64_t pieces, int64_t joints, int64_t order, con
     return OK;
 }
 
+// The value of a polynomial and its first three derivatives.
+static inline void taylor(const double* c, int64_t order, double x, double found[4]) {
+    double value = 0.0, first = 0.0, second = 0.0, third = 0.0;
+    for (int64_t e = order - 1; e >= 0; e--) {
+        third = third * x + second;
+        second = second * x + first;
+        first = first * x + value;
+        value = value * x + c[e];
+    }
+    found[0] = value; found[1] = first; found[2] = 2.0 * second; found[3] = 6.0 * third;
+}
+
 // The motion q(s(t)) at points: s and its first two derivatives (3, points), then q and its derivatives up to order 3 (4, points,
-// joints). Each point is at a local time of a piece of the time scaling s(t), and on a piece of the curve q(s).
+// joints), and q' and q'' by s (2, points, joints). Each point is at a local time of a piece of the time scaling
+// s(t), and on a piece of the curve q(s).
 static inline void scaled_curve(int64_t joints, int64_t order, int64_t scaling_order, const double* lengths, const double* breakpoints,
                                 const double* curve, const double* scaling, int64_t points, const int64_t* of,
-                                const int64_t* on, const double* t, double* s, double* q) {
-    auto derivatives = [](const double* c, int64_t order, double x, double found[4]) {
-        double value = 0.0, first = 0.0, second = 0.0, third = 0.0;
-        for (int64_t e = order - 1; e >= 0; e--) {
-            third = third * x + second;
-            second = second * x + first;
-            first = first * x + value;
-            value = value * x + c[e];
-        }
-        found[0] = value; found[1] = first; found[2] = 2.0 * second; found[3] = 6.0 * third;
-    };
+                                const int64_t* on, const double* t, double* s, double* q, double* slopes) {
     for (int64_t p = 0; p < points; p++) {
         double law[4], own[4];
-        derivatives(scaling + of[p] * scaling_order, scaling_order, t[p], law);
+        taylor(scaling + of[p] * scaling_order, scaling_order, t[p], law);
         const double v = law[1], a = law[2], x = fmin(fmax(law[0] - breakpoints[on[p]], 0.0), lengths[on[p]]);
         for (int64_t k = 0; k < 3; k++) s[k * points + p] = law[k];
         for (int64_t j = 0; j < joints; j++) {
-            derivatives(curve + (on[p] * joints + j) * order, order, x, own);
+            taylor(curve + (on[p] * joints + j) * order, order, x, own);
             double* at = q + p * joints + j;
             at[0] = own[0];
             at[points * joints] = own[1] * v;
             at[2 * points * joints] = own[2] * v * v + own[1] * a;
             at[3 * points * joints] = own[3] * v * v * v + 3.0 * own[2] * v * a + own[1] * law[3];
+            for (int64_t k = 0; k < 2; k++) slopes[(k * points + p) * joints + j] = own[k + 1];
         }
     }
 }

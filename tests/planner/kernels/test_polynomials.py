@@ -146,7 +146,7 @@ def test_a_motion_along_a_curve_is_the_polynomial_of_a_polynomial() -> None:
     breakpoints = np.concatenate([[0.0], np.cumsum(lengths)])
     scaling = np.array([[0.1, 0.5, 0.2, -0.1], [breakpoints[1] + 0.1, 0.3, 0.1, 0.05]])
     of, on, t = np.array([0, 0, 1, 1]), np.array([0, 0, 1, 1]), np.array([0.0, 0.7, 0.2, 0.5])
-    s, q = follow_scaling((lengths, breakpoints, coefficients), scaling, of, on, t)
+    s, q, slopes = follow_scaling((lengths, breakpoints, coefficients), scaling, of, on, t)
     for k in range(4):
         law = Polynomial(scaling[of[k]])
         assert s[:, k] == pytest.approx([law(t[k]), law.deriv()(t[k]), law.deriv(2)(t[k])], rel=1e-12)
@@ -154,3 +154,6 @@ def test_a_motion_along_a_curve_is_the_polynomial_of_a_polynomial() -> None:
             whole = Polynomial(coefficients[on[k], joint])(law - breakpoints[on[k]])
             expected = [whole(t[k]), *(whole.deriv(order)(t[k]) for order in (1, 2, 3))]
             assert q[:, k, joint] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+            on_path = Polynomial(coefficients[on[k], joint])
+            expected = [on_path.deriv(order)(law(t[k]) - breakpoints[on[k]]) for order in (1, 2)]
+            assert slopes[:, k, joint] == pytest.approx(expected, rel=1e-9, abs=1e-9)

@@ -6,11 +6,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from planner.kernels.retiming import Objective, PathCost, best_unknowns
+from planner.kernels.retiming import (
+    Objective,
+    PathCost,
+    best_unknowns,
+    joint_rows,
+    largest_scales,
+    smooth_start,
+    spline_maps,
+)
 from planner.time_scaling.linear_limits import LinearLimits, QuadraticSpline
 from planner.time_scaling.retiming import RequestedDurations, of_duration
+from tests.planner.kernels import linear_limits as by_numpy
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -60,7 +71,8 @@ def problem(seed: int, jerk: float) -> tuple[FloatArray, LinearLimits]:
 
 
 def slacks(limits: LinearLimits, states: FloatArray) -> FloatArray:
-    values = limits.values(states) + limits.offset
+    b, a, c = states
+    values = limits.by_b * b + limits.by_a * a + limits.by_c * c + limits.offset
     bound = limits.constant + limits.inverse / np.sqrt(np.abs(states[0]) + 1e-300)
     return np.concatenate([bound - values, bound + values]).ravel()
 
@@ -103,3 +115,56 @@ def test_the_best_law_is_that_of_scipy(seed: int, kind: str, jerk: float) -> Non
     assert value <= peer.fun * (1.0 + 1e-4) or not kept
     if not jerk and peer.success and kept:
         assert value == pytest.approx(peer.fun, rel=1e-4)
+
+
+@given(st.integers(0, 2**32), st.integers(1, 12), st.booleans())
+def test_the_maps_of_random_splines(seed: int, count: int, begins_evenly: bool) -> None:
+    widths = np.random.default_rng(seed).uniform(0.01, 2.0, count)
+    expected = by_numpy.spline_maps(widths, begins_evenly=begins_evenly)
+    assert spline_maps(widths, begins_evenly=begins_evenly) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+def rows(seed: int, count: int, width: int, spread: float) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Draw widths of intervals, and limits of every kind: of speeds, with rest, of jerks, of powers, of nothing."""
+    rng = np.random.default_rng(seed)
+    limits = [*(rng.normal(size=(6, width, 3 * count)) * np.exp(spread * rng.normal(size=3 * count)))]
+    limits[3] = rng.uniform(-0.9, 0.9, limits[3].shape) * (rng.random((width, 1)) < 0.6)
+    grows = rng.random((width, 1)) < 0.4
+    limits[4], limits[5] = np.where(grows, 0.0, np.ones_like(limits[0])), np.where(grows, np.ones_like(limits[0]), 0.0)
+    limits[0][0], limits[3][0], limits[4][0], limits[5][0] = np.abs(limits[0][0]) + 0.1, 0.0, 1.0, 0.0
+    if width > 2:
+        limits[0][1] = limits[1][1] = limits[2][1] = limits[3][1] = 0.0
+    return rng.uniform(0.1, 1.0, count), limits
+
+
+@given(st.integers(0, 2**32), st.integers(1, 12), st.integers(1, 6))
+def test_the_scales_of_random_limits(seed: int, count: int, width: int) -> None:
+    _, limits = rows(seed, count, width, 0.5)
+    states = np.random.default_rng(seed + 1).uniform(0.2, 2.0, (3, 3 * count))
+    assert largest_scales(limits, states) == pytest.approx(by_numpy.scales(limits, states), rel=1e-12)
+    ones = np.array([[1.0], [0.0], [0.0]])
+    assert largest_scales(limits, ones) == pytest.approx(by_numpy.scales(limits, ones), rel=1e-12)
+
+
+@given(st.integers(0, 2**32), st.integers(1, 40), st.integers(1, 6), st.sampled_from([0.1, 1.0, 5.0]))
+def test_the_start_within_random_limits(seed: int, count: int, width: int, spread: float) -> None:
+    widths, limits = rows(seed, count, width, spread)
+    given = spline_maps(widths, begins_evenly=False), limits, of_duration(widths).weights
+    rule = np.unique(np.minimum([1, 2, 5], count)), 1e6, 0.8
+    assert smooth_start(*given, *rule) == pytest.approx(by_numpy.smooth_start(*given, *rule), rel=1e-9)
+
+
+@given(st.integers(0, 2**32), st.integers(0, 3), st.booleans())
+def test_random_limits_of_joints_as_rows(seed: int, others: int, limits_path_speed: bool) -> None:
+    rng = np.random.default_rng(seed)
+    segments, joints, points = 4, 3, 10
+    sides = rng.uniform(0.5, 2.0, (4, segments, joints))
+    sides[rng.random(sides.shape) < 0.2] = np.inf
+    centred = np.array([rng.normal(size=(segments, joints)), sides[2]])
+    limits = np.array([-sides[0], sides[1]]), centred, sides[3]
+    motion = rng.normal(size=(4, points, joints)) * (rng.random((4, points, joints)) < 0.9)
+    given = 1 + 2 * joints + others, rng.integers(0, segments, points), limits, motion
+    speeds = rng.uniform(0.0, 3.0, points) if limits_path_speed else None
+    found, expected = joint_rows(*given, speeds), by_numpy.joint_rows(*given, speeds)
+    assert found[:, : 1 + 2 * joints] == pytest.approx(expected[:, : 1 + 2 * joints], rel=1e-12)
+    assert found.shape == expected.shape
