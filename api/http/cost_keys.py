@@ -35,8 +35,7 @@ def kind_of(operation: str, document: Mapping[str, Any], cost_key: CostKey, size
         cost_key: The cost key of the operation.
         size: The bytes of the body and of all that it names.
     """
-    fields = (document.get(name) for name in ROWS)
-    rows = max((len(values) for values in fields if isinstance(values, list)), default=0)
+    rows = max([len(document[name]) for name in ROWS if isinstance(document.get(name), list)], default=0)
     return Kind((operation, *cost_key(document)), (rows + size // 1024).bit_length())
 
 
@@ -47,7 +46,7 @@ def by_size(_document: Mapping[str, Any]) -> tuple[Any, ...]:
 
 def by_plan(document: Mapping[str, Any]) -> tuple[Any, ...]:
     """Declare that the back end, slow motions and the time budgets of detours decide the duration of the operation."""
-    motions = list(map(_motion, _waypoints(document.get("waypoints"))))
+    motions = list(_motions(document.get("waypoints")))
     is_slow = any(motion.get("kind") in SLOW_MOTIONS for motion in motions)
     budgets = [motion.get("time_budget") for motion in motions if motion.get("optimise")]
     seconds = sum(budget for budget in budgets if isinstance(budget, int | float) and 0.0 <= budget < LARGEST)
@@ -73,15 +72,13 @@ def _options(backend: Any) -> tuple[Any, ...]:
     return (known, *(name for name in SLOW_OPTIONS if backend.get(name) is True))
 
 
-def _waypoints(values: Any) -> Iterator[Any]:
-    """Yield the waypoints of a list, and the options of its goal sets."""
-    for value in values if isinstance(values, list) else ():
-        yield value
-        if isinstance(value, dict):
-            yield from _waypoints(value.get("options"))
-            yield from _waypoints(value.get("waypoints"))
-
-
-def _motion(waypoint: Any) -> Mapping[str, Any]:
-    motion = waypoint.get("motion") if isinstance(waypoint, dict) else None
-    return motion if isinstance(motion, dict) else {}
+def _motions(waypoints: Any) -> Iterator[Mapping[str, Any]]:
+    """Yield the motions of waypoints, and of the options of goal sets among them."""
+    for waypoint in waypoints if isinstance(waypoints, list) else ():
+        if not isinstance(waypoint, dict):
+            continue
+        if isinstance(motion := waypoint.get("motion"), dict):
+            yield motion
+        for options in ("options", "waypoints"):
+            if options in waypoint:
+                yield from _motions(waypoint[options])

@@ -52,7 +52,7 @@ class Admission(HTTPBearer):
 
         Raises:
             Unauthorized, Forbidden, DatabaseUnavailable: See `Access.key_of`.
-            TooManyRequests: See `Allowance.request` and `Quota.take`.
+            TooManyRequests: See `Allowance.enter` and `Quota.take`.
             Overloaded: Too many requests wait for a worker.
         """
         access: Access = service_of(request).access
@@ -65,7 +65,8 @@ class Admission(HTTPBearer):
         request.state.share.client = client(request).name
         allowance, quota = access.allowance_of(key), access.quota_of(key)
         request.state.quota = quota
-        request.state.until_answered.enter_context(allowance.request(time.monotonic()))
+        allowance.enter(time.monotonic())
+        request.state.until_answered.append(allowance.leave)
         _refuse_if_full(request)
         if quota is not None:
             await quota.take(1)

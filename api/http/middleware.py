@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from contextlib import ExitStack
+from functools import lru_cache
 from http import HTTPStatus
 from typing import TYPE_CHECKING
 
@@ -64,8 +64,7 @@ class RequestContext:
         share = self._traffic.share(client.name)
         state |= {"arrived": arrived, "timings": {}, "request_id": request_id(scope["headers"]), "share": share}
         state |= {"submitted": None, "code": None, "client": client, "quota": None, "grants": []}
-        until_answered = state["until_answered"] = ExitStack()
-        until_answered.callback(share.release)
+        until_answered = state["until_answered"] = [share.release]
         traceparent = dict(scope["headers"]).get(b"traceparent", b"").decode("latin-1")
         structlog.contextvars.bind_contextvars(trace_id=trace_id_of(traceparent))
         status, sent = 0, 0
@@ -101,7 +100,8 @@ class RequestContext:
                 state["code"] = FAILED.code
                 await _answer(FAILED, scope)(scope, receive, send_and_note)
         finally:
-            until_answered.close()
+            for leave in until_answered:
+                leave()
         seconds = time.monotonic() - arrived
         operation = _operation(scope, status)
         self._metrics.count_request("none" if operation is None else operation.name, status, seconds, state["code"])
@@ -135,10 +135,15 @@ def _operation(scope: Scope, status: int) -> APIRoute | None:
 def _with_own(headers: RawHeaders, own: Mapping[str, str]) -> RawHeaders:
     """Add the headers that every answer has; a route may have a policy of its own."""
     given = dict(headers)
-    media_type = given.get(b"content-type")
-    policies = security_headers(None if media_type is None else media_type.decode("latin-1"))
-    every = [(name.lower().encode(), value.encode("latin-1")) for name, value in {**policies, **own}.items()]
-    return [*headers, *((name, value) for name, value in every if name not in given)]
+    every = [(name.lower().encode(), value.encode("latin-1")) for name, value in own.items()]
+    return [*headers, *[each for each in (*_policies(given.get(b"content-type")), *every) if each[0] not in given]]
+
+
+@lru_cache(maxsize=64)
+def _policies(media_type: bytes | None) -> RawHeaders:
+    """Write the security headers of an answer with this media type."""
+    headers = security_headers(None if media_type is None else media_type.decode("latin-1"))
+    return [(name.lower().encode(), value.encode()) for name, value in headers.items()]
 
 
 def _server_timing(timings: dict[str, float], total: float) -> str:

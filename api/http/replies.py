@@ -58,8 +58,8 @@ async def get_reply(
     Raises:
         ClientDisconnect: The client has hung up; the work is given up, too, unless others wait for it.
     """
-    service, share = service_of(request), request.state.share
-    arrived: float = request.state.arrived
+    service, state = service_of(request), request.state
+    arrived: float = state.arrived
     task = Task(
         operation=operation,
         instance=request.scope["path"],
@@ -78,11 +78,11 @@ async def get_reply(
         if reply.plan is not None:
             service.metrics.count_plan(reply.plan, reply.timings)
         if reply.failure is not None:
-            log.error("task_failed", request_id=request.state.request_id, operation=operation, failure=reply.failure)
+            log.error("task_failed", request_id=state.request_id, operation=operation, failure=reply.failure)
         return reply
 
     if not (shared and may_be_shared(request)):
-        reply = await _unless_hung_up(request, compute(share.hold))
+        reply = await _unless_hung_up(request, compute(state.share.hold))
     else:
         tag = service.answers.tag(operation, task.body, task.arguments, task.coding)
         if is_known(request, tag):
@@ -90,13 +90,13 @@ async def get_reply(
         if service.answers.is_under_way(tag, task.client):
             leave_place(request.scope)
         reply = await _unless_hung_up(request, service.answers.answer(tag, task.deadline, task.client, compute))
-        share.hold(len(reply.body))
+        state.share.hold(len(reply.body))
         if reply.status == HTTPStatus.OK:
             reply = replace(reply, headers={**reply.headers, "ETag": tag})
     if body.named is not None and "definition" not in body.contents and reply.status < HTTPStatus.MULTIPLE_CHOICES:
         service.catalogue.add(body.named)
-    request.state.timings = dict(reply.timings)
-    request.state.submitted, request.state.code = task.submitted - arrived, reply.code
+    state.timings = dict(reply.timings)
+    state.submitted, state.code = task.submitted - arrived, reply.code
     return reply
 
 
@@ -129,22 +129,24 @@ def not_modified(tag: str) -> Reply:
 
 async def _unless_hung_up(request: Request, answering: Coroutine[Any, Any, Reply]) -> Reply:
     """Wait for an answer, unless the client hangs up before."""
-    work = asyncio.ensure_future(answering)
-    hang_up = asyncio.ensure_future(_hang_up(request))
     try:
-        await asyncio.wait((work, hang_up), return_when=asyncio.FIRST_COMPLETED)
-        if not work.done():
-            raise ClientDisconnect
-        return await work
-    finally:
-        hang_up.cancel()
-        work.cancel()
+        async with asyncio.timeout(None) as patience:
+            hang_up = asyncio.create_task(_end_when_hung_up(patience, request))
+            try:
+                return await answering
+            finally:
+                hang_up.cancel()
+    except TimeoutError:
+        if not patience.expired():
+            raise
+        raise ClientDisconnect from None
 
 
-async def _hang_up(request: Request) -> None:
-    """Wait until the client hangs up."""
+async def _end_when_hung_up(patience: asyncio.Timeout, request: Request) -> None:
+    """Let the patience end as soon as the client hangs up."""
     while (await request.receive())["type"] != "http.disconnect":
         pass
+    patience.reschedule(0.0)
 
 
 def respond(reply: Reply) -> Response:

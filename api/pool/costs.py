@@ -82,10 +82,12 @@ class History:
 
     def cost(self, factor: float) -> Cost:
         """Estimate the duration of a request that takes so many times as long; the fewer are known, the less surely."""
-        median = sorted(self.seconds)[(len(self.seconds) - 1) // 2]  # of two the lower one: the other may be an outlier
-        counted = [min(each, OUTLIER * median) for each in self.seconds]
+        counted = sorted(self.seconds)
+        most = OUTLIER * counted[(len(counted) - 1) // 2]  # of two the lower one: the other may be an outlier
+        if counted[-1] > most:
+            counted = [min(each, most) for each in counted]
         mean = sum(counted) / len(counted)
-        deviation = max(sum(abs(each - mean) for each in counted), mean) / (len(counted) + 1)
+        deviation = max(sum([abs(each - mean) for each in counted]), mean) / (len(counted) + 1)
         return Cost(factor * mean, factor * deviation)
 
 

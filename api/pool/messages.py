@@ -19,6 +19,11 @@ HEADER = struct.Struct("!QQ")
 message without its body, and the length of its body, which follow."""
 
 
+JOINED_BYTES = 2**16
+"""The largest body that goes over a channel in one piece with the part ahead of it, bytes. A second piece wakes the other
+side a second time, which takes longer than a copy of so many bytes."""
+
+
 @dataclass(frozen=True)
 class Caps:
     """The bounds on one request to a worker.
@@ -107,13 +112,14 @@ class Reply:
     worker_is_fit: bool = True
 
 
-def pack(message: Task | Reply | None) -> tuple[bytes, bytes]:
-    """Write a message as it goes over a channel: the part ahead of the body, and the body."""
+def pack(message: Task | Reply | None) -> list[bytes]:
+    """Write a message as the pieces that go over a channel: the part ahead of the body, and the body."""
     fields = {} if message is None else {**vars(message)}
     body: bytes = fields.pop("body", b"")
     kind = None if message is None else type(message)
     payload = pickle.dumps((kind, fields), pickle.HIGHEST_PROTOCOL)
-    return HEADER.pack(len(payload), len(body)) + payload, body
+    pieces = [HEADER.pack(len(payload), len(body)) + payload, body]
+    return pieces if len(body) > JOINED_BYTES else [b"".join(pieces)]
 
 
 def unpack(payload: bytes, body: bytes) -> Any:

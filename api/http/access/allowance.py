@@ -3,13 +3,8 @@
 from __future__ import annotations
 
 import math
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 from api.base.errors import TooManyRequests
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 WINDOW = 60.0
 """The time for which the number of requests is granted, s."""
@@ -31,9 +26,8 @@ class Allowance:
         self._seen = now
         self._under_way = 0
 
-    @contextmanager
-    def request(self, now: float) -> Iterator[None]:
-        """Count a request, and that it is under way until the block ends.
+    def enter(self, now: float) -> None:
+        """Count a request, and that it is under way until `leave`.
 
         Raises:
             TooManyRequests: It is one too many; the headers say when to come again.
@@ -49,10 +43,10 @@ class Allowance:
             raise TooManyRequests(message, headers=self.headers() | {"Retry-After": "1"})
         self._left -= 1.0
         self._under_way += 1
-        try:
-            yield
-        finally:
-            self._under_way -= 1
+
+    def leave(self) -> None:
+        """Count a request under way no longer."""
+        self._under_way -= 1
 
     def headers(self) -> dict[str, str]:
         """Say how many requests are left, and after how many seconds all are back."""

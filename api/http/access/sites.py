@@ -11,8 +11,6 @@ from ipaddress import ip_address
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-from starlette.datastructures import Headers
-
 from api.base.errors import ForeignOrigin, MisdirectedRequest
 from api.base.settings import is_loopback
 
@@ -40,6 +38,7 @@ class Sites:
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
         self._names = frozenset(name.lower() for name in (settings.host, *settings.allowed_hosts))
+        self._is_served_at = lru_cache(maxsize=1024)(lambda host: self.is_served_as(_name_in(host)))
 
     def check(self, scope: Scope) -> None:
         """Refuse a request that a page of another site has its browser send.
@@ -48,13 +47,15 @@ class Sites:
             MisdirectedRequest: The request was sent to a name that the service is not served under.
             ForeignOrigin: A page of another origin sent it, to change or to compute something.
         """
-        headers = Headers(scope=scope)
-        host, origin = headers.get("host", ""), headers.get("origin")
-        if not self.is_served_as(_name_in(host)):
+        headers: dict[bytes, bytes] = dict(scope["headers"])
+        host = headers.get(b"host", b"").decode("latin-1")
+        if not self._is_served_at(host):
             raise MisdirectedRequest("`Host` must be a name of the service. PLANNER_ALLOWED_HOSTS sets its names.")
-        if scope["method"] in SAFE_METHODS or origin is None or headers.get("sec-fetch-site") == "same-origin":
+        if scope["method"] in SAFE_METHODS or b"origin" not in headers:
             return
-        origins = self._settings.cors_origins
+        if headers.get(b"sec-fetch-site") == b"same-origin":
+            return
+        origin, origins = headers[b"origin"].decode("latin-1"), self._settings.cors_origins
         if origin.partition("://")[2].lower() != host.lower() and origin not in origins and "*" not in origins:
             raise ForeignOrigin(
                 "Web pages of this `Origin` may not use the service. PLANNER_CORS_ORIGINS sets the allowed ones."
@@ -76,7 +77,6 @@ class Sites:
         return not is_loopback(self._settings.host) and ("." not in name or name.rpartition(".")[2] in PRIVATE_DOMAINS)
 
 
-@lru_cache(maxsize=1024)
 def _name_in(host: str) -> str:
     """Take the name, without the port, out of a `Host` header."""
     try:

@@ -57,9 +57,13 @@ def bounded_connections(settings: Settings, metrics: Metrics, shedding: Shedding
 
 
 class BoundedParser(h11.Connection):
-    """h11's parser of a connection, which takes a body in so many pieces at most."""
+    """h11's state of a connection, which takes a body in so many pieces at most.
+
+    The head of an answer of known length leaves with the first bytes of its body: one packet wakes the client once.
+    """
 
     _pieces = 0
+    _head = b""
 
     @override
     def next_event(self) -> h11.Event | type[h11.NEED_DATA] | type[h11.PAUSED]:
@@ -73,6 +77,18 @@ class BoundedParser(h11.Connection):
         if self._pieces > MOST_PIECES:
             raise h11.RemoteProtocolError("the body comes in too many pieces")
         return event
+
+    @override
+    def send(self, event: h11.Event) -> bytes | None:
+        """Give the bytes to write for an event."""
+        data = super().send(event)
+        if isinstance(event, h11.Response) and data is not None and b"\r\ncontent-length: " in data:
+            self._head = data
+            return b""
+        if data is None or not self._head:
+            return data
+        head, self._head = self._head, b""
+        return head + data
 
 
 class Farewell:
@@ -163,7 +179,7 @@ class Connection(H11Protocol):
     @property
     def _is_between_requests(self) -> bool:
         """Whether the next byte begins a request that may be answered at once."""
-        is_idle = self.conn.states == {h11.CLIENT: h11.IDLE, h11.SERVER: h11.IDLE}
+        is_idle = self.conn.their_state is h11.IDLE and self.conn.our_state is h11.IDLE
         is_answered = self.cycle is None or self.cycle.response_complete
         return is_idle and is_answered and not self._refused and not self.conn.trailing_data[0]
 
