@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
-from fastapi import Depends, Path, Query, Request, Security
+from fastapi import Path, Query, Request, Security
 from fastapi.security import HTTPBearer, SecurityScopes
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import override
@@ -46,6 +46,13 @@ class Admission(HTTPBearer):
     A service on a loopback address asks for no key, so no operation requires one in the OpenAPI document.
     """
 
+    def __init__(self) -> None:
+        super().__init__(
+            scheme_name="key",
+            description="An API key, where the service requires one; every operation names the scope that its key "
+            "needs.",
+        )
+
     @override
     async def __call__(self, request: Request, needed: SecurityScopes) -> None:  # type: ignore[override]
         """Let the client in while its request is answered, or refuse it before the body is read.
@@ -73,10 +80,7 @@ class Admission(HTTPBearer):
         request.state.grants = [allowance, *([] if quota is None else [quota])]
 
 
-ADMISSION = Admission(
-    scheme_name="key",
-    description="An API key, where the service requires one; every operation names the scope that its key needs.",
-)
+ADMISSION = Admission()
 """What lets clients in."""
 
 
@@ -140,8 +144,30 @@ async def read_body(request: Request) -> Body:
     return Body(content, document, min(deadline, service.settings.max_deadline), named, contents)
 
 
-PlannedBody = Annotated[Body, Depends(read_body)]
-"""The body of a request that a worker validates."""
+class AdmittedBody(Admission):
+    """The dependency that lets a client in, then reads the body of its request.
+
+    It is one dependency: FastAPI takes as long to solve two as the server takes to parse a request.
+    """
+
+    @override
+    async def __call__(self, request: Request, needed: SecurityScopes) -> Body:  # type: ignore[override]
+        """Return the body; see `Admission` and `read_body` for the refusals."""
+        await super().__call__(request, needed)
+        return await read_body(request)
+
+
+ADMITTED_BODY = AdmittedBody()
+"""What lets clients in, with the bodies of their requests."""
+
+PlannedBody = Annotated[Body, Security(ADMITTED_BODY, scopes=["plan"])]
+"""The body of a request that a worker validates; it needs a key with the scope `plan`."""
+
+RobotBody = Annotated[Body, Security(ADMITTED_BODY, scopes=["robots:write"])]
+"""The same for the scope `robots:write`."""
+
+SceneBody = Annotated[Body, Security(ADMITTED_BODY, scopes=["scenes:write"])]
+"""The same for the scope `scenes:write`."""
 
 
 def form_of_answer(request: Request) -> dict[str, Any]:

@@ -20,8 +20,8 @@ message without its body, and the length of its body, which follow."""
 
 
 JOINED_BYTES = 2**16
-"""The largest body that goes over a channel in one piece with the part ahead of it, bytes. A second piece wakes the other
-side a second time, which takes longer than a copy of so many bytes."""
+"""The largest body that goes over a channel in one piece with the part ahead of it, bytes. To copy it takes less time
+than to wake the other side twice."""
 
 
 @dataclass(frozen=True)

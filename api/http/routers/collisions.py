@@ -3,7 +3,7 @@
 from fastapi import Request, Response
 
 from api.contract import collisions as schemas
-from api.http.dependencies import PlannedBody, needs
+from api.http.dependencies import PlannedBody
 from api.http.described import BODY_CODES, returns, takes
 from api.http.replies import get_reply, respond
 from api.http.router import Router
@@ -18,7 +18,6 @@ router = Router(tags=["collisions"])
     "interpolation or as polynomials, is checked at all times. Each answer is `free` with its proved "
     "clearance, or names the pair that violates its margin. `speed_zones` give the times near "
     "objects and the speeds there.",
-    dependencies=[needs("plan")],
     responses=returns(schemas.CollisionCheckAnswer, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True),
     openapi_extra=takes(schemas.CollisionCheckRequest),
 )

@@ -3,7 +3,7 @@
 from fastapi import Request, Response
 
 from api.contract import dynamics as schemas
-from api.http.dependencies import PlannedBody, needs
+from api.http.dependencies import PlannedBody
 from api.http.described import BODY_CODES, returns, takes
 from api.http.replies import get_reply, respond
 from api.http.router import Router
@@ -16,7 +16,6 @@ router = Router(tags=["dynamics"])
     summary="Compute the joint torques of states of motion.",
     description="The torques include gravity, inertia and Coriolis forces of the arm and its payload, by "
     "recursive Newton-Euler, and the friction and rotor inertia of the joints. A joint at rest has no friction.",
-    dependencies=[needs("plan")],
     responses=returns(
         schemas.InverseDynamicsAnswer, codes=(*BODY_CODES, "unknown_robot", "missing_dynamics"), shared=True
     ),

@@ -4,7 +4,7 @@ from fastapi import Request, Response
 
 from api.contract import kinematics as schemas
 from api.http.cost_keys import by_plan
-from api.http.dependencies import PlannedBody, form_of_answer, needs
+from api.http.dependencies import PlannedBody, form_of_answer
 from api.http.described import BODY_CODES, returns, takes
 from api.http.replies import get_reply, respond
 from api.http.router import Router
@@ -16,7 +16,6 @@ router = Router(tags=["kinematics"])
     "/v1/kinematics/forward",
     summary="Compute the poses of the tool at joint positions.",
     description="Poses are in the base frame, one for each joint position.",
-    dependencies=[needs("plan")],
     responses=returns(schemas.ForwardKinematicsAnswer, codes=(*BODY_CODES, "unknown_robot"), shared=True),
     openapi_extra=takes(schemas.ForwardKinematicsRequest),
 )
@@ -31,7 +30,6 @@ async def forward_kinematics(request: Request, body: PlannedBody) -> Response:
     description="The answer has the best solution of each pose, or all solutions; an unreachable pose has the "
     "nearest reachable one. With a `scene`, collision-free solutions come first, and the others name "
     "the colliding pair.",
-    dependencies=[needs("plan")],
     responses=returns(
         schemas.InverseKinematicsAnswer, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True
     ),
@@ -48,7 +46,6 @@ async def inverse_kinematics(request: Request, body: PlannedBody) -> Response:
     description="Each waypoint is checked alone, as far as the one before does not matter. With a `scene`, the "
     "answer also says which waypoints have collision-free solutions, and names the colliding pairs "
     "of the others.",
-    dependencies=[needs("plan")],
     responses=returns(schemas.ReachabilityAnswer, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True),
     openapi_extra=takes(schemas.ReachabilityRequest),
 )
@@ -61,7 +58,6 @@ async def reachability(request: Request, body: PlannedBody) -> Response:
     "/v1/kinematics/jacobian",
     summary="Compute the Jacobian of the tool at a joint position, and its distance from a singularity.",
     description="The rows are linear, then angular velocity in the base frame; the columns are the joints.",
-    dependencies=[needs("plan")],
     responses=returns(schemas.JacobianAnswer, codes=(*BODY_CODES, "unknown_robot"), shared=True),
     openapi_extra=takes(schemas.JacobianRequest),
 )
@@ -75,7 +71,6 @@ async def jacobian(request: Request, body: PlannedBody) -> Response:
     summary="Compute the workspace within the position limits: its extremes and a cloud of points.",
     description="Random joint positions within the limits give the points; the same seed gives the same points. "
     "`Accept` or `?format=` selects a picture of them: `svg`, `png`.",
-    dependencies=[needs("plan")],
     responses=returns(schemas.WorkspaceAnswer, codes=(*BODY_CODES, "unknown_robot", "not_acceptable"), shared=True),
     openapi_extra=takes(schemas.WorkspaceRequest),
 )

@@ -13,7 +13,7 @@ from api.base.pages import DEFAULT_ENTRIES, first_page
 from api.contract import robots as schemas
 from api.contract.robot_geometry import RobotGeometry
 from api.http.access.access import audit
-from api.http.dependencies import Cursor, Limit, PlannedBody, RobotId, client, form_of_answer, needs, service_of
+from api.http.dependencies import Cursor, Limit, RobotBody, RobotId, client, form_of_answer, needs, service_of
 from api.http.described import BODY_CODES, DATABASE_CODES, NOT_MODIFIED, returns, takes
 from api.http.replies import get_reply, is_known, not_modified, respond
 from api.http.router import Router
@@ -91,7 +91,6 @@ async def get_robot_geometry(request: Request, robot_id: RobotId) -> Response:
     description="`findings` list what was read and what was filled in. Where the service requires keys, only the "
     "same key sees the robot, or everybody with `visibility`: `public`.",
     status_code=201,
-    dependencies=[needs("robots:write")],
     responses=returns(
         schemas.AddedRobot,
         codes=(
@@ -108,7 +107,7 @@ async def get_robot_geometry(request: Request, robot_id: RobotId) -> Response:
     ),
     openapi_extra=takes(schemas.RobotDefinition),
 )
-async def add_robot(request: Request, body: PlannedBody) -> Response:
+async def add_robot(request: Request, body: RobotBody) -> Response:
     """Answer POST /v1/robots. The same robot again is answered with 200, not 201."""
     reply = await get_reply(request, "add_robot", body)
     if reply.result is None:

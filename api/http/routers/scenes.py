@@ -13,7 +13,7 @@ from api.base.errors import Conflict, PayloadTooLarge, SceneExists, SceneOfAnoth
 from api.base.pages import DEFAULT_ENTRIES, first_page
 from api.contract import stored_scenes as schemas
 from api.http.access.access import audit
-from api.http.dependencies import Cursor, Limit, PlannedBody, SceneId, client, needs, service_of
+from api.http.dependencies import Cursor, Limit, SceneBody, SceneId, client, needs, service_of
 from api.http.described import BODY_CODES, DATABASE_CODES, NOT_MODIFIED, returns, takes
 from api.http.replies import get_reply, is_known, not_modified, respond
 from api.http.router import Router
@@ -69,7 +69,6 @@ async def get_scene(request: Request, scene_id: SceneId) -> Response:
     "current state of that scene. Where the service requires keys, only the same key sees the scene, "
     "or everybody with `visibility`: `public`.",
     status_code=201,
-    dependencies=[needs("scenes:write")],
     responses=returns(
         schemas.StoredScene,
         codes=(*BODY_CODES, "scene_exists", "too_many_scenes"),
@@ -79,7 +78,7 @@ async def get_scene(request: Request, scene_id: SceneId) -> Response:
     ),
     openapi_extra=takes(schemas.SceneToKeep),
 )
-async def add_scene(request: Request, body: PlannedBody) -> Response:
+async def add_scene(request: Request, body: SceneBody) -> Response:
     """Answer POST /v1/scenes. The same scene again is answered with 200, not 201."""
     reply = await get_reply(request, "add_scene", body)
     if reply.result is None:
@@ -109,13 +108,12 @@ async def add_scene(request: Request, body: PlannedBody) -> Response:
     description="The given fields replace those of the object with this id; a new id adds an object. All changes "
     "are made together, or none. If another request changes the scene at the same time, the answer "
     "is `conflict`.",
-    dependencies=[needs("scenes:write")],
     responses=returns(
         schemas.StoredScene, codes=(*BODY_CODES, "unknown_scene", "scene_of_another", "too_many_scenes", "conflict")
     ),
     openapi_extra=takes(schemas.SceneChange),
 )
-async def change_scene(request: Request, scene_id: SceneId, body: PlannedBody) -> Response:
+async def change_scene(request: Request, scene_id: SceneId, body: SceneBody) -> Response:
     """Answer PATCH /v1/scenes/{id}."""
     before = await _found(request, scene_id)
     reply = await get_reply(request, "change_scene", body, kept=before.definition, id=scene_id)

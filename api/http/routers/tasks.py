@@ -4,7 +4,7 @@ from fastapi import Request, Response
 
 from api.contract.tasks import OrderAnswer, OrderRequest
 from api.http.cost_keys import by_plan
-from api.http.dependencies import PlannedBody, needs
+from api.http.dependencies import PlannedBody
 from api.http.described import returns, takes
 from api.http.replies import get_reply, respond
 from api.http.router import Router
@@ -19,7 +19,6 @@ router = Router(tags=["trajectories"])
     description="Points, lines, seams, closed contours and picks with their places. The order, directions, "
     "configurations and turns about the tool are chosen together. The answer has the certified plan, a lower bound and "
     "the gap.",
-    dependencies=[needs("plan")],
     responses=returns(OrderAnswer, codes=PLAN_CODES, shared=True),
     openapi_extra=takes(OrderRequest),
 )

@@ -57,7 +57,6 @@ OPERATION_CODES = (
     description="The trajectory keeps every limit that the back end promises to keep; otherwise a problem "
     "document gives the reason and remedies. `Accept`, `?format=` or `export_trajectory` select "
     "other formats.",
-    dependencies=[needs("plan")],
     responses=returns(answers.PlanAnswer, codes=PLAN_CODES, shared=True),
     openapi_extra=takes(requests.PlanRequest),
 )
@@ -73,7 +72,6 @@ async def plan_trajectory(request: Request, body: PlannedBody) -> Response:
     summary="Plan like `plan_trajectory` and answer with a file in the requested `format`.",
     description="Formats are tables, messages, arrays and robot programs. Content that a format cannot express "
     "is refused with `unsupported_format`, or noted in the file.",
-    dependencies=[needs("plan")],
     responses=returns(bytes, codes=PLAN_CODES, shared=True, file=True, media_type="application/octet-stream"),
     openapi_extra=takes(requests.PlanRequest),
 )
@@ -92,7 +90,6 @@ async def export_trajectory(
     "/v1/trajectories/compare",
     summary="Plan the same waypoints with several back ends.",
     description="Each back end plans independently; one without a plan has the reason in its `problem`.",
-    dependencies=[needs("plan")],
     responses=returns(ComparisonAnswer, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True),
     openapi_extra=takes(requests.CompareRequest),
 )
@@ -106,7 +103,6 @@ async def compare_backends(request: Request, body: PlannedBody) -> Response:
     summary="Check a trajectory of any origin against limits.",
     description="Samples are checked as the controller interpolates them, also between samples; polynomials are "
     "checked exactly.",
-    dependencies=[needs("plan")],
     responses=returns(
         answers.InterpolationCertificate, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True
     ),
@@ -134,7 +130,6 @@ async def list_backends(request: Request) -> Response:
     summary="Retime a dense list of joint positions, smoothed within a tolerance.",
     description="The points may come from any planner. The answer gives the largest deviation of a joint from "
     "them, and starts and ends at rest. `speed_zones` slow the trajectory.",
-    dependencies=[needs("plan")],
     responses=returns(
         operations.RetimeAnswer, codes=(*OPERATION_CODES, "joint_position_limit", "infeasible_duration"), shared=True
     ),
@@ -150,7 +145,6 @@ async def retime_trajectory(request: Request, body: PlannedBody) -> Response:
     summary="Stop a motion as fast as the limits allow, on its path or off it.",
     description="The answer is the fastest stop within all limits, from a time of a trajectory or a state of the "
     "joints. If a joint cannot stop before a limit, the problem names it.",
-    dependencies=[needs("plan")],
     responses=returns(operations.OperationAnswer, codes=(*OPERATION_CODES, "joint_position_limit"), shared=True),
     openapi_extra=takes(operations.StopRequest),
 )
@@ -163,7 +157,6 @@ async def stop_trajectory(request: Request, body: PlannedBody) -> Response:
     "/v1/trajectories/reverse",
     summary="Reverse a trajectory with the same timing.",
     description="Positions run from the end of the trajectory to its start, and velocities have the opposite sign.",
-    dependencies=[needs("plan")],
     responses=returns(operations.OperationAnswer, codes=OPERATION_CODES, shared=True),
     openapi_extra=takes(operations.ReverseRequest),
 )
@@ -177,7 +170,6 @@ async def reverse_trajectory(request: Request, body: PlannedBody) -> Response:
     summary="Find the heaviest payload of a trajectory.",
     description="The mass is the largest one with which the certificate finds the torque limits kept, at most the "
     "rated payload of the robot. A box about the center of mass makes it robust.",
-    dependencies=[needs("plan")],
     responses=returns(
         operations.MaxPayloadAnswer,
         codes=(*BODY_CODES, "unknown_robot", "missing_dynamics", "limits_unsatisfiable"),
@@ -195,7 +187,6 @@ async def max_payload(request: Request, body: PlannedBody) -> Response:
     summary="Cut out a part of a trajectory between two times.",
     description="Its polynomials stay exact. If the part begins or ends in motion, `initial`, `final` and a "
     "warning say so.",
-    dependencies=[needs("plan")],
     responses=returns(operations.OperationAnswer, codes=OPERATION_CODES, shared=True),
     openapi_extra=takes(operations.SliceRequest),
 )
@@ -209,7 +200,6 @@ async def slice_trajectory(request: Request, body: PlannedBody) -> Response:
     summary="Join trajectories that meet.",
     description="Each begins where the one before ends, in position and velocity; otherwise the problem gives "
     "the difference.",
-    dependencies=[needs("plan")],
     responses=returns(operations.JoinAnswer, codes=OPERATION_CODES, shared=True),
     openapi_extra=takes(operations.JoinRequest),
 )
@@ -222,7 +212,6 @@ async def join_trajectories(request: Request, body: PlannedBody) -> Response:
     "/v1/trajectories/resample",
     summary="Resample a trajectory with its derivatives, as the controller interpolates it.",
     description="The answer has another sample period, or the requested times.",
-    dependencies=[needs("plan")],
     responses=returns(operations.OperationAnswer, codes=OPERATION_CODES, shared=True),
     openapi_extra=takes(operations.ResampleRequest),
 )

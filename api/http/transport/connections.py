@@ -20,7 +20,7 @@ from api.pool.jobs import queue_is_full
 
 if TYPE_CHECKING:
     import asyncio
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from api.base.errors import ServiceError
     from api.base.settings import Settings
@@ -63,7 +63,7 @@ class BoundedParser(h11.Connection):
     """
 
     _pieces = 0
-    _head = b""
+    _head: Sequence[bytes] = ()
 
     @override
     def next_event(self) -> h11.Event | type[h11.NEED_DATA] | type[h11.PAUSED]:
@@ -79,16 +79,16 @@ class BoundedParser(h11.Connection):
         return event
 
     @override
-    def send(self, event: h11.Event) -> bytes | None:
-        """Give the bytes to write for an event."""
-        data = super().send(event)
-        if isinstance(event, h11.Response) and data is not None and b"\r\ncontent-length: " in data:
-            self._head = data
-            return b""
-        if data is None or not self._head:
-            return data
-        head, self._head = self._head, b""
-        return head + data
+    def send_with_data_passthrough(self, event: h11.Event) -> list[bytes] | None:
+        """Give the bytes to write for an event, which `send` joins."""
+        pieces = super().send_with_data_passthrough(event)
+        if pieces is None:
+            return None
+        if isinstance(event, h11.Response) and any(name == b"content-length" for name, _ in event.headers):
+            self._head = pieces
+            return []
+        head, self._head = self._head, ()
+        return [*head, *pieces]
 
 
 class Farewell:

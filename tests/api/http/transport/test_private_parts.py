@@ -81,6 +81,21 @@ def test_h11_says_what_has_not_been_parsed() -> None:
     assert parser.states == {h11.CLIENT: h11.IDLE, h11.SERVER: h11.IDLE}, "h11's states have other names"
 
 
+@pytest.mark.parametrize(("header", "pieces"), [("Content-Length", 1), ("Transfer-Encoding", 2)])
+def test_the_head_of_an_answer_of_known_length_leaves_with_its_body(header: str, pieces: int) -> None:
+    """A head without a length leaves at once: the first event of a stream may come later."""
+    parser = connections.BoundedParser(h11.SERVER)
+    parser.receive_data(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+    assert isinstance(parser.next_event(), h11.Request)
+    headers = [(header, "2" if header == "Content-Length" else "chunked")]
+    events = (h11.Response(status_code=200, headers=headers), h11.Data(data=b"ok"), h11.EndOfMessage())
+    head, body, end = map(parser.send, events)
+    assert sum(b"HTTP/1.1 200" in piece or b"ok" in piece for piece in (head, body)) == pieces
+    assert (head + body + end).startswith(b"HTTP/1.1 200 \r\n") and b"ok" in body, (
+        "h11's send no longer calls send_with_data_passthrough: see BoundedParser in connections.py"
+    )
+
+
 def test_python_tells_the_process_that_workers_are_forked_from() -> None:
     assert hasattr(forkserver._forkserver, "_forkserver_pid"), (
         "Python's fork server has no _forkserver_pid any more: see stop_template in api/pool/worker.py"
