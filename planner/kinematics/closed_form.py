@@ -14,8 +14,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.kinematics.screws import Screws
-from planner.spatial import FloatArray
+from planner.kinematics.screws import Screws, meeting_point
+from planner.spatial import FloatArray, rotation_with_z_along
 
 ComplexArray = NDArray[np.complex128]
 
@@ -86,7 +86,7 @@ class SphericalWrist:
 
     def __init__(self, screws: Screws, arm: type[ThreeJoints] | type[TurnAndSlides]) -> None:
         self.screws = screws
-        self.centre = _meeting_point(screws.axes[3:], screws.points[3:])
+        self.centre = meeting_point(screws.axes[3:], screws.points[3:])
         self.arm = arm(screws, self.centre)
         self.fourth, fifth, sixth = (_Axis(axis) for axis in screws.axes[3:])
         self.last, self.side = sixth.along, sixth.across.real
@@ -120,7 +120,7 @@ class ThreeParallel:
 
     def __init__(self, screws: Screws) -> None:
         self.screws = screws
-        self.centre = _meeting_point(screws.axes[4:], screws.points[4:])
+        self.centre = meeting_point(screws.axes[4:], screws.points[4:])
         self.first, second, _, _, fifth, sixth = (_Axis(axis) for axis in screws.axes)
         self.h, seen = second.along, second.across
         self.last, self.side, self.sixth = sixth.along, sixth.across.real, sixth.across
@@ -192,7 +192,7 @@ class ThreeJoints:
         arm = point - o3
         along = (arm @ h3) * h3
         self.v = np.array([arm - along, screws.cross[2] @ arm, o3 - o2 + along]).T  # times (cos q3, sin q3, 1)
-        self.across = _frame_about(h2)
+        self.across = rotation_with_z_along(h2)[:, :2].T
         self.first = _Axis(h1)
         # Of u as the first axis sees it: what d gives, what the part along the second axis gives, and the part across.
         self.d_seen, self.along_seen, self.across_seen = (v @ self.first.across for v in (self.d, h2, self.across))
@@ -251,7 +251,9 @@ class TurnAndSlides:
         half = start @ way / (way @ way)
         rest = ((start**2).sum(axis=1) - (wanted**2).sum(axis=1)) / (way @ way)
         far = -half[:, None] + _root(half**2, rest)[:, None] * np.array([1.0, -1.0])
-        q1 = _angle(self.about, start[:, None] + far[..., None] * way, wanted[:, None])
+        before, after = start[:, None] + far[..., None] * way, wanted[:, None]
+        across = before @ self.about.T  # a turn about the axis takes the one to the other
+        q1 = np.arctan2((across * after).sum(axis=-1), -(across @ self.about.T * after).sum(axis=-1))
         return np.concatenate([q1[..., None], shift[:, None] + far[..., None] * level], axis=-1)
 
 
@@ -264,7 +266,7 @@ class _Axis:
     """
 
     def __init__(self, axis: FloatArray) -> None:
-        x, y = _frame_about(axis)
+        x, y, _ = rotation_with_z_along(axis).T
         self.across, self.along = x + 1j * y, axis
 
     def parts(self, vectors: FloatArray) -> tuple[ComplexArray, FloatArray]:
@@ -315,19 +317,6 @@ def _moved(
     return turns, positions + turns @ (point - screws.position)
 
 
-def _meeting_point(axes: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the point nearest to all lines, in the sense of least squares."""
-    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
-    return np.asarray(np.linalg.lstsq(across.reshape(-1, 3), (across @ points[:, :, None]).ravel(), rcond=None)[0])
-
-
-def _frame_about(axis: FloatArray) -> FloatArray:
-    """Return two directions (2, 3) that form a right-handed frame with an axis."""
-    first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
-    first /= np.linalg.norm(first)
-    return np.array([first, np.cross(axis, first)])
-
-
 def _turned(cross: FloatArray, angle: FloatArray, vectors: FloatArray) -> FloatArray:
     """Turn vectors (..., 3) about an axis, by Rodrigues' formula."""
     across = vectors @ cross.T
@@ -335,13 +324,6 @@ def _turned(cross: FloatArray, angle: FloatArray, vectors: FloatArray) -> FloatA
         vectors + np.sin(angle)[..., None] * across + (1.0 - np.cos(angle))[..., None] * across @ cross.T
     )
     return turned
-
-
-def _angle(cross: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Return the angle (...), rad, by which a turn about an axis takes one vector (..., 3) to the other."""
-    across = before @ cross.T
-    angle: FloatArray = np.arctan2((across * after).sum(axis=-1), -(across @ cross.T * after).sum(axis=-1))
-    return angle
 
 
 def _angles_to_height(number: ComplexArray, height: FloatArray) -> FloatArray:

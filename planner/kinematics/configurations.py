@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from planner.kinematics.screws import Screws, screws_of
+from planner.kinematics.screws import Screws, meeting_point, screws_of
 from planner.last_used import LastUsed
 from planner.robots import Robot
 from planner.spatial import FloatArray
@@ -358,10 +358,8 @@ def _read_parts(screws: Screws, point: FloatArray | None, up: FloatArray) -> _Pa
 def _common_point(screws: Screws, first: int) -> FloatArray | None:
     """Return the point (3,), m, where the axes from one on meet; None: they do not."""
     axes, points = screws.axes[first:], screws.points[first:]
-    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
-    right_side = (across @ points[:, :, None]).ravel()
-    centre = np.asarray(np.linalg.lstsq(across.reshape(-1, 3), right_side, rcond=None)[0], dtype=np.float64)
-    away = np.linalg.norm((across @ (centre - points)[:, :, None])[..., 0], axis=1).max()
+    centre = meeting_point(axes, points)
+    away = np.linalg.norm(np.cross(axes, centre - points), axis=1).max()
     reach = np.linalg.norm(np.diff(screws.points, axis=0), axis=1).sum()
     return centre if away <= PARALLEL_AXES_SINE * reach else None
 

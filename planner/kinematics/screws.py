@@ -11,7 +11,7 @@ import pinocchio as pin
 from planner.kernels.kinematics import Arm, tip_jacobians, tip_poses, tip_rates
 from planner.last_used import LastUsed, bytes_of_arrays
 from planner.robots import Robot
-from planner.spatial import FloatArray
+from planner.spatial import FloatArray, rotation_with_z_along
 
 SCREW_CACHE_BYTES = 2**20
 """Memory of the screws that a process keeps, those last used, bytes: some hundred robots with about 2 kB each."""
@@ -40,7 +40,7 @@ class Screws:
         self.axes, self.points, self.is_angle = axes, points, is_angle
         self.position, self.rotation = position, rotation
         # Frames along the arm whose z is the joint's axis.
-        frames = [np.eye(3), *(_with_z(axis) for axis in axes), rotation]
+        frames = [np.eye(3), *map(rotation_with_z_along, axes), rotation]
         origins = [np.zeros(3), *points, position]
         rows = zip(pairwise(frames), pairwise(origins), [*is_angle.tolist(), False], strict=True)
         self.frames = np.array([[*(a.T @ b).ravel(), *((q - p) @ a), turns] for (a, b), (p, q), turns in rows])
@@ -111,16 +111,15 @@ class Screws:
         return tip_rates(Arm(self.frames, point), positions, *motion)
 
 
+def meeting_point(axes: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the point (3,) nearest to all lines along axes (N, 3) through points (N, 3), by least squares."""
+    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    return np.asarray(np.linalg.lstsq(across.reshape(-1, 3), (across @ points[:, :, None]).ravel(), rcond=None)[0])
+
+
 def screws_of(robot: Robot) -> Screws:
     """Return the robot's screws from a cache; robots with equal kinematics share them."""
     return _known.get(robot.kinematic_content, lambda: Screws.of(robot))
-
-
-def _with_z(axis: FloatArray) -> FloatArray:
-    """Return a rotation (3, 3) whose third column is `axis`."""
-    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
-    x /= np.linalg.norm(x)
-    return np.array([x, np.cross(axis, x), axis]).T
 
 
 _known: LastUsed[Screws] = LastUsed(SCREW_CACHE_BYTES, bytes_of_arrays)

@@ -134,19 +134,14 @@ def read_poses(table: Table, length: float, angle: float, rotation: FloatArray) 
         ]
     if faults:
         raise refused(*faults)
-    rotations = [_rotation(row[3 : 3 + len(orientation)], rotation) for row in values]
+    angles = values[:, 3 : 3 + len(orientation)]
+    make = {RPY: lambda row: rotation_from_rpy(*row), QUATERNION: rotation_from_quaternion}
+    rotations = [make[orientation](row) if orientation else rotation for row in angles]
     poses = [Pose(row[:3], turned) for row, turned in zip(values, rotations, strict=True)]
     speeds = [float(row[-1]) if limited else None for row in values]
     steps = [Step(pose, None, speed) for pose, speed in zip(poses[1:], speeds[1:], strict=True)]
     used = [*POSITION, *orientation, *limited]
     return ToolPath(poses[0] if poses else None, steps, table.others(used))
-
-
-def _rotation(values: FloatArray, otherwise: FloatArray) -> FloatArray:
-    """Return the rotation of angles or of a quaternion; of no values, the other one."""
-    if len(values) == len(RPY):
-        return rotation_from_rpy(*values)
-    return rotation_from_quaternion(values) if len(values) else otherwise
 
 
 def read_joint_positions(

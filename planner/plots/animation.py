@@ -11,7 +11,7 @@ import numpy as np
 from planner.plots.quantities import MILLIMETRES, Planned, stops_of
 from planner.plots.space.moving import Frames, Painted, Projection, paint_surroundings
 from planner.plots.space.surroundings import shown_points, surroundings
-from planner.plots.style import well_formed
+from planner.plots.style import svg_points, well_formed
 from planner.plots.view import VIEWS, View, joined_names, stick_model
 from planner.spatial import FloatArray
 
@@ -128,7 +128,7 @@ def _svg(plan: Planned, frames: FloatArray, times: FloatArray, timing: str, pain
         '<marker id="planner-joint" markerWidth="4" markerHeight="4" refX="2" refY="2">',
         '<circle cx="2" cy="2" r="1.1" fill="#333333" stroke="#ffffff" stroke-width="0.3"/></marker>',
         *painted.behind,
-        f'<polyline points="{_points(tool)}" fill="none" stroke="#0072B2" stroke-width="1.5"/>',
+        f'<polyline points="{svg_points(tool)}" fill="none" stroke="#0072B2" stroke-width="1.5"/>',
     ]
     stops = stops_of(plan)
     marks = np.array([[np.interp(stop.arrival, times, tool[:, k]) for k in (0, 1)] for stop in stops])
@@ -137,10 +137,10 @@ def _svg(plan: Planned, frames: FloatArray, times: FloatArray, timing: str, pain
         x, y = marks[row] + (6.0, -6.0)
         name = escape(", ".join(names))
         rows.append(f'<text x="{x:.1f}" y="{y:.1f}" font-family="sans-serif" font-size="12">{name}</text>')
-    values = ";".join(map(_points, frames))
+    values = ";".join(map(svg_points, frames))
     rows += [
         '<polyline fill="none" stroke="#555555" stroke-width="5" stroke-linejoin="round" stroke-linecap="round"',
-        f' marker-start="url(#planner-joint)" marker-mid="url(#planner-joint)" points="{_points(frames[0])}">',
+        f' marker-start="url(#planner-joint)" marker-mid="url(#planner-joint)" points="{svg_points(frames[0])}">',
         f'<animate attributeName="points" {timing} values="{values}"/></polyline>',
     ]
     across, down = (";".join(f"{value:.1f}" for value in tool[:, k]) for k in (0, 1))
@@ -152,7 +152,3 @@ def _svg(plan: Planned, frames: FloatArray, times: FloatArray, timing: str, pain
         "</svg>",
     ]
     return well_formed("\n".join(rows))
-
-
-def _points(points: FloatArray) -> str:
-    return " ".join(f"{x:.1f},{y:.1f}" for x, y in points.tolist())

@@ -25,6 +25,7 @@ from planner.plots.quantities import (
     drawn_times,
     joint_curves,
     joint_indices,
+    kept_limits,
     samples_for,
     stops_of,
     tool_curves,
@@ -151,7 +152,7 @@ def draw_plan(
             is_last = all(kind in SPACES for kind in show[row + 1 :])
             _draw_row(figure, plan, samples.time, groups, [*cells, grid[row, columns]], is_last=is_last)
         named = "" if title is None else f"{plan.path.robot.id}, "
-        facts = f"{named}{plan.backend.kind}, {plan.trajectory.duration:.2f} s, {_kept(plan)}"
+        facts = f"{named}{plan.backend.kind}, {plan.trajectory.duration:.2f} s, {kept_limits(plan)}"
         _entitle(figure, title or plan.path.robot.id, facts, KEY if any(s in JOINT_UNITS for s in show) else "")
     return Picture(figure)
 
@@ -237,10 +238,6 @@ def _entitle(figure: Figure, title: str, facts: str, key: str = "") -> None:
     below = 1.0 - 0.4 / figure.get_figheight()
     figure.text(0.01, below, facts, fontsize=10, color="#555555", va="top")
     figure.text(0.99, 1.0 - 0.12 / figure.get_figheight(), key, fontsize=8, color="#888888", va="top", ha="right")
-
-
-def _kept(plan: Planned) -> str:
-    return "every enforced limit kept" if plan.certificate.satisfied else "limits violated"
 
 
 def _refuse_unknown(what: str, requested: Sequence[str] | Collection[str], known: Collection[str]) -> None:

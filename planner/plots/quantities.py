@@ -74,6 +74,11 @@ def stops_of(plan: Planned) -> list[NamedStop]:
     ]
 
 
+def kept_limits(plan: Planned) -> str:
+    """Tell in words whether the plan keeps its limits."""
+    return "every enforced limit kept" if plan.certificate.satisfied else "limits violated"
+
+
 def drawn_times(plan: Planned) -> FloatArray:
     """Return the times (N,), s, at which curves are evaluated."""
     return plan.trajectory.sample_times(max(plan.trajectory.duration / DRAWN_SAMPLES, LEAST_PICTURE_PERIOD))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from planner.spatial import FloatArray
+
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#5D3A9B")
 """The colours of the joints, in turn (Okabe and Ito)."""
 
@@ -39,3 +41,8 @@ FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 def well_formed(document: str) -> str:
     """Return a document with U+FFFD for every character that XML has not, which names and titles may hold."""
     return FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", document)
+
+
+def svg_points(points: FloatArray) -> str:
+    """Write points (N, 2) as SVG has them."""
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in points.tolist())

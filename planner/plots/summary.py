@@ -8,7 +8,7 @@ from html import escape
 
 from planner.certificate.checks import Check
 from planner.plots.picture import draw_plan
-from planner.plots.quantities import Planned, stops_of
+from planner.plots.quantities import Planned, kept_limits, stops_of
 
 GLANCE = ("position", "velocity")
 """The rows of the picture of a summary."""
@@ -31,7 +31,7 @@ USED_UP_PERCENT = 99.0
 
 def summary(plan: Planned) -> str:
     """Return a plan at a glance as HTML, which needs no other file."""
-    robot, kept = plan.path.robot, "every enforced limit kept" if plan.certificate.satisfied else "limits violated"
+    robot, kept = plan.path.robot, kept_limits(plan)
     facts = f"{plan.backend.kind}, {plan.trajectory.duration:.4g} s, {kept}, {plan.certificate.continuity}"
     picture = b64encode(draw_plan(plan, GLANCE).svg()).decode()
     stops = ((escape(stop.name), f"{stop.arrival:.3f}", f"{stop.departure:.3f}") for stop in stops_of(plan))

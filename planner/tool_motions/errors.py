@@ -55,7 +55,8 @@ def lost_error(
         if inverse_kinematics(robot, path.pose(u), options, lost.position).status == "unreachable_waypoint":
             where = where if u == ahead else f"before {u:.1%} of the way"
             return UnreachableWaypoint(f"{name} leaves what {robot.id} can reach {where}")
-    joint = robot.joint_names[_idle_joint(robot, lost.position)]
+    idle = np.linalg.svd(jacobian(robot, lost.position))[2][min(robot.dof, 6) - 1]  # at the singularity it is no motion
+    joint = robot.joint_names[int(np.argmax(np.abs(idle)))]
     steepest = SINGULAR_TRAVEL_SLOWED if singularity == "slow" else SINGULAR_TRAVEL
     far = f"would have to jump, or go further than {steepest:g} rad (or m) for 1 m or 1 rad of the tool"
     return SingularPath(f"{name} meets a singularity {where}, where {joint} {far}", joint=joint)
@@ -71,9 +72,3 @@ def configuration_error(name: str, robot: Robot, reached: FloatArray, given: Flo
         joint=turned,
         value=float(reached[joint]),
     )
-
-
-def _idle_joint(robot: Robot, position: FloatArray) -> int:
-    """Return the joint with the largest share in the motion that, at a singularity, does not move the tool."""
-    directions = np.linalg.svd(jacobian(robot, position))[2]
-    return int(np.argmax(np.abs(directions[min(robot.dof, 6) - 1])))

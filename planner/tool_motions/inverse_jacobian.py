@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from functools import cache
 
 import numpy as np
 
@@ -28,18 +27,13 @@ def inverse_step(J: FloatArray, change: FloatArray, zero: float) -> tuple[FloatA
     rows, joints = J.shape
     if rows == joints:
         try:
-            step, probe = np.linalg.solve(J, np.array([change, _probe(joints)]).T).T
+            step, probe = np.linalg.solve(J, np.array([change, np.cos(np.arange(joints))]).T).T
         except np.linalg.LinAlgError:
             probe = np.array([np.inf])
         if np.abs(probe).max() < 1.0 / NEAR_SINGULARITY:
             return step, False
     step, _, rank, _ = np.linalg.lstsq(J, change, rcond=zero)
     return np.asarray(step, dtype=np.float64), bool(rows == joints or rank < joints)
-
-
-@cache
-def _probe(joints: int) -> FloatArray:
-    return np.cos(np.arange(joints))
 
 
 def handedness(J: FloatArray) -> float:

@@ -235,18 +235,14 @@ class _Search:
                 lost[row] = isinstance(motion, RefusedMotion)
                 positions[row] = motion.end if isinstance(motion, ToolMotion) else positions[row]
             costs = np.where(lost, np.inf, stage.costs + self._motion_costs(stage.positions, positions))
-        penalties = self._penalties(positions, layer.conditioning[candidates])
+        nearness = np.abs(shares_of_range(self.robot, positions)).max(axis=1)
+        penalties = LIMIT_PENALTY * nearness + CONDITIONING_PENALTY * (1.0 - layer.conditioning[candidates])
         if stop.costs is not None:
             penalties = penalties + PREFERENCE_WEIGHT * stop.costs(positions)
         return _Stage(positions, costs + penalties, origins)
 
     def _motion_costs(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
         return motion_costs(self.robot, starts, ends, self.prefer)
-
-    def _penalties(self, positions: FloatArray, conditioning: FloatArray) -> FloatArray:
-        nearness = np.abs(shares_of_range(self.robot, positions)).max(axis=1)
-        penalties: FloatArray = LIMIT_PENALTY * nearness + CONDITIONING_PENALTY * (1.0 - conditioning)
-        return penalties
 
     def _best_rows(self) -> list[int]:
         """Return the row of every stage on the best way."""

@@ -95,15 +95,20 @@ def costs_of(robot: Robot, options: InverseKinematicsOptions) -> Costs | None:
         robot: The robot, with its tool; joints behind its own, the offsets of a region, do not count.
         options: The preference and the reference.
     """
-    match options.prefer:
-        case "continuous" | "arm":
-            return None
-        case "near_reference":
-            return partial(_away, robot, np.array(options.reference))
-        case "manipulability":
-            return partial(_singular, robot)
-        case "far_from_limits":
-            return partial(_near_limits, robot)
+    if options.prefer in ("continuous", "arm"):
+        return None
+
+    def costs(positions: FloatArray) -> FloatArray:
+        own = positions[:, : robot.dof]
+        if options.prefer == "manipulability":
+            return -np.log(np.maximum(manipulability(robot, own), LEAST_MANIPULABILITY))
+        if options.prefer == "near_reference":  # times, s, at full speed of the joints
+            parts = np.abs(own - np.array(options.reference)) / counted_velocity(robot.limit("velocity"))
+        else:
+            parts = np.abs(shares_of_range(robot, own))
+        return np.asarray(parts.max(axis=1) + SIDE * parts.sum(axis=1))
+
+    return costs
 
 
 def best_of_continuum(
@@ -129,26 +134,6 @@ def _in_configuration(robot: Robot, wanted: Configuration, costs: Costs, positio
     if wanted.names:
         found = np.where([wanted.allows(other) for other in configurations(robot, positions)], found, np.inf)
     return found
-
-
-def _away(robot: Robot, reference: FloatArray, positions: FloatArray) -> FloatArray:
-    """Return the times (N,), s, from the reference (joints,) at full speed of the joints."""
-    times = np.abs(positions[:, : robot.dof] - reference) / counted_velocity(robot.limit("velocity"))
-    costs: FloatArray = times.max(axis=1) + SIDE * times.sum(axis=1)
-    return costs
-
-
-def _singular(robot: Robot, positions: FloatArray) -> FloatArray:
-    """Return the negative logarithms (N,) of the manipulability."""
-    costs: FloatArray = -np.log(np.maximum(manipulability(robot, positions[:, : robot.dof]), LEAST_MANIPULABILITY))
-    return costs
-
-
-def _near_limits(robot: Robot, positions: FloatArray) -> FloatArray:
-    """Return distances of (N,) joints from the middle of their limits, relative to half their ranges."""
-    shares = np.abs(shares_of_range(robot, positions[:, : robot.dof]))
-    costs: FloatArray = shares.max(axis=1) + SIDE * shares.sum(axis=1)
-    return costs
 
 
 ARM_SHARE = 1e-3

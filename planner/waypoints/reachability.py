@@ -116,13 +116,18 @@ def reachability(
         if index and before is not None and robot is not robots[index - 1]:
             before = of_other_tool(before, robots[index - 1], robot)
         if isinstance(waypoint, JointWaypoint):
-            answers.append(_joint_waypoint(robot, index, np.array(waypoint.position), checker))
+            q = np.array(waypoint.position)
+            refusal = position_limit_error(robot, index, q)
+            answers.append(_unreached(refusal, None, checker) if refusal else _reached(robot, None, (q,), checker))
             before = pose
             continue
         axes = None if before is None else before.rotation
         if pose is None:
             assert isinstance(waypoint, RelativeWaypoint)  # noqa: S101 - no other is unknown
-            there = _pose_there(robot, answers[-1])
+            nearest = answers[-1].nearest
+            position = answers[-1].best if nearest is None else nearest.position
+            assert position is not None  # noqa: S101 - a pose has a solution, or a nearest joint position
+            there = tool_pose(robot, position)
             axes, before = there.rotation, Pose(there.position) if before is None else before
             pose = moved_pose(before, axes, waypoint)
         pinned = every_pinned[index]
@@ -137,20 +142,6 @@ def reachability(
             answers.append(_unreached(error, 0, checker, nearest=nearest))
         before = pose
     return answers
-
-
-def _pose_there(robot: Robot, answer: Reachability) -> Pose:
-    """Return the tool pose of `robot` at a waypoint's solution, or at the nearest joint position."""
-    position = answer.best if answer.nearest is None else answer.nearest.position
-    assert position is not None  # noqa: S101 - a pose has a solution, or a nearest joint position
-    return tool_pose(robot, position)
-
-
-def _joint_waypoint(robot: Robot, index: int, q: FloatArray, checker: CollisionChecker | None) -> Reachability:
-    error = position_limit_error(robot, index, q)
-    if error is not None:
-        return _unreached(error, None, checker)
-    return _reached(robot, None, (q,), checker)
 
 
 def _unreached(
@@ -202,16 +193,11 @@ def _reached(
     if checker is None:
         return reached
     free_solutions = None if count is None else len(free)
-    hindered_by = () if free else _distinct([collision for collision in collisions if collision is not None])
-    return replace(reached, free=bool(free), free_solutions=free_solutions, hindered_by=hindered_by)
-
-
-def _distinct(collisions: Sequence[PositionCollision]) -> tuple[PositionCollision, ...]:
-    """Return collisions, each pair once, as deep as it is least, the least deep first."""
-    least: dict[tuple[str, str], PositionCollision] = {}
-    for collision in sorted(collisions, key=lambda each: each.depth):
+    least: dict[tuple[str, str], PositionCollision] = {}  # each pair as deep as it is least
+    for collision in sorted((each for each in collisions if each is not None), key=lambda each: each.depth):
         least.setdefault(collision.pair, collision)
-    return tuple(least.values())
+    hindered_by = () if free else tuple(least.values())
+    return replace(reached, free=bool(free), free_solutions=free_solutions, hindered_by=hindered_by)
 
 
 def _margins(robot: Robot, q: FloatArray) -> FloatArray:

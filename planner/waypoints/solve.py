@@ -182,7 +182,9 @@ class _Sequence:
         for index in range(len(solved), end):
             waypoint = self.waypoints[index]
             if isinstance(waypoint, JointWaypoint):
-                near = _given_position(self.robot, index, waypoint)
+                near = np.array(waypoint.position)
+                if (error := position_limit_error(self.robot, index, near)) is not None:
+                    raise error
                 layer = Layer.given(near, self._may_turn(index))
             else:
                 layer = self._layer(index, wanted[index], layers[index], near)
@@ -290,13 +292,6 @@ def _rank(robot: Robot, layer: Layer, before: FloatArray, position: FloatArray) 
         return layer.solutions + 1, int(np.count_nonzero(nearer))
     order = times.argsort(kind="stable")
     return layer.solutions, int(np.flatnonzero(order == distance.argmin())[0])
-
-
-def _given_position(robot: Robot, index: int, waypoint: JointWaypoint) -> FloatArray:
-    q = np.array(waypoint.position)
-    if (error := position_limit_error(robot, index, q)) is not None:
-        raise error
-    return q
 
 
 def within_limits(robot: Robot, waypoints: Sequence[AnyWaypoint], tolerance: float) -> tuple[AnyWaypoint, ...]:

@@ -22,6 +22,7 @@ from planner.plots.space.surroundings import (
     points_along,
     standing_things,
 )
+from planner.plots.style import svg_points
 from planner.plots.view import View
 from planner.scene import CollisionChecker
 from planner.spatial import FloatArray
@@ -124,7 +125,7 @@ def _carried(
     for row, (checker, position) in enumerate(zip(around, positions, strict=True)):
         for thing in carried_things(checker, position):
             for number, piece in enumerate(thing.pieces):
-                outline = _points(seen.project(piece.outline(seen.view, CARRIED_CORNERS)))
+                outline = svg_points(seen.project(piece.outline(seen.view, CARRIED_CORNERS)))
                 outlines.setdefault((thing.name, number), {})[row] = outline
     for (name, _), known in outlines.items():
         first, *_, last = [*known.values()] * 2
@@ -141,9 +142,9 @@ def _carried(
 def _thing(thing: Thing, share: float, ends: tuple[FloatArray, FloatArray], seen: Projection, when: str) -> str:
     """Draw the outline of an object with a share of its opacity, its edges and its points."""
     style, stride = thing.style, -(-len(thing.points) // MOST_CLOUD_POINTS) or 1
-    outlines = "".join(f"M{_points(seen.project(outline))}Z" for outline in thing.outlines(seen.view))
+    outlines = "".join(f"M{svg_points(seen.project(outline))}Z" for outline in thing.outlines(seen.view))
     edges = thing.edges(seen.view, *ends) if thing.pieces else ()
-    strokes = "".join(f"M{_points(seen.project(edge))}" for edge in edges)
+    strokes = "".join(f"M{svg_points(seen.project(edge))}" for edge in edges)
     dots = "".join(f"M{x:.1f},{y:.1f}h0" for x, y in seen.project(thing.points[::stride]).tolist())
     return (
         f'<g data-name="{escape(thing.name)}"><title>{escape(thing.name)}</title>{when}'
@@ -162,7 +163,3 @@ def _names(things: Sequence[Thing], seen: Projection) -> Iterator[str]:
             f'<text x="{x:.1f}" y="{y - 4.0:.1f}" text-anchor="middle" font-family="sans-serif" font-size="11"'
             f' font-style="italic" fill="#6B5A3A">{escape(", ".join(names))}</text>'
         )
-
-
-def _points(points: FloatArray) -> str:
-    return " ".join(f"{x:.1f},{y:.1f}" for x, y in points.tolist())

@@ -84,22 +84,21 @@ def derived_capsules(
     lengths = [float(np.linalg.norm(placement.translation)) for placement in nexts]
     radius = min(max(RADIUS_PER_REACH * (sum(lengths) + sum(travels)), LEAST_SIZE), MOST_SIZE)
     for number, after in enumerate(nexts):
-        frame = next((frame for frame in model.frames if _is_link_of(frame, number)), None)
+        links = (own for own in model.frames if own.type == pin.FrameType.BODY and own.parentJoint == number)
+        frame = next(links, None)
         if frame is None or (number == 0 and lengths[0] < LEAST_SIZE):
             continue
         own_radius = radii[number] if radii else radius
         points = _corners(after)
         if number == 0 or (number == 1 and lengths[0] < LEAST_SIZE):
-            points[0] = _raised(points, own_radius)
+            leg = points[1] - points[0]  # the arm stands on its support
+            length = float(np.linalg.norm(leg))
+            points[0] = points[0] + (min(1.0, own_radius / length) * leg if length else leg)
         if number and travels[number - 1] > LEAST_SIZE:
             behind = points[0] - np.array([0.0, 0.0, travels[number - 1]])
             points = [behind, *points] if lengths[number] >= LEAST_SIZE else [behind, points[0]]
         for start, end in pairwise(points):
             yield frame.name, *_between(frame.placement, start, end, own_radius)
-
-
-def _is_link_of(frame: pin.Frame, joint: int) -> bool:
-    return bool(frame.type == pin.FrameType.BODY and frame.parentJoint == joint)
 
 
 def _corners(after: pin.SE3) -> list[FloatArray]:
@@ -121,14 +120,6 @@ def _corners(after: pin.SE3) -> list[FloatArray]:
     if sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points)) > LONGEST_DETOUR * float(np.linalg.norm(end)):
         points = [start, end]
     return points if len(points) > 1 else [start, start]
-
-
-def _raised(points: Sequence[FloatArray], radius: float) -> FloatArray:
-    """Return the first point moved along its leg by the radius at most: the arm stands on its support."""
-    leg = points[1] - points[0]
-    length = float(np.linalg.norm(leg))
-    moved: FloatArray = points[0] + (min(1.0, radius / length) * leg if length else leg)
-    return moved
 
 
 def _between(link: pin.SE3, start: FloatArray, end: FloatArray, radius: float) -> tuple[pin.SE3, Capsule | Sphere]:

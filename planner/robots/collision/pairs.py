@@ -182,7 +182,11 @@ def contacts(
     hits = dict.fromkeys(groups, 0)
     for q in np.random.default_rng(SEED).uniform(lower, upper, (count if groups else 0, len(lower))):
         pin.forwardKinematics(model, data, q)
-        posed = {number: _posed(shapes[number], data) for number in needed}
+        placed = {number: data.oMi[shapes[number].joint] * shapes[number].placement for number in needed}
+        posed = {
+            number: (shapes[number].shape.geometry, coal.Transform3s(at.rotation, at.translation))
+            for number, at in placed.items()
+        }
         for group in groups:
             for first, second in group:
                 result.clear()
@@ -190,11 +194,6 @@ def contacts(
                     hits[group] += 1
                     break
     return {group: hit / count for group, hit in hits.items()}
-
-
-def _posed(shape: LinkShape, data: pin.Data) -> tuple[coal.CollisionGeometry, coal.Transform3s]:
-    placement = data.oMi[shape.joint] * shape.placement
-    return shape.shape.geometry, coal.Transform3s(placement.rotation, placement.translation)
 
 
 _KEPT: LastUsed[tuple[CollisionPair, ...]] = LastUsed(PAIRS_KEPT, len)

@@ -72,6 +72,7 @@ def _root(text: str) -> Element | None:
 def _meshes(root: Element, file: Path, packages: Sequence[Path]) -> dict[str, bytes]:
     """Return the collision meshes that a URDF names and that are there."""
     found: dict[str, bytes] = {}
+    workspace = [own.parent for own in file.resolve().parents if (own / "package.xml").is_file()][:1]
     for mesh in root.iterfind(".//collision/geometry/mesh"):
         name = mesh.get("filename", "")
         scheme, separator, rest = name.partition("://")
@@ -80,15 +81,9 @@ def _meshes(root: Element, file: Path, packages: Sequence[Path]) -> dict[str, by
             own = package_folder(package, file, packages)
             folders = [] if own is None else [own]
         else:
-            relative, folders = name, [file.resolve().parent, *_workspace(file), *packages]
+            relative, folders = name, [file.resolve().parent, *workspace, *packages]
         read = (meshes_in_folder(folder)(relative) for folder in folders)
         data = next((each for each in read if each is not None), None)
         if data is not None:
             found[name] = data
     return found
-
-
-def _workspace(file: Path) -> list[Path]:
-    """Return the folder that has the ROS package of a file; empty if the file is in none."""
-    found = [folder.parent for folder in file.resolve().parents if (folder / "package.xml").is_file()]
-    return found[:1]

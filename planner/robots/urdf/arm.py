@@ -162,7 +162,8 @@ class ArmFinder:
         """
         deepest = max((self.root, *self.arrivals), key=self._depth)
         moving = [link for link in self._way(deepest) if self.arrivals[link].is_free]
-        named = [link for link in moving if not self._is_finger(link)]
+        names = {link: self.arrivals[link].name.lower() for link in moving}
+        named = [link for link in moving if not any(word in names[link] for word in FINGER_WORDS)]
         tip = link = (named or moving or [deepest])[-1]
         while link in self.arrivals:
             branch, link = link, self.arrivals[link].parent
@@ -181,10 +182,6 @@ class ArmFinder:
             way.append(link)
             link = self.arrivals[link].parent
         return way[::-1]
-
-    def _is_finger(self, link: str) -> bool:
-        """Tell whether the name of the joint that moves a link is one of a finger or gripper."""
-        return any(word in self.arrivals[link].name.lower() for word in FINGER_WORDS)
 
     def _moves_something(self, link: str) -> bool:
         """Tell whether a link, or anything behind it, moves relative to its parent."""

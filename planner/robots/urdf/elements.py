@@ -206,9 +206,9 @@ class UrdfReader:
         if moving is not None:
             axis = self.axis(element, subject)
             mimic = self.mimic(element.find("mimic"), subject)
-        return UrdfJoint(
-            name, self.link_of(element, "parent"), self.link_of(element, "child"), placement, axis, moving, mimic
-        )
+        links = (element.find(end) for end in ("parent", "child"))
+        parent, child = ("" if link is None else link.get("link", "") for link in links)
+        return UrdfJoint(name, parent, child, placement, axis, moving, mimic)
 
     def mimic(self, element: Element | None, subject: str) -> Mimic | None:
         """Return a mimic element; None: there is none."""
@@ -216,11 +216,6 @@ class UrdfReader:
             return None
         multiplier = float(self.numbers(element, "multiplier", [1.0], subject)[0])
         return Mimic(element.get("joint", ""), multiplier, float(self.numbers(element, "offset", [0.0], subject)[0]))
-
-    def link_of(self, element: Element, end: str) -> str:
-        """Name of the link at an end of the joint: `parent` or `child`."""
-        link = element.find(end)
-        return "" if link is None else link.get("link", "")
 
     def axis(self, element: Element, subject: str) -> FloatArray:
         """Return the joint's axis, of length 1."""

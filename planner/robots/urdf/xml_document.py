@@ -13,6 +13,9 @@ from planner.robots.findings import Findings
 MAX_TEXT_LENGTH = 2**20
 """Characters."""
 
+NOT_EXPANDED = ("xacro", "XInclude")
+"""Ends of the namespaces of elements that are to be expanded; the namespace of xacro has several spellings."""
+
 
 def parse_robot_document(text: str, format: Literal["URDF", "SRDF"], findings: Findings) -> Element:
     """Return the root element, `<robot>`.
@@ -36,15 +39,9 @@ def parse_robot_document(text: str, format: Literal["URDF", "SRDF"], findings: F
     else:
         if document.tag != "robot":
             findings.error("not_a_robot", None, f"the root element of a {format} is <robot>")
-        elif any(_is_unexpanded(element) for element in document.iter()):
+        elif any(element.tag.rpartition("}")[0].endswith(NOT_EXPANDED) for element in document.iter()):
             # Passed over in silence, what they stand for would be missing from the robot.
             text = f"the {format} has xacro or XInclude elements: expand them first"
             findings.error("unexpanded_elements", None, text)
     findings.raise_errors()
     return document
-
-
-def _is_unexpanded(element: Element) -> bool:
-    """Tell whether an element is an unexpanded xacro element; the namespace of xacro has several spellings."""
-    namespace = element.tag.partition("}")[0] if element.tag.startswith("{") else ""
-    return namespace.endswith(("xacro", "XInclude"))
