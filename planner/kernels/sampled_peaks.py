@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from planner.spatial import FloatArray
 
-SEARCH_NUMBERS = 12
+SEARCH_NUMBERS = 13
 """Numbers that say how accurate a search is: the size of the structure `Accuracy` of the kernels."""
 
 

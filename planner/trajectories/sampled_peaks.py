@@ -21,7 +21,7 @@ from planner.kernels.library import TooManySamples
 from planner.kernels.polynomials import count_parts
 from planner.kernels.sampled_peaks import search_peaks
 from planner.spatial import FloatArray
-from planner.tolerances import LIMIT_TOLERANCE
+from planner.tolerances import LIMIT_TOLERANCE, ROUNDING
 from planner.trajectories.extrema import UnitPolynomials
 
 CAUTION = 2.0
@@ -153,7 +153,7 @@ def sampled_peaks(
     column, power = (-1, 1.0) if bend is None else bend
     most_samples = max(MOST_SAMPLES, MOST_SAMPLES_OF_PIECE * len(parts))
     of_rounds = COARSER, FINER, MOST_ROUNDS, CAUTION, OFF_PARABOLA, PEAK_ACCURACY, decided_at
-    accuracy = np.array([*of_rounds, SLOWING, LEAST_BEND, most_samples, column, power])
+    accuracy = np.array([*of_rounds, SLOWING, LEAST_BEND, most_samples, column, power, ROUNDING])
     lowest = np.broadcast_to(above, int(groups.max()) + 1)
     more = 0 if bend is None else BEND_COLUMNS
     try:

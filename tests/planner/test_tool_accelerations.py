@@ -11,6 +11,7 @@ from planner.backends import BACKENDS, BackEnd, Quintic, Toppra, Trapezoidal
 from planner.certificate import certify, certify_samples
 from planner.errors import InfeasibleDuration
 from planner.kinematics import forward_kinematics, tool_accelerations
+from planner.kinematics.forward import TIGHTEST_BEND, tool_velocities
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
@@ -23,6 +24,7 @@ from planner.problems.problem import (
     PoseWaypoint,
     RelativeWaypoint,
 )
+from planner.problems.transitions import ThroughTransition
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose
 from planner.trajectories.trajectory import Trajectory
@@ -95,6 +97,29 @@ def test_a_circle_is_driven_at_the_speed_that_its_radius_allows() -> None:
         speeds = steps / np.diff(times)
         assert speeds.max() <= np.sqrt(0.8 * 0.1) * 1.001
         assert np.median(speeds) > 0.98 * np.sqrt(0.8 * 0.1)
+
+
+def test_a_tool_that_almost_rests_keeps_its_centripetal_limit() -> None:
+    """Samples missed the corner where the tightest bend begins to bound it: a plan was refused for 0.006 %."""
+    robot, rng = load_robot("kuka_kr16_2"), np.random.default_rng(64)
+    count, _, turn = int(rng.integers(8, 40)), rng.integers(3), rng.uniform(0.5, 6.0)
+    angles = np.linspace(0.0, turn, count)[:, None] * rng.uniform(0.2, 1.5, 6) + rng.uniform(-3.0, 3.0, 6)
+    noise = rng.normal(size=(count, 6)) * rng.uniform(1e-4, 1e-2)
+    positions = np.array([0.0, -1.5, 1.5, 0.0, 0.8, 0.0]) + 0.4 * np.sin(angles) + noise
+    first, *inner, last = (JointWaypoint(tuple(q)) for q in positions.tolist())
+    limits = Limits(
+        tcp_centripetal_acceleration=0.15372293068811327,
+        tcp_linear_acceleration=1.4599063797315348,
+        tcp_angular_acceleration=2.497811448284956,
+    )
+    passed = [replace(waypoint, transition=ThroughTransition()) for waypoint in inner]
+    result = plan(PlanningProblem(robot, [first, *passed, last], limits), Toppra(jerk_limited=True))
+    assert result.certificate.satisfied
+    states = result.trajectory.evaluate(np.linspace(0.0, result.trajectory.duration, 300_000))
+    (v, _), (a, _) = tool_velocities(robot, *states[:2]), tool_accelerations(robot, *states)
+    speed, across = np.linalg.norm(v, axis=1), np.linalg.norm(np.cross(v, a), axis=1)
+    bounded = np.minimum(across, speed**3 / TIGHTEST_BEND)
+    assert (bounded <= limits.tcp_centripetal_acceleration * speed * (1.0 + 1e-6)).all()
 
 
 def test_time_optimal_plans_are_no_slower_than_the_polygon_makes_them() -> None:

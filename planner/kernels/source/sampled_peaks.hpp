@@ -7,7 +7,7 @@ constexpr int TOO_MANY = 2;
 
 struct Accuracy {  // SEARCH_NUMBERS of planner/kernels/sampled_peaks.py
     double coarser, finer, most_rounds, caution, off_parabola, known_to, decided_at, slowing, least_bend, most_samples,
-        bend_column, bend_power;
+        bend_column, bend_power, rounding;
 };
 constexpr int64_t BENDS = 3;  // columns after the functions that tell how much bends may use
 
@@ -127,7 +127,10 @@ struct PeakSearch {
             const double most = best[g * quantities + quantity[c]];
             double enough = fmax(most * (1.0 + a.known_to), above[g]), use = room(c);
             if (most <= a.decided_at) enough = fmin(enough, a.decided_at);
-            if (c == (int64_t)a.bend_column) use = fmax(use, pow(bend(x, y, z, step[t] * room(columns + 2), room(columns + 1)), a.bend_power));
+            if (c == (int64_t)a.bend_column) {
+                use = fmax(use, pow(bend(x, y, z, step[t] * room(columns + 2), room(columns + 1)), a.bend_power));
+                if (has_corner(x, y, z, c)) use = fmax(use, pow(room(columns), 2.0 * a.bend_power));
+            }
             if (use > enough) return true;
         }
         return false;
@@ -137,6 +140,14 @@ struct PeakSearch {
         const double fast = fmax(fmax(x[columns], y[columns]), z[columns]), slow = fmin(fmin(x[columns], y[columns]), z[columns]);
         const double bound = fmin(acceleration, (fast + slower) * (fast + slower));
         return slower > a.slowing * slow && bound > a.least_bend ? bound : 0.0;
+    }
+    // Whether the tightest bend bounds the acceleration across the path at some of three samples, and not at all of them: in
+    // between it has a corner, up to which it grows with the square of the speed.
+    bool has_corner(const double* x, const double* y, const double* z, int64_t c) const {
+        const double* samples[3] = {x, y, z};
+        int64_t bounded = 0;
+        for (const double* at : samples) bounded += fabs(at[c]) >= (1.0 - a.rounding) * pow(at[columns], 2.0 * a.bend_power);
+        return bounded % 3 != 0;
     }
     int next() {
         wanted = 0;

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import bernstein_matrix, shifted
 from planner.trajectories.sampled_peaks import (
     CAUTION,
@@ -88,6 +89,10 @@ def sampled_peaks(
             column, power = bend
             turning = _bends_between(triples[..., count:], room[:, count:], step)
             room[:, column] = np.maximum(room[:, column], turning**power)
+            bounded = np.abs(triples[..., column]) >= (1.0 - ROUNDING) * triples[..., count] ** (2.0 * power)
+            has_corner = bounded.any(axis=0) & ~bounded.all(axis=0)
+            growing = np.where(has_corner, room[:, count] ** (2.0 * power), 0.0)
+            room[:, column] = np.maximum(room[:, column], growing)
         rows = np.flatnonzero((room[:, :count] > enough[groups[pieces]][:, quantities]).any(axis=1))
         if not len(rows) or rounds == MOST_ROUNDS:
             break

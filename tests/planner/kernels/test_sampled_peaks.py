@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.trajectories.sampled_peaks import BEND_COLUMNS, sampled_peaks
+from planner.trajectories.sampled_peaks import BEND_COLUMNS, PEAK_ACCURACY, sampled_peaks
 from tests.planner.kernels import reference
 
 
@@ -57,6 +57,23 @@ def test_bends_between_samples_open_them_as_in_numpy(power: float) -> None:
     for own, peer in zip(found, expected, strict=True):
         assert np.array_equal(own, peer)
     assert found.use[0, 0] > 0.85
+
+
+@pytest.mark.parametrize("power", [1.0, 0.5])
+@pytest.mark.parametrize("corner", [0.31, 0.3293, 0.4, 0.77])
+def test_a_corner_where_the_speed_begins_to_bound_bends_is_found(corner: float, power: float) -> None:
+    """Up to the corner the use grows with the square of the speed, from there on it falls slowly."""
+
+    def use(at: np.ndarray, units: np.ndarray) -> np.ndarray:
+        speed = 1.0 + 0.2 * (units - corner)
+        centripetal = np.minimum(speed**2, 1.0 - 0.07 * (units - corner))
+        return np.column_stack([centripetal**power, speed, 1.0 + 0.0 * units, 0.01 + 0.0 * units])
+
+    found = sampled_peaks(use, np.array([3]), np.array([0]), np.array([0]), bend=(0, power))
+    expected = reference.sampled_peaks(use, np.array([3]), np.array([0]), np.array([0]), bend=(0, power))
+    assert 1.0 - PEAK_ACCURACY <= found.use[0, 0] <= 1.0
+    for own, peer in zip(found, expected, strict=True):
+        assert np.array_equal(own, peer)
 
 
 def test_what_is_no_number_breaks_every_limit() -> None:
