@@ -161,6 +161,9 @@ class TrajectoryRequest(ProblemRequest):
     remaining time in proportion to their shortest durations. Omitted: as fast as the limits allow."""
     actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
     """Actions during the trajectory, other than the `actions` of waypoints; the answer gives their times."""
+    repeat: Annotated[int, Field(ge=0, le=1_000_000)] = 1
+    """The number of times that a robot program runs the trajectory; 0: until an operator stops it. Such a trajectory
+    ends at the joint position of its start. Answers in other formats contain the trajectory once."""
 
 
 class PlanRequest(TrajectoryRequest):

@@ -75,7 +75,9 @@ def render(solved: Plan, request: PlanRequest, form: Format, definition: bytes |
         definition: The model of a robot that is not of the catalogue, as canonical JSON.
     """
     include = {*request.include, *(("polynomials",) if form is FORMATS["json"] else ())}
-    options = AnswerOptions(request.sample_period, frozenset(include), request_hash(request, definition))
+    options = AnswerOptions(
+        request.sample_period, frozenset(include), request.repeat, request_hash(request, definition)
+    )
     return form.render(solved, options)
 
 

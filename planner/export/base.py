@@ -27,10 +27,13 @@ class ExportOptions:
     Attributes:
         sample_period: Time between samples, s; the last one is at the end.
         include: Further quantities, some of `INCLUDABLE`.
+        repeat: Number of times that a robot program runs the trajectory; 0: until an operator stops it. Other forms
+            have it once.
     """
 
     sample_period: float = 0.01
     include: frozenset[str] = frozenset()
+    repeat: int = 1
 
 
 @dataclass(frozen=True)

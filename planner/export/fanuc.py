@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import JOINTS, moves, name_of, numbers, on_one_line, units_of
+from planner.export.programs import JOINTS, Loop, moves, name_of, numbers, on_one_line, repeated, units_of
 from planner.kinematics import FloatArray
 from planner.plans.result import Plan
 from planner.problems.actions import SetOutput
@@ -26,6 +26,9 @@ REMARKS = (
 )
 """Remarks of the program about itself, in lines of at most 32 characters, the width of a pendant."""
 
+LOOP = Loop("LS", (("FOR R[1]=1 TO {count} ;",), ("ENDFOR ;",)), (("LBL[1] ;",), ("JMP LBL[1] ;",)))
+"""Loops of LS, which count in the first register."""
+
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a program of joint motions with times in milliseconds.
@@ -41,8 +44,11 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """
     motions = moves(plan, "LS", options.sample_period, FANUC_EXTERNAL_AXES)
     units = ["deg"] * JOINTS + units_of(plan.path.robot)
-    statements, points = [f"!{remark} ;" for remark in REMARKS], [motions[0].position[0]]
-    statements += ["UFRAME_NUM=0 ;", "UTOOL_NUM=1 ;", "J P[1] 5% FINE ;"]
+    head, points = (
+        [*(f"!{remark} ;" for remark in REMARKS), "UFRAME_NUM=0 ;", "UTOOL_NUM=1 ;"],
+        [motions[0].position[0]],
+    )
+    statements: list[str] = []
     elapsed, written = 0.0, 0
     for move in motions:
         for k in range(1, len(move.time)):
@@ -53,8 +59,9 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
             ending = "FINE" if k == len(move.time) - 1 else "CNT100"
             statements.append(f"J P[{len(points)}] {step}msec {ending} ;")
         elapsed += float(move.time[-1])
-        for step in move.steps_of_the_rest():
-            statements.append(f"WAIT {step:.2f}(sec) ;" if isinstance(step, float) else _output(step))
+        rest = move.steps_of_the_rest()
+        statements += [f"WAIT {step:.2f}(sec) ;" if isinstance(step, float) else _output(step) for step in rest]
+    statements = [*head, "J P[1] 5% FINE ;", *repeated(plan, options, LOOP, statements)]
     if len(points) > MOST_POINTS:
         raise UnsupportedFormat(f"LS takes {MOST_POINTS} points; ask for a longer sample period")
     comment = on_one_line(plan.path.robot.id)[:16].replace('"', "'")

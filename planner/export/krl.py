@@ -14,6 +14,7 @@ from planner.export.instructions import Instruction, Speeds, instructions
 from planner.export.programs import (
     JOINTS,
     MILLIMETRES,
+    Loop,
     Move,
     axes_first,
     moves,
@@ -21,6 +22,7 @@ from planner.export.programs import (
     numbers,
     on_one_line,
     origin,
+    repeated,
     rounded_down,
     tolerances_of,
 )
@@ -34,6 +36,9 @@ KRL_EXTERNAL_AXES = 6
 
 OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,23}"
 """The names of signals: identifiers of 24 characters at most."""
+
+LOOP = Loop("KRL", (("FOR cycle = 1 TO {count}",), ("ENDFOR",)), (("LOOP",), ("ENDLOOP",)))
+"""Loops of KRL."""
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
@@ -52,12 +57,13 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     external = ", E1 and so on its external axes in degrees or mm" if robot.external_axes else ""
     lines = [
         "DEF planned_trajectory()",
+        *(["DECL INT cycle"] if options.repeat > 1 else []),
         f"; {origin(plan)}: a point every {options.sample_period:g} s",
         f"; A1 to A6 are the joints of the model in degrees{external}: its zeros and signs have to be the robot's",
         "; the controller plans its own spline through the points; velocities and torques are not carried",
         *halt_away_from_start(robot, start),
         f"PTP {position_of(start)}",
-        *(line for move in motions for line in _block(move)),
+        *repeated(plan, options, LOOP, (line for move in motions for line in _block(move))),
         "END",
     ]
     return ("\r\n".join(lines) + "\r\n").encode()
@@ -171,6 +177,7 @@ def render_instructions(dialect: Dialect, plan: Plan, options: ExportOptions) ->
     has_points = any(each.kind == "points" for each in found)
     lines = [
         "DEF planned_trajectory()",
+        *(["DECL INT cycle"] if options.repeat > 1 else []),
         f"; {origin(plan)}, for {dialect.version}",
         "; the controller's own interpolation sets times and blends: the certified program is the format krl",
         "; speeds are at most the plan's; percentages are of the model's limits, which have to be the controller's",
@@ -183,8 +190,7 @@ def render_instructions(dialect: Dialect, plan: Plan, options: ExportOptions) ->
         "$CIRC_TYPE = #BASE",
         f"axis_speed({APPROACH_PERCENT}, {APPROACH_PERCENT}) ; percent",
         f"PTP {position_of(start)}",
-        *_rest(before),
-        *_motions(dialect, found),
+        *repeated(plan, options, LOOP, [*_rest(before), *_motions(dialect, found)]),
         "END",
         "DEF axis_speed(velocity :IN, acceleration :IN)",
         "DECL INT velocity, acceleration, axis",

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import floor
 
 import numpy as np
 
 from planner.errors import UnsupportedFormat
+from planner.export.base import ExportOptions
 from planner.kinematics import FloatArray
 from planner.plans.result import Plan
 from planner.problems.actions import SetOutput
@@ -22,6 +23,9 @@ JOINTS = 6
 
 AT_START = 0.01
 """Largest distance of a joint from the start, rad or m, from which a program moves there; otherwise it halts."""
+
+AT_SAME_POSITION = 1e-9
+"""Largest distance between two joint positions or tools that are the same, rad or m."""
 
 APPROACH = 1.0
 """Time, s, in which a robot so near to the start goes there, before the first point that has a time: none jumps."""
@@ -98,6 +102,42 @@ def stops(plan: Plan, language: str) -> list[int]:
         raise UnsupportedFormat(f"{language} begins and ends at rest, which this trajectory does not")
     found: list[int] = np.flatnonzero(is_stop).tolist()
     return found
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The statements of a language around a part of a program that runs several times.
+
+    Attributes:
+        language: The name of the language, for the refusal.
+        counted: The lines before the part and behind it, with `{count}` for the number of times.
+        endless: The lines around a part that runs until an operator stops it.
+    """
+
+    language: str
+    counted: tuple[tuple[str, ...], tuple[str, ...]]
+    endless: tuple[tuple[str, ...], tuple[str, ...]]
+
+
+def repeated(plan: Plan, options: ExportOptions, loop: Loop, lines: Iterable[str]) -> list[str]:
+    """Put the lines of a whole trajectory into the requested loop, indented.
+
+    Raises:
+        UnsupportedFormat: The trajectory ends at another joint position or with another tool than it starts with.
+    """
+    if options.repeat == 1:
+        return list(lines)
+    ends = plan.path.positions[[0, -1]]
+    first, last = plan.problem.robots[0].tool_in_tip, plan.problem.robots[-1].tool_in_tip
+    if np.abs(ends[1] - ends[0]).max() > AT_SAME_POSITION or not first.isApprox(last, AT_SAME_POSITION):
+        where = "joint position" if first.isApprox(last, AT_SAME_POSITION) else "tool"
+        raise UnsupportedFormat(
+            f"{loop.language} repeats trajectories that end with the {where} of their start. "
+            "Add a last waypoint like the first one, or set `repeat` to 1."
+        )
+    before, after = loop.counted if options.repeat else loop.endless
+    inside = (f"  {line}" for line in lines)
+    return [*(line.format(count=options.repeat) for line in before), *inside, *after]
 
 
 def axes_first(robot: Robot, positions: FloatArray) -> FloatArray:

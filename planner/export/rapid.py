@@ -14,6 +14,7 @@ from planner.export.programs import (
     APPROACH,
     JOINTS,
     MILLIMETRES,
+    Loop,
     Move,
     axes_first,
     moves,
@@ -21,6 +22,7 @@ from planner.export.programs import (
     numbers,
     on_one_line,
     origin,
+    repeated,
     rounded_down,
     tolerances_of,
 )
@@ -41,6 +43,9 @@ NAMES = (*(f"robax.rax_{i}" for i in range(1, JOINTS + 1)), *(f"extax.eax_{lette
 
 OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,31}"
 """The names of signals: identifiers of 32 characters at most."""
+
+LOOP = Loop("RAPID", (("FOR cycle FROM 1 TO {count} DO",), ("ENDFOR",)), (("WHILE TRUE DO",), ("ENDWHILE",)))
+"""Loops of RAPID."""
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
@@ -63,7 +68,10 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         "  ! and its third joint that of the upper arm; velocities and torques are not carried",
         "  PROC planned_trajectory()",
         *halt_away_from_start(robot, motions[0].position[0]),
-        *(f"    {line}" for move in motions for line in _statements(move)),
+        *(
+            f"    {line}"
+            for line in repeated(plan, options, LOOP, (each for move in motions for each in _statements(move)))
+        ),
         "  ENDPROC",
         "ENDMODULE",
     ]
@@ -152,6 +160,7 @@ def render_instructions(plan: Plan, options: ExportOptions) -> bytes:
     robot = plan.path.robot
     tools = [_pose(each.tool_in_tip) for each in plan.problem.robots]
     names = {tool: f"planned_tool_{number}" for number, tool in enumerate(dict.fromkeys(tools), 1)}
+    statements = [*rest(before), *_instructions(found, [names[tool] for tool in tools])]
     has_points = any(each.kind == "points" for each in found)
     lines = [
         "MODULE PlannedTrajectory",
@@ -168,8 +177,7 @@ def render_instructions(plan: Plan, options: ExportOptions) -> bytes:
         "  PROC planned_trajectory()",
         *halt_away_from_start(robot, axes_first(robot, plan.path.positions[:1])[0]),
         r"    ConfL\Off;",
-        *(f"    {line}" for line in rest(before)),
-        *(f"    {line}" for line in _instructions(found, [names[tool] for tool in tools])),
+        *(f"    {line}" for line in repeated(plan, options, LOOP, statements)),
         "  ENDPROC",
         "ENDMODULE",
     ]

@@ -10,7 +10,7 @@ import numpy as np
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
 from planner.export.instructions import Instruction, instructions
-from planner.export.programs import APPROACH, AT_START, JOINTS, name_of, origin, rounded_down, stops
+from planner.export.programs import APPROACH, AT_START, JOINTS, Loop, name_of, origin, repeated, rounded_down, stops
 from planner.kinematics import FloatArray
 from planner.kinematics.forward import tool_pose, tool_poses
 from planner.plans.result import Plan
@@ -22,6 +22,13 @@ LOOKAHEAD = 0.03
 
 GAIN = 300
 """The controller's default gain towards the positions that it is sent."""
+
+LOOP = Loop(
+    "URScript",
+    (("  cycle = 0", "  while cycle < {count}:"), ("    cycle = cycle + 1", "  end")),
+    (("  while True:",), ("  end",)),
+)
+"""Loops of URScript, which counts by itself."""
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
@@ -42,21 +49,21 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         if isinstance(timed.action, SetOutput):
             nearest = int(np.abs(samples.time - timed.time).argmin())
             outputs.setdefault(nearest, []).append(f"  {set_output(timed.action)}")
+    motions = (
+        line
+        for k, (position, period) in enumerate(zip(positions[1:], periods, strict=True), 1)
+        for line in (
+            f"  servoj({position}, t={period!r}, lookahead_time={LOOKAHEAD}, gain={GAIN})",
+            *outputs.get(k, ()),
+        )
+    )
     lines = [
         f"# {origin(plan)}: joint positions (rad) every {options.sample_period:g} s.",
         f"# The controller runs behind them by up to {LOOKAHEAD} s; outputs are set with the nearest point;",
         "# velocities and torques are not carried.",
         "def planned_trajectory():",
         *halt_away_from_start(samples.position[0]),
-        *outputs.pop(0, ()),
-        *(
-            line
-            for k, (position, period) in enumerate(zip(positions[1:], periods, strict=True), 1)
-            for line in (
-                f"  servoj({position}, t={period!r}, lookahead_time={LOOKAHEAD}, gain={GAIN})",
-                *outputs.get(k, ()),
-            )
-        ),
+        *repeated(plan, options, LOOP, [*outputs.get(0, ()), *motions]),
         "  stopj(2.0)",
         "end",
         "planned_trajectory()",
@@ -120,14 +127,15 @@ def render_instructions(plan: Plan, options: ExportOptions) -> bytes:
     before, found = instructions(plan, "Universal Robots", "URScript", options.sample_period)
     tool = plan.problem.waypoints[0].tool
     start = _pose(tool_pose(plan.problem.robots[0], plan.path.positions[0]))
+    motions = (line for i, each in enumerate(found) for line in _instructions(plan, each, found[i + 1 : i + 2]))
+    statements = [*_rest(before), *motions]
     has_points = any(each.kind == "points" for each in found)
     has_poses = any(each.kind in ("line", "circle") for each in found)
     body = [
         *halt_away_from_start(plan.path.positions[0]),
         *([f"  set_tcp({_pose(tool)})"] if tool is not None else []),
         *([f"  base = pose_trans(get_forward_kin(start), pose_inv({start}))"] if has_poses else []),
-        *(f"  {line}" for line in _rest(before)),
-        *(f"  {line}" for i, each in enumerate(found) for line in _instructions(plan, each, found[i + 1 : i + 2])),
+        *repeated(plan, options, LOOP, [f"  {line}" for line in statements]),
     ]
     program = "\n".join(
         [

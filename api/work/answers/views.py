@@ -144,9 +144,9 @@ def _answer(plan: Plan, request_hash: str | None, samples: int) -> dict[str, Any
     """Return the answer as plain values, its samples with the digits that a screen can show."""
     period = max(plan.trajectory.duration / samples, SHORTEST_PERIOD)
     try:
-        answer = as_dict(plan, AnswerOptions(period, PARTS | {"torque"}, request_hash))
+        answer = as_dict(plan, AnswerOptions(period, PARTS | {"torque"}, request_hash=request_hash))
     except MissingDynamics:
-        answer = as_dict(plan, AnswerOptions(period, PARTS, request_hash))
+        answer = as_dict(plan, AnswerOptions(period, PARTS, request_hash=request_hash))
     answer["samples"] = _shortened(answer["samples"])
     answer["warnings"] = list(map(vars, plan.warnings))  # without those about the samples of this very view
     return answer

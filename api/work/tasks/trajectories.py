@@ -194,7 +194,7 @@ def list_backends(context: TaskContext) -> Reply:
 def export_options(request: requests.PlanRequest, definition: bytes | None) -> AnswerOptions:
     """Make the options of an answer to a request, which may name an added robot with a definition."""
     quoted = request_hash(request, definition)
-    return AnswerOptions(request.sample_period, frozenset(request.include), quoted)
+    return AnswerOptions(request.sample_period, frozenset(request.include), request.repeat, quoted)
 
 
 def refuse_too_many_rows(

@@ -47,6 +47,7 @@ LEFT_OUT = {
         "limits of power refuse them; test_torque_with_tolerances has them with every back end",
     ),
     "PlanRequest.picture": "it changes no plan",
+    "TrajectoryRequest.repeat": "it changes no plan; test_programs has it",
     "Pose.quaternion_xyzw": "another notation of `orientation`",
     **dict.fromkeys(("ProcessForce.force", "ProcessForce.moment", "ProcessForce.frame"), "as `process_force`"),
     "Scene.allowed_pairs": "the random requests have it",

@@ -60,6 +60,61 @@ class Read:
         self.rest = 0.0
 
 
+LOOPS = {
+    "krl": ([r"DECL INT cycle"], "FOR cycle = 1 TO N", "ENDFOR", "LOOP", "ENDLOOP"),
+    "rapid": ([], "FOR cycle FROM 1 TO N DO", "ENDFOR", "WHILE TRUE DO", "ENDWHILE"),
+    "urscript": (["cycle = 0", "cycle = cycle + 1"], "while cycle < N:", "end", "while True:", "end"),
+    "fanuc_ls": ([], "FOR R[1]=1 TO N ;", "ENDFOR ;", "LBL[1] ;", "JMP LBL[1] ;"),
+}
+"""By language, the further lines of a counted loop, and the lines around a counted and an endless one."""
+FORMS = {"krl": "krl", "krl_kss5": "krl", "krl_kss8": "krl", "rapid": "rapid", "rapid_moves": "rapid"}
+FORMS |= {"urscript": "urscript", "urscript_moves": "urscript", "fanuc_ls": "fanuc_ls"}
+FIRST_IN_LOOP = {
+    "krl": "PTP_SPLINE",
+    "krl_kss5": "axis_speed(",
+    "krl_kss8": "axis_speed(",
+    "rapid": "MoveAbsJ",
+    "rapid_moves": "AccSet",
+    "urscript": "servoj(",
+    "urscript_moves": "# waypoint 1",
+    "fanuc_ls": "J P[2]",
+}
+"""How the first line of the trajectory begins, after the approach to its start."""
+
+
+@pytest.mark.parametrize("count", [1, 2, 5000, 0])
+@pytest.mark.parametrize("form", FORMS)
+def test_a_program_repeats_the_trajectory_alone(form: str, count: int) -> None:
+    corners = [JointWaypoint(START), JointWaypoint(THIRD), JointWaypoint(START)]
+    closed = plan(PlanningProblem(ROBOT, corners), Cubic())
+
+    def lines(repeat: int) -> list[str]:
+        text = render(closed, form, ExportOptions(PERIOD, repeat=repeat)).decode()
+        return [re.sub(r"^ *\d+:", "", line).strip() for line in text.splitlines() if line.strip()]
+
+    once, several = lines(1), lines(count)
+    if count == 1:
+        assert several == once
+        return
+    further, opened, ended, endless, ended_endless = LOOPS[FORMS[form]]
+    before, after = (opened.replace("N", str(count)), ended) if count else (endless, ended_endless)
+    begin = several.index(before)
+    end = several.index(after, begin)  # the trajectory has no blocks of its own that end so
+    assert several[begin + 1].startswith(FIRST_IN_LOOP[form])
+    rest = [*several[:begin], *several[begin + 1 : end], *several[end + 1 :]]
+    assert [line for line in rest if line not in (further if count else [])] == once
+    assert len(rest) == len(once) + (len(further) if count else 0)
+    moving = r"PTP_SPLINE|S?PTP|movej|servoj|J P\[|MoveAbsJ"
+    assert len([line for line in several[:begin] if re.match(moving, line)]) == 1  # to the start
+    assert not [line for line in several[end + 1 :] if re.match(moving, line)]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_program_repeats_only_a_closed_trajectory(form: str, solved_moves: Plan) -> None:
+    with pytest.raises(UnsupportedFormat, match="repeats trajectories that end with the joint position of their start"):
+        render(solved_moves, form, ExportOptions(PERIOD, repeat=2))
+
+
 def angles(text: str) -> list[float]:
     return [float(found) for found in re.findall(rf"(?:[AJ]\d\s*=?\s*|(?<=[\[,])\s*)({NUMBER})", text)]
 

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from planner.backends import Cubic, MinEffort, Quintic, Ruckig
 from planner.errors import UnsupportedFormat
-from planner.export import render
+from planner.export import ExportOptions, render
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.actions import AtWaypoint, SetOutput
@@ -126,6 +126,23 @@ def test_each_waypoint_is_one_instruction_at_its_pose(form: str) -> None:
 def test_a_module_has_the_grammar_of_abb() -> None:
     assert check_format(render(mixed("rapid_moves"), "rapid_moves").decode()) == []
     assert check_format("MODULE Wrong\r\n  PROC move()\r\n    MoveAbsJ start,;\r\n  ENDPROC\r\nENDMODULE\r\n")
+
+
+@pytest.mark.parametrize("repeat", [0, 3])
+@pytest.mark.parametrize("form", ["rapid", "rapid_moves"])
+def test_a_loop_has_the_grammar_of_abb(form: str, repeat: int) -> None:
+    robot, home, _ = arm("rapid_moves")
+    closed = plan(PlanningProblem(robot, [joints(home, dwell=0.2), joints(home + 0.1), joints(home)]), Cubic())
+    assert check_format(render(closed, form, ExportOptions(0.1, repeat=repeat)).decode()) == []
+
+
+@every_language
+def test_a_program_that_changes_the_tool_is_not_repeated(form: str) -> None:
+    robot, home, _ = arm(form)
+    longer = Pose([0.0, 0.0, 0.2], np.eye(3))
+    solved = plan(PlanningProblem(robot, [joints(home), joints(home + 0.1, tool=longer), joints(home)]), Cubic())
+    with pytest.raises(UnsupportedFormat, match="end with the tool of their start"):
+        render(solved, form, ExportOptions(repeat=2))
 
 
 @every_language
