@@ -165,6 +165,19 @@ def collisions(
 
 
 @app.command()
+def keep(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    problems: Annotated[int, typer.Option(help="Problems of each of the seven kinds of scenes.", min=1)] = 20,
+    arm: Annotated[list[str] | None, typer.Option(help="Robots; ur5e and fr3 if omitted.")] = None,
+    seconds: Annotated[float, typer.Option(help="Processor time for each problem, s.", min=0.1)] = 30.0,
+) -> None:
+    """Carry upright cups among obstacles, beside OMPL's projected planner if it is installed; takes an hour."""
+    from benchmarks.collisions.upright import measure, print_table
+
+    _show(measure(problems, arm or ("ur5e", "fr3"), seconds), json, print_table)
+
+
+@app.command()
 def jobs(
     json: Annotated[bool, typer.Option("--json", help="Print the records as JSON.")] = False,
     every: Annotated[int, typer.Option(help="Every so many of the jobs.", min=1)] = 1,

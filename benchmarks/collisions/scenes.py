@@ -38,6 +38,9 @@ FORWARD = (0.0, np.pi / 2.0, 0.0)
 DOWN = (np.pi, 0.0, 0.0)
 """Roll, pitch and yaw of a tool that points down, rad."""
 
+UPRIGHT_TILT = 0.05
+"""The largest change of roll or pitch at the ends of problems with an upright tool, rad."""
+
 
 class Place(NamedTuple):
     """The region of the tool at an end of a problem.
@@ -224,8 +227,15 @@ KINDS: dict[str, Callable[[float, np.random.Generator], Layout]] = {
 """The layouts by their names."""
 
 
-def problem(robot: Robot, kind: str, number: int) -> Problem:
-    """Make a problem: the same one for the same arm, kind and number."""
+def problem(robot: Robot, kind: str, number: int, *, is_upright: bool = False) -> Problem:
+    """Make a problem: the same one for the same arm, kind and number.
+
+    Args:
+        robot: The arm.
+        kind: Of the scene.
+        number: Of the problem.
+        is_upright: Whether the axis of the tool that points down, see `axis_down`, does so at both ends.
+    """
     rng = np.random.default_rng([list(KINDS).index(kind), number])
     reach, shoulder = _size(robot)
     up = np.array([0.0, 0.0, shoulder - LOW_SHOULDER * reach])
@@ -236,11 +246,20 @@ def problem(robot: Robot, kind: str, number: int) -> Problem:
         )
         checker = CollisionChecker(robot, Scene(scene.objects, margin=ROOM), self_collision=True)
         first, second = rng.choice(len(layout.places), 2, replace=False)
-        start = _position(robot, checker, layout.places[first], up, rng)
-        goal = None if start is None else _position(robot, checker, layout.places[second], up, rng)
+        ends = [layout.places[first], layout.places[second]]
+        if is_upright:
+            ends = [end._replace(tilt=UPRIGHT_TILT) for end in ends]
+        start = _position(robot, checker, ends[0], up, rng)
+        goal = None if start is None else _position(robot, checker, ends[1], up, rng)
         if start is not None and goal is not None:
             return Problem(kind, number, scene, start, goal)
     raise RuntimeError(f"{robot.id} finds no room in {kind} {number}")
+
+
+def axis_down(kind: str) -> tuple[float, float, float]:
+    """Return the axis of the tool that points down in upright problems: z, or x if z is level."""
+    place = KINDS[kind](1.0, np.random.default_rng(0)).places[0]
+    return (0.0, 0.0, 1.0) if place.rpy == DOWN else (1.0, 0.0, 0.0)
 
 
 def _size(robot: Robot) -> tuple[float, float]:

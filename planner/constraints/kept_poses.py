@@ -123,7 +123,7 @@ class KeptPoses(NamedTuple):
                 return None
             damped = squares + PROJECTION_DAMPING * scale * np.eye(len(rows))
             step = -rows.T @ np.linalg.solve(damped, np.array(excesses))
-            position = position + step * min(1.0, LARGEST_PROJECTION_STEP / max(float(np.linalg.norm(step)), 1e-300))
+            position = position + step / max(1.0, float(np.sqrt(step @ step)) / LARGEST_PROJECTION_STEP)
         return None
 
 
@@ -165,7 +165,8 @@ class _Along:
         bends = (self._of_angles if own.is_angle else self._of_distances) / 8.0
         pieces = np.arange(len(bends))
         starts, widths = np.zeros(len(bends)), np.ones(len(bends))
-        left, right = self._gauges(own, pieces, starts), self._gauges(own, pieces, starts + widths)
+        ends = self._gauges(own, np.tile(pieces, 2), np.concatenate([starts, starts + widths]))
+        left, right = np.split(ends, 2)
         largest, bound, made = -np.inf, -np.inf, 0
         at = (0, 0.0)
         while True:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -33,8 +34,8 @@ PROJECTED_SHARE = 0.98
 PROJECTED_DEPTH = 0.005
 """The largest depth in a box or half-space to which a projection leads, m."""
 
-LEAST_AXIS_LENGTH = 1e-12
-"""The length of an axis of rotation below which the axis is unknown."""
+VECTORS_KEPT = 256
+"""Number of unit vectors, and of rotations, that a process keeps."""
 
 
 class PoseConstraint(ABC):
@@ -151,7 +152,8 @@ class ToolAxis(PoseConstraint):
 
     def slope(self, position: FloatArray, rotation: FloatArray) -> FloatArray:
         """Return the derivative (6,) of the angle: the tool turns about the normal of axis and direction."""
-        return _turned_about(np.cross(_unit(self.direction), rotation @ _unit(self.axis)))
+        (a, b, c), (x, y, z) = _unit(self.direction), rotation @ _unit(self.axis)
+        return _slope(np.array([b * z - c * y, c * x - a * z, a * y - b * x]), is_angle=True)
 
 
 @dataclass(frozen=True)
@@ -184,16 +186,12 @@ class ToolOrientation(PoseConstraint):
 
     def gauges(self, positions: FloatArray, rotations: FloatArray) -> FloatArray:
         """Compute the negative cosines (N,) of the angle, from the trace of the rotation between the two."""
-        traces = np.einsum("ij,nij->n", self._rotation, rotations)
+        traces = np.einsum("ij,nij->n", _rotation_of(self.orientation), rotations)
         return np.asarray((1.0 - traces) / 2.0, dtype=np.float64)
 
     def slope(self, position: FloatArray, rotation: FloatArray) -> FloatArray:
         """Return the derivative (6,) of the angle: the tool turns about the axis of the rotation between the two."""
-        return _turned_about(rotation_vector(rotation @ self._rotation.T))
-
-    @property
-    def _rotation(self) -> FloatArray:
-        return rotation_from_quaternion(np.array(self.orientation, dtype=np.float64))
+        return _slope(rotation_vector(rotation @ _rotation_of(self.orientation).T), is_angle=True)
 
 
 @dataclass(frozen=True)
@@ -227,7 +225,7 @@ class ToolNearPlane(PoseConstraint):
     def slope(self, position: FloatArray, rotation: FloatArray) -> FloatArray:
         """Return the derivative (6,) of the distance: along the normal."""
         normal = _unit(self.normal)
-        return _moved_along(normal * np.sign((position - np.array(self.point)) @ normal))
+        return _slope(normal * np.sign((position - np.array(self.point)) @ normal), is_angle=False)
 
 
 @dataclass(frozen=True)
@@ -260,7 +258,7 @@ class ToolNearLine(PoseConstraint):
 
     def slope(self, position: FloatArray, rotation: FloatArray) -> FloatArray:
         """Return the derivative (6,) of the distance: away from the line."""
-        return _moved_along(self._across(position[None])[0])
+        return _slope(self._across(position[None])[0], is_angle=False)
 
     def _across(self, positions: FloatArray) -> FloatArray:
         """Return the vectors (N, 3), m, from the line to positions (N, 3)."""
@@ -326,7 +324,7 @@ class ToolInBox(_Region):
         """Return the derivative (6,) of the distance: along the normal of the nearest face."""
         inside = self._inside(position[None])[0]
         face = int((np.abs(inside) - np.array(self.size) / 2.0).argmax())
-        return _moved_along(self._axes[:, face] * np.sign(inside[face]))
+        return _slope(self._axes[:, face] * np.sign(inside[face]), is_angle=False)
 
     @property
     def _axes(self) -> FloatArray:
@@ -374,21 +372,29 @@ class ToolInHalfSpace(_Region):
 
     def slope(self, position: FloatArray, rotation: FloatArray) -> FloatArray:
         """Return the derivative (6,) of the distance: along the normal."""
-        return _moved_along(_unit(self.normal))
+        return _slope(_unit(self.normal), is_angle=False)
 
 
+@lru_cache(maxsize=VECTORS_KEPT)
 def _unit(vector: tuple[float, ...]) -> FloatArray:
     """Return the unit vector (3,) of a direction."""
     values = np.array(vector, dtype=np.float64)
-    return values / float(np.linalg.norm(values))
+    values /= np.linalg.norm(values)
+    values.flags.writeable = False
+    return values
 
 
-def _turned_about(axis: FloatArray) -> FloatArray:
-    """Return the slope (6,) of an angle that grows by rotation about an axis (3,); 0: no axis."""
-    length = float(np.linalg.norm(axis))
-    return np.concatenate([np.zeros(3), axis / length if length > LEAST_AXIS_LENGTH else np.zeros(3)])
+@lru_cache(maxsize=VECTORS_KEPT)
+def _rotation_of(xyzw: tuple[float, ...]) -> FloatArray:
+    """Return the rotation (3, 3) of a quaternion."""
+    rotation = rotation_from_quaternion(np.array(xyzw, dtype=np.float64))
+    rotation.flags.writeable = False
+    return rotation
 
 
-def _moved_along(direction: FloatArray) -> FloatArray:
-    """Return the slope (6,) of a distance that grows along a direction (3,); 0: no direction."""
-    return np.roll(_turned_about(direction), 3)
+def _slope(direction: FloatArray, *, is_angle: bool) -> FloatArray:
+    """Return the slope (6,) of a value that grows along a direction (3,), or by rotation about it; 0: none."""
+    slope, length = np.zeros(6), float(np.sqrt(direction @ direction))
+    if length > 0.0:
+        slope[3 * is_angle : 3 + 3 * is_angle] = direction / length
+    return slope

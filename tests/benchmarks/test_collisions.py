@@ -9,7 +9,7 @@ import numpy as np
 import orjson
 import pytest
 
-from benchmarks.collisions import measure, report
+from benchmarks.collisions import measure, report, upright
 from benchmarks.collisions.models import Contacts
 from benchmarks.collisions.scenes import KINDS, ROOM, problem
 from planner.free_motion import find_free_path
@@ -76,3 +76,11 @@ def test_out_of_a_shelf_that_the_search_once_did_not_leave(seed: int) -> None:
 
 def _nothing(count: int) -> dict[str, object]:
     return {"free": 0, "of": count, "proof": None, "clearance": None}
+
+
+def test_an_upright_cup_is_carried_out_of_a_box_without_a_tipped_sample() -> None:
+    robot = load_robot("ur5e")
+    answer = upright.ours(robot, problem(robot, "box", 0, is_upright=True), 30.0)
+    assert answer["found"]
+    assert answer["tipped"] == 0
+    assert not answer["touches"]
