@@ -46,8 +46,6 @@ def measure(count: int, arms: Sequence[str], seconds: float) -> dict[str, Any]:
     solvers: dict[str, Callable[[Robot, Problem, float], dict[str, Any]]] = {"planner": ours}
     if find_spec("ompl"):
         solvers["ompl"] = theirs
-        {"ompl": theirs} if find_spec("ompl") else {}
-    )
     figures: dict[str, Any] = {}
     for arm in arms:
         robot = load_robot(arm)
