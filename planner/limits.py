@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from planner.constraints import (
+    ACCELERATION_AT_SPEED,
+    JERK_AT_SPEED,
     POWER,
     TOOL,
     TORQUE,
@@ -149,7 +151,8 @@ class SegmentLimits:
         none = Bounds.of_magnitudes(np.full_like(self.torque.upper, np.inf))
         of_tool = {quantity: limit for quantity, limit in self.of_tool.items() if quantity not in quantities}
         of_joints: Any = dict.fromkeys(set(JOINT_QUANTITIES) & set(quantities), none)
-        further = {own: limit for own, limit in self.further.items() if own.name not in quantities}
+        left = set(quantities)
+        further = {own: limit for own, limit in self.further.items() if not left & {own.name, own.kept_with}}
         return replace(self, **of_joints, of_tool=of_tool, further=further)
 
     def bounds(self, quantity: str) -> Bounds:
@@ -318,6 +321,10 @@ def segment_limits(
         further[VELOCITY_AT_POSITION] = scales("velocity_scale")
     rating = robot.limit("rms_torque") if common.rms_torque is None else np.array(common.rms_torque)
     rms = RmsTorque(rating, common.cycle_time or 0.0) if np.isfinite(rating).any() else None
+    for constraint in (ACCELERATION_AT_SPEED, JERK_AT_SPEED):
+        if constraint.is_known(robot):
+            is_scaled = hasattr(common, f"{constraint.kept_with}_scale")
+            further[constraint] = scales(f"{constraint.kept_with}_scale") if is_scaled else np.ones(len(own))
     if robot.torque_curves is not None:
         further[TORQUE_AT_SPEED] = scales("torque_scale")
     return SegmentLimits(

@@ -29,6 +29,8 @@ MEASURES = {
     "velocity_at_position": Measure("Velocity at its position", "rad/s", "m/s"),
     "acceleration": Measure("Acceleration", "rad/s²", "m/s²"),
     "jerk": Measure("Jerk", "rad/s³", "m/s³"),
+    "acceleration_at_speed": Measure("Acceleration at its speed", "rad/s²", "m/s²"),
+    "jerk_at_speed": Measure("Jerk at its speed", "rad/s³", "m/s³"),
     "torque": Measure("Torque", "N m", "N"),
     "torque_at_speed": Measure("Torque at its speed", "N m", "N"),
     "torque_with_tolerances": Measure("Torque within tolerances", "N m", "N"),

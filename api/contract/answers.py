@@ -131,7 +131,8 @@ class Check(Answer):
 
     quantity: str
     """The quantity: `position`, `velocity`, `velocity_at_position`, `acceleration`, `jerk`, `torque`,
-    `torque_at_speed`, `torque_with_tolerances` (the largest within tolerances and following errors), `rms_torque`,
+    `acceleration_at_speed`, `jerk_at_speed`, `torque_at_speed`, `rms_torque`,
+    `torque_with_tolerances` (the largest within tolerances and following errors),
     `power`, `total_power` (of all joints). Of the tool: `tcp_linear_velocity`, `tcp_angular_velocity`,
     `tcp_linear_acceleration`, `tcp_angular_acceleration`, `tcp_centripetal_acceleration` (across the path),
     `tcp_linear_jerk`, `tcp_angular_jerk`. Deviations of the tool from the requested path: `path_position_deviation`,

@@ -213,7 +213,18 @@ class MaxPayloadAnswer(Answer):
     """The mass, kg, besides the carried one, accurate to 0.01 %; null: no joint feels it, and the robot has no known
     rating."""
     limited_by: (
-        Literal["torque", "torque_at_speed", "rms_torque", "power", "total_power", "acceleration", "jerk", "rating"]
+        Literal[
+            "torque",
+            "torque_at_speed",
+            "rms_torque",
+            "power",
+            "total_power",
+            "acceleration",
+            "acceleration_at_speed",
+            "jerk",
+            "jerk_at_speed",
+            "rating",
+        ]
         | None
     )
     """The quantity whose limit bounds the mass, or `rating`, the rated payload of the robot; null: none."""

@@ -241,7 +241,7 @@ def _exact_check(
         ratio=ratio if known else None,
         time=float(trajectory.breakpoints[piece] + unit * trajectory.lengths[piece]),
         method="exact",
-        enforced=enforced.get(constraint.name, True),
+        enforced=enforced.get(constraint.kept_with or constraint.name, True),
         bounded=True,
         own_unit=None if constraint.name in MEASURES else constraint.unit,
     )
@@ -267,7 +267,7 @@ def _constraint_check(
         ratio=peak.use if known and bounded else None,
         time=float(trajectory.breakpoints[peak.piece] + peak.unit * trajectory.lengths[peak.piece]),
         method="sampled" if peak.reached is None else "bounded",
-        enforced=enforced.get(constraint.name, True),
+        enforced=enforced.get(constraint.kept_with or constraint.name, True),
         bounded=bounded,
         lower=None if peak.reached is None else peak.reached * limit if known else 0.0,
         own_unit=None if constraint.name in MEASURES else constraint.unit,

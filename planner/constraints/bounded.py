@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.constraints.at_speed import ACCELERATION_AT_SPEED, JERK_AT_SPEED, TORQUE_AT_SPEED
 from planner.constraints.quantities import POWER, TOOL, TORQUE, TOTAL_POWER
-from planner.constraints.torque_at_speed import TORQUE_AT_SPEED
 from planner.constraints.torque_with_tolerances import TORQUE_WITH_TOLERANCES
 from planner.dynamics.torque_tolerances import torque_tolerances
 from planner.errors import InvalidProblem
@@ -29,9 +29,12 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectories.extrema import UnitPolynomials
 
+AT_SPEED = (TORQUE_AT_SPEED, ACCELERATION_AT_SPEED, JERK_AT_SPEED)
+"""The constraints by curves of speed, in the order of the kernels."""
+
 KIND_OF: Mapping[Constraint, int] = {
     own: KINDS.index(own.name)
-    for own in (TORQUE, TORQUE_AT_SPEED, TORQUE_WITH_TOLERANCES, POWER, TOTAL_POWER, *TOOL.values())
+    for own in (TORQUE, *AT_SPEED, TORQUE_WITH_TOLERANCES, POWER, TOTAL_POWER, *TOOL.values())
 }
 """The constraints whose peaks are bounded, and their kinds in the kernels."""
 
@@ -133,8 +136,14 @@ def _tool_chain(robot: Robot) -> ToolChain:
 
 
 def _pieces_of_curves(robot: Robot) -> FloatArray:
-    """Return the pieces (3, joints, pieces) of the torque curves of a robot: their ends, intercepts and slopes."""
-    curves = robot.torque_curves
-    if curves is None:
-        return np.empty((3, robot.dof, 0))
-    return np.stack([curves.ends, curves.intercepts, curves.slope])
+    """Return the pieces (`AT_SPEED`, 3, joints, pieces) of the speed curves of a robot: ends, intercepts and slopes."""
+    each = [robot.torque_curves, *robot.rate_curves.values()]
+    if not any(each):
+        return np.empty((len(each), 3, robot.dof, 0))
+    most = max(curves.speed.shape[1] for curves in each if curves is not None)
+    found = np.full((len(each), 3, robot.dof, most), np.inf)
+    found[:, 2] = 0.0
+    for own, curves in zip(found, each, strict=True):
+        if curves is not None:
+            own[..., : curves.speed.shape[1]] = [curves.ends, curves.intercepts, curves.slope]
+    return found

@@ -39,6 +39,7 @@ class Constraint(Protocol):
         follows_path_speed: Whether it depends on path and path velocity alone.
         has_rows: Whether it has `rows`. Back ends scale all others in time as a whole.
         is_exact: Whether it has `peaks`; the peaks of all others are found on samples.
+        kept_with: The quantity with whose guarantee a back end keeps it; empty: it always does.
         of_shares: Whether its values are shares of limits that depend on the state; `shown` returns both.
     """
 
@@ -51,6 +52,7 @@ class Constraint(Protocol):
     has_rows: bool = False
     is_exact: bool = False
     of_shares: bool = False
+    kept_with: str = ""
 
     def is_known(self, robot: Robot) -> bool:
         """Return whether the values can be computed for a robot; where they cannot, they are taken for zero."""

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from planner.trajectories.extrema import UnitPolynomials
 
 NAMED = {
+    "acceleration_at_speed": "acceleration (by speed)",
+    "jerk_at_speed": "jerk (by speed)",
     "torque_at_speed": "torque (by speed)",
     "torque_with_tolerances": "torque (within tolerances)",
     "power": "power",

@@ -28,6 +28,8 @@ KINDS = (
     "total_power",
     "torque_at_speed",
     "torque_with_tolerances",
+    "acceleration_at_speed",
+    "jerk_at_speed",
     "path_position_deviation",
     "path_orientation_deviation",
 )
@@ -184,7 +186,8 @@ def bound_peaks(
         columns: The functions.
         wish: (`WISH_NUMBERS`,).
         known: The peaks of other pieces, which need not be bounded more closely than theirs.
-        curves: Pieces (3, joints, pieces of a curve) of the joints' torque curves: last speed, intercept and slope.
+        curves: Pieces (3, 3, joints, pieces of a curve) of the limits of torque, acceleration and jerk by speed of the
+            joints: last speed, intercept and slope.
         paths: The requested paths, for deviations from them.
 
     Returns:
@@ -219,8 +222,8 @@ def bound_peaks(
         None if paths is None else indices(paths.of_piece, len(paths.numbers) + 1, pieces, 2),
         None if paths is None else doubles(paths.numbers, len(paths.numbers), PATH_NUMBERS),
         doubles(wish, WISH_NUMBERS),
-        curves.shape[2],
-        doubles(curves, 3, joints, curves.shape[2]),
+        curves.shape[3],
+        doubles(curves, 3, 3, joints, curves.shape[3]),
         *_spread(arm.spread, joints),
         None if arm.following is None else doubles(arm.following, 3, joints),
         found.reached,

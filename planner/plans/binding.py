@@ -22,7 +22,10 @@ BINDING = 0.99
 AGREES = 1e-6
 """Relative amount by which a limit of a check may differ from the limit that a field sets."""
 
-BY_MASS = ("torque", "torque_at_speed", "power", "total_power", "rms_torque")
+RATES_AT_SPEED = ("acceleration_at_speed", "jerk_at_speed")
+"""Quantities whose limits the payload table sets by the speeds of joints."""
+
+BY_MASS = ("torque", "torque_at_speed", "power", "total_power", "rms_torque", *RATES_AT_SPEED)
 """Quantities that are smaller with a lighter payload."""
 
 OF_ROBOT = {
@@ -30,6 +33,7 @@ OF_ROBOT = {
     "velocity_at_position": ("velocity_curves",),
     "torque_at_speed": ("torque_curve",),
     "rms_torque": ("rms_torque",),
+    **dict.fromkeys(RATES_AT_SPEED, ("payload_table",)),
 }
 """Fields of a robot that alone set limits of quantities."""
 
@@ -74,8 +78,9 @@ def _fields(check: Check, problem: PlanningProblem, segment: int) -> Iterator[Fi
         found = [("robot", *OF_ROBOT[quantity])]
         if quantity == "velocity_at_position":
             found += [(*field, "velocity_scale") for field, own in given if own.velocity_scale < 1.0]
-        if quantity == "torque_at_speed":
-            found += [(*field, "torque_scale") for field, own in given if own.torque_scale < 1.0]
+        if quantity in ("torque_at_speed", "acceleration_at_speed"):
+            scale = f"{quantity.removesuffix('_at_speed')}_scale"
+            found += [(*field, scale) for field, own in given if getattr(own, scale) < 1.0]
     if quantity in (*TCP_ORDERS, "power", "total_power", "rms_torque"):
         for field, own in given:
             value = getattr(own, quantity)

@@ -204,6 +204,27 @@ class RobotDescription:
         return TorqueCurves.of(curves) if any(curves) else None
 
     @cached_property
+    def rate_curves(self) -> Mapping[str, TorqueCurves | None]:
+        """The limits of acceleration and jerk by the speeds of the joints, with this payload; None: there are none."""
+        return {name: self._rate_curves(name) for name in ("acceleration", "jerk")}
+
+    def _rate_curves(self, quantity: str) -> TorqueCurves | None:
+        """Return the limits of a quantity by the speeds of the joints; None: there are none."""
+        table = self.payload_table
+        factors = None if table is None else table.at_speeds(quantity, self.payload_mass)
+        if table is None or factors is None:
+            return None
+        factor, curves = table.factor(quantity, self.payload_mass), list[TorqueCurve | None]()
+        for joint in self.joints:
+            speeds, most = (
+                np.array(table.speeds) * joint.velocity,
+                factor * getattr(joint, quantity) * np.array(factors),
+            )
+            known = bool(np.isfinite(most).all() and np.isfinite(speeds).all())
+            curves.append(TorqueCurve(tuple(speeds.tolist()), tuple(most.tolist())) if known else None)
+        return TorqueCurves.of(curves) if any(curves) else None
+
+    @cached_property
     def friction(self) -> JointFriction | None:
         """The friction of the joints; None: there is none."""
         return _friction([(joint.friction, joint.damping) for joint in self.joints])

@@ -51,17 +51,25 @@ LEAST_PAYLOAD_FACTOR = 1e-6
 MOST_PAYLOAD_MASSES = 64
 """Number of masses that a table may have."""
 
+MOST_PAYLOAD_SPEEDS = 64
+"""Number of speeds that a table may have."""
+
 
 @dataclass(frozen=True)
 class PayloadTable:
-    """Factors on a robot's acceleration and jerk limits by the payload mass.
+    """Factors on a robot's acceleration and jerk limits by the payload mass, and by the speed of each joint.
 
-    They are linear between the masses and constant beyond the first and the last one, and never grow with the mass.
+    They are linear between the masses and constant beyond the first and the last one, and never grow with the mass. The
+    same holds for speeds.
 
     Attributes:
         masses: Ascending, not negative, kg.
         acceleration: The factors on all acceleration limits at these masses, up to 1.
         jerk: The factors on all jerk limits; None: 1 at all masses.
+        speeds: Ascending shares of a joint's velocity limit, from 0 to 1, for factors by speed; empty: there are none.
+        acceleration_at_speeds: Further factors on the acceleration limit of a joint, up to 1. Each mass has a row, and
+            each speed a column; None: 1 everywhere.
+        jerk_at_speeds: The same of jerk limits.
 
     Examples:
         >>> import planner
@@ -73,17 +81,35 @@ class PayloadTable:
     masses: tuple[float, ...]
     acceleration: tuple[float, ...]
     jerk: tuple[float, ...] | None = None
+    speeds: tuple[float, ...] = ()
+    acceleration_at_speeds: tuple[tuple[float, ...], ...] | None = None
+    jerk_at_speeds: tuple[tuple[float, ...], ...] | None = None
 
     def factor(self, quantity: str, mass: float) -> float:
-        """Return the factor on the limits of a quantity of the joints at a payload mass, kg."""
+        """Return the factor on the limits of a quantity of the joints at a payload mass, kg, at all speeds."""
         factors = {"acceleration": self.acceleration, "jerk": self.jerk}.get(quantity)
         return 1.0 if factors is None else float(np.interp(mass, self.masses, factors))
 
+    def at_speeds(self, quantity: str, mass: float) -> tuple[float, ...] | None:
+        """Return the factors on the limits of a quantity at `speeds`, with a payload mass, kg; None: 1."""
+        rows = {"acceleration": self.acceleration_at_speeds, "jerk": self.jerk_at_speeds}[quantity]
+        if rows is None:
+            return None
+        return tuple(float(np.interp(mass, self.masses, column)) for column in zip(*rows, strict=True))
+
     def exceeds(self, other: PayloadTable) -> bool:
-        """Tell whether this table allows more than another one at any mass."""
+        """Tell whether this table allows more than another one at any mass and speed."""
         masses = np.union1d(self.masses, other.masses).tolist()
+        speeds = np.union1d(self.speeds, other.speeds)
+
+        def allowed(table: PayloadTable, quantity: str, mass: float) -> FloatArray:
+            factors, shares = table.at_speeds(quantity, mass), np.ones(max(len(speeds), 1))
+            if factors is not None:
+                shares = np.interp(speeds, table.speeds, factors)
+            return table.factor(quantity, mass) * shares
+
         return any(
-            self.factor(quantity, mass) > other.factor(quantity, mass) * (1.0 + 1e-9)
+            (allowed(self, quantity, mass) > allowed(other, quantity, mass) * (1.0 + 1e-9)).any()
             for quantity in ("acceleration", "jerk")
             for mass in masses
         )
@@ -92,6 +118,7 @@ class PayloadTable:
 def payload_table_faults(table: PayloadTable) -> Iterator[str]:
     """Yield the faults of a table."""
     columns = {"acceleration": table.acceleration, "jerk": table.jerk}
+    by_speed = {"acceleration_at_speeds": table.acceleration_at_speeds, "jerk_at_speeds": table.jerk_at_speeds}
     if not 2 <= len(table.masses) <= MOST_PAYLOAD_MASSES:
         yield f"it must have 2 to {MOST_PAYLOAD_MASSES} masses"
     elif not np.isfinite(table.masses).all() or not (np.diff(table.masses) > 0.0).all() or table.masses[0] < 0.0:
@@ -103,6 +130,21 @@ def payload_table_faults(table: PayloadTable) -> Iterator[str]:
             yield f"it must have as many factors of {name} as masses"
         elif not (np.diff(factors) <= 0.0).all() or not LEAST_PAYLOAD_FACTOR <= factors[-1] <= factors[0] <= 1.0:
             yield f"its factors of {name} must be {LEAST_PAYLOAD_FACTOR:g} to 1 and must not grow with the mass"
+    speeds, is_by_speed = np.array(table.speeds), any(rows is not None for rows in by_speed.values())
+    ascends = bool((np.diff(speeds, prepend=-1.0, append=2.0) > 0.0).all() and (speeds >= 0.0).all())
+    if is_by_speed and not (ascends and 2 <= len(speeds) <= MOST_PAYLOAD_SPEEDS and speeds[-1] <= 1.0):
+        yield f"it must have 2 to {MOST_PAYLOAD_SPEEDS} speeds that ascend, from 0 or more to 1 or less"
+    for name, rows in by_speed.items():
+        if rows is None:
+            continue
+        if len(rows) != len(table.masses) or any(len(row) != len(table.speeds) for row in rows):
+            yield f"its `{name}` must have a row for each mass, with a factor for each speed"
+            continue
+        values = np.array(rows)
+        grows = (np.diff(values, axis=0) > 0.0).any() or (np.diff(values, axis=1) > 0.0).any()
+        if grows or not LEAST_PAYLOAD_FACTOR <= values.min() <= values.max() <= 1.0:
+            text = f"must be {LEAST_PAYLOAD_FACTOR:g} to 1 and must not grow with the mass or the speed"
+            yield f"the factors of its `{name}` {text}"
 
 
 Vector3 = tuple[float, float, float]

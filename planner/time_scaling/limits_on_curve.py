@@ -7,10 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.constraints import OF_FRICTION, POWER, TORQUE, TORQUE_AT_SPEED, TOTAL_POWER, Bounds, Constraint
+from planner.constraints import (
+    ACCELERATION_AT_SPEED,
+    OF_FRICTION,
+    POWER,
+    TORQUE,
+    TORQUE_AT_SPEED,
+    TOTAL_POWER,
+    Bounds,
+    Constraint,
+)
+from planner.constraints.at_speed import rows_at_speed
 from planner.constraints.constraint import Rows
 from planner.constraints.quantities import Power
-from planner.constraints.torque_at_speed import rows_at_speed
 from planner.dynamics import SegmentDynamics
 from planner.kernels.polynomials import follow_scaling
 from planner.kernels.retiming import joint_rows
@@ -94,6 +103,8 @@ class LimitsOnCurve:
                 speeds = np.maximum(0.0 if speeds is None else speeds, shares * along.ds[:, 0])
             elif constraint.has_rows:
                 groups.append(self._with_rows(constraint, bounds, along, segments))
+            elif constraint is ACCELERATION_AT_SPEED:
+                groups += self._by_acceleration(bounds, along)
             elif constraint in BY_TORQUE:
                 groups += self._by_torque(constraint, bounds, along)
         if jerks := [constraint.name for constraint, _ in known if constraint.name in JERKS]:
@@ -131,6 +142,14 @@ class LimitsOnCurve:
         parts = along.of(TORQUE, torques, (np.zeros_like(allowed), allowed))
         per_b, per_a, held = (part / bounds.upper for part in parts)
         rows = rows_at_speed(curves, per_b, per_a, held, np.abs(v))
+        return [(by_b, by_a, 0.0, rest, constant, 0.0) for by_b, by_a, rest, constant in rows]
+
+    def _by_acceleration(self, bounds: Bounds, along: Along) -> list[LimitGroup]:
+        """Return the limits of accelerations by speed, which are zero at rest."""
+        curves, (_, v, a, _) = ACCELERATION_AT_SPEED.curves_of(self.robot), along.motion
+        if curves is None:
+            return []
+        rows = rows_at_speed(curves, a / bounds.upper, v / bounds.upper, np.zeros_like(v), np.abs(v))
         return [(by_b, by_a, 0.0, rest, constant, 0.0) for by_b, by_a, rest, constant in rows]
 
     def _tool_jerks(self, names: Sequence[str], segments: np.ndarray, along: Along) -> LimitGroup:

@@ -14,7 +14,7 @@ from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
 from planner.spatial import as_pose, quaternion
 
 if TYPE_CHECKING:
-    from planner.robots import Joint, Robot
+    from planner.robots import Joint, PayloadTable, Robot
     from planner.robots.collision.geometry import LinkShape
     from planner.robots.collision.pairs import CollisionPair
     from planner.shapes import Shape
@@ -52,7 +52,7 @@ def describe(robot: Robot) -> dict[str, Any]:
         "mass": robot.mass,
         "rated_payload": robot.rated_payload,
         "rated_payload_source": robot.rated_payload_source,
-        **({} if robot.payload_table is None else {"payload_table": asdict(robot.payload_table)}),
+        **({} if robot.payload_table is None else {"payload_table": _describe_table(robot.payload_table)}),
         "geometry": [dict(shape) for shape in robot.geometry],
         "groups": [dict(vars(group)) for group in robot.groups],
         "disabled_collisions": [dict(vars(pair)) for pair in robot.disabled_collisions],
@@ -63,6 +63,12 @@ def placed(pose: Pose) -> dict[str, list[float]]:
     """Return a pose as plain values; one without a rotation has the axes of its frame."""
     rotation = np.eye(3) if pose.rotation is None else pose.rotation
     return {"position": pose.position.tolist(), "quaternion_xyzw": quaternion(rotation).tolist()}
+
+
+def _describe_table(table: PayloadTable) -> dict[str, Any]:
+    """Return a payload table, with the factors by speed where there are any."""
+    by_speed = ("speeds", "acceleration_at_speeds", "jerk_at_speeds")
+    return {name: value for name, value in asdict(table).items() if value or name not in by_speed}
 
 
 def _describe_joint(joint: Joint) -> dict[str, Any]:

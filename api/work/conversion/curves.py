@@ -27,7 +27,9 @@ def to_payload_table(table: payload_table.PayloadTable | None) -> PayloadTable |
     if table is None:
         return None
     jerk = None if table.jerk is None else tuple(table.jerk)
-    return PayloadTable(tuple(table.masses), tuple(table.acceleration), jerk)
+    by_speed = table.acceleration_at_speeds, table.jerk_at_speeds
+    rows = (None if own is None else tuple(map(tuple, own)) for own in by_speed)
+    return PayloadTable(tuple(table.masses), tuple(table.acceleration), jerk, tuple(table.speeds or ()), *rows)
 
 
 def with_curves(values: dict[str, Any], limits: DhJoint | OwnLimits) -> dict[str, Any]:

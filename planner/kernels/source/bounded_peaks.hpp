@@ -9,14 +9,14 @@
 
 enum Kind : int64_t {  // KINDS of planner/kernels/bounded_peaks.py
     TORQUE, LINEAR_VELOCITY, ANGULAR_VELOCITY, LINEAR_ACCELERATION, ANGULAR_ACCELERATION, CENTRIPETAL, LINEAR_JERK, ANGULAR_JERK,
-    POWER, TOTAL_POWER, TORQUE_AT_SPEED, TORQUE_WITH_TOLERANCES, PATH_POSITION, PATH_ORIENTATION
+    POWER, TOTAL_POWER, TORQUE_AT_SPEED, TORQUE_WITH_TOLERANCES, ACCELERATION_AT_SPEED, JERK_AT_SPEED, PATH_POSITION, PATH_ORIENTATION
 };
 
 // Columns: what they are of, and the middle between their limits and the distance of these from there on each piece.
 struct Columns { int64_t count, quantities; const int64_t *kind, *joint, *quantity; const double *middle, *half; };
-// Torque curves: from the end of the piece before up to `end`, the limit at a speed is `torque` - `slope` speed; each is
+// Limits by speed: from the end of the piece before up to `end`, the limit at a speed is `most` - `slope` speed; each is
 // (joints, pieces), and unused pieces begin at an infinite speed.
-struct TorqueLines { int64_t pieces; const double *end, *torque, *slope; };
+struct SpeedLines { int64_t pieces; const double *end, *most, *slope; };
 // What may be added to torques: each generator, a sum of the torques of chains by weights, times a number from -1 to 1; and a
 // remainder, see torque_magnitudes (null: none).
 struct Spread { int64_t generators, chains; const double *weights, *links, *loads; const Magnitude* magnitudes; };
@@ -40,7 +40,7 @@ struct BoundSearch {
     const Columns& columns;
     const Paths& paths;
     const Wish& wish;
-    const TorqueLines& lines;
+    const SpeedLines* curves;
     const Spread& spread;
     const FollowingErrors& following;
     Bounded& found;
@@ -57,8 +57,8 @@ struct BoundSearch {
     int orders = 0, count = 1;
 
     BoundSearch(const ToolChain& arm, const Pieces& motion, const double* bernstein, const Columns& columns, const Paths& paths,
-                const Wish& wish, const TorqueLines& lines, const Spread& spread, const FollowingErrors& following, Bounded& found)
-        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), paths(paths), wish(wish), lines(lines), spread(spread), following(following), found(found),
+                const Wish& wish, const SpeedLines* curves, const Spread& spread, const FollowingErrors& following, Bounded& found)
+        : arm(arm), motion(motion), bernstein(bernstein), columns(columns), paths(paths), wish(wish), curves(curves), spread(spread), following(following), found(found),
           bodies(arm.joints), states(4 * arm.joints), forces(arm.joints), added((1 + spread.generators) * arm.joints), shifted(2 * motion.order), rates(7 * arm.joints) {
         for (int64_t c = 0; c < columns.count; c++)
             switch (columns.kind[c]) {
@@ -66,10 +66,13 @@ struct BoundSearch {
                 case TORQUE: case POWER: case TOTAL_POWER: case TORQUE_AT_SPEED: needs_torques = true; break;
                 case PATH_POSITION: case PATH_ORIENTATION: needs_paths = true; break;
                 case LINEAR_VELOCITY: case ANGULAR_VELOCITY: orders = orders > 1 ? orders : 1; break;
+                case ACCELERATION_AT_SPEED: count = count > 3 ? count : 3; break;
+                case JERK_AT_SPEED: count = 4; break;
                 case LINEAR_JERK: case ANGULAR_JERK: orders = 3; break;
                 default: orders = orders > 2 ? orders : 2;
             }
-        count = needs_torques && orders < 2 ? 3 : orders + 1;
+        const int needed = needs_torques && orders < 2 ? 3 : orders + 1;
+        count = needed > count ? needed : count;
     }
     ~BoundSearch() { free(now); free(next); free(open); }
 
@@ -171,7 +174,7 @@ struct BoundSearch {
             const int64_t kind = columns.kind[c];
             if (kind == CENTRIPETAL) { bound_bends(c, intervals, used, bounds); continue; }
             if (kind == TORQUE_WITH_TOLERANCES) { bound_with_spread(c, intervals, used, bounds); continue; }
-            if (kind == TORQUE_AT_SPEED) { bound_by_speed(c, intervals, used, bounds); continue; }
+            if (kind == TORQUE_AT_SPEED || kind == ACCELERATION_AT_SPEED || kind == JERK_AT_SPEED) { bound_by_speed(c, intervals, used, bounds); continue; }
             if (kind == PATH_POSITION || kind == PATH_ORIENTATION) { bound_deviation(c, intervals, used, bounds); continue; }
             const bool is_signed = kind == TORQUE || kind >= POWER;
             const Taylor value = is_signed ? of_joints(kind, columns.joint[c]) : square(*of_tool(kind));
@@ -273,14 +276,17 @@ struct BoundSearch {
         }
     }
 
-    // The torque by its limit at the speed: with m the share at a sample, |torque| - m (limit on the line of a piece) by the
-    // least limit on that piece bounds the excess over m, for all pieces whose speeds the joint has in the interval.
+    // A torque, acceleration or jerk by its limit at the speed: with m the share at a sample, |torque| - m (limit on the line of a
+    // piece) by the least limit on that piece bounds the excess over m, for all pieces whose speeds the joint has in the interval.
     void bound_by_speed(int64_t c, const Interval* intervals, int64_t used, double* bounds) {
-        const int64_t joint = columns.joint[c], first = joint * lines.pieces;
-        const Taylor &torque = forces[joint], &rate = states[arm.joints + joint];
+        const int64_t joint = columns.joint[c], kind = columns.kind[c], joints = arm.joints;
+        const SpeedLines& lines = curves[kind == TORQUE_AT_SPEED ? 0 : kind == ACCELERATION_AT_SPEED ? 1 : 2];
+        const int64_t first = joint * lines.pieces;
+        const Taylor &torque = kind == TORQUE_AT_SPEED ? forces[joint] : states[(kind == ACCELERATION_AT_SPEED ? 2 : 3) * joints + joint];
+        const Taylor& rate = states[joints + joint];
         for (int64_t l = 0; l < used; l++) {
             const double half = columns.half[intervals[l].piece * columns.count + c];
-            if (!(half < INFINITY) || !(lines.torque[first] < INFINITY)) continue;
+            if (!(half < INFINITY) || !(lines.most[first] < INFINITY)) continue;
             double T[TERMS], R[TERMS], G[TERMS];
             for (int e = 0; e < TERMS; e++) { T[e] = torque.c[e][l]; R[e] = rate.c[e][l]; }
             const double of_t = torque.rest[l] * OF_SUMS + Hulls::rounding(T), of_r = rate.rest[l] * OF_SUMS + Hulls::rounding(R);
@@ -289,14 +295,14 @@ struct BoundSearch {
             double highest = 0.0, reached = 0.0, at = 0.0;
             for (double x = -1.0; x <= 1.0; x += 1.0) {
                 const double size = fabs(horner(T, TERMS, x)), speed = fabs(horner(R, TERMS, x));
-                highest = fmax(highest, size / limit_at(first, speed));
-                const double share = fmax(size - of_t, 0.0) / limit_at(first, fmax(speed - of_r, 0.0)) / OUTWARD;
+                highest = fmax(highest, size / limit_at(lines, first, speed));
+                const double share = fmax(size - of_t, 0.0) / limit_at(lines, first, fmax(speed - of_r, 0.0)) / OUTWARD;
                 if (share > reached) { reached = share; at = x; }
             }
             double bound = highest, begin = 0.0;
             for (int64_t k = 0; k < lines.pieces; begin = lines.end[first + k], k++) {
                 if (!(begin <= fastest) || lines.end[first + k] < slowest) continue;
-                const double slope = lines.slope[first + k], line = lines.torque[first + k];
+                const double slope = lines.slope[first + k], line = lines.most[first + k];
                 const double floor = line - slope * fmin(fastest, lines.end[first + k]);
                 for (int sides = 0; sides < 4; sides++) {
                     const double way = sides & 1 ? 1.0 : -1.0, of_torque = sides & 2 ? 1.0 : -1.0;
@@ -368,10 +374,10 @@ struct BoundSearch {
             close(c, intervals[l], at, reached / half, bound / half, bounds[l * columns.quantities + columns.quantity[c]]);
         }
     }
-    double limit_at(int64_t first, double speed) const {
+    double limit_at(const SpeedLines& lines, int64_t first, double speed) const {
         int64_t k = first;
         while (k + 1 < first + lines.pieces && speed > lines.end[k]) k++;
-        return lines.torque[k] - lines.slope[k] * speed;
+        return lines.most[k] - lines.slope[k] * speed;
     }
 
     // The distance from a path, or the angle, unless the tool is all the time where it may leave the path.

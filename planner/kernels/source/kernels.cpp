@@ -389,7 +389,9 @@ int bound_peaks(int64_t joints, const double* links, const double* load, int64_t
     const Columns of{columns, quantities, kind, joint, quantity, middle, half};
     const Paths requested{reinterpret_cast<const PartsOfPath*>(parts_of_piece), paths};
     Bounded found{reached, bound, unit, piece, column};
-    const TorqueLines lines{curve_pieces, curves, curves + joints * curve_pieces, curves + 2 * joints * curve_pieces};
+    SpeedLines lines[3];
+    for (int64_t k = 0, size = joints * curve_pieces; k < 3; k++, curves += 3 * size)
+        lines[k] = {curve_pieces, curves, curves + size, curves + 2 * size};
     const Spread spread{generators, chains, weights, chain_links, chain_loads, reinterpret_cast<const Magnitude*>(magnitudes)};
     const FollowingErrors errors{following, following ? following + joints : nullptr, following ? following + 2 * joints : nullptr};
     BoundSearch search(arm, motion, bernstein, of, requested, *reinterpret_cast<const Wish*>(wish), lines, spread, errors, found);

@@ -21,9 +21,9 @@ from planner import (
 )
 from planner.backends import BACKENDS
 from planner.constraints import TORQUE_AT_SPEED, Bounds
+from planner.constraints.at_speed import largest_paces, rows_at_speed
 from planner.constraints.bounded import BOUND_KNOWN_TO, bounded_peaks
 from planner.constraints.peaks import SampledConstraints
-from planner.constraints.torque_at_speed import largest_paces, rows_at_speed
 from planner.dynamics import SegmentDynamics
 from planner.plans.result import Plan
 from planner.robots import DHJoint

@@ -22,9 +22,9 @@ from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_ti
 from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 from tests.planner.kernels.arms import robots
 
-OF_ROBOTS = ("torque_at_speed", "torque_with_tolerances")
+OF_ROBOTS = ("torque_at_speed", "torque_with_tolerances", "acceleration_at_speed", "jerk_at_speed")
 NAMES = tuple(name for name in KINDS if name not in (*OF_ROBOTS, *PATH_DEVIATIONS))
-"""The constraints of robots without torque curves."""
+"""The constraints of robots without limits by speed and tolerances."""
 
 ROUNDING_OF_SAMPLES = 1e-11
 """Relative amount by which rounding alone may put a sample above a peak."""

@@ -413,6 +413,27 @@ def test_tolerances_and_following_errors_of_an_added_robot_are_in_its_plans(
     assert service.post("/v1/robots", wrong).json()["findings"][0]["code"] == "invalid_tolerance"
 
 
+def test_a_payload_table_with_speeds_is_in_the_robot_and_in_its_plans(service: RunningService) -> None:
+    rows = [[1.0, 0.8, 0.4], [0.9, 0.6, 0.3]]
+    table = {
+        "masses": [1.0, 5.0],
+        "acceleration": [1.0, 0.6],
+        "speeds": [0.2, 0.6, 1.0],
+        "acceleration_at_speeds": rows,
+    }
+    body = {"kind": "derived", "id": "gentle", "from": "ur5e", "payload_table": table}
+    added = service.post("/v1/robots", body)
+    assert added.status_code == 201, added.text
+    assert added.json()["payload_table"] == table | {"jerk": None}
+    waypoints = [{"kind": "joint", "position": [x, -1.2, 1.4, -0.4, 1.0, 0.0]} for x in (0.0, 1.5)]
+    answer = service.post("/v1/trajectories", {"robot": added.json()["id"], "waypoints": waypoints}).json()
+    (check,) = (each for each in answer["certificate"]["checks"] if each["quantity"] == "acceleration_at_speed")
+    assert check["method"] == "bounded"
+    assert check["relaxed_by"] == ["robot.payload_table"]
+    wrong = body | {"payload_table": table | {"acceleration_at_speeds": rows[:1] * 2 + rows[:1]}}
+    assert service.post("/v1/robots", wrong).status_code == 422
+
+
 def test_a_process_force_is_in_a_named_frame(service: RunningService) -> None:
     """A frame turned by a right angle about z: its x axis is the base's y axis."""
     turn = {"position": [0.0, 0.0, 0.0], "orientation": {"kind": "rpy", "rpy": [0.0, 0.0, np.pi / 2.0]}}

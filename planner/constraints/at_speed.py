@@ -1,4 +1,4 @@
-"""Torques of the joints as shares of torque limits that depend on their speeds."""
+"""Torques, accelerations and jerks of the joints as shares of limits that depend on their speeds."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.constraints.constraint import Constraint
+from planner.constraints.excess import first_excess
 from planner.constraints.quantities import TORQUE
 from planner.dynamics import torques_by_pace
 from planner.quantities import MEASURES
@@ -67,6 +68,87 @@ class TorqueAtSpeed(Constraint):
 
 TORQUE_AT_SPEED = TorqueAtSpeed()
 """The torques of the joints as shares of the allowed ones at their speeds."""
+
+
+@dataclass(frozen=True)
+class RateAtSpeed(Constraint):
+    """The shares of the accelerations or jerks that a payload table allows at the speeds of the joints."""
+
+    name: str
+    unit: str
+    order: int
+    kept_with: str = ""
+    of_joints: bool = True
+    follows_path_speed: bool = False
+    of_shares: bool = True
+
+    def is_known(self, robot: Robot) -> bool:
+        """Return whether the payload table of the robot has speeds."""
+        return self.curves_of(robot) is not None
+
+    def curves_of(self, robot: Robot) -> TorqueCurves | None:
+        """Return the limits of the joints by their speeds with the payload of a robot; None: there are none."""
+        return robot.rate_curves[self.kept_with]
+
+    def rates(self, states: JointStates) -> FloatArray:
+        """Return the accelerations or the jerks (N, joints)."""
+        rates = states.a if self.order == 2 else states.j
+        return np.zeros_like(states.v) if rates is None else rates
+
+    def values(self, states: JointStates) -> FloatArray:
+        """Return the shares (N, joints) of the allowed rates, signed."""
+        curves = self.curves_of(states.robot)
+        return np.zeros_like(states.v) if curves is None else self.rates(states) / curves.at(np.abs(states.v))
+
+    def has_factors(self, robot: Robot) -> bool:
+        """Return that it has."""
+        return True
+
+    def factors(self, states: JointStates, limits: FloatArray, middle: FloatArray) -> FloatArray:
+        """Return the factors: at the pace x the rates grow with x^order, and the speeds with x."""
+        curves = self.curves_of(states.robot)
+        if curves is None:
+            return np.zeros_like(limits)
+        return 1.0 / self.largest_paces(curves, self.rates(states), np.abs(states.v), limits)
+
+    def largest_paces(
+        self, curves: TorqueCurves, rates: FloatArray, speeds: FloatArray, shares: FloatArray | float = 1.0
+    ) -> FloatArray:
+        """Return the paces (..., joints) up to which rates `rates` x^order keep to curves at the speeds `speeds` x.
+
+        The share of the limit grows with the pace, for no curve ascends. So one line has the root on its own piece; the
+        lines before it have theirs behind the end of their pieces.
+
+        Args:
+            curves: The curves of the joints.
+            rates: Rates (..., joints) at the pace 1.
+            speeds: Speeds (..., joints) at the pace 1, not negative.
+            shares: The shares (..., joints) of the curves that may be used.
+        """
+        first, none = np.full(rates.shape, np.inf), np.zeros_like(rates)
+        for begin, end, line, slope in zip(
+            curves.speed.T, curves.ends.T, curves.intercepts.T, curves.slope.T, strict=True
+        ):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                low, high = (np.where(speeds > 0.0, at / speeds, np.inf) for at in (begin, end))
+            low, limited = np.where(begin > 0.0, low, 0.0), np.isfinite(line) & np.isfinite(begin)
+            terms = [none, np.where(limited, shares * slope, 0.0) * speeds, none, none]
+            terms[self.order] = np.abs(rates)
+            found = np.maximum(low, first_excess(np.stack(terms), np.where(limited, shares * line, np.inf)))
+            first = np.where(limited & (found <= high), np.minimum(first, found), first)
+        return first
+
+    def shown(self, states: JointStates, column: int, limit: float) -> tuple[float, float]:
+        """Return the rate of a joint and the largest one that is allowed at its speed, both magnitudes."""
+        curves, rate = self.curves_of(states.robot), abs(float(self.rates(states)[0, column]))
+        return rate, np.inf if curves is None else limit * float(curves.at(np.abs(states.v))[0, column])
+
+
+ACCELERATION_AT_SPEED = RateAtSpeed("acceleration_at_speed", MEASURES["acceleration_at_speed"].unit, 2, "acceleration")
+"""The accelerations of the joints as shares of the allowed ones at their speeds."""
+
+JERK_AT_SPEED = RateAtSpeed("jerk_at_speed", MEASURES["jerk_at_speed"].unit, 3, "jerk")
+"""The jerks of the joints as shares of the allowed ones at their speeds."""
 
 
 def largest_paces(
