@@ -217,15 +217,10 @@ def bounded_quantities(trajectories: Sequence[Trajectory]) -> frozenset[str]:
     Raises:
         InvalidProblem: A position jumps, which no robot can do.
     """
-    smooth = min(map(own_continuity, trajectories))
+    smooth = min(continuity(derivatives_on_unit_time(each, DERIVATIVES), own_ends(each)) for each in trajectories)
     if smooth < 0:
         raise InvalidProblem([(("trajectory",), "the position of a joint jumps where two pieces meet")])
     return frozenset(quantity for quantity in QUANTITIES if LEAST_CONTINUITY[quantity] <= smooth)
-
-
-def own_continuity(trajectory: Trajectory) -> int:
-    """Return the order of the highest continuous derivative, the motion at the ends going on before and after."""
-    return continuity(derivatives_on_unit_time(trajectory, DERIVATIVES), own_ends(trajectory))
 
 
 def _end_warnings(robot: Robot, ends: EndStates) -> Iterator[PlanWarning]:

@@ -149,18 +149,16 @@ def slice_of(trajectory: Trajectory, start: float, end: float | None = None) -> 
         for name, time in (("start", start), ("end", last))
         if not -NEGLIGIBLE_SHARE * duration <= time <= duration * (1.0 + NEGLIGIBLE_SHARE)
     ]
-    begin, finish = (_at_breakpoint(trajectory, time) for time in (start, last))
+    ends = [start, last]
+    for k, time in enumerate(ends):  # beside a breakpoint, a piece would be all rounding
+        nearest = float(trajectory.breakpoints[np.abs(trajectory.breakpoints - time).argmin()])
+        ends[k] = nearest if abs(nearest - time) <= NEGLIGIBLE_SHARE * duration else time
+    begin, finish = ends
     if not faults and finish <= begin:
         faults.append((("end",), f"the slice has to end after it begins, at {start:g} s"))
     if faults:
         raise InvalidProblem(faults)
     return _between(trajectory, begin, finish)
-
-
-def _at_breakpoint(trajectory: Trajectory, time: float) -> float:
-    """Return a time, or the breakpoint that it only differs from by rounding: no piece becomes all rounding."""
-    nearest = float(trajectory.breakpoints[np.abs(trajectory.breakpoints - time).argmin()])
-    return nearest if abs(nearest - time) <= NEGLIGIBLE_SHARE * trajectory.duration else time
 
 
 def _between(trajectory: Trajectory, start: float, end: float) -> Trajectory:

@@ -135,7 +135,8 @@ def _path(
         return solve_path(still), float(np.abs(points - points[0]).max())
     curve = smooth.curve
     _refuse_beyond(robot, curve)
-    if len(curve.lengths) == 1 and _is_straight(curve) and _keeps_straight_lines(backend):
+    by_phase = getattr(backend, "synchronization", "phase") == "phase"  # which moves the joints straight by itself
+    if by_phase and len(curve.lengths) == 1 and _is_straight(curve):
         return solve_path(problem), smooth.deviation
     timing = SHARE_OF_TIMING * max_deviation
     knots = np.array([0, len(curve.lengths)])
@@ -166,11 +167,6 @@ def _refuse_other_ways(backend: BackEnd, joints: int) -> None:
     if ends.starts_moving or ends.ends_moving:
         requested = [name for name in END_OPTIONS if any(getattr(backend, name) or ())]
         raise InvalidProblem([((BACK_END, name), "points are timed from rest to rest") for name in requested])
-
-
-def _keeps_straight_lines(backend: BackEnd) -> bool:
-    """Tell whether a back end moves the joints straight from rest to rest by itself."""
-    return getattr(backend, "synchronization", "phase") == "phase"
 
 
 def _is_straight(curve: PiecewisePolynomial) -> bool:

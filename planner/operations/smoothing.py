@@ -123,11 +123,6 @@ class _Polyline:
         """Return the largest distance of a joint of a curve from the points and chords."""
         return float(self.distances(curve).max())
 
-    def with_middles(self, chords: np.ndarray) -> _Polyline:
-        """Return the same polyline with points in the middle of some chords (N - 1,)."""
-        u = np.sort(np.concatenate([self.knots, (self.knots[:-1] + np.diff(self.knots) / 2.0)[chords]]))
-        return _Polyline(u, self.at(u))
-
 
 def _stiffest(polyline: _Polyline, most: float) -> PiecewisePolynomial:
     """Return the stiffest smoothing spline found that stays near the points and the chords."""
@@ -137,7 +132,9 @@ def _stiffest(polyline: _Polyline, most: float) -> PiecewisePolynomial:
         if not far.any():
             break
         near = far | np.append(far[1:], False) | np.append(False, far[:-1])
-        line = line.with_middles(near)
+        middles = (line.knots[:-1] + np.diff(line.knots) / 2.0)[near]
+        u = np.sort(np.concatenate([line.knots, middles]))
+        line = _Polyline(u, line.at(u))
     length, count = float(line.knots[-1]), len(line.knots)
     for stiffness in STIFFNESSES:
         weights = np.ones(count)
@@ -146,20 +143,14 @@ def _stiffest(polyline: _Polyline, most: float) -> PiecewisePolynomial:
                 spline = _spline(line, weights / weights.mean(), stiffness * length**3 / count)
             except np.linalg.LinAlgError:  # points so near to each other that it is stiffer than numbers can tell
                 break
-            away = polyline_distances(line, spline) / most
+            of_chords = line.distances(spline)
+            away = np.maximum(np.append(of_chords, 0.0), np.append(0.0, of_chords)) / most
             if away.max() <= 1.0:
                 return spline
             if away.max() > LARGEST_GROWTH**2:
                 break
             weights *= np.clip(away, 1.0, LARGEST_GROWTH) ** 2
     return _spline(line, np.ones(count), 0.0)
-
-
-def polyline_distances(line: _Polyline, curve: PiecewisePolynomial) -> FloatArray:
-    """Return the largest distance (N,) of a joint of a curve from each point and the chords beside it."""
-    of_chords = line.distances(curve)
-    distances: FloatArray = np.maximum(np.append(of_chords, 0.0), np.append(0.0, of_chords))
-    return distances
 
 
 def _spline(line: _Polyline, weights: FloatArray, stiffness: float) -> PiecewisePolynomial:

@@ -14,7 +14,6 @@ from planner.backends.shared.assembly import assemble
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.clearance import (
     CLEARANCE_TOLERANCE,
-    ClearanceReport,
     certify_clearance_along,
     segment_checkers,
 )
@@ -227,11 +226,14 @@ def certified(
     met = certify_waypoints(trajectory, problem, path.positions, near)
     certificate = _certificate(problem, backend, path, trajectory, met, near, unshaped or trajectory)
     refuse_unless_satisfied(certificate)
-    certificate = replace(
-        with_binding_limits(certificate, problem, trajectory),
-        clearance=_clearance(problem, path.positions, trajectory),
-        speed_zones=_speed_zones(problem, path, trajectory),
-    )
+    clearance = None
+    if problem.scene is not None or problem.self_collision:
+        tolerance = None if problem.scene is None else CLEARANCE_TOLERANCE  # the margins alone are proved faster
+        checkers = segment_checkers(problem, path.positions)
+        clearance = certify_clearance_along(checkers, trajectory, tolerance)
+    speed_zones = _speed_zones(problem, path, trajectory)
+    certificate = with_binding_limits(certificate, problem, trajectory)
+    certificate = replace(certificate, clearance=clearance, speed_zones=speed_zones)
     warnings = tuple(plan_warnings(problem, backend, path, trajectory, certificate))
     waypoints = [
         waypoint
@@ -242,19 +244,6 @@ def certified(
     made = Plan(problem, backend, replace(path, waypoints=tuple(waypoints)), trajectory, certificate, warnings)
     _ = made.actions  # refused here where one is after the end
     return made
-
-
-def _clearance(problem: PlanningProblem, positions: FloatArray, trajectory: Trajectory) -> ClearanceReport | None:
-    """Prove the trajectory free; without a scene the margins alone, which is faster.
-
-    Raises:
-        Collision: It is not.
-        ClearanceUnproved: It takes too long to prove.
-    """
-    if problem.scene is None and not problem.self_collision:
-        return None
-    tolerance = None if problem.scene is None else CLEARANCE_TOLERANCE
-    return certify_clearance_along(segment_checkers(problem, positions), trajectory, tolerance)
 
 
 def _speed_zones(problem: PlanningProblem, path: JointPath, trajectory: Trajectory) -> tuple[SpeedZoneCheck, ...]:

@@ -73,10 +73,6 @@ class _Pieces:
         self.points += [points, padding]
         self._count += len(points) + len(padding)
 
-    def add_none(self) -> None:
-        """Add an empty row, for a cluster of balls."""
-        self.rows.append(np.zeros(PIECE_NUMBERS))
-
 
 def cover_radius(capsule: BoundingCapsule) -> float:
     """Return the radius, m, of `SPHERES` spheres along the axis of a capsule that cover it."""
@@ -107,7 +103,7 @@ def piece_arrays(
         pieces.add(body.joint, body.rotation, body.translation, body.shape)
     for obstacle in obstacles.pieces:
         if isinstance(obstacle.shape, Cluster):
-            pieces.add_none()
+            pieces.rows.append(np.zeros(PIECE_NUMBERS))
         else:
             pieces.add(0, obstacle.rotation, obstacle.translation, obstacle.shape)
     of_kinds = (obstacles.group_margins(np.where(kinds == kind, margins, -np.inf)) for kind in (1, 2))

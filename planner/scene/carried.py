@@ -93,12 +93,6 @@ def _checkers_of_segments(
     return tuple(checker_of(robot, each, self_collision) for each in scenes)
 
 
-def without_handled(scene: Scene, handling: Sequence[Handling]) -> Scene:
-    """Return a scene without the objects that the robot takes or puts down."""
-    handled = frozenset(name for done in handling for name in (*(take.id for take in done.taken), *done.put_down))
-    return _without(scene, handled) if handled else scene
-
-
 @lru_cache(maxsize=MOST_SCENES_KEPT)
 def _without(scene: Scene, handled: frozenset[str]) -> Scene:
     """Return a scene without objects of some names, the same for equal calls."""
@@ -131,7 +125,8 @@ def checker_at_waypoints(
     """
     if scene is None and not self_collision:
         return None
-    return checker_of(robot, None if scene is None else without_handled(scene, handling), self_collision)
+    handled = frozenset(name for done in handling for name in (*(take.id for take in done.taken), *done.put_down))
+    return checker_of(robot, _without(scene, handled) if scene is not None and handled else scene, self_collision)
 
 
 def _changed(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -> Scene:

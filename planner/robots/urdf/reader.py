@@ -29,7 +29,7 @@ from planner.robots.description import Joint, RobotDescription
 from planner.robots.findings import Findings, shown
 from planner.robots.urdf.arm import ArmFinder, PlanningGroup, WholeConfiguration
 from planner.robots.urdf.elements import UrdfJoint, UrdfReader, rotor_inertias
-from planner.robots.urdf.srdf import Semantics, named_positions, read_srdf
+from planner.robots.urdf.srdf import named_positions, read_srdf
 from planner.robots.urdf.xml_document import parse_robot_document
 from planner.spatial import rotation_with_z_along
 
@@ -79,11 +79,9 @@ def read_urdf(
     _check_tree(bodies, joints, findings)
 
     root, arrivals = _walk(bodies, joints)
-    semantics = Semantics()
-    if srdf is not None:
-        semantics = read_srdf(srdf, document.get("name", ""), root, arrivals, findings)
-        findings.raise_errors()
-    finder = ArmFinder(root, arrivals, semantics.groups, findings)
+    groups, states, pairs = read_srdf(srdf, document.get("name", ""), root, arrivals, findings)
+    findings.raise_errors()
+    finder = ArmFinder(root, arrivals, groups, findings)
     tip, chain = finder.find(requested)
     limits = {joint.name: _limits(joint.moving, findings) for joint in chain if joint.moving is not None}
     if len(chain) > MAX_JOINTS:
@@ -105,9 +103,9 @@ def read_urdf(
         tuple(limits.values()),
         tip,
         geometry=tuple(geometry),
-        named_positions=named_positions(semantics.states, tuple(limits.values()), requested.group, findings),
-        groups=semantics.groups,
-        disabled_collisions=semantics.disabled_collisions,
+        named_positions=named_positions(states, tuple(limits.values()), requested.group, findings),
+        groups=groups,
+        disabled_collisions=pairs,
         collision=CollisionGeometry(
             model,
             tip,

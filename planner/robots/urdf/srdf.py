@@ -44,30 +44,16 @@ class GroupState(NamedTuple):
     positions: Mapping[str, float]
 
 
-class Semantics(NamedTuple):
-    """The content of an SRDF.
-
-    Attributes:
-        groups: The groups of joints.
-        disabled_collisions: The pairs of links that need no check against each other.
-        states: The states of groups.
-    """
-
-    groups: tuple[JointGroup, ...] = ()
-    disabled_collisions: tuple[DisabledCollision, ...] = ()
-    states: tuple[GroupState, ...] = ()
-
-
 def read_srdf(
-    srdf: str, robot_name: str, root: str, arrivals: Mapping[str, UrdfJoint], findings: Findings
-) -> Semantics:
+    srdf: str | None, robot_name: str, root: str, arrivals: Mapping[str, UrdfJoint], findings: Findings
+) -> tuple[tuple[JointGroup, ...], tuple[GroupState, ...], tuple[DisabledCollision, ...]]:
     """Return the groups, their states and the disabled pairs.
 
     A link or joint that the URDF lacks is left out, with a warning. A chain that does not exist is an error, because
     arms move along it.
 
     Args:
-        srdf: The document.
+        srdf: The document; None: it has none of them.
         robot_name: The robot's name in the URDF.
         root: The root link of the URDF.
         arrivals: The joint that leads to each other link, parents first.
@@ -76,13 +62,15 @@ def read_srdf(
     Raises:
         InvalidRobotModel: The document cannot be read.
     """
+    if srdf is None:
+        return (), (), ()
     document = parse_robot_document(srdf, "SRDF", findings)
     its_name = document.get("name", robot_name)
     if its_name != robot_name:
         text = f"the SRDF is of a robot called {shown(its_name)}, the URDF of one called {shown(robot_name)}"
         findings.warning("another_robot", None, text)
     groups = _Groups(document, root, arrivals, findings).read()
-    return Semantics(groups, _pairs(document, {root, *arrivals}, findings), _states(document, findings))
+    return groups, _states(document, findings), _pairs(document, {root, *arrivals}, findings)
 
 
 def named_positions(
