@@ -11,8 +11,7 @@ import numpy as np
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.scene.carried import checkers_of_segments
 from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, checker_of
-from planner.scene.continuous import Nearest, clearances
-from planner.scene.joint_positions import edge
+from planner.scene.continuous import Nearest, clearances, edge
 from planner.shapes.meshes.mesh import distance_from_mesh
 from planner.trajectories.trajectory import PlanWarning, Trajectory
 

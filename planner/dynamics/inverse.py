@@ -1,6 +1,8 @@
-"""Joint torques of a motion, by the recursive Newton-Euler algorithm."""
+"""Joint torques of a motion, and along a path, by the recursive Newton-Euler algorithm, and the heaviest payload."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -65,3 +67,59 @@ def check_dynamics(robot: Robot) -> None:
     """
     if not robot.has_dynamics:
         raise MissingDynamics(f"{robot.id} has no link inertias and carries no payload: torques are unknown")
+
+
+class PathDynamics(NamedTuple):
+    """The torques m(s) s'' + h(s) s'^2 + g(s) of a motion along a path q(s).
+
+    M, C and g are the terms of the robot's equation of motion: m = M q' and h = M q'' + C(q, q') q'. See (Verscheure et
+    al., Time-optimal path tracking for robots: a convex optimization approach, IEEE Transactions on Automatic Control
+    54, 2009, eq. 5).
+
+    Attributes:
+        inertia: m, (..., joints), N m (N) by the unit of path acceleration.
+        centripetal: h, (..., joints), N m (N) by the unit of path velocity squared; Coriolis torques included.
+        gravity: g, (..., joints), N m (N): the torques of standing still.
+    """
+
+    inertia: FloatArray
+    centripetal: FloatArray
+    gravity: FloatArray
+
+
+def path_dynamics(robot: Robot, positions: FloatArray, first: FloatArray, second: FloatArray) -> PathDynamics:
+    """Compute the path dynamics at points of a path, all of them at once.
+
+    Args:
+        robot: The robot, with its payload, if any.
+        positions: q(s), (..., joints), rad or m.
+        first: q'(s), of the same shape.
+        second: q''(s), of the same shape.
+
+    Raises:
+        MissingDynamics: The robot has neither inertias nor a payload.
+    """
+    check_dynamics(robot)
+    rows = (values.reshape(-1, robot.dof) for values in (positions, first, second))
+    return PathDynamics(*serial_chain.path_dynamics(robot.chain, *rows).reshape(3, *positions.shape))
+
+
+LEAST_LEVER = 1e-9
+"""The torque by mass of the payload, N m/kg (N/kg), below which a joint does not feel the payload."""
+
+
+def heaviest_mass(without: FloatArray, per_mass: FloatArray, lower: FloatArray, upper: FloatArray) -> float:
+    """Return the largest mass of a payload, kg, with which torques keep their limits; infinite: no joint feels it.
+
+    For a given center of mass torques are affine in the mass. A negative result means that a limit is broken without
+    the payload.
+
+    Args:
+        without: Torques (..., joints) without the payload, N m or N.
+        per_mass: The torques that each kilogram adds, of the same shape, N m/kg or N/kg.
+        lower: Lower limits of the torques, of a shape that fits.
+        upper: Upper limits.
+    """
+    headroom = np.where(per_mass > 0.0, upper - without, without - lower)
+    felt = np.abs(per_mass) > LEAST_LEVER
+    return float((headroom[felt] / np.abs(per_mass[felt])).min(initial=np.inf))

@@ -12,7 +12,6 @@ from planner.kinematics.turns import counted_velocity
 from planner.limits import SegmentLimits
 from planner.paths.blends import Corners, cut_corners
 from planner.paths.easing import eased
-from planner.paths.errors import passing_error
 from planner.problems.problem import AnyWaypoint, CartesianMotion, JointMotion
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.robots import Robot
@@ -310,3 +309,24 @@ def _tolerances(waypoint: AnyWaypoint) -> tuple[float, float]:
     motion = waypoint.motion
     assert isinstance(motion, CartesianMotion)  # noqa: S101 - asked of motions of the tool only
     return motion.tolerance_position, motion.tolerance_orientation
+
+
+def passing_error(waypoints: Sequence[int], segment: int, joint: str, value: float, limit: float) -> JointPositionLimit:
+    """Return the error where passing one of some waypoints without stopping takes a joint beyond its limit.
+
+    Args:
+        waypoints: Indices of the waypoints at the ends of the segment that are passed without stopping.
+        segment: Index of the segment.
+        joint: Name of the joint.
+        value: The position at which the joint would be, rad or m.
+        limit: The position limit that it breaks, rad or m.
+    """
+    return JointPositionLimit(
+        f"passing waypoint {{waypoint}} without stopping would take {joint} beyond its limit {limit:.6g}",
+        waypoint=waypoints[0],
+        segment=segment,
+        joint=joint,
+        value=value,
+        limit=limit,
+        remedies=[Remedy(("waypoints", k, "transition"), StopTransition(), "come to rest there") for k in waypoints],
+    )

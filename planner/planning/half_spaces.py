@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.paths.half_spaces import HalfSpaces
 from planner.scene import CollisionChecker
-from planner.scene.joint_positions import near_pairs
+from planner.scene.continuous import near_pairs
 from planner.spatial import FloatArray
 from planner.trajectories.trajectory import Trajectory
 

@@ -32,7 +32,7 @@ from planner.problems.waypoint_faults import (
 )
 from planner.robots import Robot
 from planner.robots.payload import Payload
-from planner.scene.faults import scene_faults
+from planner.scene.scene import scene_faults
 from planner.speed_zones import speed_zone_faults
 from planner.tolerances import DURATION_TOLERANCE
 

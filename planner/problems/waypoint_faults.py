@@ -29,7 +29,7 @@ from planner.problems.problem import (
 from planner.problems.regions import Region, region_faults
 from planner.problems.transitions import StopTransition
 from planner.robots import Robot
-from planner.scene.faults import handling_faults
+from planner.scene.scene import handling_faults
 from planner.spatial import Pose
 from planner.tolerances import DURATION_TOLERANCE
 

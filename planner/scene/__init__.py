@@ -2,8 +2,16 @@
 
 from planner.scene.carried import checker_at_waypoints, segment_scenes
 from planner.scene.checker import CONTACT_TOLERANCE, CollisionChecker
-from planner.scene.continuous import Budget, Clearances, Nearest, clearances
-from planner.scene.joint_positions import PositionCollision, collisions_at, edge, is_free
+from planner.scene.continuous import (
+    Budget,
+    Clearances,
+    Nearest,
+    PositionCollision,
+    clearances,
+    collisions_at,
+    edge,
+    is_free,
+)
 from planner.scene.point_cloud import PointCloud
 from planner.scene.scene import HERE, Attach, AttachedObject, Handling, Scene, SceneObject
 

@@ -12,10 +12,9 @@ from planner.kernels.clearance import Distances, Measured
 from planner.robots import Robot
 from planner.scene.arrays import piece_arrays
 from planner.scene.bodies import Bodies, Body, Placements
-from planner.scene.faults import refuse_faults
 from planner.scene.obstacles import Obstacles
 from planner.scene.point_cloud import Cluster
-from planner.scene.scene import AttachedObject, Scene
+from planner.scene.scene import AttachedObject, Scene, refuse_faults
 from planner.scene.separations import Placed, Separation, cluster_separation, separation
 from planner.spatial import FloatArray
 

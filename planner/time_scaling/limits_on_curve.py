@@ -29,9 +29,8 @@ from planner.paths import JointPath, SegmentGroup
 from planner.robots import Robot
 from planner.robots.description import LEAST_FRICTION
 from planner.spatial import FloatArray
-from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits
+from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits, jerk_rows
 from planner.time_scaling.refusals import refuse_what_gravity_exceeds
-from planner.time_scaling.tool_jerks import jerk_rows
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, horner
 
 Side = FloatArray | float

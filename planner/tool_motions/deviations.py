@@ -12,7 +12,7 @@ from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import STEADY, Search
 from planner.problems.regions import TURNS, Region
 from planner.robots import Robot
-from planner.robots.region_joints import with_region_joints
+from planner.robots.tools import with_region_joints
 from planner.spatial import FloatArray, Pose, rotation_vector
 from planner.tool_motions.follow import Lost
 from planner.tool_motions.pose_paths import PosePath

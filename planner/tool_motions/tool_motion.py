@@ -25,7 +25,7 @@ from planner.kinematics.turns import TURN
 from planner.problems.problem import AnyWaypoint, CartesianMotion, JointWaypoint, LinearMotion, PoseWaypoint
 from planner.problems.regions import Region, region_of
 from planner.robots import Robot
-from planner.robots.region_joints import with_region_joints
+from planner.robots.tools import with_region_joints
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.deviations import by_region_joints, through_singular_wrist

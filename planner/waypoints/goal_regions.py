@@ -20,8 +20,7 @@ from planner.kinematics.search import QUICK, Search
 from planner.problems.problem import AnyWaypoint, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.problems.regions import Region, region_of
 from planner.robots import Robot
-from planner.robots.region_joints import with_region_joints
-from planner.robots.tools import with_tools
+from planner.robots.tools import with_region_joints, with_tools
 from planner.spatial import FloatArray, Pose
 from planner.waypoints.choice import motion_costs
 from planner.waypoints.pinned import Pinned, pinned_robots

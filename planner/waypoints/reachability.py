@@ -21,7 +21,7 @@ from planner.robots import Robot
 from planner.robots.tools import with_tools
 from planner.scene import CollisionChecker, Handling, PositionCollision, Scene, collisions_at, is_free
 from planner.scene.carried import checker_at_waypoints
-from planner.scene.faults import handling_faults
+from planner.scene.scene import handling_faults
 from planner.spatial import FloatArray, Pose
 from planner.waypoints.candidates import configuration_error, solutions_in
 from planner.waypoints.goal_regions import Surroundings, with_chosen_poses

@@ -1,11 +1,15 @@
-"""Time scalings from rest to rest under velocity, acceleration and jerk limits: seven phases in closed form."""
+"""Jerk-limited motions: S-curves in closed form, also along straight joint motions, and motions through waypoints."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from planner.backends.shared.rest_to_rest import unit_scalings
+from planner.backends.shared.rest_to_rest import time_straight_motions, unit_scalings
+from planner.backends.shared.straight_lines import smoothed
+from planner.guarantees import JOINT_DERIVATIVES
+from planner.paths import JointPath, SegmentGroup, StraightMotions
 from planner.spatial import FloatArray
+from planner.time_scaling.fastest import time_group
 from planner.tolerances import BISECTIONS, LIMIT_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial
 
@@ -162,3 +166,45 @@ def least_times(travels: FloatArray, velocity: FloatArray, acceleration: FloatAr
     bounds = (d / velocity, 2.0 * np.sqrt(d / acceleration), np.cbrt(32.0 * d / jerk))
     longest: FloatArray = np.maximum.reduce(bounds)
     return longest
+
+
+ROUNDED_UP = 1.0 + 1e-10
+"""Factor on durations, for what rounding may add to an acceleration where phases of jerk are very short."""
+
+
+def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
+    """Time straight lines from rest to rest: the path position moves like a joint with the tightest limits.
+
+    A longer duration stretches the time scaling evenly.
+    """
+    travels, limits = np.abs(motions.travels), motions.limits
+    with np.errstate(divide="ignore"):
+        by_joint = [limits.bounds(quantity).upper / travels for quantity in JOINT_DERIVATIVES[1:]]
+        braking = None if limits.acceleration.is_symmetric else (-limits.acceleration.lower / travels).min(axis=1)
+    velocity, acceleration, jerk = (limit.min(axis=1, keepdims=True) for limit in by_joint)
+    jerk = with_ramps(np.ones_like(jerk), velocity, acceleration, jerk, motions.durations)
+    line = velocity[:, 0], acceleration[:, 0], jerk[:, 0]
+    shortest, scalings, binds = s_curves(*line, braking)
+    bounds = {
+        quantity: np.where(bind[:, None] & (own <= limit[:, None]), shortest[:, None] * ROUNDED_UP, 0.0)
+        for quantity, own, limit, bind in zip(JOINT_DERIVATIVES[1:], by_joint, line, binds, strict=True)
+    }
+    return time_straight_motions(motions, bounds, lambda _durations: scalings)
+
+
+def time_through_waypoints(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial:
+    """Return the fastest jerk-limited motion through the waypoints of a group, or stop at each if that is faster.
+
+    A stop is faster at waypoints that almost coincide. A smooth curve through two that are 1e-9 rad apart turns
+    sharply. A jerk-limited motion almost stops there, and its time scaling is hard to find.
+
+    Raises:
+        InvalidProblem: A segment that is not alone in its group has a duration.
+        InfeasibleDuration: The requested duration is too short.
+        LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
+    """
+    passing = time_group(path, smoothed(path, group))
+    if not group.is_spline or len(group.segments) == 1:
+        return passing
+    stopping = along_lines(path.straight_motions(group.segments))
+    return min(passing, stopping, key=lambda motion: float(motion.lengths.sum()))

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from planner.backends.base import enforced
-from planner.backends.jerk_limited.straight_lines import along_lines
+from planner.backends.jerk_limited.s_curves import along_lines
 from planner.backends.ruckig.state_to_state import Synchronization
 from planner.backends.ruckig.via_groups import least_stopping_time, time_joint_group
 from planner.backends.shared.assembly import assemble
-from planner.backends.shared.smooth_curve import smoothed
-from planner.backends.shared.straight_lines import time_lines
+from planner.backends.shared.straight_lines import smoothed, time_lines
 from planner.errors import InfeasibleDuration, LimitsUnsatisfiable
 from planner.guarantees import ALL_HARD, Capabilities, EndStates, Guarantee, end_states
 from planner.kinematics.turns import counted_velocity

@@ -15,7 +15,7 @@ from planner.backends.splines.spline_limits import DurationsTooShort, PositionOv
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.errors import InfeasibleDuration, InvalidProblem, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.guarantees import JOINT_DERIVATIVES
-from planner.paths.errors import passing_error
+from planner.paths.segment_groups import passing_error
 from planner.time_scaling.compose import ScaledCurve, ToolSpeeds, follow_curve, split_at_knots
 from planner.time_scaling.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.time_scaling.uniform import TimeScaling, time_scalings

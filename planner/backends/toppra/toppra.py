@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from planner.backends.base import enforced
-from planner.backends.jerk_limited.straight_lines import along_lines
-from planner.backends.jerk_limited.through_waypoints import time_through_waypoints
+from planner.backends.jerk_limited.s_curves import along_lines, time_through_waypoints
 from planner.backends.shared.assembly import assemble
-from planner.backends.shared.smooth_curve import smooth_curve
-from planner.backends.shared.straight_lines import time_lines
+from planner.backends.shared.straight_lines import smooth_curve, time_lines
 from planner.backends.toppra.intervals import LEAST_GRID_INTERVALS, cut
 from planner.backends.toppra.profile import (
     MOST_GRID_REFINEMENTS,

@@ -16,11 +16,10 @@ from planner.errors import (
 from planner.planning.attempts import Proposals, Refused
 from planner.planning.proofs import proved
 from planner.planning.remedies.collisions import collision_remedies
-from planner.planning.remedies.detours import detour_remedies
 from planner.planning.remedies.durations import duration_remedies
 from planner.planning.remedies.holding import holding_remedies
 from planner.planning.remedies.shaping import shaping_remedies
-from planner.planning.remedies.shorter_lines import shorter_line_remedies
+from planner.planning.remedies.shorter_lines import detour_remedies, shorter_line_remedies
 
 
 def remedies_for(refused: Refused) -> Proposals[tuple[list[Remedy], list[Remedy]]]:

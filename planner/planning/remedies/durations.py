@@ -18,8 +18,7 @@ from planner.limits import Limits, SegmentLimits
 from planner.paths import JointPath
 from planner.planning.attempts import Attempt, Planned, Proposals, Refused
 from planner.planning.proofs import Change, first_proved, of_plan, plan_with
-from planner.planning.remedies.higher_limits import Needs, higher_limits, limit_of
-from planner.planning.remedies.lighter_payload import lighter_payload
+from planner.planning.remedies.higher_limits import Needs, higher_limits, lighter_payload, limit_of
 from planner.plans.result import Plan
 from planner.robots import Robot
 from planner.spatial import FloatArray

@@ -9,8 +9,7 @@ from planner.errors import Remedy
 from planner.paths import JointPath
 from planner.planning.attempts import Attempt, Proposals
 from planner.planning.proofs import first_proved
-from planner.planning.remedies.higher_limits import Needs, higher_limits
-from planner.planning.remedies.lighter_payload import lighter_payload
+from planner.planning.remedies.higher_limits import Needs, higher_limits, lighter_payload
 from planner.robots import Robot
 from planner.spatial import FloatArray
 

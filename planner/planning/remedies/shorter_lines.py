@@ -1,13 +1,15 @@
-"""A nearer end of a straight line whose end is out of reach."""
+"""A nearer end of a straight line whose end is out of reach; a longer search or a smaller margin of a detour."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from planner.errors import PlanningError, Remedy
+from planner.errors import NoPathFound, PlanningError, Remedy
 from planner.kinematics import forward_kinematics, inverse_kinematics
-from planner.planning.attempts import Attempt, Proposals
-from planner.planning.proofs import Change, first_proved
+from planner.planning.attempts import Attempt, Proposals, Refused
+from planner.planning.proofs import QUICK_CHECKS, Change, first_proved, proved
+from planner.planning.remedies.collisions import smaller_margin
+from planner.problems.motion_around import MOST_CHECKS, FreeMotion
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.spatial import Pose
 from planner.tool_motions.pose_paths import Line
@@ -56,3 +58,23 @@ def nearer_ends(problem: PlanningProblem, index: int) -> Iterator[Change]:
     for share in TRIED_SHARES_OF_REACH:
         explanation = f"a pose within reach, after {share * reached:.0%} of the line"
         yield pose_remedy(index, waypoint, at(share * reached), None, None, explanation)
+
+
+LONGER = 8
+"""Factor on the motions that a longer search looks at, from `QUICK_CHECKS` up to the default."""
+
+
+def detour_remedies(refused: Refused, refusal: NoPathFound) -> Proposals[list[Remedy]]:
+    """Find changes with each of which the problem has been planned."""
+    attempt, at = refused.attempt, (refusal.segment or 0) + 1
+    motion = attempt.problem.waypoints[at].motion
+    if not isinstance(motion, FreeMotion):
+        return []
+    field, helping = ("waypoints", at, "motion", "most_checks"), []
+    more = min(max(LONGER * motion.most_checks, QUICK_CHECKS), MOST_CHECKS)
+    if more > motion.most_checks and not refusal.enclosed_by:
+        helping += yield from proved([Remedy(field, more, "a longer search finds a detour")], attempt, longer=True)
+    scene = attempt.problem.scene
+    if not helping and scene is not None and (scene.margin or any(thing.margin for thing in scene.objects)):
+        helping += yield from smaller_margin(attempt, refusal.enclosed_by)
+    return helping

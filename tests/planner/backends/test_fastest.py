@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.backends import Auto, Quintic, Ruckig, Toppra
-from planner.backends.shared.smooth_curve import smoothed
+from planner.backends.shared.straight_lines import smoothed
 from planner.limits import Limits
 from planner.paths import solve_path
 from planner.planning import plan

@@ -17,7 +17,7 @@ from planner.scene import (
     clearances,
 )
 from planner.scene.arrays import core_of, piece_arrays
-from planner.scene.joint_positions import edge
+from planner.scene.continuous import edge
 from planner.scene.separations import Placed
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from planner.spatial import FloatArray, Pose, rotation_from_rpy

@@ -10,7 +10,7 @@ import pytest
 import planner
 from planner.errors import Collision
 from planner.paths import solve_path
-from planner.planning.blends import FINENESS, LEAST_RADII
+from planner.planning.variants import FINENESS, LEAST_RADII
 from planner.problems.blend_radii import blend_radii, with_blend_radii
 from planner.scene import CONTACT_TOLERANCE, Scene, SceneObject
 from planner.shapes import Sphere

@@ -10,7 +10,7 @@ import pytest
 import planner
 from planner.paths import solve_path
 from planner.paths.half_spaces import HalfSpaces
-from planner.planning import clear_searches
+from planner.planning import variants
 from planner.planning.half_spaces import HALF_SPACE_TIMES, half_spaces_between
 from planner.robots import Robot, load_robot
 from planner.scene import CollisionChecker, Scene, SceneObject
@@ -109,7 +109,7 @@ def test_it_costs_little_to_keep_clear(monkeypatch: pytest.MonkeyPatch) -> None:
         assert problem.scene is not None
         clear, quintic = (planner.plan(problem, by) for by in (SEARCHING, SEARCHING.without_search()))
         with monkeypatch.context() as patch:
-            patch.setattr(clear_searches, "EXTRA_MARGINS", ())
+            patch.setattr(variants, "EXTRA_MARGINS", ())
             near = planner.plan(problem, SEARCHING)
         assert least_distance(KUKA, problem.scene, clear.trajectory) >= problem.scene.margin - 2e-5
         costs = [effort(KUKA, motion) for motion in (blind, clear.trajectory, near.trajectory, quintic.trajectory)]

@@ -14,7 +14,7 @@ from planner.certificate import clearance
 from planner.certificate.clearance import certify_clearance
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.paths import solve_path
-from planner.planning import clear_searches
+from planner.planning import variants
 from planner.planning.attempts import Attempt, Refused, run
 from planner.planning.remedies.collisions import collision_remedies
 from planner.problems.problem import PolylineMotion
@@ -59,12 +59,12 @@ def test_every_back_end_keeps_clear(kind: str) -> None:
 SEARCHING = planner.MinEffort(knots=8)
 
 
-@pytest.mark.parametrize("ahead", [clear_searches.EXTRA_MARGINS, ()], ids=["cut off", "held nearer"])
+@pytest.mark.parametrize("ahead", [variants.EXTRA_MARGINS, ()], ids=["cut off", "held nearer"])
 def test_a_search_that_leads_to_a_collision_keeps_clear(
     ahead: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The straight motion is free, and so were the plans of all other back ends: min_effort refused it."""
-    monkeypatch.setattr(clear_searches, "EXTRA_MARGINS", ahead)
+    monkeypatch.setattr(variants, "EXTRA_MARGINS", ahead)
     problem = planner.PlanningProblem(KUKA, [REST, GOAL], scene=Scene([BALL]))
     assert problem.scene is not None
     blind = planner.plan(replace(problem, scene=None), SEARCHING)

@@ -15,7 +15,7 @@ from planner.plans.result import Plan
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
 from planner.spatial import FloatArray
-from planner.time_scaling.tool_jerks import NORMALS, jerk_rows
+from planner.time_scaling.linear_limits import NORMALS, jerk_rows
 from planner.tolerances import LIMIT_TOLERANCE
 from tests.planner.problems_of_tests import backend_of
 from tests.planner.tool_problems import CORNER, JOINTS, LINE, ROBOT, START

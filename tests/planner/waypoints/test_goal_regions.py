@@ -18,7 +18,7 @@ from planner.planning import plan
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.problems.regions import Region
 from planner.robots import Robot, load_robot
-from planner.robots.region_joints import with_region_joints
+from planner.robots.tools import with_region_joints
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 
 ARMS = {
