@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from planner.kernels.library import call, doubles, indices
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from planner.spatial import FloatArray
 
 
@@ -32,6 +32,54 @@ class PassingProblem(NamedTuple):
     bounds: FloatArray
     shortest: FloatArray
     costs: FloatArray
+
+
+class PhasedMotions(NamedTuple):
+    """Motions of all joints from state to state, in phases of constant jerk.
+
+    Attributes:
+        position: Positions (motions, joints, phases + 1) at the starts of phases and at the end, relative to the start.
+        velocity: Velocities (motions, joints, phases + 1) there.
+        acceleration: Accelerations (motions, joints, phases + 1) there.
+        jerk: Jerks (motions, joints, phases).
+        times: Durations (motions, joints, phases) of the phases.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    jerk: FloatArray
+    times: FloatArray
+
+
+def read_cubics(
+    phased: PhasedMotions, travels: FloatArray, velocities: FloatArray, accelerations: FloatArray, rounding: float
+) -> tuple[np.ndarray, FloatArray, FloatArray]:
+    """Read motions as cubics on common pieces: the phases of all joints.
+
+    Rounding leaves a difference between the end of a motion and the wanted state. The least change of the jerks
+    removes it.
+
+    Args:
+        phased: The motions.
+        travels: Travels (motions, joints) from start to end.
+        velocities: Velocities (motions, joints) at the end.
+        accelerations: Accelerations (motions, joints) at the end.
+        rounding: Share of a motion's duration up to which two times count as one.
+
+    Returns:
+        The motion (pieces,) that each piece belongs to, lengths (pieces,), and coefficients (pieces, joints, 4),
+        ascending powers of local time.
+    """
+    motions, joints, phases = phased.times.shape
+    most = motions * joints * phases
+    counts, lengths, coefficients = np.empty(motions, dtype=np.int64), np.empty(most), np.empty((most, joints, 4))
+    states = (doubles(part, motions, joints, phases + 1) for part in phased[:3])
+    rates = (doubles(part, motions, joints, phases) for part in phased[3:])
+    ends = (doubles(part, motions, joints) for part in (travels, velocities, accelerations))
+    call("cubics", motions, joints, phases, *states, *rates, *ends, rounding, counts, lengths, coefficients)
+    of = np.repeat(np.arange(motions), counts)
+    return of, lengths[: len(of)], coefficients[: len(of)]
 
 
 def best_states(problem: PassingProblem, times: FloatArray, states: FloatArray) -> FloatArray:

@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 import ruckig
 
-from planner.tolerances import ROUNDING
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -48,21 +46,13 @@ class Passage(NamedTuple):
         duration: The duration, s or in the caller's unit of time.
         lowest: The least position (joints,) on the way, relative to the start.
         highest: The greatest position (joints,) on the way, relative to the start.
-        position: Positions (joints, phases + 1) at the starts of Ruckig's phases and at the end, relative to the start.
-        velocity: Velocities (joints, phases + 1) there.
-        acceleration: Accelerations (joints, phases + 1) there.
-        jerk: Jerks (joints, phases).
-        times: Durations (joints, phases) of the phases.
+        phases: The parts of `PhasedMotions` of this motion, Ruckig's phases.
     """
 
     duration: float
     lowest: FloatArray
     highest: FloatArray
-    position: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    jerk: FloatArray
-    times: FloatArray
+    phases: tuple[FloatArray, ...]
 
 
 class ShortestTimes:
@@ -122,7 +112,8 @@ class Passages:
             return [None] * len(outputs)
         phases = [np.array([getattr(profile, name) for profile in profiles]) for name in ("p", "v", "a", "j", "t")]
         each = (x.reshape(-1, starts.velocity.shape[1], *x.shape[1:]) for x in (*_extremes(*phases), *phases))
-        motions = zip(*each, strict=True)
+        lowest, highest, *phases = each
+        motions = zip(lowest, highest, zip(*phases, strict=True), strict=True)
         return [None if output is None else Passage(output.duration, *next(motions)) for output in outputs]
 
 
@@ -166,79 +157,3 @@ def _extremes(
     roots = np.clip(roots, 0.0, t)
     turns = p + roots * (v + roots * (a / 2.0 + roots * j / 6.0))
     return np.minimum(turns.min(axis=(0, 2)), ends.min(axis=1)), np.maximum(turns.max(axis=(0, 2)), ends.max(axis=1))
-
-
-def cubic_pieces(passage: Passage, travel: FloatArray, end: Rates) -> tuple[FloatArray, FloatArray]:
-    """Read a motion as cubics on common pieces: the phases of all joints.
-
-    Rounding leaves a difference between the end of the motion and the wanted state. The least change of the jerks
-    removes it.
-
-    Args:
-        passage: The motion.
-        travel: Travel (joints,) from start to end.
-        end: Velocity and acceleration (joints,) at the end.
-
-    Returns:
-        Lengths (pieces,), and coefficients (pieces, joints, 4), ascending powers of local time.
-    """
-    # In extended precision: a phase may be as short as 1e-8 of the whole.
-    phases = passage.times.astype(np.longdouble)
-    phase_ends = np.cumsum(phases, axis=1)
-    phase_starts = phase_ends - phases
-    duration = phase_ends.max()
-    times = np.unique(phase_ends[phase_ends < duration * (1.0 - ROUNDING)])
-    times = np.concatenate([[0.0], times[times > ROUNDING * duration], [duration]])
-    times = times[np.append(True, np.diff(times) > ROUNDING * duration)]
-    middles = (times[:-1] + times[1:]) / 2.0
-    phase = (middles[:, None, None] > phase_ends[:, :-1]).sum(axis=2)
-    joint = np.arange(len(travel))
-    p, v, a, j = (
-        values[joint, phase] for values in (passage.position, passage.velocity, passage.acceleration, passage.jerk)
-    )
-    since = (times[:-1, None] - phase_starts[joint, phase]).astype(np.float64)
-    coefficients = np.stack(
-        [
-            p + since * (v + since * (a / 2.0 + since * j / 6.0)),
-            v + since * (a + since * j / 2.0),
-            (a + since * j) / 2.0,
-            j / 6.0,
-        ],
-        axis=-1,
-    )
-    lengths = np.diff(times).astype(np.float64)
-    return lengths, coefficients + _correction(lengths, coefficients, travel, end)
-
-
-def _correction(lengths: FloatArray, coefficients: FloatArray, travel: FloatArray, end: Rates) -> FloatArray:
-    """Return cubics from rest whose jerks, least in the mean square, correct the error at the end."""
-    h = lengths[:, None]
-    p, v, a, j = (coefficients[-1, :, k] for k in range(4))
-    t = lengths[-1]
-    missing = np.stack(
-        [
-            travel - (p + t * (v + t * (a + t * j))),
-            end.velocity - (v + t * (2.0 * a + 3.0 * t * j)),
-            end.acceleration - (2.0 * a + 6.0 * t * j),
-        ]
-    )
-    # Where there is no jerk, the acceleration jumps at the end.
-    missing[2, ~coefficients[..., 3].any(axis=0)] = 0.0
-    # What 1 unit of jerk on each piece does to position, velocity and acceleration at the end.
-    left = lengths.sum() - np.cumsum(lengths)
-    effect = np.stack(
-        [
-            lengths * (lengths**2 / 6.0 + left * (lengths + left) / 2.0),
-            lengths * (lengths / 2.0 + left),
-            lengths,
-        ]
-    )
-    jerk = np.linalg.lstsq(effect, missing)[0]
-
-    def from_zero(change: FloatArray) -> FloatArray:
-        return np.concatenate([np.zeros((1, change.shape[1])), np.cumsum(change, axis=0)[:-1]])
-
-    acceleration = from_zero(h * jerk)
-    velocity = from_zero(h * (acceleration + h * jerk / 2.0))
-    position = from_zero(h * (velocity + h * (acceleration / 2.0 + h * jerk / 6.0)))
-    return np.stack([position, velocity, acceleration / 2.0, jerk / 6.0], axis=-1)

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.ruckig.state_to_state import Passage, Passages, Rates, ShortestTimes, cubic_pieces
+from planner.backends.ruckig.state_to_state import Passage, Passages, Rates, ShortestTimes
 from planner.backends.ruckig.via_problem import LATE, OUTSIDE_WEIGHT, ViaMotion
 from planner.backends.ruckig.via_program import passing_states
-from planner.tolerances import LIMIT_TOLERANCE
-from planner.trajectories.polynomials import SegmentedPolynomial, joined
+from planner.kernels.passing import PhasedMotions, read_cubics
+from planner.tolerances import LIMIT_TOLERANCE, ROUNDING
+from planner.trajectories.polynomials import SegmentedPolynomial
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.via_problem import ViaProblem
@@ -163,21 +164,19 @@ class MendedPassages:
         passages = [passage for passage in self.passages if passage is not None]
         if len(passages) < len(self.passages):
             return None
-        durations, parts = [], []
-        for segment, passage in enumerate(passages):
-            requested = self.problem.requested[segment]
-            kept = passage.duration <= requested * (1.0 + LIMIT_TOLERANCE)
-            end = Rates(*(rate[segment + 1] for rate in self.rates))
-            h, c = cubic_pieces(passage, problem.travels[segment] / length, end)
-            scale = (problem.requested[segment] if kept else passage.duration * time) / h.sum()
-            durations.append(float(scale * h.sum()))
-            part = SegmentedPolynomial(h, c * length[:, None], np.full(len(h), segment)).stretched(scale)
-            part.coefficients[..., 0] += problem.positions[segment]
-            parts.append(part)
+        phased = PhasedMotions(*map(np.stack, zip(*(passage.phases for passage in passages), strict=True)))
+        _, ends = _ends(self.rates)
+        of, lengths, coefficients = read_cubics(phased, problem.travels / length, *ends, ROUNDING)
+        durations = np.array([passage.duration for passage in passages])
+        kept = durations <= self.problem.requested * (1.0 + LIMIT_TOLERANCE)
+        scaled = np.where(kept, problem.requested, durations * time)
+        scale = scaled / np.bincount(of, lengths)
+        pieces = SegmentedPolynomial(lengths, coefficients * length[:, None], of).stretched(scale[of])
         starts = problem.positions[:-1]
+        pieces.coefficients[..., 0] += starts[of]
         return ViaMotion(
-            np.array(durations),
-            joined(parts),
+            scaled,
+            pieces,
             starts + length * np.array([passage.lowest for passage in passages]),
             starts + length * np.array([passage.highest for passage in passages]),
             self.shortest.argmax(axis=1),

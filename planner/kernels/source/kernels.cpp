@@ -1,5 +1,6 @@
 // The C interface of the kernels: arrays in, arrays out, and a code that says what failed. All arrays are in row order.
 #include "bounded_peaks.hpp"
+#include "cubics.hpp"
 #include "descent.hpp"
 #include "intervals.hpp"
 #include "linear_limits.hpp"
@@ -243,6 +244,15 @@ int pass_waypoints(int64_t segments, int64_t joints, int64_t rows, int64_t unkno
     memcpy(times, search.point.times(), segments * sizeof(double));
     memcpy(states, search.point.state(0, 0), bytes);
     return OK;
+}
+
+// Motions in phases of constant jerk as cubics on common pieces of all joints; `counts` (motions) are their numbers of pieces.
+int cubics(int64_t motions, int64_t joints, int64_t phases, const double* position, const double* velocity,
+           const double* acceleration, const double* jerk, const double* times, const double* travels,
+           const double* end_velocity, const double* end_acceleration, double rounding, int64_t* counts, double* lengths,
+           double* coefficients) {
+    return read_cubics({motions, joints, phases, position, velocity, acceleration, jerk, times, travels, end_velocity,
+                        end_acceleration, rounding}, counts, lengths, coefficients);
 }
 
 int minimise(int64_t variables, int64_t count, const double* cost, const double* curvature, const double* matrix,

@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import ruckig
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from planner.backends.ruckig.via_program import PIECES_PER_SEGMENT, _grid
-from planner.kernels.passing import PassingProblem, best_states
+from planner.kernels.passing import PassingProblem, PhasedMotions, best_states, read_cubics
+from tests.planner.kernels.cubics import cubic_pieces
 
 NEAR = 0.25
 """Share of the duration by which the search may exceed the optimum of the program: it ends at a gap of 0.05."""
@@ -86,3 +89,41 @@ def duration_by_ruckig(given: PassingProblem, states: np.ndarray) -> float:
         ruckig.Ruckig(joints).calculate(requested, motion)
         total += motion.duration
     return total
+
+
+@given(st.integers(0, 2**32), st.integers(1, 4), st.integers(1, 7), st.booleans())
+def test_phases_read_as_cubics_end_where_they_are_wanted(
+    seed: int, joints: int, motions: int, with_jerks: bool
+) -> None:
+    """Joints with phases of their own, some of them next to nothing, one of them with no time at all."""
+    rng = np.random.default_rng(seed)
+    times = rng.uniform(0.1, 1.0, (motions, joints, 7)) * 10.0 ** rng.choice([0, 0, 0, -7, -20], (motions, joints, 7))
+    times *= (1.0 / times.sum(axis=2))[..., None]
+    times[rng.random(times.shape) < 0.1] = 0.0
+    times[:, :, 3] += 1.0 - times.sum(axis=2)
+    jerk = rng.normal(size=times.shape) * with_jerks
+    p, v, a = np.zeros((3, motions, joints, 8))
+    v[..., 0], a[..., 0] = rng.normal(size=(2, motions, joints))
+    for k in range(7):
+        t = times[..., k]
+        p[..., k + 1] = p[..., k] + t * (v[..., k] + t * (a[..., k] / 2.0 + t * jerk[..., k] / 6.0))
+        v[..., k + 1] = v[..., k] + t * (a[..., k] + t * jerk[..., k] / 2.0)
+        a[..., k + 1] = a[..., k] + t * jerk[..., k]
+    wanted = [values[..., -1] + 1e-10 * rng.normal(size=(motions, joints)) for values in (p, v, a)]
+    of, lengths, coefficients = read_cubics(PhasedMotions(p, v, a, jerk, times), *wanted, 1e-12)
+    for m in range(motions):
+        h, c = lengths[of == m], coefficients[of == m]
+        t = h[-1]
+        ends = [((c[-1, :, 3] * t + c[-1, :, 2]) * t + c[-1, :, 1]) * t + c[-1, :, 0]]
+        ends += [
+            (3.0 * c[-1, :, 3] * t + 2.0 * c[-1, :, 2]) * t + c[-1, :, 1],
+            6.0 * c[-1, :, 3] * t + 2.0 * c[-1, :, 2],
+        ]
+        states = p[m], v[m], a[m], jerk[m]
+        peer_h, peer_c = cubic_pieces(states, times[m], wanted[0][m], (wanted[1][m], wanted[2][m]))
+        assert h == pytest.approx(peer_h, rel=1e-12)
+        if len(h) >= 3 and h.min() > 1e-3:
+            for own, value in zip(ends[: 2 + with_jerks], wanted, strict=False):
+                assert own == pytest.approx(value[m], abs=1e-13)
+            assert c == pytest.approx(peer_c, rel=1e-7, abs=1e-12)
+        assert c == pytest.approx(peer_c, rel=1e-6, abs=1e-8)
