@@ -134,6 +134,36 @@ def plan(
 
 
 @app.command()
+def order(
+    request: Annotated[
+        str, typer.Argument(metavar="REQUEST", help="File with a request of POST /v1/tasks/order; - reads stdin.")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write the tasks in order as a request for planner plan."),
+    ] = None,
+    time_budget: Annotated[
+        float | None,
+        typer.Option(
+            "--time-budget",
+            metavar="SECONDS",
+            help="Time after which the search ends with the best order so far.",
+            show_default="the request's",
+            min=0.001,
+        ),
+    ] = None,
+    robot: RobotOption = None,
+    srdf: SrdfOption = None,
+    tip: TipOption = None,
+) -> None:
+    """Choose the order of tasks, plan them in this order, and show both."""
+    from cli.work.ordered_tasks import order_file
+    from cli.work.robots.files import FileOptions
+
+    order_file(request, output, time_budget, robot, FileOptions(srdf, tip))
+
+
+@app.command()
 def ik(
     robot: Annotated[
         str, typer.Argument(metavar="ROBOT", help="Robot of the catalogue, or a URDF file.", autocompletion=robot_ids)

@@ -31,6 +31,9 @@ ANGLE = 0.2
 CHECKS_PER_SECOND = 1500
 """Motions that the search of this library, which knows no seconds, checks for each second."""
 
+MOST_ATTEMPTS = 20
+"""The largest number of attempts at a plan: detours with slower corners, without remedies of long refusals."""
+
 SAMPLES = 10_000
 """Number of samples of each trajectory that are checked by Pinocchio."""
 
@@ -78,7 +81,7 @@ def ours(robot: Robot, asked: Problem, seconds: float) -> dict[str, Any]:
     wanted = planner.PlanningProblem(robot, waypoints, scene=asked.scene, self_collision=True)
     begun = time.process_time()
     try:
-        trajectory = planner.plan(wanted, budget=planner.Budget(seconds=seconds)).trajectory
+        trajectory = planner.plan(wanted, budget=planner.Budget(attempts=MOST_ATTEMPTS)).trajectory
     except PlanningError:
         return {"found": False, "seconds": time.process_time() - begun}
     taken = time.process_time() - begun

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import orjson
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from api.base.errors import invalid_at, invalid_request
 from api.contract.requests import PlanRequest
@@ -18,7 +18,12 @@ from planner.planning import plan
 from planner.robots import Robot, load_robot
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from planner.plans.result import Plan
+
+R = TypeVar("R", bound=BaseModel)
+"""A schema of requests."""
 
 
 def read_request(text: bytes, backend: str | None = None, robot: str | None = None) -> PlanRequest:
@@ -32,15 +37,32 @@ def read_request(text: bytes, backend: str | None = None, robot: str | None = No
     Raises:
         InvalidRequest: With everything that is wrong with it.
     """
+    changes = {} if backend is None else {"backend": {"kind": backend}}
+    return read_document(PlanRequest, text, changes | ({} if robot is None else {"robot": robot}))[0]
+
+
+def read_document(model: type[R], text: bytes, changes: Mapping[str, Any]) -> tuple[R, dict[str, Any]]:
+    """Read a request with some fields changed.
+
+    Args:
+        model: The schema of the request.
+        text: The document as JSON.
+        changes: The fields that replace the document's.
+
+    Returns:
+        The request, and the changed document.
+
+    Raises:
+        InvalidRequest: With everything that is wrong with it.
+    """
     try:
         document: Any = orjson.loads(text)
     except orjson.JSONDecodeError as error:
         raise invalid_at("", f"not JSON: {error}") from None
     if isinstance(document, dict):
-        document |= {} if backend is None else {"backend": {"kind": backend}}
-        document |= {} if robot is None else {"robot": robot}
+        document |= changes
     try:
-        return PlanRequest.model_validate_json(orjson.dumps(document))
+        return model.model_validate_json(orjson.dumps(document)), document
     except ValidationError as error:
         raise invalid_request(error, document) from None
 

@@ -30,6 +30,7 @@ def least_duration(costs: Costs, total: float) -> float:
     """
     states = costs.states
     own = sum(float(costs.states.durations[there].min()) for there in states.of_tasks[1:])
+    own += float(costs.least_arrivals[1:].sum())
     distances = costs.least_between
     degrees = np.full(len(distances), 2.0)
     degrees[[0, -1]] = 1.0

@@ -25,12 +25,13 @@ class Costs:
     Attributes:
         states: The states of all tasks; the first task is the start, the last the end.
         speeds: The limits of the joints.
+        arrivals: (tasks, 2): the requested least duration and duration of the motion to each task, s; 0: any.
         has_end: Whether the last task is a requested end; otherwise the motion to it takes no time.
         known: Durations, s, of motions between two states, from plans.
     """
 
-    def __init__(self, states: States, speeds: JointSpeeds, *, has_end: bool) -> None:
-        self.states, self.speeds, self.has_end = states, speeds, has_end
+    def __init__(self, states: States, speeds: JointSpeeds, arrivals: FloatArray, *, has_end: bool) -> None:
+        self.states, self.speeds, self.arrivals, self.has_end = states, speeds, arrivals, has_end
         self.known: dict[tuple[int, int], float] = {}
         self.durations = states.durations.copy()
 
@@ -38,6 +39,7 @@ class Costs:
         """Return the durations (rows, columns), s, from the exits of some states to the exits of others."""
         states = self.states
         found = self.speeds.durations(states.exits[rows][:, None], states.entries[columns])
+        found = self.speeds.requested(found, *self.arrivals[states.tasks[columns]].T)
         for (start, end), duration in self.known.items():
             found[np.ix_(rows == start, columns == end)] = duration
         if not self.has_end:
@@ -45,12 +47,20 @@ class Costs:
         found += self.durations[columns]
         return found
 
+    @property
+    def least_arrivals(self) -> FloatArray:
+        """The requested least durations (tasks,), s, of the motions to the tasks."""
+        return np.asarray(self.arrivals.max(axis=1), dtype=np.float64)
+
     @cached_property
     def least_between(self) -> FloatArray:
-        """Lower bounds (tasks, tasks), s, on the motions between two tasks, in either direction."""
+        """Lower bounds (tasks, tasks), s, on the motions between two tasks, in either direction.
+
+        They are beyond the requested duration of the motion to the later task, see `least_arrivals`.
+        """
         states, velocity = self.states, self.speeds.velocity
         travels = least_joint_distances(states.exits / velocity, states.entries / velocity, states.tasks)
-        found = self.speeds.least_durations(travels)
+        found = self.speeds.requested(self.speeds.least_durations(travels), *self.arrivals.T) - self.least_arrivals
         if not self.has_end:
             found[:, -1] = 0.0
         found[0, -1] = found[-1] = np.inf  # nothing follows the end, and some task comes before it

@@ -30,7 +30,9 @@ MOST_GIVEN = 2
 """The largest number of waypoints of a problem besides its tasks: the start and the end."""
 
 
-def refuse_faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motion, backend: BackEnd) -> None:
+def refuse_faults(
+    problem: PlanningProblem, tasks: Sequence[Task], travel: Motion, backend: BackEnd, seconds: float | None
+) -> None:
     """Refuse tasks that contradict themselves, each other or the robot.
 
     Raises:
@@ -38,6 +40,8 @@ def refuse_faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motio
         PlanningError: As `check_problem` does, for the tasks in some allowed order.
     """
     faults = [*_faults(problem, tasks, travel), *rule_faults(tasks)]
+    if seconds is not None and not seconds > 0.0:
+        faults.append((("seconds",), f"must be greater than 0; got {seconds:g}"))
     if faults:
         raise InvalidProblem(faults)
     rules, order = Rules.of(tasks), list[int]()

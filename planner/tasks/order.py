@@ -107,7 +107,7 @@ def order_tasks(
     if travel is None:
         travel = JointMotion() if problem.scene is None else FreeMotion()
     tasks, backend = tuple(tasks), as_backend(backend)
-    refuse_faults(problem, tasks, travel, backend)
+    refuse_faults(problem, tasks, travel, backend, seconds)
     return run(_Ordering(problem, tasks, backend, travel, seconds).proposals(), Budget(MOST_REPAIRS * 10, seconds))
 
 
@@ -128,11 +128,12 @@ class _Ordering:
         self.deadline = inf if seconds is None else self.began + SHARE_OF_SEARCH * seconds
         every = [waypoint for task in self.tasks for waypoint in task.waypoints]
         stops = all(isinstance(waypoint.transition, StopTransition) for waypoint in every)
-        speeds = JointSpeeds.of(problem.robot, problem.limits, stops=stops)
+        speeds = JointSpeeds.of(problem, stops=stops)
         states = self._states(speeds)
         if not self.has_end:
             states.durations[states.tasks == states.tasks[-1]] = 0.0
-        self.costs = Costs(states, speeds, has_end=self.has_end)
+        arrivals = np.array([task.arrival for task in self.tasks])
+        self.costs = Costs(states, speeds, arrivals, has_end=self.has_end)
         self.rules = Rules.of(self.tasks)
 
     def _states(self, speeds: JointSpeeds) -> States:

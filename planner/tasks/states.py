@@ -253,9 +253,9 @@ def _carried(
 def _fastest_to(starts: Sequence[Carried], waypoint: AnyWaypoint, position: FloatArray, speeds: JointSpeeds) -> Carried:
     """Return the fastest way on to a joint position (joints,) of a waypoint."""
     durations = speeds.durations(np.array([start.positions[-1] for start in starts]), position)
-    totals = [start.duration + _at_least(waypoint, t) for start, t in zip(starts, durations.tolist(), strict=True)]
+    totals = np.array([start.duration for start in starts]) + _requested(waypoint, durations, speeds)
     best = int(np.argmin(totals))
-    return Carried(np.vstack([starts[best].positions, position]), totals[best])
+    return Carried(np.vstack([starts[best].positions, position]), float(totals[best]))
 
 
 def _followed(
@@ -276,13 +276,13 @@ def _followed(
         return None
     (samples,) = motion.curve.evaluate(np.linspace(0.0, motion.curve.breakpoints[-1], SAMPLES_OF_MOTION), (0,))
     travelled = np.abs(np.diff(samples, axis=0)).sum(axis=0)
-    duration = float(speeds.durations(np.zeros(robot.dof), travelled))
-    return Carried(np.vstack([before.positions, motion.end]), before.duration + _at_least(waypoint, duration))
+    duration = float(_requested(waypoint, speeds.durations(np.zeros(robot.dof), travelled), speeds))
+    return Carried(np.vstack([before.positions, motion.end]), before.duration + duration)
 
 
-def _at_least(waypoint: AnyWaypoint, duration: float) -> float:
-    """Return the duration, s, of the segment to a waypoint and the dwell there."""
-    return max(duration, waypoint.minimum_duration, waypoint.duration or 0.0) + waypoint.dwell
+def _requested(waypoint: AnyWaypoint, durations: FloatArray, speeds: JointSpeeds) -> FloatArray:
+    """Return the durations (...), s, of segments to a waypoint with the dwell there, from the least durations (...)."""
+    return speeds.requested(durations, waypoint.minimum_duration, waypoint.duration or 0.0) + waypoint.dwell
 
 
 def _refusal(problem: PlanningProblem, task: Task) -> PlanningError:

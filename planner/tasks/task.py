@@ -86,6 +86,12 @@ class Task:
         for name in ("waypoints", "after"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
 
+    @property
+    def arrival(self) -> tuple[float, float]:
+        """The least duration and the duration, s, that the motion from another task is to have; 0: any."""
+        first = self.waypoints[0]
+        return (0.0, 0.0) if self.closed else (first.minimum_duration, first.duration or 0.0)
+
     def steps(self, visit: Visit = FORWARDS) -> list[int]:
         """Return the indices of the waypoints in the order of a visit; a closed contour ends where it begins."""
         count = len(self.waypoints)

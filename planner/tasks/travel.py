@@ -11,8 +11,7 @@ from planner.kinematics.turns import counted_velocity
 from planner.limits import segment_limits
 
 if TYPE_CHECKING:
-    from planner.limits import Limits
-    from planner.robots import Robot
+    from planner.problems.problem import PlanningProblem
     from planner.spatial import FloatArray
 
 UNUSABLE = 1e6
@@ -26,28 +25,31 @@ class JointSpeeds:
     Attributes:
         velocity: (joints,), rad/s or m/s; a joint without a limit counts 1.
         acceleration: (joints,), rad/s^2 or m/s^2; infinite: no limit.
+        shaping: The time, s, by which shaping lengthens each motion from rest to rest.
     """
 
     velocity: FloatArray
     acceleration: FloatArray
+    shaping: float = 0.0
 
     @classmethod
-    def of(cls, robot: Robot, limits: Limits, *, stops: bool) -> JointSpeeds:
+    def of(cls, problem: PlanningProblem, *, stops: bool) -> JointSpeeds:
         """Find the widest limits of a trajectory.
 
         Args:
-            robot: The robot.
-            limits: The requested limits of the whole trajectory.
+            problem: The robot, the limits of the whole trajectory, and the vibration mode.
             stops: Whether the robot stops at every waypoint; otherwise accelerations do not count.
 
         Raises:
             InvalidProblem: A limit is invalid.
         """
-        resolved = segment_limits(robot, limits, (None,))
+        robot, mode = problem.robot, problem.residual_vibration
+        resolved = segment_limits(robot, problem.limits, (None,))
         velocity, acceleration = (
             np.maximum(-each.lower[0], each.upper[0]) for each in (resolved.velocity, resolved.acceleration)
         )
-        return cls(counted_velocity(velocity), acceleration if stops else np.full(robot.dof, np.inf))
+        shaping = mode.period if mode is not None and mode.suppress and stops else 0.0
+        return cls(counted_velocity(velocity), acceleration if stops else np.full(robot.dof, np.inf), shaping)
 
     def durations(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
         """Return the least durations (...), s, of joint motions from rest to rest, by the slowest joint.
@@ -74,6 +76,17 @@ class JointSpeeds:
             travels: (...), s: the largest of the joints' distances over their velocity limits.
         """
         return _rest_to_rest(travels, float((self.velocity / self.acceleration).min()))
+
+    def requested(self, durations: FloatArray, minimum: FloatArray | float, fixed: FloatArray | float) -> FloatArray:
+        """Return the durations (...), s, of motions with requested durations, shaped if the robot moves.
+
+        Args:
+            durations: (...), s: the least durations by the limits.
+            minimum: (...), s: the requested least durations.
+            fixed: (...), s: the requested durations; 0: none.
+        """
+        shaped = np.maximum(durations, minimum) + np.where(durations > 0.0, self.shaping, 0.0)
+        return np.asarray(np.maximum(shaped, fixed), dtype=np.float64)
 
 
 def _rest_to_rest(travels: FloatArray, ramp: float) -> FloatArray:

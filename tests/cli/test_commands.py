@@ -64,6 +64,32 @@ def test_plan_shows_waypoints_and_certificate(request_file: Path) -> None:
     assert velocity.split()[2:7] == ["0.375", "3.142", "rad/s", "11.9", "%"]
 
 
+def test_order_shows_the_order_and_writes_a_request_with_the_same_plan(tmp_path: Path) -> None:
+    result = planner("order", EXAMPLES / "tasks/drill_and_deburr.json", "-o", tmp_path / "ordered.json")
+    assert result.exit_code == 0, result.stderr
+    lines = result.stdout.splitlines()
+    rows = [
+        line.split() for line in lines[next(k for k, line in enumerate(lines) if line.split()[:1] == ["Order"]) + 1 :]
+    ]
+    assert sorted(row[1] for row in rows[:5]) == ["0", "1", "2", "3", "4"]
+    duration = lines[1].split()[2]
+    planned = planner("plan", tmp_path / "ordered.json")
+    assert planned.exit_code == 0
+    assert planned.stdout.splitlines()[1].split()[2] == duration
+
+
+def test_order_shows_the_fault_of_a_task_at_its_place() -> None:
+    request = json.loads((EXAMPLES / "tasks/drill_and_deburr.json").read_text())
+    request["tasks"][1]["after"] = ["nothing"]
+    result = planner("order", "-", stdin=json.dumps(request))
+    assert result.exit_code == 1
+    assert "/tasks/1/after/0" in result.stderr
+    del request["start"]
+    assert "/start" in planner("order", "-", stdin=json.dumps(request)).stderr
+    request["start"] = {"kind": "named", "name": "home"}
+    assert planner("order", "-", "--time-budget", "0", stdin=json.dumps(request)).exit_code == 2
+
+
 def test_plan_reads_stdin() -> None:
     assert planner("plan", "-", stdin=json.dumps(SHORT)).exit_code == 0
 

@@ -13,12 +13,16 @@ import pytest
 from pydantic import TypeAdapter
 
 from api.contract.robots import Changes, DerivedModel, RobotDefinition, UrdfModel
+from api.contract.tasks import OrderRequest
 from api.store.contents.mesh_archive import MeshArchive
 from api.work.conversion.kept_meshes import keep_meshes
-from api.work.conversion.problems import to_robot
+from api.work.conversion.problems import to_backend, to_robot
+from api.work.conversion.task_orders import to_task_problem
 from cli.local_service import local_service
 from cli.work.local_plan import plan_request, read_request
 from planner.errors import Collision
+from planner.robots import load_robot
+from planner.tasks import order_tasks
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
@@ -142,6 +146,16 @@ def test_request_file_is_planned(name: str) -> None:
     assert max(waypoint.position_error for waypoint in result.path.waypoints) < 1e-6
     if duration is not None:
         assert result.trajectory.duration == duration
+
+
+def test_tasks_are_ordered_with_holes_before_edges() -> None:
+    (file,) = (EXAMPLES / "tasks").glob("*.json")
+    request = OrderRequest.model_validate_json(file.read_bytes())
+    problem, tasks = to_task_problem(request, load_robot(request.robot))
+    ordered = order_tasks(problem, tasks, to_backend(request.backend))
+    assert set(ordered.order[:3]) == {0, 1, 2}
+    assert ordered.plan.certificate.satisfied
+    assert 0.0 <= ordered.gap < 0.2
 
 
 def test_refuelling_prints_the_durations_the_rounding_of_e13_and_the_distances_of_e2() -> None:

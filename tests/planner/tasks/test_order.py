@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -192,3 +194,19 @@ def test_turns_about_the_tool_shorten_an_order() -> None:
         for free in (None, "rotation_z")
     ]
     assert durations[1] < 0.9 * durations[0]
+
+
+@pytest.mark.parametrize("mode", [None, planner.ResidualVibration(8.0, 0.05)])
+@pytest.mark.parametrize("least", [0.0, 3.0])
+def test_estimates_know_least_durations_and_the_time_of_shaping(
+    mode: planner.ResidualVibration | None, least: float
+) -> None:
+    random = np.random.default_rng(1)
+    points = [joint_waypoint(random_position(random)) for _ in range(4)]
+    line = [joint_waypoint(random_position(random)), replace(points[3], minimum_duration=least)]
+    tasks = [planner.Task([replace(points[0], minimum_duration=least)]), planner.Task(points[1:2]), planner.Task(line)]
+    end = replace(joint_waypoint(HOME), minimum_duration=least)
+    problem = planner.PlanningProblem(ROBOT, [joint_waypoint(HOME), end], residual_vibration=mode)
+    found = planner.order_tasks(problem, tasks, "trapezoidal")
+    assert found.estimate == pytest.approx(found.plan.trajectory.duration, rel=1e-9)
+    assert 3.0 * least <= found.bound <= found.estimate * (1 + 1e-12)

@@ -126,3 +126,10 @@ def test_straight_travel_that_would_collide_leads_to_another_order() -> None:
     free = planner.order_tasks(problem, tasks, "trapezoidal")
     assert free.plan.trajectory.duration <= straight.plan.trajectory.duration * 1.001
     assert free.bound <= free.plan.trajectory.duration
+
+
+@pytest.mark.parametrize("seconds", [-1.0, 0.0, float("nan")])
+def test_a_time_that_is_not_positive_is_a_fault(seconds: float) -> None:
+    with pytest.raises(planner.InvalidProblem) as refusal:
+        planner.order_tasks(START, [task()], seconds=seconds)
+    assert [fault.field for fault in refusal.value.faults] == [("seconds",)]
