@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.optimize import brentq
 
 from planner.certificate import Check, certify
 from planner.constraints import TORQUE, TORQUE_WITH_TOLERANCES
@@ -116,6 +115,8 @@ def max_payload(
     if heaviest.satisfied and most == rating:
         return MaxPayload(most, "rating")
     if not heaviest.satisfied:
+        from scipy.optimize import brentq  # here: no other operation needs it
+
         mass = brentq(lambda mass: (worst(mass).ratio or 0.0) - 1.0, 0.0, most, xtol=SMALLEST, rtol=0.1 * ACCURACY)
     while not (heaviest := worst(mass)).satisfied:
         mass *= 1.0 - 0.5 * ACCURACY

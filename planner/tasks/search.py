@@ -7,6 +7,7 @@ Where neither helps, the search exchanges two neighbouring parts, or shuffles a 
 
 from __future__ import annotations
 
+from math import factorial
 from time import monotonic
 from typing import TYPE_CHECKING
 
@@ -36,6 +37,9 @@ MOST_CHANGES = 1_000
 
 CHANGES = 20_000
 """The number of such changes without a gain, times the number of tasks, after which it ends."""
+
+CHANGES_OF_AN_ORDER = 10
+"""The number of such changes, times the number of orders of all tasks, after which it ends: few tasks have few."""
 
 SHUFFLES = 20
 """The number of other changes that are drawn where the rules do not allow an exchange."""
@@ -84,7 +88,9 @@ class Search:
         """
         random = np.random.default_rng(0)
         best = self.problem.settled(chosen, np.ones(len(chosen), dtype=bool))
-        least, in_vain, most = self.total(best), 0, min(MOST_CHANGES, CHANGES // len(best))
+        orders = factorial(min(len(best) - 2, LONGEST_SHUFFLED))
+        least, in_vain = self.total(best), 0
+        most = min(MOST_CHANGES, CHANGES // len(best), CHANGES_OF_AN_ORDER * orders)
         while in_vain < most and monotonic() < deadline and len(best) > FEWEST_EXCHANGED:
             other = self._changed(best, random)
             total = self.total(other)

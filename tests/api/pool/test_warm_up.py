@@ -11,7 +11,7 @@ from tests.locations import ROOT
 
 
 @pytest.mark.large_only
-def test_a_worker_has_loaded_every_solver_before_its_first_request() -> None:
+def test_a_worker_has_loaded_the_default_solvers_before_its_first_request() -> None:
     code = """
 import sys
 
@@ -22,6 +22,6 @@ warm_up(Caps(max_deadline=60.0, max_waypoints=100, max_samples=1000, memory_mib=
 print(*sorted(sys.modules))
 """
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert {"casadi", "pinocchio", "ruckig", "toppra.solverwrapper.cy_seidel_solverwrapper"} <= set(
-        result.stdout.split()
-    )
+    loaded = set(result.stdout.split())
+    assert {"casadi", "pinocchio", "ruckig", "scipy.linalg"} <= loaded
+    assert not {"toppra", "matplotlib", "scipy.optimize"} & loaded  # for few requests, which can wait for them
