@@ -141,7 +141,7 @@ def execute(task: Task, caps: Caps) -> Reply:
             reply = _refused(errors.InternalError(), context)
             reply = replace(reply, failure=where_from(error))
         reply = replace(reply, worker_is_fit=False)
-    return replace(reply, timings=context.timings)
+    return reply if reply.timings is context.timings else replace(reply, timings=context.timings)
 
 
 def _compressed(reply: Reply, context: TaskContext) -> Reply:

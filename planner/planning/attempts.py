@@ -119,8 +119,9 @@ class Attempt:
                 plan = attempt.shaped_slower(unshaped, refusal)
         except PlanningError as refusal:
             return Refused(attempt, refusal.numbered(problem.numbers), trajectory)
-        warnings = (*attempt.warnings, *plan.warnings)
-        return Planned(attempt, replace(plan, detours=attempt.detours or (), warnings=warnings))
+        if attempt.detours or attempt.warnings:
+            plan = replace(plan, detours=attempt.detours or (), warnings=(*attempt.warnings, *plan.warnings))
+        return Planned(attempt, plan)
 
     def shaped_slower(self, unshaped: Trajectory, refusal: LimitsUnsatisfiable) -> Plan:
         """Stretch the motions until the shaped ones keep all limits, if they exceed one slightly.

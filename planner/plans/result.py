@@ -235,13 +235,14 @@ def certified(
     certificate = with_binding_limits(certificate, problem, trajectory)
     certificate = replace(certificate, clearance=clearance, speed_zones=speed_zones)
     warnings = tuple(plan_warnings(problem, backend, path, trajectory, certificate))
-    waypoints = [
+    waypoints = tuple(
         waypoint
         if error == (waypoint.position_error, waypoint.orientation_error)
         else replace(waypoint, position_error=error[0], orientation_error=error[1])
         for waypoint, error in zip(path.waypoints, met.errors, strict=True)
-    ]
-    made = Plan(problem, backend, replace(path, waypoints=tuple(waypoints)), trajectory, certificate, warnings)
+    )
+    path = path if waypoints == path.waypoints else replace(path, waypoints=waypoints)
+    made = Plan(problem, backend, path, trajectory, certificate, warnings)
     _ = made.actions  # refused here where one is after the end
     return made
 
