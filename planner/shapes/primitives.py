@@ -41,10 +41,6 @@ class Sphere(Shape):
 
     radius: float
 
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        object.__setattr__(self, "radius", checked_size("radius", self.radius))
-
     def support(self, directions: ArrayLike) -> FloatArray:
         """Compute the largest n . x over the ball: r |n|."""
         support: FloatArray = self.radius * _lengths(np.asarray(directions))
@@ -125,11 +121,6 @@ class Cylinder(Shape):
     radius: float
     length: float
 
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        object.__setattr__(self, "radius", checked_size("radius", self.radius))
-        object.__setattr__(self, "length", checked_size("length", self.length))
-
     def support(self, directions: ArrayLike) -> FloatArray:
         """Compute the largest n . x over the cylinder: r |(n_x, n_y)| + h |n_z| with half its length h."""
         n = np.asarray(directions)
@@ -165,11 +156,6 @@ class Capsule(Shape):
 
     radius: float
     length: float
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        object.__setattr__(self, "radius", checked_size("radius", self.radius))
-        object.__setattr__(self, "length", checked_size("length", self.length))
 
     def support(self, directions: ArrayLike) -> FloatArray:
         """Compute the largest n . x over the capsule: r |n| + h |n_z| with half its length h."""

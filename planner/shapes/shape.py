@@ -84,6 +84,11 @@ class Shape(PickledByFields, ABC):
         (True, True)
     """
 
+    def __post_init__(self) -> None:
+        """Check the numbers: they are sizes but where a kind of shape says otherwise."""
+        for field in fields(self):  # type: ignore[arg-type]  # every shape is a dataclass
+            object.__setattr__(self, field.name, checked_size(field.name, getattr(self, field.name)))
+
     @abstractmethod
     def support(self, directions: ArrayLike) -> FloatArray:
         """Compute the support of the shape along directions: the largest n . x over its points x.
@@ -109,7 +114,7 @@ class Shape(PickledByFields, ABC):
     def digest(self) -> str:
         """A name of the content: equal for equal shapes, and for no others."""
         content = hashlib.sha256(type(self).__name__.encode())
-        for field in fields(self):  # type: ignore[arg-type]  # every shape is a dataclass
+        for field in fields(self):  # type: ignore[arg-type]
             content.update(np.ascontiguousarray(getattr(self, field.name), dtype=np.float64).tobytes())
         return content.hexdigest()
 

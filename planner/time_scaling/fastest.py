@@ -18,7 +18,7 @@ from planner.time_scaling.uniform import scaled_to_duration
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
-    quintic_hermite,
+    quintics_through,
 )
 
 TIME_ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
@@ -190,5 +190,4 @@ def retimed(scaling: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePoly
     b, a = np.append(b[0], b[-1, -1]), np.append(a[0], a[-1, -1])
     s, speed, gain = scaling.evaluate(scaling.breakpoints, range(3))
     speed, gain = speed * np.sqrt(b)[:, None], gain * b[:, None] + speed * a[:, None]
-    starts, ends = (s[:-1], speed[:-1], gain[:-1]), (s[1:], speed[1:], gain[1:])
-    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
+    return quintics_through(lengths, s, speed, gain)

@@ -16,7 +16,7 @@ from planner.robots.tools import with_region_joints
 from planner.spatial import FloatArray, Pose, rotation_vector
 from planner.tool_motions.follow import Lost
 from planner.tool_motions.pose_paths import PosePath
-from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
+from planner.trajectories.polynomials import PiecewisePolynomial, quintics_through
 from planner.trajectories.splines import slopes_between
 
 POSITION_WEIGHT = 1e4
@@ -143,9 +143,7 @@ def _smooth(offsets: FloatArray) -> PiecewisePolynomial:
     slopes = np.gradient(offsets, step, axis=0, edge_order=2)
     bends = np.diff(offsets, 2, axis=0) / step**2
     bends = np.vstack([bends[:1], bends, bends[-1:]])
-    lengths, values = np.full(len(offsets) - 1, step), (offsets, slopes, bends)
-    starts, ends = tuple(rows[:-1] for rows in values), tuple(rows[1:] for rows in values)
-    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
+    return quintics_through(np.full(len(offsets) - 1, step), offsets, slopes, bends)
 
 
 def _without_overshoot(offsets: FloatArray) -> PiecewisePolynomial:
@@ -156,9 +154,7 @@ def _without_overshoot(offsets: FloatArray) -> PiecewisePolynomial:
     lengths = np.full(len(offsets) - 1, 1.0 / (len(offsets) - 1))
     means = np.diff(offsets, axis=0) / lengths[:, None]
     slopes = np.vstack([means[:1], slopes_between(means[:-1], means[1:]), means[-1:]])
-    flat = np.zeros_like(offsets)
-    starts, ends = (offsets[:-1], slopes[:-1], flat[:-1]), (offsets[1:], slopes[1:], flat[1:])
-    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
+    return quintics_through(lengths, offsets, slopes, np.zeros_like(offsets))
 
 
 def through_singular_wrist(robot: Robot, path: PosePath, lost: Lost) -> tuple[OffsetPath, float] | None:
@@ -193,8 +189,6 @@ def through_singular_wrist(robot: Robot, path: PosePath, lost: Lost) -> tuple[Of
             turns = Region(**dict.fromkeys(TURNS, (-np.pi, np.pi)))
             offsets = np.zeros((3, len(TURNS)))
             offsets[1] = list(turns.offsets(pose, here).values())
-            lengths, still = np.array([u, 1.0 - u]), [np.zeros((2, len(TURNS)))] * 2
-            quintics = quintic_hermite(lengths, (offsets[:-1], *still), (offsets[1:], *still))
-            through = OffsetPath(path, turns, PiecewisePolynomial(lengths, quintics), path.breakpoints)
-            return through, float(np.linalg.norm(turn))
+            quintics = quintics_through(np.array([u, 1.0 - u]), offsets, *np.zeros((2, *offsets.shape)))
+            return OffsetPath(path, turns, quintics, path.breakpoints), float(np.linalg.norm(turn))
     return None

@@ -22,7 +22,7 @@ from planner.tool_motions.inverse_jacobian import (
     null_space,
 )
 from planner.tool_motions.pose_paths import PosePath
-from planner.trajectories.polynomials import PiecewisePolynomial, horner, quintic_hermite
+from planner.trajectories.polynomials import PiecewisePolynomial, horner, quintics_through
 
 PROBE_TOLERANCE_SHARE = 0.25
 """The share of the tolerance that the joint path may use up at the probes; time needs some, too."""
@@ -391,6 +391,4 @@ class Follower:
 
 def _curve(knots: list[_Knot]) -> PiecewisePolynomial:
     u, *values = (np.array([knot[i] for knot in knots]) for i in range(4))
-    lengths = np.diff(u)
-    starts, ends = tuple(rows[:-1] for rows in values), tuple(rows[1:] for rows in values)
-    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
+    return quintics_through(np.diff(u), *values)

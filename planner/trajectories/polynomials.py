@@ -234,3 +234,9 @@ def quintic_hermite(lengths: FloatArray, starts: tuple[FloatArray, ...], ends: t
         6.0 * rise - 3.0 * (v0 + v1) - 0.5 * (a0 - a1),
     ]
     return stretched(np.stack(unit, axis=-1), h)
+
+
+def quintics_through(lengths: FloatArray, *states: FloatArray) -> PiecewisePolynomial:
+    """Return quintics through values, first and second derivatives at their ends, each (pieces + 1, joints)."""
+    starts, ends = tuple(rows[:-1] for rows in states), tuple(rows[1:] for rows in states)
+    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))

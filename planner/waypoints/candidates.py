@@ -160,17 +160,11 @@ class Layer:
         measure = manipulability(robot, branches)
         conditioning = measure / max(float(measure.max()), LEAST_MANIPULABILITY)
         fewest, most = _turns_within(robot, branches)
+        layer = cls(branches, fewest, most, conditioning, solutions=len(branches))
         if not (most > fewest).any():
-            return cls(branches, fewest, most, conditioning, solutions=len(branches))
+            return layer
         turned, branch = _turned(robot, branches, ahead, fewest, most)
-        fixed = np.zeros_like(turned)
-        return cls(
-            np.vstack([branches, turned]),
-            np.vstack([fewest, fixed]),
-            np.vstack([most, fixed]),
-            np.concatenate([conditioning, conditioning[branch]]),
-            solutions=len(branches),
-        )
+        return layer._and(turned, np.zeros((2, *turned.shape)), conditioning[branch])
 
     @classmethod
     def continuum(
@@ -253,14 +247,7 @@ class Layer:
         if not found:
             return self
         positions, conditioning = (np.array(values) for values in zip(*found, strict=True))
-        fixed = np.zeros_like(positions)
-        return replace(
-            self,
-            positions=np.vstack([self.positions, positions]),
-            fewest=np.vstack([self.fewest, fixed]),
-            most=np.vstack([self.most, fixed]),
-            conditioning=np.concatenate([self.conditioning, conditioning]),
-        )
+        return self._and(positions, np.zeros((2, *positions.shape)), conditioning)
 
     def with_solutions(self, robot: Robot, solutions: Sequence[FloatArray]) -> Layer:
         """Return the layer with further solutions (joints,) of a continuum, each both fixed and free to turn.
@@ -271,14 +258,18 @@ class Layer:
         if not solutions:
             return self
         positions = np.array([*solutions, *solutions])
-        fewest, most = _turns_within(robot, positions)
-        fewest[: len(solutions)] = most[: len(solutions)] = 0.0
+        turns = np.array(_turns_within(robot, positions))
+        turns[:, : len(solutions)] = 0.0
+        return self._and(positions, turns, np.ones(len(positions)))
+
+    def _and(self, positions: FloatArray, turns: FloatArray, conditioning: FloatArray) -> Layer:
+        """Return the layer with more candidates (n, joints), their fewest and most turns (2, n, joints) and (n,)."""
         return replace(
             self,
             positions=np.vstack([self.positions, positions]),
-            fewest=np.vstack([self.fewest, fewest]),
-            most=np.vstack([self.most, most]),
-            conditioning=np.concatenate([self.conditioning, np.ones(len(positions))]),
+            fewest=np.vstack([self.fewest, turns[0]]),
+            most=np.vstack([self.most, turns[1]]),
+            conditioning=np.concatenate([self.conditioning, conditioning]),
         )
 
     def _is_pinned(self, position: FloatArray) -> bool:
