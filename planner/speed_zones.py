@@ -229,8 +229,7 @@ def _twists(bodies: Bodies, placements: Placements, velocities: FloatArray) -> t
 
 def _at_ends(placements: Placements, angular: FloatArray, linear: FloatArray) -> FloatArray:
     """Return the velocities (N, bodies, 2, 3) of the ends of the axes of the capsules, m/s."""
-    velocities: FloatArray = np.cross(angular[:, :, None], placements.spheres[:, :, [0, -1]]) + linear[:, :, None]
-    return velocities
+    return np.cross(angular[:, :, None], placements.spheres[:, :, [0, -1]]) + linear[:, :, None]
 
 
 def speed_reached(bodies: Bodies, motion: PiecewisePolynomial, time: float) -> tuple[float, str]:

@@ -54,8 +54,7 @@ class SegmentDynamics:
 
     def indices_on(self, segments: np.ndarray) -> np.ndarray:
         """Return the indices of the robots on segments."""
-        of_segments: np.ndarray = np.zeros_like(segments) if len(self.robots) == 1 else self.indices[segments]
-        return of_segments
+        return np.zeros_like(segments) if len(self.robots) == 1 else self.indices[segments]
 
     def by_robot(
         self, function: Callable[..., tuple[FloatArray, ...]], segments: np.ndarray, *states: FloatArray

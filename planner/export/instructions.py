@@ -198,8 +198,7 @@ def _points(plan: Plan, segment: int) -> FloatArray:
     fine = plan.trajectory.evaluate(_times(plan, segment, SAMPLES_OF_SPEEDS), [0])[0]
     travel = float(np.abs(np.diff(fine, axis=0)).sum(axis=0).max())
     count = max(2, int(np.ceil(travel / JOINT_POINT_STEP)))
-    points: FloatArray = plan.trajectory.evaluate(_times(plan, segment, count + 1), [0])[0][1:]
-    return points
+    return plan.trajectory.evaluate(_times(plan, segment, count + 1), [0])[0][1:]
 
 
 def _speeds(plan: Plan, segment: int) -> Speeds:

@@ -300,8 +300,7 @@ class _Wave(NamedTuple):
 
     def __call__(self, number: ComplexArray, height: FloatArray | float = 1.0) -> ComplexArray:
         """Return the value (...)."""
-        value: ComplexArray = self.number * number + self.conjugate * number.conj() + self.constant * height
-        return value
+        return self.number * number + self.conjugate * number.conj() + self.constant * height
 
     def angles(self, value: FloatArray) -> FloatArray:
         """Return the angles q (..., 2) at which a real function has a value (...), z = exp(i q), h = 1."""
@@ -320,10 +319,7 @@ def _moved(
 def _turned(cross: FloatArray, angle: FloatArray, vectors: FloatArray) -> FloatArray:
     """Turn vectors (..., 3) about an axis, by Rodrigues' formula."""
     across = vectors @ cross.T
-    turned: FloatArray = (
-        vectors + np.sin(angle)[..., None] * across + (1.0 - np.cos(angle))[..., None] * across @ cross.T
-    )
-    return turned
+    return vectors + np.sin(angle)[..., None] * across + (1.0 - np.cos(angle))[..., None] * across @ cross.T
 
 
 def _angles_to_height(number: ComplexArray, height: FloatArray) -> FloatArray:
@@ -347,8 +343,7 @@ def _joined(*angles: FloatArray) -> FloatArray:
 
 def _argument(numbers: ComplexArray) -> FloatArray:
     """Return the arguments (...), rad, of complex numbers (...); `np.angle` takes three times as long for a few."""
-    argument: FloatArray = np.arctan2(numbers.imag, numbers.real)
-    return argument
+    return np.arctan2(numbers.imag, numbers.real)
 
 
 def _root(a: FloatArray, b: FloatArray) -> FloatArray:

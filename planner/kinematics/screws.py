@@ -69,8 +69,7 @@ class Screws:
         """
         slides = np.where(self.is_angle, 0.0, np.maximum(np.abs(lower), np.abs(upper)))
         lengths = np.linalg.norm(self.frames[1:, 9:12], axis=1) + np.append(slides[1:], 0.0)
-        levers: FloatArray = np.cumsum(lengths[::-1])[::-1]
-        return levers
+        return np.cumsum(lengths[::-1])[::-1]
 
     def without_first(self, count: int) -> Screws:
         """Return the same arm with so many of its first joints held at 0."""

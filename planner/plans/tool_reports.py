@@ -307,8 +307,7 @@ def _share_behind(robot: Robot, line: Line, positions: FloatArray) -> FloatArray
         turn = rotation_vector(line.start.rotation.T @ line.end.rotation)
         along += np.array([rotation_vector(line.start.rotation.T @ rotation) for rotation in turned]) @ turn
         whole += float(turn @ turn)
-    share: FloatArray = np.clip(along / whole, 0.0, 1.0)
-    return share
+    return np.clip(along / whole, 0.0, 1.0)
 
 
 def _in_few_pieces(scaling: PiecewisePolynomial) -> tuple[list[int], FloatArray]:

@@ -96,8 +96,7 @@ class Bodies:
         reaches = np.linalg.norm(self._spheres, axis=2).max(axis=1) + self.radii
         each = zip(self.joints.tolist(), reaches.tolist(), strict=True)
         of_joints = np.array([levers(robot, joint, reach) for joint, reach in each]).reshape(-1, robot.dof)
-        displacements: FloatArray = of_joints * [joint.following_error for joint in robot.joints]
-        return displacements
+        return of_joints * [joint.following_error for joint in robot.joints]
 
     def joint_rows(self) -> FloatArray:
         """Return rotation, origin, whether it turns, and the joint before of each joint, as the kernels read them."""

@@ -84,8 +84,7 @@ class Obstacles:
         if not len(self.members):
             return np.empty((len(margins), 0))
         first = np.append(0, self.group_ends[:-1])
-        largest: FloatArray = np.maximum.reduceat(margins[:, self.members], first, axis=1)
-        return largest
+        return np.maximum.reduceat(margins[:, self.members], first, axis=1)
 
     def group_balls(self) -> FloatArray:
         """Return center and radius of a ball about each group of pieces, and none about half spaces: (groups, 4), m."""

@@ -211,5 +211,4 @@ def _around_line(points: FloatArray, middle: FloatArray, axis: FloatArray) -> Bo
 
 def _principal_axes(points: FloatArray) -> FloatArray:
     """Return the principal axes (3, 3) of points (N, 3), one a row, the one of the least variance first."""
-    axes: FloatArray = np.linalg.eigh(np.cov(points.T, bias=True))[1].T
-    return axes
+    return np.linalg.eigh(np.cov(points.T, bias=True))[1].T

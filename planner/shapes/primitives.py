@@ -43,8 +43,7 @@ class Sphere(Shape):
 
     def support(self, directions: ArrayLike) -> FloatArray:
         """Compute the largest n . x over the ball: r |n|."""
-        support: FloatArray = self.radius * _lengths(np.asarray(directions))
-        return support
+        return self.radius * _lengths(np.asarray(directions))
 
     @cached_property
     def bounding_capsule(self) -> BoundingCapsule:
@@ -215,8 +214,7 @@ class HalfSpace(Shape):
     def support(self, directions: ArrayLike) -> FloatArray:
         """Compute the largest n . x over the half space: infinite but for its own normal itself."""
         own = (np.asarray(directions) == self.normal).all(axis=1)
-        support: FloatArray = np.where(own, self.offset, np.inf)
-        return support
+        return np.where(own, self.offset, np.inf)
 
     @cached_property
     def bounding_capsule(self) -> None:

@@ -76,5 +76,4 @@ def _ball(radius: float, ring: FloatArray) -> FloatArray:
     """Return points of a ball on circles of latitude, none of them on the equator."""
     latitudes = (np.arange(SEGMENTS // 2) + 0.5) * np.pi / (SEGMENTS // 2) - np.pi / 2.0
     circles = [np.cos(angle) * ring + np.array([0.0, 0.0, np.sin(angle)]) for angle in latitudes]
-    ball: FloatArray = radius * np.concatenate([*circles, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
-    return ball
+    return radius * np.concatenate([*circles, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])

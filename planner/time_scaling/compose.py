@@ -159,5 +159,4 @@ class ToolSpeeds:
 
     def shares_at(self, s: FloatArray) -> FloatArray:
         """Return the shares at path positions of any shape, by linear interpolation."""
-        shares: FloatArray = np.interp(s, self.gridpoints, self.shares)
-        return shares
+        return np.interp(s, self.gridpoints, self.shares)

@@ -64,8 +64,7 @@ class LinearLimits:
 
     def used(self) -> FloatArray:
         """Return the shares (limits, points) that are used of each limit when nothing is changed: b is 1."""
-        used: FloatArray = np.abs(self.by_b + self.offset) / (self.constant + self.inverse)
-        return used
+        return np.abs(self.by_b + self.offset) / (self.constant + self.inverse)
 
     def narrowed(self, margin: FloatArray | float) -> LinearLimits:
         """Narrow what each limit leaves beside gravity by a factor, of all or of each (limits, points)."""

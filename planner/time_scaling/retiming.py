@@ -73,8 +73,7 @@ class RequestedDurations(NamedTuple):
 
     def missed(self, b: FloatArray) -> FloatArray:
         """Return the excess (parts,), s, over the requested durations."""
-        missed: FloatArray = self.weights @ b**-0.5 - self.durations
-        return missed
+        return self.weights @ b**-0.5 - self.durations
 
     def slopes(self, b: FloatArray) -> FloatArray:
         """Return the derivatives (parts, 3, points) of the durations by b, a and c."""

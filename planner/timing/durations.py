@@ -118,8 +118,7 @@ def duration_error(requested: float, shortest: float) -> InfeasibleDuration:
 
 def _durations_of(trajectory: Trajectory) -> FloatArray:
     """Return the duration of each segment (segments,), s, without the rests at its ends."""
-    durations: FloatArray = trajectory.arrivals[1:] - trajectory.departures[:-1]
-    return durations
+    return trajectory.arrivals[1:] - trajectory.departures[:-1]
 
 
 def _with_least_durations(backend: BackEnd, path: JointPath, least: FloatArray) -> tuple[Trajectory, FloatArray]:

@@ -374,8 +374,7 @@ class Follower:
     def _jacobian_rate(self, q: FloatArray, rate: FloatArray) -> FloatArray:
         """Return the change (rows, joints) of the Jacobian by u as the joints go at a rate (joints,)."""
         ahead = DIFFERENCE_STEP / max(float(np.abs(rate).max()), DIFFERENCE_STEP)
-        rates: FloatArray = (self._augmented(q + ahead * rate) - self._augmented(q - ahead * rate)) / (2.0 * ahead)
-        return rates
+        return (self._augmented(q + ahead * rate) - self._augmented(q - ahead * rate)) / (2.0 * ahead)
 
     def _change(self, u: float) -> FloatArray:
         twist = self.path.twist(u)

@@ -46,8 +46,7 @@ def handedness(J: FloatArray) -> float:
 def null_space(J: FloatArray) -> FloatArray:
     """Return an orthonormal basis (n, joints) of the null space; empty where the joints can only move the tool."""
     _, values, directions = np.linalg.svd(J)
-    basis: FloatArray = directions[np.count_nonzero(values >= RANK * values[0]) :]
-    return basis
+    return directions[np.count_nonzero(values >= RANK * values[0]) :]
 
 
 def kept_motions(robot: Robot, J: FloatArray, still: Collection[str] = ()) -> FloatArray:

@@ -129,8 +129,7 @@ class Polyline(PiecedPath):
     @cached_property
     def _starts(self) -> FloatArray:
         """The ways (pieces + 1,), m, after which the pieces begin, and the whole."""
-        starts: FloatArray = np.concatenate([[0.0], np.cumsum(self.lengths)])
-        return starts
+        return np.concatenate([[0.0], np.cumsum(self.lengths)])
 
     @cached_property
     def breakpoints(self) -> FloatArray:

@@ -104,8 +104,7 @@ class PoseSpline(PiecedPath):
     @cached_property
     def _ends(self) -> FloatArray:
         """The lengths (pieces * parts + 1,) of the curve, m, up to the ends of its parts."""
-        ends: FloatArray = np.concatenate([[0.0], np.cumsum(self.lengths)])
-        return ends
+        return np.concatenate([[0.0], np.cumsum(self.lengths)])
 
     @cached_property
     def _derivatives(self) -> tuple[FloatArray, FloatArray]:

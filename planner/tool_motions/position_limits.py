@@ -50,5 +50,4 @@ def shares_of_range(robot: Robot, positions: FloatArray) -> FloatArray:
     """
     lower, upper = robot.limit("lower"), robot.limit("upper")
     has_room = np.isfinite(upper - lower) & (upper - lower > POSITION_TOLERANCE)
-    shares: FloatArray = (positions - robot.middle) / np.where(has_room, (upper - lower) / 2.0, np.inf)
-    return shares
+    return (positions - robot.middle) / np.where(has_room, (upper - lower) / 2.0, np.inf)

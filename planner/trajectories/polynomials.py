@@ -152,8 +152,7 @@ def stretched(coefficients: FloatArray, factors: FloatArray | float) -> FloatArr
 
 def powers(x: FloatArray | float, count: int) -> FloatArray:
     """Return the powers 0 to `count` - 1 of `x`, on a new last axis."""
-    result: FloatArray = np.asarray(x)[..., None] ** np.arange(count)
-    return result
+    return np.asarray(x)[..., None] ** np.arange(count)
 
 
 def shifted(coefficients: FloatArray, by: FloatArray | float) -> FloatArray:

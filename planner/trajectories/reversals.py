@@ -43,12 +43,10 @@ def cut_at_reversals(motion: SegmentedPolynomial, joints: np.ndarray) -> tuple[S
 def directions(motion: SegmentedPolynomial) -> FloatArray:
     """Return the signs (pieces, joints) of the velocities in the middle of each piece."""
     (velocities,) = motion.evaluate_on(np.arange(len(motion.lengths)), motion.lengths / 2.0, [1])
-    signs: FloatArray = np.sign(velocities)
-    return signs
+    return np.sign(velocities)
 
 
 def towards(signs: FloatArray, velocities: FloatArray) -> FloatArray:
     """Return velocities (..., joints) which have the given signs even where they vanish; 0: they stay."""
     slowest = 2.0 * REST_SPEED
-    moving: FloatArray = np.where(signs == 0.0, velocities, signs * np.maximum(signs * velocities, slowest))
-    return moving
+    return np.where(signs == 0.0, velocities, signs * np.maximum(signs * velocities, slowest))

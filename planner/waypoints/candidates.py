@@ -279,8 +279,7 @@ class Layer:
     def reached_from(self, origins: FloatArray) -> FloatArray:
         """Turn every candidate towards every origin (origins, joints): (origins, candidates, joints)."""
         turns = np.round((origins[:, None] - self.positions) / TURN)
-        reached: FloatArray = self.positions + TURN * np.minimum(np.maximum(turns, self.fewest), self.most)
-        return reached
+        return self.positions + TURN * np.minimum(np.maximum(turns, self.fewest), self.most)
 
 
 def _turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:

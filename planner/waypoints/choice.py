@@ -180,8 +180,7 @@ def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArra
         ends: (..., joints).
     """
     velocity = robot.limit("velocity")
-    times: FloatArray = np.abs(ends - starts) / counted_velocity(velocity)
-    return times
+    return np.abs(ends - starts) / counted_velocity(velocity)
 
 
 class _Search:

@@ -202,8 +202,7 @@ class _Selection:
             if may_lead_on[pose]:
                 ranked.append((seen[pose], row))
                 seen[pose] += 1
-        found: FloatArray = solutions[[row for _, row in sorted(ranked)]]
-        return found
+        return solutions[[row for _, row in sorted(ranked)]]
 
     def leads_on(self, waypoint: PoseWaypoint, solution: FloatArray) -> SettledWaypoint | None:
         """Fix the waypoint at a joint position (joints and offsets,), if its tool motions are collision-free."""

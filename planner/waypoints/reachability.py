@@ -202,5 +202,4 @@ def _reached(
 
 def _margins(robot: Robot, q: FloatArray) -> FloatArray:
     """Return the distance (joints,) of each joint to the nearer of its limits, rad or m; infinite: none."""
-    margins: FloatArray = np.minimum(q - robot.limit("lower"), robot.limit("upper") - q)
-    return margins
+    return np.minimum(q - robot.limit("lower"), robot.limit("upper") - q)

@@ -124,8 +124,7 @@ class Optimum(ABC):
 
     def turn(self, positions: FloatArray) -> FloatArray:
         """Return the distances (N - 1, turning joints), rad, between consecutive positions (N, joints)."""
-        turns: FloatArray = np.abs(np.diff(positions, axis=0))[:, self.robot.is_angle]
-        return turns
+        return np.abs(np.diff(positions, axis=0))[:, self.robot.is_angle]
 
     def price(self, pieces: SegmentedPolynomial) -> float:
         """Return the cost and the weighted time of a motion, which are to be least."""

@@ -101,8 +101,7 @@ def _choose_durations(
     short = np.flatnonzero(requested < shortest * (1.0 - DURATION_TOLERANCE))
     if len(short):
         raise _infeasible_error(motions, bounds, binding, shortest, short)
-    durations: FloatArray = np.where(free, shortest, requested)
-    return durations
+    return np.where(free, shortest, requested)
 
 
 def _moved(motions: StraightMotions, scalings: SegmentedPolynomial, durations: FloatArray) -> SegmentedPolynomial:

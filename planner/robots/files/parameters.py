@@ -104,8 +104,7 @@ def with_calibration(urdf: str, path: Path) -> str:
         for origin in joint.findall("origin"):
             joint.remove(origin)
         joint.append(joint.makeelement("origin", {"xyz": xyz, "rpy": rpy}))
-    text: str = tostring(document, encoding="unicode")
-    return text
+    return tostring(document, encoding="unicode")
 
 
 FIELDS = {
@@ -146,5 +145,4 @@ def with_joint_limits(urdf: str, path: Path) -> str:
             if key in values and values.get(has, True):
                 value = number_in(values, key, path)
                 limit.set(attribute, repr(abs(value) if attribute == "deceleration" else value))
-    text: str = tostring(document, encoding="unicode")
-    return text
+    return tostring(document, encoding="unicode")

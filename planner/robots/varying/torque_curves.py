@@ -37,8 +37,7 @@ class TorqueCurve:
 
     def at(self, speeds: FloatArray) -> FloatArray:
         """Return the limits at speeds of any shape."""
-        limits: FloatArray = np.interp(speeds, self.speeds, self.torques)
-        return limits
+        return np.interp(speeds, self.speeds, self.torques)
 
     def exceeds(self, other: TorqueCurve) -> bool:
         """Tell whether this curve is above another one at any speed."""

@@ -150,8 +150,7 @@ class VelocityConditions:
         speeds, down = np.abs(velocities), velocities <= 0.0
         joints = np.broadcast_to(np.arange(positions.shape[-1]), positions.shape)
         allowed = self.speeds(down.astype(int), joints, np.where(down, -positions, positions))
-        shares: FloatArray = np.where(speeds > LEAST_SPEED, speeds / allowed, 0.0)
-        return shares
+        return np.where(speeds > LEAST_SPEED, speeds / allowed, 0.0)
 
 
 def _conditions(curves: Sequence[VelocityCurve], sign: float) -> Iterator[tuple[float, ...]]:
