@@ -267,7 +267,7 @@ def segment_limits(
     def joint_bounds(quantity: str) -> Bounds:
         """Return the limits (segments, joints) of a quantity of the joints."""
         ranged = quantity in RANGED_QUANTITIES
-        widest = np.abs(robot.bounds(quantity)) if ranged else np.tile(robot.limit(quantity), (2, 1))
+        widest = np.abs(robot.bounds(quantity)) if ranged else np.array([robot.limit(quantity)] * 2)
 
         def within(factor: float, *each: Limits) -> FloatArray:
             """Return the limits (2, joints) within all of these, and within a factor on the robot's own."""

@@ -35,8 +35,8 @@ def certify_durations(trajectory: Trajectory, waypoints: Sequence[AnyWaypoint], 
     dwells = [(k, w.dwell) for k, w in enumerate(waypoints) if w.dwell > 0.0]
     if not (exact or least or dwells or whole is not None):
         return []
-    took = np.diff(arrivals, prepend=0.0)
-    took[1:] = arrivals[1:] - departures[:-1]
+    took = arrivals.copy()
+    took[1:] -= departures[:-1]
     rows = [(took[k] - requested, requested, arrivals[k]) for k, requested in exact]
     rows += [(min(took[k] - requested, 0.0), requested, arrivals[k]) for k, requested in least]
     if dwells:

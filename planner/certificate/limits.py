@@ -85,7 +85,7 @@ def certificate_of(
     checks += more_checks
     return Certificate(
         satisfied=all(check.satisfied for check in checks if check.enforced),
-        waypoint_error=float(np.nanmax(np.abs(trajectory.at_arrivals - waypoint_positions))),
+        waypoint_error=float(np.fmax.reduce(np.abs(trajectory.at_arrivals - waypoint_positions), axis=None)),
         continuity=f"C{smooth}" if smooth >= 0 else "none",
         checks=tuple(checks),
     )
@@ -127,7 +127,7 @@ def _polynomial_checks(
     middles = np.zeros((count, 1, robot.dof))
     middles[0] = middle
     rates = (limits.bounds(quantity).of(trajectory.segments) for quantity in JOINT_DERIVATIVES[1:])
-    bounds, directions = measures([Bounds.of_magnitudes(np.tile(half, (pieces, 1))), *rates])
+    bounds, directions = measures([Bounds.of_magnitudes(half[None].repeat(pieces, axis=0)), *rates])
     # Without any limit the largest value is still worth knowing: measure every joint by 1.
     measure = np.where(np.isfinite(bounds).any(axis=(1, 2), keepdims=True), bounds, 1.0)
     of_pieces = np.repeat(np.arange(count), pieces)

@@ -130,14 +130,14 @@ def vibration_faults(problem: PlanningProblem, backend: HasCapabilities) -> Iter
 
 
 CHOICES = (
-    (JointMotion, "turns", Turns),
-    (FreeMotion, "optimise", Objective),
-    (CartesianMotion, "singularity", Singularity),
-    (RelativeWaypoint, "frame", Frame),
-    (Configuration, "shoulder", Shoulder),
-    (Configuration, "elbow", Elbow),
-    (Configuration, "wrist", Wrist),
-    (InverseKinematicsOptions, "prefer", Preference),
+    (JointMotion, "turns", get_args(Turns)),
+    (FreeMotion, "optimise", get_args(Objective)),
+    (CartesianMotion, "singularity", get_args(Singularity)),
+    (RelativeWaypoint, "frame", get_args(Frame)),
+    (Configuration, "shoulder", get_args(Shoulder)),
+    (Configuration, "elbow", get_args(Elbow)),
+    (Configuration, "wrist", get_args(Wrist)),
+    (InverseKinematicsOptions, "prefer", get_args(Preference)),
 )
 """Fields with a choice of names, besides their default: their class, name, and the choices."""
 
@@ -189,9 +189,9 @@ def waypoint_faults(
 
 def _choice_faults(requested: object, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
     """Find values that are not among their choices; other code would treat them as one of them."""
-    for kind, name, choices in CHOICES:
+    for kind, name, known in CHOICES:
         if isinstance(requested, kind):
-            value, known = getattr(requested, name), get_args(choices)
+            value = getattr(requested, name)
             if value not in (getattr(kind, name), *known):
                 yield (*field, name), f"must be one of {', '.join(known)}; got {value!r}"
     if isinstance(requested, PoseWaypoint | CartesianMotion):

@@ -63,7 +63,7 @@ class PiecewisePolynomial:
         found = []
         for order in derivatives:
             # Row by row of one power, which lie one behind the other: twice as fast as pieces with all of their powers.
-            by_power = np.ascontiguousarray(np.moveaxis(self.derivative_coefficients(order), 2, 0))
+            by_power = np.ascontiguousarray(self.derivative_coefficients(order).transpose(2, 0, 1))
             value = by_power[-1].take(pieces, axis=0)
             for coefficients in by_power[-2::-1]:
                 value *= column
