@@ -5,19 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from math import inf
 from time import monotonic
-from typing import TYPE_CHECKING
 
 from planner.free_motion.detours import LADDER, Gain, ends_of_detour, free_waypoints, kept_poses
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.objectives import Estimate, value_of
-from planner.planning.attempts import NotBetter, Planned, Refused
+from planner.planning.attempts import NotBetter, Outcome, Planned, Proposals, Refused
 from planner.planning.candidate_detours import CandidateDetours
-from planner.problems.motion_around import OPTIMISE_CHECKS, FreeMotion
-
-if TYPE_CHECKING:
-    from planner.planning.attempts import Outcome, Proposals
-    from planner.problems.motion_around import Objective
-    from planner.spatial import FloatArray
+from planner.problems.motion_around import OPTIMISE_CHECKS, FreeMotion, Objective
+from planner.spatial import FloatArray
 
 
 def with_better_detours(first: Proposals[Outcome]) -> Proposals[Outcome]:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.constraints.quantities import NAMED
+from planner.dynamics import SegmentDynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, Remedy
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.dynamics import SegmentDynamics
-    from planner.paths import JointPath, SegmentGroup
-    from planner.spatial import FloatArray
+from planner.paths import JointPath, SegmentGroup
+from planner.spatial import FloatArray
 
 RAMPS = "ramps"
 """The quantity of a `BindingLimit` that is no limit but given times of acceleration and deceleration."""

@@ -10,7 +10,6 @@ parts of several segments, and where a part comes near to its limits before.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,10 +17,8 @@ from planner.backends.splines.interpolation import Degree, interpolate
 from planner.backends.splines.shortest_durations import search_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, SplineAgainstLimits, hold_against_limits
 from planner.guarantees import JOINT_DERIVATIVES
-
-if TYPE_CHECKING:
-    from planner.limits import SegmentLimits
-    from planner.spatial import FloatArray
+from planner.limits import SegmentLimits
+from planner.spatial import FloatArray
 
 DURATION_TRIAL_FACTOR = 1.12
 """Factor on the time of a part from one trial to the next. Narrower ranges of durations that keep the limits are

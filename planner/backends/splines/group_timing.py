@@ -4,30 +4,32 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends.splines.given_velocities import PassingSpline, VelocityOutOfReach
-from planner.backends.splines.interpolation import interpolating_spline
+from planner.backends.splines.interpolation import Degree, interpolating_spline
 from planner.backends.splines.shortest_durations import Evaluation, shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
-from planner.errors import InfeasibleDuration, InvalidProblem, JointPositionLimit, LimitsUnsatisfiable, Remedy
+from planner.errors import (
+    InfeasibleDuration,
+    InvalidProblem,
+    JointPositionLimit,
+    LimitsUnsatisfiable,
+    PlanningError,
+    Remedy,
+)
+from planner.fields import FieldPath
 from planner.guarantees import JOINT_DERIVATIVES
+from planner.paths import JointPath, SegmentGroup
 from planner.paths.segment_groups import passing_error
+from planner.spatial import FloatArray
 from planner.time_scaling.compose import ScaledCurve, ToolSpeeds, follow_curve, split_at_knots
 from planner.time_scaling.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.time_scaling.uniform import TimeScaling, time_scalings
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 from planner.trajectories.polynomials import SegmentedPolynomial, horner
-
-if TYPE_CHECKING:
-    from planner.backends.splines.interpolation import Degree
-    from planner.errors import PlanningError
-    from planner.fields import FieldPath
-    from planner.paths import JointPath, SegmentGroup
-    from planner.spatial import FloatArray
 
 UNITS = np.linspace(0.0, 1.0, 24)
 """Unit times at which the search samples a time scaling on each interval; the final shape is then checked exactly."""

@@ -14,15 +14,13 @@ waypoint, so that durations of very different lengths do no harm.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from planner.kernels import splines as kernels
+from planner.spatial import FloatArray
 from planner.trajectories.polynomials import PiecewisePolynomial, stretched
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
 
 Degree = Literal[3, 5]
 

@@ -10,17 +10,14 @@ ch. 18: linearised limits with a penalty on their excess) in the logarithms of t
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from planner.kernels.quadratic_programs import Gap, QuadraticProgram, solve_quadratic_program
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 MOST_QUADRATIC_PROGRAMS = 45
 """Most quadratic programs in one search. Ten to fifty waypoints far apart need fewer than 14. Dense waypoints on one

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.backends.splines.interpolation import InterpolatingSpline
 from planner.backends.splines.shortest_durations import LinearisedLimits
 from planner.guarantees import JOINT_DERIVATIVES
 from planner.kernels.splines import peaks
+from planner.limits import SegmentLimits
+from planner.spatial import FloatArray
 from planner.tolerances import DURATION_TOLERANCE, LIMIT_TOLERANCE
-
-if TYPE_CHECKING:
-    from planner.backends.splines.interpolation import InterpolatingSpline
-    from planner.limits import SegmentLimits
-    from planner.spatial import FloatArray
 
 HIGHEST_LIMITED_ORDER = {3: 2, 5: 3}
 """Order of the highest derivative, by degree of the spline, that has no jumps and whose limits the spline keeps."""

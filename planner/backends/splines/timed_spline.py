@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.backends.splines.interpolation import Degree, interpolate
@@ -13,12 +11,10 @@ from planner.backends.splines.spline_limits import (
     hold_against_limits,
 )
 from planner.guarantees import JOINT_DERIVATIVES
+from planner.limits import SegmentLimits
+from planner.spatial import FloatArray
 from planner.tolerances import DURATION_TOLERANCE
-
-if TYPE_CHECKING:
-    from planner.limits import SegmentLimits
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 
 class NothingLimits(Exception):
