@@ -85,7 +85,8 @@ def moves(plan: Plan, language: str, period: float, most_external: int = 0) -> l
         raise UnsupportedFormat(f"{language} moves arms of {JOINTS} joints that turn{axes}, which {robot.id} is not")
     if period < PROGRAM_SAMPLE_PERIOD:
         raise UnsupportedFormat(f"{language} takes points {PROGRAM_SAMPLE_PERIOD:g} s apart or more, not {period:g} s")
-    return list(_between(plan, stops(plan, language), period, _outputs(plan), language))
+    outputs = [timed for timed in plan.actions if isinstance(timed.action, SetOutput)]
+    return list(_between(plan, stops(plan, language), period, outputs, language))
 
 
 def stops(plan: Plan, language: str) -> list[int]:
@@ -156,11 +157,6 @@ def tolerances_of(robot: Robot) -> list[float]:
     """Return the largest distance of each axis from the start, degrees or mm, in the order of `axes_first`."""
     found: list[float] = axes_first(robot, np.full((1, robot.dof), AT_START))[0].tolist()
     return found
-
-
-def _outputs(plan: Plan) -> list[TimedAction]:
-    """List the outputs that are set, the first one first."""
-    return [timed for timed in plan.actions if isinstance(timed.action, SetOutput)]
 
 
 def _between(plan: Plan, stops: list[int], period: float, outputs: list[TimedAction], language: str) -> Iterator[Move]:

@@ -7,11 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.backends.splines.given_velocities import PassingSpline, VelocityOutOfReach
+from planner.backends.splines.given_velocities import NothingLimits, PassingSpline, VelocityOutOfReach, timed_spline
 from planner.backends.splines.interpolation import Degree, interpolating_spline
 from planner.backends.splines.shortest_durations import Evaluation, shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
-from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.errors import (
     InfeasibleDuration,
     InvalidProblem,

@@ -13,7 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 from planner.backends import Quintic
 from planner.export import ExportOptions, render
-from planner.export.ros2_robot import robot_description
+from planner.export.mcap import robot_description
 from planner.planning import plan
 from planner.robots import Robot, load_robot
 from planner.robots.files.pinocchio_model import files_of_model

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly, CubicSpline, PPoly, make_interp_spline
 from scipy.optimize import minimize
 
+from planner.backends.splines.given_velocities import NothingLimits, timed_spline
 from planner.backends.splines.interpolation import interpolate, interpolating_spline
 from planner.backends.splines.shortest_durations import Evaluation, shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
-from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from tests.planner.backends.splines.spline_problems import INF, excess, free, random_problem, samples, spline_limits
 
 DEGREES = (3, 5)
