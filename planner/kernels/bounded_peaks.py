@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.kernels.library import call, doubles, indices
-from planner.kernels.serial_chain import LINK_NUMBERS, LOAD_NUMBERS, MAGNITUDE_NUMBERS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from planner.kernels.serial_chain import SerialChain
-    from planner.spatial import FloatArray
+from planner.kernels.serial_chain import LINK_NUMBERS, LOAD_NUMBERS, MAGNITUDE_NUMBERS, SerialChain
+from planner.spatial import FloatArray
 
 KINDS = (
     "torque",

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from planner.kernels.library import call, doubles, indices
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from typing import Self
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 JOINT_NUMBERS = 14
 """Numbers in the structure `Joint` of the kernels."""

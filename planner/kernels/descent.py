@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.kernels.kinematics import Arm
 from planner.kernels.library import call, doubles
-
-if TYPE_CHECKING:
-    from planner.kernels.kinematics import Arm
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 
 class Box(NamedTuple):

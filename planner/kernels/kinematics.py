@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kernels.library import call, doubles
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 ARM_FRAME_NUMBERS = 13
 """Numbers that describe a joint's frame: the size of the structure `ArmFrame` of the kernels."""

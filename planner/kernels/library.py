@@ -5,18 +5,15 @@ from __future__ import annotations
 import ctypes
 import platform
 import subprocess
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from planner.kernels.build import COMPILER, LIBRARIES, SOURCES, build, library_names
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from numpy.typing import ArrayLike, NDArray
 
 N = TypeVar("N", bound=np.generic)
 """The type of the numbers of an array."""

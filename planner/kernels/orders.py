@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from planner.kernels.library import call, doubles, indices
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
-
+from planner.spatial import FloatArray
 
 LANES = 4
 """The number of states in a block, which the kernels compare at once."""

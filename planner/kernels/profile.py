@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.kernels.library import call, doubles, indices
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 POINTS = 3
 """The number of points of an interval at which limits are given, evenly spaced, both ends included."""

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
+
+import numpy as np
 
 from planner.kernels.library import call, doubles
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 
 class QuadraticProgram(NamedTuple):

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
 from planner.kernels.library import call, doubles, indices
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 SEARCH_NUMBERS = 13
 """Numbers that say how accurate a search is: the size of the structure `Accuracy` of the kernels."""

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from planner.kernels.library import call, doubles
-
-if TYPE_CHECKING:
-    import pinocchio as pin
-    from numpy.typing import ArrayLike
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 LINK_NUMBERS = 29
 """Numbers that describe a joint and the link behind it: the size of the structure `Link` of the kernels."""

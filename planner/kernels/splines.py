@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.kernels.library import call, doubles, indices
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 MOST_PEAKS = {3: 7, 5: 16}
 """Most peaks of a joint on a segment, by degree: two ends for each limited rate, and the extrema of all orders."""

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from planner.kernels.bounded_peaks import Motion
 from planner.kernels.library import call, doubles
-from planner.kernels.serial_chain import LINK_NUMBERS, LOAD_NUMBERS
-
-if TYPE_CHECKING:
-    from planner.kernels.bounded_peaks import Motion
-    from planner.kernels.serial_chain import SerialChain
-    from planner.spatial import FloatArray
+from planner.kernels.serial_chain import LINK_NUMBERS, LOAD_NUMBERS, SerialChain
+from planner.spatial import FloatArray
 
 
 def bound_torque_squares(
