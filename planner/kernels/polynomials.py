@@ -97,6 +97,15 @@ def shift(coefficients: FloatArray, by: FloatArray) -> FloatArray:
     return shifted
 
 
+def times_of_arrival(coefficients: FloatArray, lengths: FloatArray, values: FloatArray, bisections: int) -> FloatArray:
+    """Find the local times (N,) at which ascending polynomials (N, order) reach values (N,), within lengths (N,)."""
+    count, order = coefficients.shape
+    times = np.empty(count)
+    given = doubles(coefficients, count, order), doubles(lengths, count), doubles(values, count)
+    call("arrivals", count, order, *given, bisections, times)
+    return times
+
+
 def follow_scaling(
     curve: tuple[FloatArray, FloatArray, FloatArray],
     scaling: FloatArray,

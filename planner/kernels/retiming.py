@@ -114,6 +114,24 @@ def spline_maps(widths: FloatArray, *, begins_evenly: bool) -> FloatArray:
     return maps
 
 
+def retime_scaling(
+    widths: FloatArray, scaling: FloatArray, unknowns: FloatArray, gauss: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return lengths (pieces,) and quintics (pieces, 6) of a time scaling after a retiming.
+
+    Args:
+        widths: Lengths (pieces,), s, of the pieces before.
+        scaling: Coefficients (pieces, order) of s(t), ascending powers of local time.
+        unknowns: The unknowns (pieces + 2,) of the retiming.
+        gauss: Points and weights (2, N) of Gauss's rule on each piece, for the lengths.
+    """
+    (pieces, order), (_, count) = scaling.shape, gauss.shape
+    lengths, quintics = np.empty(pieces), np.empty((pieces, 6))
+    known = doubles(widths, pieces), doubles(scaling, pieces, order), doubles(unknowns, pieces + 2)
+    call("retimed", pieces, order, *known, count, doubles(gauss, 2, count), lengths, quintics)
+    return lengths, quintics
+
+
 def largest_scales(limits: Sequence[FloatArray], states: FloatArray) -> FloatArray:
     """Return the factors (points,) on b, each alone, with which limits are kept at states (3, points) or (3, 1)."""
     count, points = limits[0].shape

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.constraints.rows import path_speed_shares
-from planner.kernels.polynomials import follow_scaling
+from planner.kernels.polynomials import follow_scaling, times_of_arrival
 from planner.kinematics.forward import JointStates
 from planner.paths import JointPath, SegmentGroup
 from planner.spatial import FloatArray
@@ -127,15 +127,11 @@ def _split_pieces(
     counts = np.maximum(np.searchsorted(knots, s[1:] - margins) - first, 0)
     passing = np.repeat(np.arange(len(counts)), counts)
     passed = knots[np.arange(len(passing)) + np.repeat(first - (np.cumsum(counts) - counts), counts)]
-    low, high = np.zeros(len(passing)), scaling.lengths[passing]
-    for _ in range(BISECTIONS if len(passing) else 0):
-        middle = (low + high) / 2.0
-        before = horner(scaling.coefficients[passing, 0], middle) < passed
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    arrivals = times_of_arrival(scaling.coefficients[passing, 0], scaling.lengths[passing], passed, BISECTIONS)
     pieces = np.repeat(np.arange(len(counts)), counts + 1)
     starts, ends = np.zeros(len(pieces)), scaling.lengths[pieces]
     later = np.flatnonzero(np.diff(pieces) == 0) + 1
-    starts[later] = ends[later - 1] = high
+    starts[later] = ends[later - 1] = arrivals
     return pieces, starts, ends
 
 

@@ -7,18 +7,18 @@ from collections.abc import Callable
 import numpy as np
 
 from planner.guarantees import QUANTITIES
+from planner.kernels.retiming import retime_scaling
 from planner.paths import JointPath, SegmentGroup
 from planner.spatial import FloatArray
 from planner.time_scaling.compose import follow_curve, split_at_knots
 from planner.time_scaling.limits_on_curve import LimitsOnCurve, limits_on
-from planner.time_scaling.linear_limits import GRIDPOINTS, LinearLimits, QuadraticSpline
+from planner.time_scaling.linear_limits import LinearLimits
 from planner.time_scaling.refusals import duration_of_group
 from planner.time_scaling.retiming import RequestedDurations, fastest_retiming
 from planner.time_scaling.uniform import scaled_to_duration
 from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
-    quintics_through,
 )
 
 TIME_ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
@@ -170,24 +170,7 @@ def _quintic(group: SegmentGroup) -> PiecewisePolynomial:
     return scaling
 
 
-def retimed_lengths(scaling: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
-    """Return the durations (pieces,), s, of the pieces of a time scaling after retiming."""
-    return _lengths(scaling, unknowns, QuadraticSpline(scaling.lengths).states(unknowns)[0])
-
-
-def _lengths(scaling: PiecewisePolynomial, unknowns: FloatArray, b: FloatArray) -> FloatArray:
-    b = b.reshape(len(GRIDPOINTS), -1)
-    u, weights = GAUSS_RULE[0, :, None], GAUSS_RULE[1]
-    inside = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
-    lengths: FloatArray = weights @ (1.0 / np.sqrt(inside)) * scaling.lengths
-    return lengths
-
-
 def retimed(scaling: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
     """Return the time scaling after retiming: quintics with exact speed and acceleration at its nodes."""
-    b, a, _ = QuadraticSpline(scaling.lengths).states(unknowns).reshape(3, len(GRIDPOINTS), -1)
-    lengths = _lengths(scaling, unknowns, b)
-    b, a = np.append(b[0], b[-1, -1]), np.append(a[0], a[-1, -1])
-    s, speed, gain = scaling.evaluate(scaling.breakpoints, range(3))
-    speed, gain = speed * np.sqrt(b)[:, None], gain * b[:, None] + speed * a[:, None]
-    return quintics_through(lengths, s, speed, gain)
+    lengths, quintics = retime_scaling(scaling.lengths, scaling.coefficients[:, 0], unknowns, GAUSS_RULE)
+    return PiecewisePolynomial(lengths, quintics[:, None])

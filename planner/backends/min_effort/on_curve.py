@@ -23,7 +23,7 @@ from planner.constraints import TORQUE
 from planner.kernels.retiming import Objective, PathCost
 from planner.paths import JointPath, SegmentGroup
 from planner.spatial import FloatArray
-from planner.time_scaling.fastest import QUARTERING_EXCESS, retimed, retimed_lengths
+from planner.time_scaling.fastest import QUARTERING_EXCESS, retimed
 from planner.time_scaling.limits_on_curve import LimitsOnCurve, limits_on
 from planner.time_scaling.linear_limits import QuadraticSpline
 from planner.time_scaling.retiming import RequestedDurations, best_retiming, of_duration
@@ -123,7 +123,7 @@ def _on_time(scaling: PiecewisePolynomial, unknowns: FloatArray, requested: Requ
     spline = QuadraticSpline(scaling.lengths)
     parts = requested.weights[:, : len(scaling.lengths)] > 0.0
     for _ in range(CORRECTIONS):
-        missed = parts @ retimed_lengths(scaling, unknowns) - requested.durations
+        missed = parts @ retimed(scaling, unknowns).lengths - requested.durations
         if (np.abs(missed) <= STILL_MISSED * requested.durations).all():
             break
         slopes = np.array([spline.force(slope) for slope in requested.slopes(spline.states(unknowns)[0])])

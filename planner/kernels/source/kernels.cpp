@@ -183,6 +183,26 @@ int spline_maps(int64_t intervals, const double* widths, int64_t begins_evenly, 
     return OK;
 }
 
+int retimed(int64_t pieces, int64_t order, const double* widths, const double* scaling, const double* unknowns,
+                   int64_t count, const double* gauss, double* lengths, double* quintics) {
+    retime_scaling(pieces, order, widths, scaling, unknowns, count, gauss, lengths, quintics);
+    return OK;
+}
+
+// Local times (count) up to which ascending polynomials (count, order) stay below values, by bisection from 0 to lengths.
+int arrivals(int64_t count, int64_t order, const double* coefficients, const double* lengths, const double* values,
+             int64_t bisections, double* times) {
+    for (int64_t i = 0; i < count; i++) {
+        double low = 0.0, high = lengths[i];
+        for (int64_t k = 0; k < bisections; k++) {
+            const double middle = (low + high) / 2.0;
+            (horner(coefficients + i * order, order, middle) < values[i] ? low : high) = middle;
+        }
+        times[i] = high;
+    }
+    return OK;
+}
+
 // The largest factors (points) on b with which limits are kept.
 int scales(int64_t points, int64_t limits, const double* by_b, const double* by_a, const double* by_c, const double* offset,
            const double* constant, const double* inverse, const double* states, double* scales) {

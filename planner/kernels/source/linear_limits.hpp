@@ -1,5 +1,6 @@
 // Limits of motions as limits that are linear in a retiming, and a start of the search for the fastest retiming.
 #pragma once
+#include "polynomials.hpp"
 #include "retiming.hpp"
 
 // Limits of joints in rows: lower and upper velocity, middle and half width of the acceleration, (2, rows, joints) each, and
@@ -67,6 +68,39 @@ static inline void set_spline_maps(int64_t n, const double* widths, bool begins_
             at(y, 1, g, 0) += at(y, 0, g, 0);
             at(y, 0, g, 0) = 0.0;
         }
+}
+
+// The time scaling s(t) (pieces, order) after a retiming by unknowns (pieces + 2): lengths (pieces), by Gauss's rule with points
+// and weights (2, count), and quintics (pieces, 6) with exact speed and acceleration at the nodes.
+static inline void retime_scaling(int64_t n, int64_t order, const double* widths, const double* scaling, const double* x,
+                                  int64_t count, const double* gauss, double* lengths, double* quintics) {
+    double state[2][4];  // s, s', s'' at the start and at the end of a piece, and b
+    auto set = [&](int64_t node, double* at) {
+        const double before = node ? widths[node - 1] : 0.0, after = node < n ? widths[node] : 0.0, both = before + after;
+        const double b = (after * x[node] + before * x[node + 1]) / both, a = (x[node + 1] - x[node]) / both;
+        double law[4];
+        if (node < n) taylor(scaling + node * order, order, 0.0, law);
+        else taylor(scaling + (n - 1) * order, order, widths[n - 1], law);
+        at[0] = law[0];
+        at[1] = law[1] * sqrt(b);
+        at[2] = law[2] * b + law[1] * a;
+        at[3] = b;
+    };
+    set(0, state[0]);
+    for (int64_t i = 0; i < n; i++, quintics += 6) {
+        double *start = state[i % 2], *end = state[(i + 1) % 2], sum = 0.0;
+        set(i + 1, end);
+        for (int64_t k = 0; k < count; k++) {
+            const double u = gauss[k], inside = start[3] * (1.0 - u) * (1.0 - u) + 2.0 * u * (1.0 - u) * x[i + 1] + end[3] * u * u;
+            sum += gauss[count + k] / sqrt(inside);
+        }
+        const double h = lengths[i] = sum * widths[i], rise = end[0] - start[0];
+        const double v0 = start[1] * h, a0 = start[2] * h * h, v1 = end[1] * h, a1 = end[2] * h * h;
+        const double unit[6] = {start[0], v0, a0 / 2.0, 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1,
+                                -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1, 6.0 * rise - 3.0 * (v0 + v1) - 0.5 * (a0 - a1)};
+        double power = 1.0;
+        for (int64_t k = 0; k < 6; k++, power *= h) quintics[k] = unit[k] / power;
+    }
 }
 
 // The largest factors (points) on b with which each point keeps its limits; but of powers half the limit is for holding the

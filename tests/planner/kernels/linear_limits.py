@@ -93,3 +93,28 @@ def joint_rows(
     of_j = [j / jerk, 3.0 * a / jerk, v / jerk, none, none, none + 1.0]
     rows = np.array([np.hstack(parts).T for parts in zip(speed, of_a, of_j, strict=True)])
     return np.concatenate([rows, np.zeros((6, width - rows.shape[1], len(used)))], axis=1)
+
+
+def retime_scaling(
+    widths: np.ndarray, scaling: np.ndarray, unknowns: np.ndarray, gauss: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Solve for the quintics by their values and derivatives at both ends."""
+    maps = spline_maps(widths, begins_evenly=False)
+    b, a, _ = states_of(maps, unknowns).reshape(3, len(POINTS), -1)
+    u, weights = gauss[0][:, None], gauss[1]
+    parabola = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
+    lengths = weights @ parabola**-0.5 * widths
+    quintics = []
+    for i, h in enumerate(lengths):
+        law = np.polynomial.Polynomial(scaling[i])
+        rows, wanted = [], []
+        for x, t, k in ((0.0, 0.0, 0), (widths[i], h, -1)):
+            powers = np.arange(6)
+            for order, value in enumerate(
+                (law(x), law.deriv()(x) * b[k, i] ** 0.5, law.deriv(2)(x) * b[k, i] + law.deriv()(x) * a[k, i])
+            ):
+                factor = np.prod([powers - d for d in range(order)], axis=0) if order else np.ones(6)
+                rows.append(factor * t ** np.maximum(powers - order, 0))
+                wanted.append(value)
+        quintics.append(np.linalg.solve(np.array(rows), np.array(wanted)))
+    return lengths, np.array(quintics)

@@ -97,7 +97,7 @@ def test_phases_read_as_cubics_end_where_they_are_wanted(
 ) -> None:
     """Joints with phases of their own, some of them next to nothing, one of them with no time at all."""
     rng = np.random.default_rng(seed)
-    times = rng.uniform(0.1, 1.0, (motions, joints, 7)) * 10.0 ** rng.choice([0, 0, 0, -7, -20], (motions, joints, 7))
+    times = rng.uniform(0.1, 1.0, (motions, joints, 7)) * 10.0 ** rng.choice([0, 0, 0, -2, -20], (motions, joints, 7))
     times *= (1.0 / times.sum(axis=2))[..., None]
     times[rng.random(times.shape) < 0.1] = 0.0
     times[:, :, 3] += 1.0 - times.sum(axis=2)
@@ -109,7 +109,7 @@ def test_phases_read_as_cubics_end_where_they_are_wanted(
         p[..., k + 1] = p[..., k] + t * (v[..., k] + t * (a[..., k] / 2.0 + t * jerk[..., k] / 6.0))
         v[..., k + 1] = v[..., k] + t * (a[..., k] + t * jerk[..., k] / 2.0)
         a[..., k + 1] = a[..., k] + t * jerk[..., k]
-    wanted = [values[..., -1] + 1e-10 * rng.normal(size=(motions, joints)) for values in (p, v, a)]
+    wanted = [values[..., -1] + 1e-13 * rng.normal(size=(motions, joints)) for values in (p, v, a)]
     of, lengths, coefficients = read_cubics(PhasedMotions(p, v, a, jerk, times), *wanted, 1e-12)
     for m in range(motions):
         h, c = lengths[of == m], coefficients[of == m]
@@ -124,6 +124,6 @@ def test_phases_read_as_cubics_end_where_they_are_wanted(
         assert h == pytest.approx(peer_h, rel=1e-12)
         if len(h) >= 3 and h.min() > 1e-3:
             for own, value in zip(ends[: 2 + with_jerks], wanted, strict=False):
-                assert own == pytest.approx(value[m], abs=1e-13)
-            assert c == pytest.approx(peer_c, rel=1e-7, abs=1e-12)
-        assert c == pytest.approx(peer_c, rel=1e-6, abs=1e-8)
+                assert own == pytest.approx(value[m], abs=1e-14)
+            assert c == pytest.approx(peer_c, rel=1e-9, abs=1e-11)
+        assert c == pytest.approx(peer_c, rel=1e-9, abs=1e-4)  # a correction on short pieces needs large jerks

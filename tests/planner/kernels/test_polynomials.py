@@ -15,6 +15,7 @@ from planner.kernels.polynomials import (
     follow_scaling,
     shift,
     states_on_pieces,
+    times_of_arrival,
     unit_derivatives,
 )
 from planner.tolerances import ROUNDING
@@ -157,3 +158,14 @@ def test_a_motion_along_a_curve_is_the_polynomial_of_a_polynomial() -> None:
             on_path = Polynomial(coefficients[on[k], joint])
             expected = [on_path.deriv(order)(law(t[k]) - breakpoints[on[k]]) for order in (1, 2)]
             assert slopes[:, k, joint] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+def test_times_of_arrival_are_roots() -> None:
+    """Products of ascending factors reach their values at roots of numpy, or end where they do not."""
+    rng = np.random.default_rng(5)
+    coefficients = np.abs(rng.normal(size=(50, 6)))
+    lengths, shares = rng.uniform(0.1, 2.0, 50), rng.uniform(0.01, 1.2, 50)
+    values = np.array([Polynomial(c)(share * h) for c, share, h in zip(coefficients, shares, lengths, strict=True)])
+    found = times_of_arrival(coefficients, lengths, values, 60)
+    assert found == pytest.approx(np.minimum(shares, 1.0) * lengths, rel=1e-9)
+    assert len(times_of_arrival(np.empty((0, 6)), np.empty(0), np.empty(0), 60)) == 0

@@ -16,9 +16,11 @@ from planner.kernels.retiming import (
     best_unknowns,
     joint_rows,
     largest_scales,
+    retime_scaling,
     smooth_start,
     spline_maps,
 )
+from planner.time_scaling.fastest import GAUSS_RULE
 from planner.time_scaling.linear_limits import LinearLimits, QuadraticSpline
 from planner.time_scaling.retiming import RequestedDurations, of_duration
 from tests.planner.kernels import linear_limits as by_numpy
@@ -168,3 +170,17 @@ def test_random_limits_of_joints_as_rows(seed: int, others: int, limits_path_spe
     found, expected = joint_rows(*given, speeds), by_numpy.joint_rows(*given, speeds)
     assert found[:, : 1 + 2 * joints] == pytest.approx(expected[:, : 1 + 2 * joints], rel=1e-12)
     assert found.shape == expected.shape
+
+
+@given(st.integers(0, 2**32), st.integers(1, 8))
+def test_a_random_time_scaling_after_a_retiming(seed: int, count: int) -> None:
+    """Pieces that meet in position, velocity and acceleration."""
+    rng = np.random.default_rng(seed)
+    widths, starts, scaling = rng.uniform(0.3, 1.5, count), np.array([0.0, 1.0, 0.1]), np.empty((count, 5))
+    for i, h in enumerate(widths):
+        scaling[i] = [*starts, *rng.uniform(-0.1, 0.1, 2)]
+        law = np.polynomial.Polynomial(scaling[i])
+        starts = np.array([law(h), law.deriv()(h), law.deriv(2)(h) / 2.0])
+    given = widths, scaling, rng.uniform(0.3, 2.0, count + 2), GAUSS_RULE
+    for own, peer in zip(retime_scaling(*given), by_numpy.retime_scaling(*given), strict=True):
+        assert own == pytest.approx(peer, rel=1e-8, abs=1e-8)
