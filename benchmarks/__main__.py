@@ -222,13 +222,14 @@ def versions(
 def proofs(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     plans: Annotated[int, typer.Option(help="Random plans, over all back ends.", min=1)] = 20,
-    tampered: Annotated[int, typer.Option(help="Tampered files.", min=0)] = 1000,
-    seconds: Annotated[float, typer.Option(help="Most time for tampered files in each checker, s.", min=0.0)] = 300.0,
+    files: Annotated[int, typer.Option(help="Honest files, and as many tampered ones.", min=0)] = 300,
+    seconds: Annotated[float, typer.Option(help="Longest time for these files, s.", min=0.0)] = 600.0,
+    results: Annotated[Path | None, typer.Option(help="File of the verdicts, where a later run goes on.")] = None,
 ) -> None:
-    """Measure proof files: sizes, times of writing and checking; try tampered files with both checkers."""
+    """Measure proof files: sizes, times of writing and checking; try honest and tampered files with both checkers."""
     from benchmarks.proofs.measure import measure, print_table
 
-    _show(measure(plans, tampered, seconds), json, print_table)
+    _show(measure(plans, files, seconds, results), json, print_table)
 
 
 @app.command()

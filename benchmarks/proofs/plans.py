@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 import planner
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    import numpy as np
-
 ROBOTS = ("kuka_kr16_2", "fr3", "ur5e", "date_sorting_arm")
 BACK_ENDS = (planner.Cubic(), planner.Quintic(), planner.Trapezoidal(), planner.Ruckig(), planner.Toppra())
+
+VARIED = (12, 31, 35, 40, 41, 59, 88)
+"""Numbers of quick plans of the large run: together they have all robots, back ends and claims."""
+
+SEED = 27
+"""Seed of the plans of the large run."""
+
+SHARE_OF_SCENES = 0.4
+"""Share of the plans with a scene that keep it in the large run, because their files are slow."""
+
+DRIVE = ("friction", "damping", "rotor_inertia")
+"""Names of the values of drives."""
+
+MOST_PIECES = 6
+"""Number of pieces above which few plans enter the large run, because their files are slow."""
+
+SHARE_OF_LARGE = 0.05
+"""Share of these plans that enter."""
 
 
 def scene() -> planner.Scene:
@@ -42,11 +61,64 @@ def problem(robot: planner.Robot, generator: np.random.Generator, waypoints: int
     return planner.PlanningProblem(robot, [planner.JointWaypoint(q) for q in positions], limits=limits, scene=around)
 
 
-def plans(generator: np.random.Generator, count: int) -> Iterator[planner.Plan]:
+def varied(plain: planner.PlanningProblem, generator: np.random.Generator) -> planner.PlanningProblem:
+    """Return a problem with further content: poses, lines, circles, kept axes, a payload, friction, limits of power."""
+    robot, waypoints = plain.robot, list(plain.waypoints)
+    changes: dict[str, Any] = {}
+    if robot.has_dynamics and generator.random() < 0.3:
+        drives = {
+            joint.name: dict(zip(DRIVE, generator.uniform(0.0, 2.0, len(DRIVE)).tolist(), strict=True))
+            for joint in robot.joints
+        }
+        changes["robot"] = robot = robot.derived(limits=drives)
+    if robot.has_dynamics and generator.random() < 0.3:
+        changes["payload"] = planner.Payload(mass=float(generator.uniform(0.1, 2.0)))
+    if robot.has_dynamics and generator.random() < 0.3:
+        power = tuple(generator.uniform(300.0, 3000.0, robot.dof).tolist())
+        total = float(generator.uniform(500.0, 5000.0))
+        changes["limits"] = replace(plain.limits, power=power, total_power=total)
+    positions = [waypoint.position for waypoint in waypoints if isinstance(waypoint, planner.JointWaypoint)]
+    before, last = (planner.forward_kinematics(robot, position) for position in positions[-2:])
+    kind = generator.choice(["joints", "pose", "line", "circle", "axis"])
+    if kind == "pose":
+        waypoints[-1] = planner.PoseWaypoint(last)
+    elif kind == "line":
+        moved = planner.Pose(before.position + generator.uniform(-0.1, 0.1, 3), before.rotation)
+        waypoints[-1] = planner.PoseWaypoint(moved, motion=planner.LinearMotion())
+    elif kind == "circle":
+        via, end = (before.position + generator.uniform(-0.08, 0.08, 3) for _ in range(2))
+        motion = planner.CircularMotion(via=planner.Pose(via))
+        waypoints[-1] = planner.PoseWaypoint(planner.Pose(end, before.rotation), motion=motion)
+    elif kind == "axis":
+        assert before.rotation is not None  # noqa: S101 - forward kinematics has one
+        kept = planner.ToolAxis(tuple(before.rotation[:, 2].tolist()), float(generator.uniform(0.1, 1.0)))
+        waypoints[-1] = replace(waypoints[-1], motion=planner.FreeMotion(keep=(kept,)))
+    return replace(plain, waypoints=waypoints, **changes)
+
+
+def plan_of(number: int) -> planner.Plan:
+    """Return one of the random plans of the large run, the same for the same number."""
+    attempt = 0
+    while True:
+        generator = np.random.default_rng([SEED, number, attempt])
+        attempt += 1
+        robot = planner.load_robot(ROBOTS[generator.integers(len(ROBOTS))])
+        backend = BACK_ENDS[generator.integers(len(BACK_ENDS))]
+        try:
+            asked = problem(robot, generator, int(generator.integers(2, 4)))
+            asked = asked if generator.random() < SHARE_OF_SCENES else replace(asked, scene=None)
+            plan = planner.plan(varied(asked, generator), backend)
+        except planner.PlanningError:
+            continue
+        if len(plan.trajectory.lengths) <= MOST_PIECES or generator.random() < SHARE_OF_LARGE:
+            return plan
+
+
+def plans(generator: np.random.Generator, number: int) -> Iterator[planner.Plan]:
     """Yield as many random plans as wanted, over all robots and back ends."""
     robots = [planner.load_robot(name) for name in ROBOTS]
     made = tried = 0
-    while made < count:
+    while made < number:
         robot, backend = robots[tried % len(robots)], BACK_ENDS[tried % len(BACK_ENDS)]
         tried += 1
         try:

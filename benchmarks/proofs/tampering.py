@@ -7,12 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.proofs.checker import DIGESTED, JOINT_CLAIMS, Motion, Proof, digest
+from planner.proofs.checker import BOUNDED_CLAIMS, CLAIMS, DIGESTED, JOINT_CLAIMS, TOOL_CLAIMS, Motion, Proof, digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 Content = dict[str, Any]
+
+OF_POSES = ("path_deviation", "tool_axis_angle")
+"""Claims about the pose of the tool, whose limits are no single numbers."""
+
+KEPT_SHARE = 0.8
+"""Share of the claims that another honest file keeps."""
 
 NOTICEABLE = 1e-3
 """Smallest change of a position that a tampered file has, rad or m."""
@@ -56,32 +62,119 @@ def change_limit(content: Content, generator: np.random.Generator) -> bool:
     return True
 
 
+def change_curve(content: Content, generator: np.random.Generator) -> bool:
+    """Lower a velocity limit that depends on the position below a velocity that the trajectory reaches there."""
+    limits, motion = content["statement"]["limits"], content["trajectory"]
+    if "velocity_at_position" not in content["statement"]["claims"]:
+        return False
+    piece = int(generator.integers(len(motion["lengths"])))
+    joint = int(generator.integers(len(motion["coefficients"][piece])))
+    curves = limits["velocity_at_position"][joint]
+    if not curves:
+        return False
+    curve = curves[int(generator.integers(len(curves)))]
+    row, u = (
+        np.polynomial.Polynomial(motion["coefficients"][piece][joint]),
+        motion["lengths"][piece] * generator.random(),
+    )
+    sign = -1.0 if curve["towards"] == "lower" else 1.0
+    p, w = sign * row(u), sign * row.deriv()(u) / limits["velocity_scale"][motion["segments"][piece]]
+    low, high = (curve[end] if curve[end] is not None else p for end in ("low", "high"))
+    if w < NOTICEABLE or not low <= p <= high:
+        return False
+    square, linear, _, slope = curve["coefficients"]
+    curve["coefficients"][2] = (square * w * w + linear * w - slope * p) - 10.0 ** generator.uniform(-4, 0) * w
+    return True
+
+
 def change_bounded_limit(content: Content, generator: np.random.Generator) -> bool:
-    """Lower a limit of torque or of the tool below a value that the trajectory reaches."""
+    """Lower a limit of torque, power or the tool below a value that the trajectory reaches."""
     statement, motion = content["statement"], content["trajectory"]
-    names = [name for name in ("torque", "tcp_linear_velocity", "tcp_angular_velocity") if name in statement["claims"]]
+    names = [name for name in BOUNDED_CLAIMS if name in statement["claims"] and name not in OF_POSES]
     if not names:
         return False
     name = generator.choice(names)
     time = generator.random() * len(motion["lengths"])
     at, segment = Proof(content).motion(time, time)
-    values = tool_or_torque(at, name)
+    values = values_at(at, name)
     column = int(generator.integers(len(values)))
     if abs(values[column]) < NOTICEABLE:
         return False
-    limit = values[column] * generator.uniform(0.1, 0.999)
-    if name == "torque":
-        statement["limits"][name][segment][int(limit > 0.0)][column] = limit
+    limit, limits = values[column] * generator.uniform(0.1, 0.999), statement["limits"][name]
+    if name in TOOL_CLAIMS:
+        limits[segment] = limit
     else:
-        statement["limits"][name][segment] = limit
+        limits[segment][int(limit > 0.0)][column] = limit
     return True
 
 
-def tool_or_torque(at: Motion, name: str) -> list[float]:
-    """Return the torques of the joints, or the rate of the tool, at one time."""
-    if name == "torque":
-        return [torque[0] for torque in at.torques()]
-    return [at.tool_squares()[name][0] ** 0.5]
+def change_path(content: Content, generator: np.random.Generator) -> bool:
+    """Move a line or a circle, or the shares of it at which the tool is said to be."""
+    if "path_deviation" not in content["statement"]["claims"]:
+        return False
+    evidence, segments = content["evidence"], content["trajectory"]["segments"]
+    guided = [k for k, shares in enumerate(evidence["along"]) if isinstance(shares, list)]
+    if not guided:
+        return False
+    number = guided[int(generator.integers(len(guided)))]
+    guide = content["statement"]["limits"]["path_deviation"][segments[int(evidence["bounded"][number])]]
+    kind = generator.choice(["origin", "tool", "shares", "blend"])
+    if kind == "blend":
+        evidence["along"][number] = len(guide["blends"])
+    elif kind == "shares":
+        evidence["along"][number][0] += generator.choice([-1.0, 1.0]) * 10.0 ** generator.uniform(0.1, 2)
+    else:
+        moved = guide["tool"]["translation"] if kind == "tool" else guide["links"][0]["origin"]
+        moved[int(generator.integers(3))] += 2.1 * guide["tolerance"][0] + NOTICEABLE * 10.0 ** generator.uniform(0, 2)
+    return True
+
+
+def change_axis(content: Content, generator: np.random.Generator) -> bool:
+    """Lower the allowed angle of an axis of the tool below one that the trajectory reaches."""
+    statement, motion = content["statement"], content["trajectory"]
+    if "tool_axis_angle" not in statement["claims"]:
+        return False
+    time = generator.random() * len(motion["lengths"])
+    at, segment = Proof(content).motion(time, time)
+    cones = statement["limits"]["tool_axis_angle"][segment]
+    if not cones:
+        return False
+    cone = cones[int(generator.integers(len(cones)))]
+    rotation = np.array([x[0] for x in at.tool()[1]]).reshape(3, 3)
+    axis, direction = (np.array(x) / np.linalg.norm(x) for x in cone[:2])
+    reached = float(np.arccos(np.clip(direction @ rotation @ axis, -1.0, 1.0)))
+    cone[2] = reached * generator.uniform(0.1, 0.99)
+    return reached > 10.0 * NOTICEABLE
+
+
+def change_drive(content: Content, generator: np.random.Generator) -> bool:
+    """Give a moving joint a friction beyond its torque limit."""
+    statement, motion = content["statement"], content["trajectory"]
+    if "torque" not in statement["claims"]:
+        return False
+    time = generator.random() * len(motion["lengths"])
+    at, segment = Proof(content).motion(time, time)
+    lower, upper = statement["limits"]["torque"][segment]
+    joint = int(generator.integers(len(upper)))
+    limit = (upper if at.v[joint][0] > 0.0 else lower)[joint]
+    if limit is None or abs(at.v[joint][0]) < NOTICEABLE:
+        return False
+    link = statement["robots"][statement["robot_of_segment"][segment]]["links"][joint]
+    more = (abs(limit) + abs(at.torques()[joint][0])) * generator.uniform(1.01, 10.0)
+    if generator.random() < 0.5:
+        link["friction"] += more
+    else:
+        link["damping"] += more / abs(at.v[joint][0])
+    return True
+
+
+def values_at(at: Motion, name: str) -> list[float]:
+    """Return the torques or powers of the joints, or the rate of the tool, at one time."""
+    if name in TOOL_CLAIMS:
+        return [at.tool_squares()[name][0] ** 0.5]
+    torques = [torque[0] for torque in at.torques()]
+    powers = [torque * v[0] for torque, v in zip(torques, at.v, strict=True)]
+    return {"torque": torques, "power": powers, "total_power": [sum(powers)]}[name]
 
 
 def change_object(content: Content, generator: np.random.Generator) -> bool:
@@ -165,30 +258,125 @@ def change_plane(content: Content, generator: np.random.Generator) -> bool:
     return True
 
 
+def change_size(content: Content, generator: np.random.Generator) -> bool:
+    """Make a shape or the margin of a pair so large that they overlap."""
+    statement = content["statement"]
+    if "clearance" not in statement["claims"]:
+        return False
+    scene = statement["scenes"][statement["scene_of_segment"][0]]
+    pair = scene["pairs"][int(generator.integers(len(scene["pairs"])))]
+    if generator.random() < 0.5:
+        pair[2] += 10.0 ** generator.uniform(1, 3)
+    else:
+        scene["shapes"][pair[1]]["ball"] += 10.0 ** generator.uniform(1, 3)
+    return True
+
+
+def change_pose(content: Content, generator: np.random.Generator) -> bool:
+    """Move or turn the pose of a waypoint, or the tool that meets it."""
+    statement = content["statement"]
+    poses = [waypoint for waypoint in statement["waypoints"] if waypoint["pose"] is not None]
+    if not poses:
+        return False
+    waypoint = poses[int(generator.integers(len(poses)))]
+    pose, tool = waypoint["pose"], statement["robots"][waypoint["robot"]]["tool"]
+    kind = generator.choice(["pose", "tool", "rotation"])
+    if kind == "rotation" and pose["rotation"] is not None:
+        angle = float(generator.uniform(0.1, 1.0))
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+        pose["rotation"] = (np.array(pose["rotation"]) @ turn).tolist()
+        return True
+    moved = tool["translation"] if kind == "tool" else pose["position"]
+    moved[int(generator.integers(3))] += pose["tolerance"][0] + NOTICEABLE * 10.0 ** generator.uniform(0, 2)
+    return True
+
+
+def change_end(content: Content, generator: np.random.Generator) -> bool:
+    """Change the motion before the start or after the end in a derivative that is claimed to be continuous."""
+    statement = content["statement"]
+    end = statement["ends"][generator.choice(["initial", "final"])]
+    order = int(generator.integers(statement["continuity"] + 1))
+    joint = int(generator.integers(len(end[order])))
+    largest = max(sum(abs(x) for x in row) for piece in content["trajectory"]["coefficients"] for row in piece)
+    end[order][joint] += generator.choice([-1.0, 1.0]) * 10.0 ** generator.uniform(-2, 1) * max(1.0, largest)
+    return True
+
+
+def change_claims(content: Content, generator: np.random.Generator) -> bool:
+    """Add a claim for which the file has no limits or shapes."""
+    claims = content["statement"]["claims"]
+    missing = sorted(set(CLAIMS) - set(claims))
+    if missing:
+        claims.append(str(generator.choice(missing)))
+    return bool(missing)
+
+
+def change_rational(content: Content, generator: np.random.Generator) -> bool:
+    """Change any number of the file, by its last bit or by much, and keep the digests."""
+    changed = with_any_number_changed(content, generator)
+    is_other = any(digest(changed[name]) != content["digests"][name] for name in DIGESTED)
+    content |= {name: changed[name] for name in DIGESTED}
+    return is_other
+
+
 KINDS: tuple[Callable[[Content, np.random.Generator], bool], ...] = (
     change_coefficient,
     change_limit,
+    change_curve,
     change_bounded_limit,
     change_object,
+    change_size,
     change_duration,
     change_arrival,
     change_waypoint,
+    change_pose,
+    change_end,
+    change_claims,
+    change_path,
+    change_axis,
+    change_drive,
     change_interval,
     change_plane,
+    change_rational,
 )
 """Changes after which a claim is false or lacks evidence; each returns whether it could be made."""
 
+KEEP_DIGESTS = (change_rational,)
+"""Changes after which the digests stay as they were."""
 
-def tampered(content: Content, generator: np.random.Generator, count: int) -> Iterator[tuple[str, Content]]:
-    """Yield as many tampered files as wanted, each with the kind of its change."""
-    made = tried = 0
+
+def tampered(
+    content: Content, generator: np.random.Generator, count: int, first: int = 0
+) -> Iterator[tuple[str, Content]]:
+    """Yield as many tampered files as wanted, each with the kind of its change; `first` is tried first."""
+    made, tried = 0, first
     while made < count:
         kind = KINDS[tried % len(KINDS)]
         tried += 1
         changed = copy.deepcopy(content)
         if kind(changed, generator):
             made += 1
-            yield kind.__name__, with_digests(changed)
+            yield kind.__name__, changed if kind in KEEP_DIGESTS else with_digests(changed)
+
+
+def loosened(content: Content, generator: np.random.Generator) -> Content:
+    """Return another honest file: fewer claims, wider limits and smaller margins."""
+    changed = copy.deepcopy(content)
+    statement = changed["statement"]
+    kept = [name for name in statement["claims"] if generator.random() < KEPT_SHARE]
+    statement["not_covered"] += sorted(set(statement["claims"]) - set(kept))
+    statement["claims"] = kept
+    limited = [name for name in (*JOINT_CLAIMS, *BOUNDED_CLAIMS) if name not in OF_POSES]
+    for rows in (statement["limits"].get(name, []) for name in limited):
+        for segment, row in enumerate(rows):
+            if isinstance(row, list):
+                for sign, side in zip((-1.0, 1.0), row, strict=True):
+                    side[:] = [x if x is None else x + sign * abs(x) * generator.random() for x in side]
+            elif row is not None:
+                rows[segment] = row * (1.0 + generator.random())
+    for pair in (pair for scene in statement["scenes"] for pair in scene["pairs"]):
+        pair[2] -= NOTICEABLE * generator.random()
+    return with_digests(changed)
 
 
 def numbers_of(value: Any) -> Iterator[tuple[Any, Any]]:

@@ -72,9 +72,11 @@ def plan_file(
 def check_proof_file(file: str, statement: str | None, trajectory: str | None) -> None:
     """Check a proof file and print its claims; end with 1 if it is rejected."""
     try:
-        content = json.loads(read(file, "PROOF"))
-        proof = content.get("proof", content) if isinstance(content, dict) else content
-        claims = check_proof(proof, {"statement": statement, "trajectory": trajectory})
+        text = read(file, "PROOF")
+        content = json.loads(text)
+        is_answer = isinstance(content, dict) and "proof" in content
+        proof = content["proof"] if is_answer else content
+        claims = check_proof(proof if is_answer else text, {"statement": statement, "trajectory": trajectory})
     except (ProofRejected, ValueError, RecursionError) as error:
         typer.echo(f"rejected: {error}", err=True)
         raise typer.Exit(1) from None

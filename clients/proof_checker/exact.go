@@ -14,17 +14,24 @@ func quotient(a, b *big.Rat) *big.Rat { return new(big.Rat).Quo(a, b) }
 func minus(a *big.Rat) *big.Rat       { return new(big.Rat).Neg(a) }
 func size(a *big.Rat) *big.Rat        { return new(big.Rat).Abs(a) }
 
+// power returns a power of an integer.
+func power(base *big.Int, exponent int) *big.Int {
+	return new(big.Int).Exp(base, big.NewInt(int64(exponent)), nil)
+}
+
+// falling returns k (k - 1) ... (k - order + 1).
+func falling(k, order int) *big.Int {
+	return new(big.Int).MulRange(int64(k-order+1), int64(k))
+}
+
 // derivative returns a derivative by time of sum c_k t^k with t = scale u, in powers of u.
 func derivative(coefficients []*big.Rat, scale *big.Rat, order int) []*big.Rat {
 	var found []*big.Rat
-	power := one
 	for k := order; k < len(coefficients); k++ {
-		factor := big.NewInt(1)
-		for i := k - order + 1; i <= k; i++ {
-			factor.Mul(factor, big.NewInt(int64(i)))
-		}
-		found = append(found, product(product(coefficients[k], power), new(big.Rat).SetInt(factor)))
-		power = product(power, scale)
+		above := new(big.Int).Mul(coefficients[k].Num(), falling(k, order))
+		above.Mul(above, power(scale.Num(), k-order))
+		below := new(big.Int).Mul(coefficients[k].Denom(), power(scale.Denom(), k-order))
+		found = append(found, new(big.Rat).SetFrac(above, below))
 	}
 	if found == nil {
 		found = []*big.Rat{none}
@@ -40,23 +47,8 @@ func exact(coefficients []float64) []*big.Rat {
 	return found
 }
 
-// bernstein returns the Bernstein coefficients on [0, 1], between whose extremes the polynomial lies.
-func bernstein(coefficients []*big.Rat) []*big.Rat {
-	n := int64(len(coefficients) - 1)
-	found := make([]*big.Rat, n+1)
-	for i := int64(0); i <= n; i++ {
-		total := new(big.Rat)
-		for k := int64(0); k <= i; k++ {
-			share := new(big.Rat).SetFrac(new(big.Int).Binomial(i, k), new(big.Int).Binomial(n, k))
-			total.Add(total, share.Mul(share, coefficients[k]))
-		}
-		found[i] = total
-	}
-	return found
-}
-
-// whole multiplies rational numbers by a common positive factor, so that they are integers.
-func whole(row []*big.Rat) []*big.Int {
+// whole returns rational numbers as integers over a common denominator.
+func whole(row []*big.Rat) ([]*big.Int, *big.Int) {
 	common := big.NewInt(1)
 	for _, c := range row {
 		divisor := new(big.Int).GCD(nil, nil, common, c.Denom())
@@ -65,6 +57,48 @@ func whole(row []*big.Rat) []*big.Int {
 	found := make([]*big.Int, len(row))
 	for i, c := range row {
 		found[i] = new(big.Int).Mul(c.Num(), new(big.Int).Quo(common, c.Denom()))
+	}
+	return found, common
+}
+
+// bernstein returns the Bernstein coefficients on [0, 1], between whose extremes the polynomial lies,
+// as integers over a common denominator.
+func bernstein(coefficients []*big.Rat) ([]*big.Int, *big.Int) {
+	row, common := whole(coefficients)
+	n := int64(len(row) - 1)
+	factor := new(big.Int).MulRange(1, n) // a multiple of all binomial coefficients
+	for k := range row {
+		row[k].Mul(row[k], new(big.Int).Quo(factor, new(big.Int).Binomial(n, int64(k))))
+	}
+	found := make([]*big.Int, len(row))
+	for i := range found {
+		found[i] = new(big.Int)
+		for k := 0; k <= i; k++ {
+			found[i].Add(found[i], new(big.Int).Mul(row[k], new(big.Int).Binomial(int64(i), int64(k))))
+		}
+	}
+	return found, factor.Mul(factor, common)
+}
+
+// taylor returns p and its first two derivatives at x = middle + half u, in powers of u, rounded once.
+func taylor(coefficients []*big.Rat, middle, half *big.Rat) (found [3][]float64) {
+	row, scale := whole(coefficients)
+	steps, common := whole([]*big.Rat{middle, half})
+	n := len(row) - 1
+	for order := range found {
+		for k := order; k <= n; k++ {
+			total := new(big.Int)
+			for i := k; i <= n; i++ {
+				term := new(big.Int).Mul(row[i], new(big.Int).Binomial(int64(i), int64(k)))
+				term.Mul(term, power(steps[0], i-k))
+				total.Add(total, term.Mul(term, power(common, n-i)))
+			}
+			total.Mul(total, falling(k, order))
+			total.Mul(total, power(steps[1], k-order))
+			below := new(big.Int).Mul(scale, power(common, n-order))
+			x, _ := new(big.Rat).SetFrac(total, below).Float64()
+			found[order] = append(found[order], x)
+		}
 	}
 	return found
 }
@@ -90,7 +124,7 @@ func halves(row []*big.Int) (left, right []*big.Int) {
 func isOneNonnegative(polynomials ...[]*big.Rat) bool {
 	rows := make([][]*big.Int, len(polynomials))
 	for i, each := range polynomials {
-		rows[i] = whole(bernstein(each))
+		rows[i], _ = bernstein(each)
 	}
 	return isDecided(rows, 0)
 }
@@ -116,17 +150,6 @@ func isDecided(rows [][]*big.Int, depth int) bool {
 		left[i], right[i] = halves(row)
 	}
 	return isDecided(left, depth+1) && isDecided(right, depth+1)
-}
-
-// shifted returns the coefficients of p(x + by).
-func shifted(coefficients []*big.Rat, by *big.Rat) []*big.Rat {
-	found := append([]*big.Rat(nil), coefficients...)
-	for k := range found {
-		for i := len(found) - 2; i >= k; i-- {
-			found[i] = sum(found[i], product(by, found[i+1]))
-		}
-	}
-	return found
 }
 
 func value(coefficients []*big.Rat, at *big.Rat) *big.Rat {

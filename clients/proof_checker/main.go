@@ -56,7 +56,11 @@ func main() {
 			}
 		}
 	}
-	text, err := os.ReadFile(os.Args[1])
+	var text []byte
+	file, err := os.Open(os.Args[1])
+	if err == nil {
+		text, err = io.ReadAll(io.LimitReader(file, mostBytes+1))
+	}
 	if err == nil {
 		var claims []string
 		if claims, err = check(text, os.Args[2:]); err == nil {

@@ -31,10 +31,10 @@ func (m model) magnitude() float64 {
 	return total
 }
 
-func modelOf(coefficients []*big.Rat) model {
+// modelOf returns the model of a polynomial with coefficients that are rounded once.
+func modelOf(coefficients []float64) model {
 	var m model
-	for k, c := range coefficients {
-		x, _ := c.Float64()
+	for k, x := range coefficients {
 		require(!math.IsInf(x, 0), "a coefficient is too large")
 		if k < len(m.p) {
 			m.p[k] = x
@@ -108,8 +108,9 @@ var toBernstein = func() (rows [6][6]float64) {
 			}
 			power[j].SetInt(c)
 		}
-		for i, c := range bernstein(power) {
-			rows[i][k], _ = c.Float64()
+		row, common := bernstein(power)
+		for i, c := range row {
+			rows[i][k], _ = new(big.Rat).SetFrac(c, common).Float64()
 		}
 	}
 	return rows
@@ -152,6 +153,26 @@ func turnOf(q model) (model, model) {
 	s0, c0 := constant(sine), constant(cosine)
 	s0.r, c0.r = 2*unit, 2*unit
 	return plus(multiply(s0, c), multiply(c0, s)), minusModel(multiply(c0, c), multiply(s0, s))
+}
+
+// signOf returns the sign of a velocity; up to 1e-9 it counts as rest.
+func signOf(v model) model {
+	const rest = 1e-9
+	least, most := -v.times(-1).upper(), v.upper()
+	low, high := -1.0, 1.0
+	if least >= rest {
+		low = 1
+	} else if least >= -rest {
+		low = 0
+	}
+	if most <= -rest {
+		high = -1
+	} else if most <= rest {
+		high = 0
+	}
+	sign := constant((low + high) / 2)
+	sign.r = (high - low) / 2
+	return sign
 }
 
 func plusVector(a, b vector) vector {

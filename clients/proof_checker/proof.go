@@ -6,12 +6,12 @@ import (
 	"sort"
 )
 
-const format = "planner-proof/1"
+const format = "planner-proof/2"
 
 var (
 	parts         = []string{"statement", "trajectory", "evidence"}
 	jointClaims   = []string{"position", "velocity", "acceleration", "jerk"}
-	boundedClaims = append([]string{"torque", "power", "total_power"}, toolClaims...)
+	boundedClaims = append([]string{"torque", "power", "total_power", "path_deviation", "tool_axis_angle"}, toolClaims...)
 	exactExcess   = big.NewRat(1_000_000_001, 1_000_000_000) // factor on limits of the joints
 	boundedExcess = 1e-6                                     // relative, over limits of torque, power and the tool
 	jump          = big.NewRat(1, 10_000_000)                // of a derivative, relative to its largest value
@@ -36,6 +36,8 @@ type proof struct {
 	segments            int
 	robots              []robot
 	scenes              []scene
+	paths               []*path  // of segments, or nil
+	cones               [][]cone // of segments
 	robotOf, sceneOf    []int
 	hulls               map[[2]int][]float64
 }
@@ -76,6 +78,25 @@ func readProof(content any) *proof {
 	}
 	fits := len(p.sceneOf) == 0 || len(p.sceneOf) == p.segments
 	require(len(p.robotOf) == p.segments && fits, "a segment has no robot")
+	limits := field(p.statement, "limits")
+	if p.claimed["path_deviation"] {
+		for _, each := range list(field(limits, "path_deviation")) {
+			var found *path
+			if each != nil {
+				found = readPath(each)
+			}
+			p.paths = append(p.paths, found)
+		}
+	}
+	if p.claimed["tool_axis_angle"] {
+		for _, of := range list(field(limits, "tool_axis_angle")) {
+			var found []cone
+			for _, each := range list(of) {
+				found = append(found, readCone(each))
+			}
+			p.cones = append(p.cones, found)
+		}
+	}
 	return p
 }
 
@@ -179,8 +200,9 @@ func (p *proof) checkContinuity() {
 				}
 				if i < p.pieces {
 					last = value(row, one)
-					for _, c := range bernstein(row) {
-						if s := size(c); s.Cmp(largest) > 0 {
+					bounds, common := bernstein(row)
+					for _, c := range bounds {
+						if s := new(big.Rat).SetFrac(new(big.Int).Abs(c), common); s.Cmp(largest) > 0 {
 							largest = s
 						}
 					}
@@ -213,13 +235,13 @@ func (p *proof) checkWaypoints() {
 			}
 		}
 		if given := field(each, "pose"); given != nil {
-			pose := target{position: vector3(field(given, "position"))}
-			if rotation := field(given, "rotation"); rotation != nil {
-				pose.rotation, pose.turned = matrix3(rotation), true
+			pose := target{position: constants(vector3(field(given, "position")))}
+			pose.allow(field(given, "tolerance"))
+			if rotation := field(given, "rotation"); rotation != nil || pose.turned {
+				for i, row := range matrix3(rotation) {
+					pose.rotation[i] = constants(row)
+				}
 			}
-			tolerance := numbers(field(given, "tolerance"), 2)
-			pose.distance, pose.angle = tolerance[0], tolerance[1]
-			require(pose.distance >= 0 && pose.angle >= 0, "a tolerance is negative")
 			arm := &p.robots[index(field(each, "robot"), len(p.robots))]
 			require(p.onPiece(arm, piece, share, share).isAtPose(pose), "the tool misses the pose of a waypoint")
 		}
@@ -273,7 +295,7 @@ func (p *proof) checkVelocityAtPosition() {
 		for j := 0; j < p.joints; j++ {
 			for _, curve := range list(curves[j]) {
 				sign := one
-				if text(field(curve, "towards")) == "lower" {
+				if field(curve, "towards") == "lower" {
 					sign = minus(one)
 				}
 				position := scaled(p.derivative(i, j, 0), sign)
@@ -319,9 +341,8 @@ func (p *proof) onPiece(arm *robot, piece int, start, end *big.Rat) *motion {
 	reach := product(product(sum(end, minus(start)), half), p.lengths[piece])
 	var found [3][]model
 	for _, row := range p.rows[piece] {
-		moved := shifted(exact(row), middle)
-		for order := range found {
-			found[order] = append(found[order], modelOf(derivative(moved, reach, order)))
+		for order, coefficients := range taylor(exact(row), middle, reach) {
+			found[order] = append(found[order], modelOf(coefficients))
 		}
 	}
 	return newMotion(arm, found[0], found[1], found[2])
@@ -346,25 +367,44 @@ func (p *proof) span(start, end float64) (int, int) {
 func (p *proof) checkBounded() {
 	ends := numbers(field(p.evidence, "bounded"), -1)
 	require(len(ends) > 1 && ends[0] == 0 && ends[len(ends)-1] == float64(p.pieces), "a piece is not covered")
+	along := list(field(p.evidence, "along"))
+	require(len(along) == 0 || len(along) == len(ends)-1, "an interval has no share of the path")
 	for i := 1; i < len(ends); i++ {
 		first, last := p.span(ends[i-1], ends[i])
 		require(first == last, "an interval has several pieces")
 		start, end := split(ends[i-1], first), split(ends[i], first)
-		require(p.isBounded(first, start, end, 2), "a limit is not proved")
+		var where any
+		if len(along) > 0 {
+			where = along[i-1]
+		}
+		segment := p.segment[first]
+		m := p.onPiece(&p.robots[p.robotOf[segment]], first, start, end)
+		require(p.isBoundedOn(m, segment) && p.isGuidedOn(m, segment, where), "a limit is not proved")
 	}
 }
 
-// isBounded proves the limits on an interval, or on parts of it.
-func (p *proof) isBounded(piece int, start, end *big.Rat, halvings int) bool {
-	segment := p.segment[piece]
-	if p.isBoundedOn(p.onPiece(&p.robots[p.robotOf[segment]], piece, start, end), segment) {
-		return true
+// isGuidedOn tells whether the tool keeps to its path, and its axes to their cones.
+//
+// The tool is near the path at shares of it, a polynomial, or in the blend of a number.
+func (p *proof) isGuidedOn(m *motion, segment int, where any) bool {
+	if p.claimed["path_deviation"] && p.paths[segment] != nil {
+		path := p.paths[segment]
+		_, isPolynomial := where.([]any)
+		if isPolynomial && !m.isOn(path, modelOf(numbers(where, 6))) {
+			return false
+		}
+		if !isPolynomial && !m.isAtPose(path.blends[index(where, len(path.blends))]) {
+			return false
+		}
 	}
-	if halvings == 0 {
-		return false
+	if p.claimed["tool_axis_angle"] {
+		for _, each := range p.cones[segment] {
+			if !m.isIn(each) {
+				return false
+			}
+		}
 	}
-	middle := product(sum(start, end), big.NewRat(1, 2))
-	return p.isBounded(piece, start, middle, halvings-1) && p.isBounded(piece, middle, end, halvings-1)
+	return true
 }
 
 func (p *proof) isBoundedOn(m *motion, segment int) bool {
@@ -374,27 +414,30 @@ func (p *proof) isBoundedOn(m *motion, segment int) bool {
 	below := func(value model, most limit) {
 		fits = fits && (!most.known || value.isBelow(most.value+boundedExcess*math.Abs(most.value)))
 	}
+	between := func(name string, values []model) {
+		if !p.claimed[name] {
+			return
+		}
+		sides := list(own(name))
+		require(len(sides) == 2, "a limit has two sides")
+		lower, upper := list(sides[0]), list(sides[1])
+		require(len(lower) == len(values) && len(upper) == len(values), "a limit is missing")
+		for k, value := range values {
+			least := limitOf(lower[k])
+			below(value, limitOf(upper[k]))
+			below(value.times(-1), limit{-least.value, least.known})
+		}
+	}
 	if p.claimed["torque"] || p.claimed["power"] || p.claimed["total_power"] {
 		torques, total := m.torques(), model{}
+		powers := make([]model, len(torques))
 		for j, torque := range torques {
-			if p.claimed["torque"] {
-				sides := list(own("torque"))
-				least, most := limitOf(list(sides[0])[j]), limitOf(list(sides[1])[j])
-				below(torque, most)
-				below(torque.times(-1), limit{-least.value, least.known})
-			}
-			power := multiply(torque, m.v[j])
-			total = plus(total, power)
-			if p.claimed["power"] {
-				most := limitOf(list(own("power"))[j])
-				below(power, most)
-				below(power.times(-1), most)
-			}
+			powers[j] = multiply(torque, m.v[j])
+			total = plus(total, powers[j])
 		}
-		if p.claimed["total_power"] {
-			below(total, limitOf(own("total_power")))
-			below(total.times(-1), limitOf(own("total_power")))
-		}
+		between("torque", torques)
+		between("power", powers)
+		between("total_power", []model{total})
 	}
 	var squares map[string]model
 	for _, name := range toolClaims {
@@ -416,8 +459,9 @@ func (p *proof) hull(piece, joint int) []float64 {
 		return found
 	}
 	var found []float64
-	for _, c := range bernstein(p.derivative(piece, joint, 0)) {
-		x, _ := c.Float64()
+	row, common := bernstein(p.derivative(piece, joint, 0))
+	for _, c := range row {
+		x, _ := new(big.Rat).SetFrac(c, common).Float64()
 		require(!math.IsInf(x, 0), "a position is too large")
 		found = append(found, x)
 	}
@@ -468,11 +512,17 @@ func (p *proof) onSeveral(first, last int) *motion {
 	return newMotion(&p.robots[robotNumber], q, nil, nil)
 }
 
-type interval struct{ start, end float64 }
-
 func (p *proof) checkClearance() {
-	covered := map[[2]int][]interval{}
 	require(len(p.sceneOf) > 0, "a segment has no scene")
+	var begins, ends []int // of pieces with the same scene and robot
+	for k := range p.segment {
+		if k == 0 || p.sceneOf[p.segment[k]] != p.sceneOf[p.segment[k-1]] || p.robotOf[p.segment[k]] != p.robotOf[p.segment[k-1]] {
+			begins = append(begins, k)
+			ends = append(ends, k)
+		}
+		ends[len(ends)-1] = k + 1
+	}
+	reached := map[[2]int]float64{}
 	for _, each := range list(field(p.evidence, "clearance")) {
 		node := list(each)
 		require(len(node) == 3, "an interval is malformed")
@@ -496,33 +546,19 @@ func (p *proof) checkClearance() {
 				normal = vector3(row[1])
 			}
 			require(m.keepsApart(one, other, normal, s.margin[pair]), "a clearance is not proved")
-			key := [2]int{p.sceneOf[segment], pair}
-			covered[key] = append(covered[key], interval{start, end})
+			stretch := sort.Search(len(begins), func(i int) bool { return begins[i] > first }) - 1
+			key := [2]int{stretch, pair}
+			before, known := reached[key]
+			if !known {
+				before = float64(begins[stretch])
+			}
+			require(start == before && end <= float64(ends[stretch]), "there is a gap or an overlap")
+			reached[key] = end
 		}
 	}
-	for first := 0; first < p.pieces; {
-		last := first // of the pieces with the same scene and robot
-		for last+1 < p.pieces && p.sceneOf[p.segment[last+1]] == p.sceneOf[p.segment[first]] &&
-			p.robotOf[p.segment[last+1]] == p.robotOf[p.segment[first]] {
-			last++
-		}
-		number := p.sceneOf[p.segment[first]]
-		for pair := range p.scenes[number].pairs {
-			requireCover(covered[[2]int{number, pair}], float64(first), float64(last+1))
-		}
-		first = last + 1
-	}
-}
-
-// requireCover demands that those intervals that begin in a range cover it without gaps.
-func requireCover(intervals []interval, first, last float64) {
-	sort.Slice(intervals, func(i, j int) bool { return intervals[i].start < intervals[j].start })
-	at := first
-	for _, each := range intervals {
-		if each.start >= first && each.start < last {
-			require(each.start == at, "there is a gap")
-			at = each.end
+	for stretch, begin := range begins {
+		for pair := range p.scenes[p.sceneOf[p.segment[begin]]].pairs {
+			require(reached[[2]int{stretch, pair}] == float64(ends[stretch]), "a clearance lacks evidence")
 		}
 	}
-	require(at == last, "a piece is not covered")
 }

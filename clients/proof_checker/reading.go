@@ -11,6 +11,8 @@ import (
 	"math"
 	"sort"
 	"strconv"
+	"strings"
+	"unicode/utf8"
 )
 
 // A rejection says why a file is not accepted.
@@ -22,14 +24,69 @@ func require(holds bool, message string) {
 	}
 }
 
+const (
+	mostBytes = 100_000_000
+	mostDepth = 500
+)
+
 func parse(text []byte) any {
+	require(len(text) <= mostBytes, "the file is too large")
+	require(utf8.Valid(text), "the file is not in UTF-8")
 	decoder := json.NewDecoder(bytes.NewReader(text))
 	decoder.UseNumber()
-	var value any
-	require(decoder.Decode(&value) == nil, "the file is no JSON")
+	value := parseNext(decoder, 0)
 	_, err := decoder.Token()
 	require(err == io.EOF, "there is something after the JSON value")
+	if bytes.Contains(bytes.ToLower(text), []byte(`\ud`)) {
+		requirePairs(value)
+	}
 	return value
+}
+
+// parseNext reads a value; its keys must be distinct.
+func parseNext(decoder *json.Decoder, depth int) any {
+	require(depth < mostDepth, "the file is nested too deeply")
+	token, err := decoder.Token()
+	require(err == nil, "the file is no JSON")
+	switch token {
+	case json.Delim('['):
+		values := []any{}
+		for decoder.More() {
+			values = append(values, parseNext(decoder, depth+1))
+		}
+		_, err = decoder.Token()
+		require(err == nil, "the file is no JSON")
+		return values
+	case json.Delim('{'):
+		object := map[string]any{}
+		for decoder.More() {
+			key := text(parseNext(decoder, depth+1))
+			_, known := object[key]
+			require(!known, "a key stands twice")
+			object[key] = parseNext(decoder, depth+1)
+		}
+		_, err = decoder.Token()
+		require(err == nil, "the file is no JSON")
+		return object
+	}
+	return token
+}
+
+// requirePairs rejects texts with half of a surrogate pair, which the decoder has replaced.
+func requirePairs(value any) {
+	switch v := value.(type) {
+	case string:
+		require(!strings.ContainsRune(v, utf8.RuneError), "a text is malformed")
+	case []any:
+		for _, each := range v {
+			requirePairs(each)
+		}
+	case map[string]any:
+		for key, each := range v {
+			requirePairs(key)
+			requirePairs(each)
+		}
+	}
 }
 
 func field(value any, name string) any {

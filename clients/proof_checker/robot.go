@@ -7,8 +7,11 @@ type link struct {
 	origin, center    [3]float64
 	mass              float64
 	turns             bool
+	friction, damping float64
+	rotor             float64 // inertia
 }
 
+// A robot, or a mechanism that carries the tool along its path.
 type robot struct {
 	links    []link
 	gravity  [3]float64
@@ -17,26 +20,66 @@ type robot struct {
 	point    [3]float64
 }
 
-func readRobot(value any, joints int) robot {
+// readMechanism reads links without their dynamics, and a tool.
+func readMechanism(value any) robot {
 	var r robot
 	for _, each := range list(field(value, "links")) {
-		motion := text(field(each, "motion"))
 		r.links = append(r.links, link{
 			rotation: matrix3(field(each, "rotation")),
-			inertia:  matrix3(field(each, "inertia")),
 			origin:   vector3(field(each, "origin")),
-			center:   vector3(field(each, "center_of_mass")),
-			mass:     number(field(each, "mass")),
-			turns:    motion == "revolute",
+			turns:    field(each, "motion") == "revolute",
 		})
 	}
-	require(len(r.links) == joints, "a robot has another number of joints")
-	r.gravity = vector3(field(value, "gravity"))
 	tool := field(value, "tool")
-	r.joint = index(field(tool, "joint"), joints+1)
+	r.joint = index(field(tool, "joint"), len(r.links)+1)
 	r.rotation = matrix3(field(tool, "rotation"))
 	r.point = vector3(field(tool, "translation"))
 	return r
+}
+
+func readRobot(value any, joints int) robot {
+	r := readMechanism(value)
+	require(len(r.links) == joints, "a robot has another number of joints")
+	for k, each := range list(field(value, "links")) {
+		l := &r.links[k]
+		l.inertia, l.center = matrix3(field(each, "inertia")), vector3(field(each, "center_of_mass"))
+		l.mass, l.rotor = number(field(each, "mass")), number(field(each, "rotor_inertia"))
+		l.friction, l.damping = number(field(each, "friction")), number(field(each, "damping"))
+	}
+	r.gravity = vector3(field(value, "gravity"))
+	return r
+}
+
+// A path of the tool: the mechanism that follows it, with the rates of its joints by the share of the path.
+type path struct {
+	robot
+	rates  []float64
+	target target // its tolerances
+	blends []target
+}
+
+func readPath(value any) *path {
+	p := &path{robot: readMechanism(value)}
+	p.rates = numbers(field(value, "rates"), len(p.links))
+	p.target.allow(field(value, "tolerance"))
+	for _, each := range list(field(value, "blends")) {
+		row := list(each)
+		require(len(row) == 2, "a blend is malformed")
+		p.blends = append(p.blends, target{position: constants(vector3(row[0])), distance: math.Abs(number(row[1]))})
+	}
+	return p
+}
+
+// A cone is the angle by which an axis of the tool may be away from a direction.
+type cone struct {
+	axis, direction [3]float64
+	angle           float64
+}
+
+func readCone(value any) cone {
+	row := list(value)
+	require(len(row) == 3, "an axis is malformed")
+	return cone{vector3(row[0]), vector3(row[1]), math.Abs(number(row[2]))}
 }
 
 // A frame has a rotation, row by row, and an origin.
@@ -51,6 +94,7 @@ type motion struct {
 	q, v, a        []model
 	sines, cosines []model
 	known          map[int][]frame
+	moving         []rate
 }
 
 func newMotion(r *robot, q, v, a []model) *motion {
@@ -132,10 +176,13 @@ func (m *motion) frames(start int) []frame {
 }
 
 // A rate has the linear and angular velocity and acceleration of a frame, in its own axes.
-type rate struct{ v, a, w, dw vector }
+type rate struct{ v, a, w, dw, gravity vector }
 
-func (m *motion) rates(gravity [3]float64) []rate {
-	at := rate{a: constants(gravity).times(-1)}
+func (m *motion) rates() []rate {
+	if m.moving != nil {
+		return m.moving
+	}
+	at := rate{gravity: constants(m.robot.gravity)}
 	found := []rate{at}
 	for k, each := range m.robot.links {
 		shift := m.shift(k)
@@ -144,6 +191,8 @@ func (m *motion) rates(gravity [3]float64) []rate {
 			a:  m.outward(k, plusVector(at.a, plusVector(cross(at.dw, shift), cross(at.w, cross(at.w, shift))))),
 			w:  m.outward(k, at.w),
 			dw: m.outward(k, at.dw),
+
+			gravity: m.outward(k, at.gravity),
 		}
 		across := vector{multiply(next.w[1], m.v[k]), multiply(next.w[0], m.v[k]).times(-1), model{}}
 		if each.turns {
@@ -158,18 +207,19 @@ func (m *motion) rates(gravity [3]float64) []rate {
 		found = append(found, next)
 		at = next
 	}
+	m.moving = found
 	return found
 }
 
 // torques returns the torques or forces of the joints: the recursive Newton-Euler algorithm.
 func (m *motion) torques() []model {
-	rates := m.rates(m.robot.gravity)
+	rates := m.rates()
 	found := make([]model, len(m.robot.links))
 	var force, moment vector
 	for k := len(m.robot.links) - 1; k >= 0; k-- {
 		each, at := &m.robot.links[k], rates[k+1]
 		center := constants(each.center)
-		push := plusVector(at.a, plusVector(cross(at.dw, center), cross(at.w, cross(at.w, center)))).times(each.mass)
+		push := plusVector(plusVector(at.a, at.gravity.times(-1)), plusVector(cross(at.dw, center), cross(at.w, cross(at.w, center)))).times(each.mass)
 		spin := plusVector(apply(each.inertia, at.dw), cross(at.w, apply(each.inertia, at.w)))
 		moment = plusVector(moment, plusVector(spin, cross(center, push)))
 		force = plusVector(force, push)
@@ -178,6 +228,8 @@ func (m *motion) torques() []model {
 		} else {
 			found[k] = force[2]
 		}
+		found[k] = plus(found[k], plus(m.a[k].times(each.rotor), m.v[k].times(each.damping)))
+		found[k] = plus(found[k], signOf(m.v[k]).times(each.friction))
 		force, moment = m.inward(k, force), m.inward(k, moment)
 		moment = plusVector(moment, cross(m.shift(k), force))
 	}
@@ -190,7 +242,7 @@ var toolClaims = []string{
 
 // toolSquares returns the squares of the tool's velocities and accelerations.
 func (m *motion) toolSquares() map[string]model {
-	at := m.rates([3]float64{})[m.robot.joint]
+	at := m.rates()[m.robot.joint]
 	point := constants(m.robot.point)
 	linear := plusVector(at.v, cross(at.w, point))
 	gain := plusVector(at.a, plusVector(cross(at.dw, point), cross(at.w, cross(at.w, point))))
@@ -201,23 +253,43 @@ func (m *motion) toolSquares() map[string]model {
 	return found
 }
 
-// A target is a pose with the allowed distance, m, and angle, rad.
+// A target is a pose with the allowed distance, m, and angle, rad, if any.
 type target struct {
-	position        [3]float64
-	rotation        [3][3]float64
+	position        vector
+	rotation        [3]vector
 	turned          bool
 	distance, angle float64
 }
 
-func (m *motion) isAtPose(pose target) bool {
+func (t *target) allow(tolerance any) {
+	allowed := numbers(tolerance, -1)
+	require(len(allowed) > 0, "a tolerance is missing")
+	t.distance = math.Abs(allowed[0])
+	if len(allowed) > 1 {
+		t.turned, t.angle = true, math.Abs(allowed[1])
+	}
+}
+
+// tool returns the position of the tool and the rows of its rotation.
+func (m *motion) tool() (vector, [3]vector) {
 	at := m.frames(0)[m.robot.joint]
+	var point vector
+	var rows [3]vector
+	for i, row := range at.rows {
+		point[i] = plus(at.origin[i], dot(row, m.robot.point))
+		rows[i] = apply(transposed(m.robot.rotation), row)
+	}
+	return point, rows
+}
+
+func (m *motion) isAtPose(pose target) bool {
+	point, rows := m.tool()
 	var apart vector
 	square := model{}
-	for i, row := range at.rows {
-		apart[i] = plus(plus(at.origin[i], dot(row, m.robot.point)), constant(-pose.position[i]))
+	for i, row := range rows {
+		apart[i] = minusModel(point[i], pose.position[i])
 		for j := range row {
-			axis := [3]float64{m.robot.rotation[0][j], m.robot.rotation[1][j], m.robot.rotation[2][j]}
-			difference := plus(dot(row, axis), constant(-pose.rotation[i][j]))
+			difference := minusModel(row[j], pose.rotation[i][j])
 			square = plus(square, multiply(difference, difference))
 		}
 	}
@@ -226,6 +298,31 @@ func (m *motion) isAtPose(pose target) bool {
 	}
 	angle := math.Min(pose.angle, 1) + 1e-9
 	return !pose.turned || square.isBelow(2*angle*angle-math.Pow(angle, 4)/6)
+}
+
+// isOn tells whether the tool is near its path at shares of it.
+func (m *motion) isOn(p *path, share model) bool {
+	if !share.isBelow(1+boundedExcess) || !share.times(-1).isBelow(boundedExcess) {
+		return false
+	}
+	q := make([]model, len(p.rates))
+	for k, rate := range p.rates {
+		q[k] = share.times(rate)
+	}
+	aim := p.target
+	aim.position, aim.rotation = newMotion(&p.robot, q, nil, nil).tool()
+	return m.isAtPose(aim)
+}
+
+func (m *motion) isIn(c cone) bool {
+	_, rows := m.tool()
+	var along vector
+	for i, row := range rows {
+		along[i] = dot(row, c.axis)
+	}
+	_, cosine := sineAndCosine(math.Min(c.angle*(1+boundedExcess), math.Pi))
+	size := math.Sqrt(inner(c.axis, c.axis) * inner(c.direction, c.direction))
+	return dot(along, c.direction).times(-1).isBelow(-cosine * size)
 }
 
 // A shape is the hull of points, over which a disc across an axis and a ball roll; or a half space.
@@ -245,6 +342,7 @@ func readShape(value any, joints int) shape {
 	s := shape{joint: index(field(value, "joint"), joints+1), axis: vector3(field(value, "axis"))}
 	s.disc, s.ball = number(field(value, "disc")), number(field(value, "ball"))
 	require(s.disc >= 0 && s.ball >= 0, "a radius is negative")
+	require(math.Abs(math.Sqrt(inner(s.axis, s.axis))-1) < 1e-9, "an axis is no unit vector")
 	for _, point := range list(field(value, "points")) {
 		s.points = append(s.points, vector3(point))
 	}

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.proofs.plans import plans
+from benchmarks.proofs.damage import damaged_text, damaged_values
+from benchmarks.proofs.plans import VARIED, plan_of
 from benchmarks.proofs.tampering import KINDS, tampered, with_any_number_changed, with_digests
 from planner import ProofRejected, check_proof, write_proof
+from planner.proofs import checker
 
 SOURCE = Path(__file__).parents[1] / "proof_checker"
 
@@ -29,14 +32,18 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def proofs() -> list[dict[str, Any]]:
-    return [write_proof(plan) for plan in plans(np.random.default_rng(21), 5)]
+    return [write_proof(plan_of(number)) for number in VARIED]
 
 
 def verdicts(program: Path, files: list[Any]) -> list[bool]:
     """Return whether Go accepts each file."""
-    lines = "\n".join(json.dumps(file) for file in files)
-    done = subprocess.run([program, "-"], input=lines, check=True, capture_output=True, text=True)
-    found = [line.startswith("accepted") for line in done.stdout.splitlines()]
+    return verdicts_on(program, [json.dumps(file).encode() for file in files])
+
+
+def verdicts_on(program: Path, files: list[bytes]) -> list[bool]:
+    """Return whether Go accepts the content of each file, which is one line."""
+    done = subprocess.run([program, "-"], input=b"\n".join(files), check=True, capture_output=True)
+    found = [line.startswith(b"accepted") for line in done.stdout.splitlines()]
     assert len(found) == len(files)
     return found
 
@@ -70,9 +77,31 @@ def test_both_agree_on_any_changed_number(program: Path, proofs: list[dict[str, 
     assert set(found) == {True, False}
 
 
-@pytest.mark.parametrize("file", [{}, [], None, 1, {"format": "planner-proof/1", "digests": {}}])
+@pytest.mark.parametrize("file", [{}, [], None, 1, {"format": "planner-proof/2", "digests": {}}])
 def test_both_reject_anything_else(program: Path, file: Any) -> None:
     assert verdicts(program, [file]) == [is_accepted(file)] == [False]
+
+
+def test_both_reject_damaged_texts_without_a_crash(program: Path, proofs: list[dict[str, Any]], tmp_path: Path) -> None:
+    generator = np.random.default_rng(3)
+    files = [damaged_text(json.dumps(proof), generator) for proof in proofs * 15]
+    files = [file for file in files if file.strip() and b"\n" not in file]
+    assert not any(verdicts_on(program, files))
+    assert not any(map(is_accepted, files))
+    for k, content in enumerate([*files[:6], b"", b" " * (checker.MOST_BYTES_OF_PROOF + 1)]):
+        file = tmp_path / f"{k}.json"
+        file.write_bytes(content)
+        for command in ([program], [sys.executable, checker.__file__]):
+            done = subprocess.run([*command, file], check=False, capture_output=True)
+            assert (done.returncode, done.stderr[:9]) == (1, b"rejected:")
+
+
+def test_damaged_values_are_checked_without_a_crash(program: Path, proofs: list[dict[str, Any]]) -> None:
+    """Python may accept a file in which a value that no claim needs is malformed."""
+    generator = np.random.default_rng(4)
+    files = [damaged_values(proof, generator) for proof in proofs * 20]
+    for by_go, file in zip(verdicts(program, files), files, strict=True):
+        assert by_go <= is_accepted(file)
 
 
 def test_expected_digests_are_compared(program: Path, proofs: list[dict[str, Any]], tmp_path: Path) -> None:

@@ -127,8 +127,7 @@ def _deviations(
         away = np.linalg.norm(tools - centers[blended], axis=1)
         yield _worst("blend_deviation", away, radii[blended], times, "exact")
     tolerances = _tolerances(waypoints)
-    changes = zip(targets, robots, robots[1:], strict=False)
-    starts = [target.seen_with(robot, other).start for target, robot, other in changes]
+    paths = requested_paths(robots, waypoints, solved, targets)
 
     def sampled(pieces: np.ndarray, units: FloatArray) -> _Samples:
         """Return the samples of pieces, but for those within the radius of a blend."""
@@ -139,11 +138,10 @@ def _deviations(
         return _Samples(*(part[kept] for part in samples))
 
     bounded: dict[int, PathParts] = {}
-    for segment in with_tool:
+    for segment, path in paths.items():
         pieces = np.flatnonzero(trajectory.segments == segment)
         motion, requested = solved[segment + 1].tool_motion, waypoints[segment + 1].motion
         free = requested.free if isinstance(requested, CartesianMotion) else None
-        path = _path(solved[segment + 1], waypoints[segment + 1], starts[segment], targets[segment + 1].pose)
         if motion and free:
             of_curve = sampled(pieces, PATH_SAMPLE_TIMES)
             if len(of_curve.times):
@@ -200,6 +198,21 @@ def _parts(path: Line | Circle | Polyline | PoseSpline) -> PathParts:
     if isinstance(path, PoseSpline):
         return polynomial_parts(path.poses_on_curve, path.curve.breakpoints)
     return path.parts
+
+
+def requested_paths(
+    robots: Sequence[Robot],
+    waypoints: Sequence[AnyWaypoint],
+    solved: Sequence[SolvedWaypoint],
+    targets: Sequence[Target],
+) -> dict[int, Line | Circle | Polyline | PoseSpline]:
+    """Return the requested path of the tool on each segment that has one; see `certify_tool_path`."""
+    changes = enumerate(zip(targets, robots, robots[1:], strict=False))
+    return {
+        k: _path(solved[k + 1], waypoints[k + 1], target.seen_with(robot, other).start, targets[k + 1].pose)
+        for k, (target, robot, other) in changes
+        if not isinstance(waypoints[k + 1].motion, JointMotion)
+    }
 
 
 def _path(

@@ -7,18 +7,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
+from planner.certificate.lines_and_circles import Circle, Line
+from planner.certificate.tool_path import requested_paths
 from planner.certificate.waypoints import certify_waypoints
 from planner.constraints import VELOCITY_AT_POSITION
+from planner.constraints.pose_constraints import ToolAxis
 from planner.guarantees import end_states
+from planner.problems.motion_around import KeptMotion
+from planner.problems.problem import CartesianMotion
+from planner.problems.transitions import BlendTransition
 from planner.proofs.checker import BOUNDED_CLAIMS, JOINT_CLAIMS, TOOL_CLAIMS
+from planner.proofs.guides import guide_of
 from planner.scene.arrays import core_of
 from planner.scene.point_cloud import Cluster
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from planner.certificate.waypoints import MetWaypoints
     from planner.constraints import Bounds
-    from planner.limits import SegmentLimits
     from planner.plans.result import Plan
     from planner.robots import Robot
     from planner.scene.checker import CollisionChecker
@@ -28,7 +35,16 @@ LIMITED = (*JOINT_CLAIMS, VELOCITY_AT_POSITION.name, *BOUNDED_CLAIMS)
 """The limited quantities that a proof can cover."""
 
 OF_TORQUES = ("torque", "power", "total_power", "torque_at_speed")
-"""The quantities that depend on torques; the checkers know no process force, friction and rotor inertia."""
+"""The quantities that depend on torques; the checkers know no process force."""
+
+OF_WAYPOINTS = {
+    "waypoint_position_error",
+    "waypoint_orientation_error",
+    "blend_deviation",
+    "path_position_deviation",
+    "path_orientation_deviation",
+}
+"""The quantities that the claims `waypoints` and `path_deviation` have."""
 
 
 def statement_of(plan: Plan) -> dict[str, Any]:
@@ -37,16 +53,17 @@ def statement_of(plan: Plan) -> dict[str, Any]:
     segments = max(1, len(path.limits.torque.upper))
     of_segments = [path.dynamics.robot_on(segment) for segment in range(segments)]
     robots = list(dict.fromkeys([*of_segments, *problem.robots]))
+    met = met_waypoints(plan)
     kept = {check.quantity for check in plan.certificate.checks if check.enforced and check.limit is not None}
     claims = ["continuity", "waypoints", *(name for name in LIMITED if name in kept)]
-    not_covered = sorted(kept - set(LIMITED) - {"waypoint_position_error", "waypoint_orientation_error"})
+    not_covered = sorted(kept - set(LIMITED) - OF_WAYPOINTS)
+    guides, unguided = _guides(plan, met)
+    not_covered += [f"path_deviation: the path of segment {k} is no line or circle for proofs" for k in unguided]
+    claims += ["path_deviation"] if guides else []
     regions = [problem.numbers[k] for k, waypoint in enumerate(problem.waypoints) if getattr(waypoint, "free", None)]
     not_covered += [f"waypoints: the tolerance region of waypoint {k} but for its nearest pose" for k in regions]
     if any(robot.process_force is not None for robot in of_segments):
         not_covered += [f"{name}: a process force acts" for name in claims if name in OF_TORQUES]
-        claims = [name for name in claims if name not in OF_TORQUES]
-    if any(joint.has_drive for joint in path.robot.joints):
-        not_covered += [f"{name}: joints have friction or a rotor inertia" for name in claims if name in OF_TORQUES]
         claims = [name for name in claims if name not in OF_TORQUES]
     if path.robot.following_errors is not None:
         not_covered.append("following errors: the claims are about planned positions")
@@ -74,10 +91,10 @@ def statement_of(plan: Plan) -> dict[str, Any]:
         "segments": segments,
         "robots": [_robot(robot) for robot in robots],
         "robot_of_segment": [robots.index(robot) for robot in of_segments],
-        "limits": _limits(path.robot, path.limits, claims),
+        "limits": _limits(plan, claims, [guides.get(segment) for segment in range(segments)]),
         "continuity": max(0, int(plan.certificate.continuity[1:])),
         "ends": {"initial": ends_of("initial", 0.0), "final": ends_of("final", plan.trajectory.duration)},
-        "waypoints": list(_waypoints(plan, robots)),
+        "waypoints": list(_waypoints(plan, met, robots)),
         "scenes": [_scene(checker) for checker in scenes] if "clearance" in claims else [],
         "scene_of_segment": scene_of_segment if "clearance" in claims else [],
     }
@@ -104,8 +121,11 @@ def _robot(robot: Robot) -> dict[str, Any]:
             "center_of_mass": row[13:16].tolist(),
             "inertia": row[16:25].reshape(3, 3).tolist(),
             "motion": "revolute" if row[25] else "prismatic",
+            "friction": joint.friction,
+            "damping": joint.damping,
+            "rotor_inertia": joint.rotor_inertia,
         }
-        for row in robot.chain.links
+        for row, joint in zip(robot.chain.links, robot.joints, strict=True)
     ]
     tool = {"joint": int(frame.parentJoint), "rotation": frame.placement.rotation.tolist()}
     tool["translation"] = frame.placement.translation.tolist()
@@ -117,8 +137,9 @@ def finite(values: FloatArray) -> list[float | None]:
     return [value if np.isfinite(value) else None for value in values.tolist()]
 
 
-def _limits(robot: Robot, limits: SegmentLimits, claims: Sequence[str]) -> dict[str, Any]:
-    """Return the claimed limits of each segment; None: there is none."""
+def _limits(plan: Plan, claims: Sequence[str], guides: list[dict[str, Any] | None]) -> dict[str, Any]:
+    """Return the claimed limits of each segment, and the paths of the tool; None: there is none."""
+    robot, limits = plan.path.robot, plan.path.limits
     segments, joints = limits.torque.upper.shape
 
     def rows(bounds: Bounds) -> list[list[list[float | None]]]:
@@ -129,7 +150,11 @@ def _limits(robot: Robot, limits: SegmentLimits, claims: Sequence[str]) -> dict[
     found |= {name: finite(limits.of_tool[name]) for name in TOOL_CLAIMS if name in claims}
     for constraint, values in limits.further.items():
         if constraint.name in ("power", "total_power") and constraint.name in claims:
-            found[constraint.name] = [finite(row) if constraint.of_joints else finite(row[None])[0] for row in values]
+            found[constraint.name] = [[finite(-np.atleast_1d(row)), finite(np.atleast_1d(row))] for row in values]
+    if "path_deviation" in claims:
+        found["path_deviation"] = guides
+    if "tool_axis_angle" in claims:
+        found["tool_axis_angle"] = _cones(plan, segments)
     if VELOCITY_AT_POSITION.name in claims:
         found[VELOCITY_AT_POSITION.name] = [list(_curves(robot, joint)) for joint in range(joints)]
         found["velocity_scale"] = limits.further[VELOCITY_AT_POSITION].tolist()
@@ -149,18 +174,73 @@ def _curves(robot: Robot, joint: int) -> Iterator[dict[str, Any]]:
                 yield {"towards": towards, "coefficients": coefficients, **ends}
 
 
-def _waypoints(plan: Plan, robots: Sequence[Robot]) -> Iterator[dict[str, Any]]:
+def met_waypoints(plan: Plan) -> MetWaypoints:
+    """Compare the waypoints of a plan with its trajectory."""
+    return certify_waypoints(plan.trajectory, plan.problem, plan.path.positions, _blended(plan))
+
+
+def _blended(plan: Plan) -> set[int]:
+    return {k for group in plan.path.groups for k in group.blended}
+
+
+def paths_of(plan: Plan, met: MetWaypoints) -> dict[int, Line | Circle | None]:
+    """Return the path of the tool by segment; None: it is neither a line nor a circle for proofs."""
+    problem, moving = plan.problem, set(plan.trajectory.segments.tolist())
+    found: dict[int, Line | Circle | None] = {}
+    for k, path in requested_paths(problem.robots, problem.waypoints, plan.path.waypoints, met.targets).items():
+        requested, tools = problem.waypoints[k + 1].motion, (plan.path.dynamics.robot_on(k), problem.robots[k + 1])
+        one, other = (robot.tool_in_tip.homogeneous for robot in tools)
+        is_exact = isinstance(requested, CartesianMotion) and not requested.free and bool((one == other).all())
+        if k in moving:
+            found[k] = path if isinstance(path, Line | Circle) and is_exact else None
+    return found
+
+
+def _guides(plan: Plan, met: MetWaypoints) -> tuple[dict[int, dict[str, Any]], list[int]]:
+    """Return the guides of segments, and the segments whose path has none."""
+    found, without = {}, []
+    for k, path in paths_of(plan, met).items():
+        motion = plan.problem.waypoints[k + 1].motion
+        assert isinstance(motion, CartesianMotion)  # noqa: S101 - others have no path
+        allowed = motion.tolerance_position, motion.tolerance_orientation
+        guide = None if path is None else guide_of(path, allowed)
+        if guide is None:
+            without.append(k)
+        else:
+            found[k] = guide | {"blends": [ball for end in (k, k + 1) if (ball := _blend(plan, met, end)) is not None]}
+    return found, without
+
+
+def _blend(plan: Plan, met: MetWaypoints, k: int) -> list[Any] | None:
+    """Return center and radius of the blend of a waypoint; None: the robot does not leave its path there."""
+    transition = plan.problem.waypoints[k].transition
+    if not isinstance(transition, BlendTransition):
+        return None
+    return [met.targets[k].pose.position.tolist(), float(transition.radius)]
+
+
+def _cones(plan: Plan, segments: int) -> list[list[Any]]:
+    """Return the axes of the tool to be kept on each segment: axis, direction and angle."""
+    found: list[list[Any]] = [[] for _ in range(segments)]
+    for k, waypoint in enumerate(plan.problem.waypoints[1 : segments + 1]):
+        if isinstance(waypoint.motion, KeptMotion):
+            axes = [kept for kept in waypoint.motion.keep if isinstance(kept, ToolAxis)]
+            found[k] = [[list(kept.axis), list(kept.direction), kept.angle] for kept in axes]
+    return found
+
+
+def _waypoints(plan: Plan, met: MetWaypoints, robots: Sequence[Robot]) -> Iterator[dict[str, Any]]:
     """Yield the waypoints with their times, and the joint positions and poses to be met there."""
-    path, trajectory, problem = plan.path, plan.trajectory, plan.problem
-    blended = {k for group in path.groups for k in group.blended}
-    met = certify_waypoints(trajectory, problem, path.positions, blended)
+    path, trajectory, problem, blended = plan.path, plan.trajectory, plan.problem, _blended(plan)
     wanted = np.where(np.isnan(met.positions), path.positions, met.positions)
     for k, time in enumerate(trajectory.arrivals.tolist()):
         pose = None
         if met.targets and k not in blended and (target := met.targets[k]).tolerance != (0.0, 0.0):
             rotation = None if target.pose.rotation is None else target.pose.rotation.tolist()
             pose = {"position": target.pose.position.tolist(), "rotation": rotation}
-            pose["tolerance"] = list(map(float, target.tolerance))
+            pose["tolerance"] = list(map(float, target.tolerance[: 1 if rotation is None else 2]))
+        if met.targets and k in blended and (ball := _blend(plan, met, k)) is not None:
+            pose = {"position": ball[0], "rotation": None, "tolerance": [ball[1]]}
         position = None if k in blended else wanted[k].tolist()
         yield {"time": time, "robot": robots.index(problem.robots[k]), "position": position, "pose": pose}
 

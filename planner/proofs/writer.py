@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
-from planner.proofs.checker import BOUNDED_CLAIMS, DIGESTED, FORMAT, Proof, check_file, digest
-from planner.proofs.statement import motion_of, pairs_of, statement_of
+from planner.kinematics.forward import tool_poses
+from planner.proofs.checker import BOUNDED_CLAIMS, DIGESTED, FORMAT, Motion, Proof, check_file, digest
+from planner.proofs.guides import NODES, shares_of
+from planner.proofs.statement import met_waypoints, motion_of, pairs_of, paths_of, statement_of
 from planner.scene.separations import UNIT_ERROR
 
 if TYPE_CHECKING:
@@ -20,6 +23,9 @@ if TYPE_CHECKING:
 
 MOST_HALVINGS_OF_PIECE = 14
 """Number of times that an interval of a piece is halved before its claim is left out of the proof."""
+
+PATH = {"path_deviation"}
+"""The claim that needs the share of the path by time."""
 
 SHORT_NORMAL = 3
 """Decimal places of normals that prove enough."""
@@ -45,7 +51,7 @@ def write_proof(plan: Plan) -> dict[str, Any]:
     """
     content = _unproved(statement_of(plan), motion_of(plan))
     finder = _Finder(plan, Proof(content))
-    content["evidence"]["bounded"] = finder.bounded()
+    content["evidence"] |= finder.bounded()
     content["evidence"]["clearance"] = finder.clearance()
     for claim, reason in finder.left_out.items():
         content["statement"]["claims"].remove(claim)
@@ -56,7 +62,7 @@ def write_proof(plan: Plan) -> dict[str, Any]:
 
 def _unproved(statement: dict[str, Any], motion: dict[str, Any]) -> dict[str, Any]:
     """Return a proof without evidence."""
-    parts = {"statement": statement, "trajectory": motion, "evidence": {"bounded": [], "clearance": []}}
+    parts = {"statement": statement, "trajectory": motion, "evidence": {"bounded": [], "along": [], "clearance": []}}
     return {"format": FORMAT, "digests": {name: digest(part) for name, part in parts.items()}, **parts}
 
 
@@ -70,7 +76,8 @@ def check_proof(proof: str | bytes | dict[str, Any], expected: Mapping[str, str 
     Raises:
         ProofRejected: The proof is malformed, has another digest, or a claim is not proved.
     """
-    return check_file(proof, expected).claims
+    text = json.dumps(proof, allow_nan=False) if isinstance(proof, dict) else proof
+    return check_file(text.encode() if isinstance(text, str) else text, expected).claims
 
 
 class _Finder:
@@ -84,16 +91,21 @@ class _Finder:
         self.left_out: dict[str, str] = {}
         self._plan, self._proof = plan, proof
         self._checkers = segment_checkers(plan.problem, plan.path.positions)
+        self._paths = paths_of(plan, met_waypoints(plan))
 
-    def bounded(self) -> list[float]:
-        """Return the ends of the intervals on which all bounds are proved."""
-        claims, ends = set(self._proof.claims) & set(BOUNDED_CLAIMS), [0.0]
+    def bounded(self) -> dict[str, Any]:
+        """Return the ends of the intervals on which all bounds are proved, and the shares of paths on them."""
+        claims, ends, along = set(self._proof.claims) & set(BOUNDED_CLAIMS), [0.0], list[Any]()
         waiting = [(float(k), k + 1.0, 0) for k in reversed(range(self._proof.pieces))]
         while waiting and claims:
             start, end, depth = waiting.pop()
             motion, segment = self._proof.motion(start, end)
-            failed = motion.unproved(claims, self._proof.limits, segment)
-            if failed and depth == MOST_HALVINGS_OF_PIECE:
+            failed = motion.unproved(claims - PATH, self._proof.limits, segment, None)
+            guided = PATH & claims and self._proof.limits["path_deviation"][segment] is not None
+            is_last = depth == MOST_HALVINGS_OF_PIECE
+            shares = self._shares(motion, start, end) if guided and (is_last or not failed) else None
+            failed |= PATH if guided and shares is None else set()
+            if failed and is_last:
                 self.left_out |= dict.fromkeys(sorted(failed), "it needs too many intervals")
                 claims -= failed
             elif failed:
@@ -101,7 +113,21 @@ class _Finder:
                 waiting += [(middle, end, depth + 1), (start, middle, depth + 1)]
                 continue
             ends.append(end)
-        return ends if claims else []
+            along.append(shares)
+        return {"bounded": ends if claims else [], "along": along if claims & PATH else []}
+
+    def _shares(self, motion: Motion, start: float, end: float) -> Any:
+        """Return the shares of the path on an interval, or the number of a blend; None: they prove nothing."""
+        piece, limits = int(start), self._proof.limits
+        segment = self._proof.segments[piece]
+        path = self._paths[segment]
+        assert path is not None  # noqa: S101 - it has a guide
+        times = (start + (end - start) * (NODES + 1.0) / 2.0 - piece) * self._plan.trajectory.lengths[piece]
+        (joints,) = self._plan.trajectory.evaluate_on(np.full(len(times), piece), times, [0])
+        poses = tool_poses(self._plan.path.dynamics.robot_on(segment), joints)
+        blends = range(len(limits["path_deviation"][segment]["blends"]))
+        choices = [shares_of(path, *poses), *blends]
+        return next((x for x in choices if not motion.unproved(PATH, limits, segment, x)), None)
 
     def clearance(self) -> list[Any]:
         """Return intervals with the planes that keep pairs apart on them."""
@@ -110,7 +136,7 @@ class _Finder:
         scenes, nodes = self._proof.statement["scenes"], []
         waiting = [
             (float(first), float(last), 0, list(range(len(scenes[scene]["pairs"]))))
-            for scene, _, (first, last) in self._proof.stretches()
+            for first, (scene, last) in self._proof.stretches().items()
         ]
         while waiting:
             start, end, depth, pairs = waiting.pop()

@@ -9,7 +9,6 @@ import pytest
 
 import planner
 from planner import DHJoint, InvalidRobotModel, Robot
-from planner.proofs.statement import OF_TORQUES
 
 DRAKE = "https://drake.mit.edu"
 """The address that stands for Drake's elements."""
@@ -117,13 +116,3 @@ def test_tables_and_owners_state_drives() -> None:
 def test_robots_of_the_catalogue_have_no_friction_that_no_maker_states() -> None:
     for name in planner.catalogue_ids():
         assert planner.load_robot(name).friction is None
-
-
-def test_proofs_do_not_cover_the_torques_of_joints_with_friction() -> None:
-    arm = planner.load_robot("ur5e")
-    rough = arm.derived(limits={"wrist_1_joint": {"friction": 1.0}})
-    problem = planner.PlanningProblem(rough, [np.full(6, 0.1), np.full(6, 0.3)])
-    proof = planner.write_proof(planner.plan(problem, planner.Quintic()))
-    claims, left_out = planner.check_proof(proof), proof["statement"]["not_covered"]
-    assert "velocity" in claims and not set(claims) & set(OF_TORQUES)
-    assert "torque: joints have friction or a rotor inertia" in left_out
