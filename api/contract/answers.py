@@ -155,7 +155,7 @@ class Check(Answer):
     """The time of the peak, s from the start of the trajectory."""
     method: Literal["exact", "bounded", "sampled"]
     """The method. `exact`: at the extrema of the polynomials. `bounded`: the quantity exceeds `peak` at no time.
-    `sampled`: in samples that are refined near peaks; of the residual vibration, at 61 frequencies of its band."""
+    `sampled`: in fine samples, for deviations from tolerance regions."""
     enforced: bool
     """Whether the back end promises to keep the limit; false: the value is only reported and may exceed it."""
     bounded: bool

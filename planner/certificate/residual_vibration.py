@@ -13,6 +13,7 @@ import numpy as np
 
 from planner.certificate.checks import Check
 from planner.tolerances import POSITION_TOLERANCE
+from planner.trajectories.extrema import derivatives_on_unit_time
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,6 +33,12 @@ MOST_RESIDUAL = 0.05
 SAME_RATIO = 1e-6
 """Relative difference up to which two ratios are the same: joints of one time scaling have one. The largest amplitude
 of them is reported."""
+
+AMPLITUDE_KNOWN_TO = 1e-2
+"""Relative amount by which the bound on an amplitude may exceed a value that is reached."""
+
+MOST_FREQUENCIES = 20_000
+"""Number of frequencies at which the amplitudes of a motion are computed, at most; the bound holds with fewer, too."""
 
 MOST_MOMENTS = 500_000
 """Number of moments that are computed together, which take 8 MB."""
@@ -112,29 +119,100 @@ def certify_residual_vibration(
     before, after = [around[0], *[still] * (len(motions) - 1)], [*[still] * (len(motions) - 1), around[1]]
 
     def largest(motions: Sequence[PiecewisePolynomial]) -> FloatArray:
-        """Return the largest amplitudes (motions, joints) in the band."""
+        """Return the largest amplitudes (motions, joints) at the frequencies of the band."""
         each = zip(motions, zip(before, after, strict=True), strict=True)
         return np.array([residual_amplitudes(own, mode.band, mode.damping, ends).max(axis=0) for own, ends in each])
 
     peaks = largest(motions)
     limits = None if unshaped is None else np.maximum(MOST_RESIDUAL * largest(unshaped), POSITION_TOLERANCE)
-    shares = peaks if limits is None else peaks / limits
+    measures = np.ones_like(peaks) if limits is None else limits
+    most = bound = float((peaks / measures).max())
+    for k, own in enumerate(motions):
+        reached, at_most = _bounded_share(own, mode, measures[k], (before[k], after[k]), most)
+        most, bound = max(most, float((reached / measures[k]).max())), max(bound, at_most)
+        peaks[k] = np.maximum(peaks[k], reached)
+    shares = peaks / measures
     worst = np.where(shares >= (1.0 - SAME_RATIO) * shares.max(), peaks, -1.0)
     motion, joint = divmod(int(worst.argmax()), len(joint_names))
-    peak, limit = float(peaks[motion, joint]), None if limits is None else float(limits[motion, joint])
     return [
         Check(
             quantity=RESIDUAL_VIBRATION,
             joint=joint_names[joint],
-            peak=peak,
-            limit=limit,
-            ratio=None if limit is None else peak / limit,
+            peak=bound * float(measures[motion, joint]),
+            limit=None if limits is None else float(limits[motion, joint]),
+            ratio=None if limits is None else bound,
             time=float(ends[motion]),
-            method="sampled",
-            enforced=limit is not None,
+            method="bounded",
+            enforced=limits is not None,
             bounded=True,
+            lower=float(peaks[motion, joint]),
         )
     ]
+
+
+def _bounded_share(
+    motion: PiecewisePolynomial,
+    mode: ResidualVibration,
+    measures: FloatArray,
+    around: tuple[FloatArray, FloatArray],
+    most: float,
+) -> tuple[FloatArray, float]:
+    """Bound the amplitudes at all frequencies of a band, as shares of measures (joints,).
+
+    Let F be the state of the mode, turned by exp(-i w sqrt(1 - d^2) T / 2). Between two frequencies, h apart, it is off
+    its chord by at most h^2 / 8 times the largest |F''|, see `_largest_bend`.
+
+    Args:
+        motion: A motion from rest to rest.
+        mode: The mode, with its band.
+        measures: Amplitudes (joints,).
+        around: Velocities (joints,) before and after the motion.
+        most: A share that another motion reaches.
+
+    Returns:
+        The largest amplitudes (joints,) that were found, and a share that no joint exceeds.
+    """
+    damped = np.sqrt(1.0 - mode.damping**2)
+    bend = _largest_bend(motion, mode, around)
+    omegas = 2.0 * np.pi * mode.band
+    amplitudes = residual_amplitudes(motion, mode.band, mode.damping, around)
+    while True:
+        lower, upper = omegas[:-1], omegas[1:]
+        chords = np.maximum(amplitudes[:-1], amplitudes[1:] * (upper / lower)[:, None])
+        rest = np.outer((upper - lower) ** 2 / (8.0 * damped * lower), bend)
+        bounds = ((chords + rest) / measures).max(axis=1, initial=0.0)
+        reached = float((amplitudes / measures).max())
+        enough = max(most, reached) * (1.0 + AMPLITUDE_KNOWN_TO)
+        left = np.flatnonzero(bounds > enough)
+        if not len(left) or len(omegas) > MOST_FREQUENCIES:
+            return amplitudes.max(axis=0), max(reached, float(bounds.max(initial=0.0)))
+        middles = (lower[left] + upper[left]) / 2.0
+        more = residual_amplitudes(motion, middles / (2.0 * np.pi), mode.damping, around)
+        omegas, amplitudes = np.insert(omegas, left + 1, middles), np.insert(amplitudes, left + 1, more, axis=0)
+
+
+def _largest_bend(
+    motion: PiecewisePolynomial, mode: ResidualVibration, around: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    """Bound the second derivative (joints,) of the state of a mode by its frequency, rad/s, in the band.
+
+    By parts m times, the integral is one of the derivative m + 2 of q, divided by the power m of the exponent s. The
+    jumps of lower derivatives are terms of their own. The least of these bounds counts.
+    """
+    slowest, order = 2.0 * np.pi * float(mode.band[0]), motion.coefficients.shape[2]
+    of = derivatives_on_unit_time(motion, order + 1)
+    left = motion.breakpoints[-1] - motion.breakpoints
+    reach = np.hypot(mode.damping * left, np.sqrt(1.0 - mode.damping**2) * (left - 0.5 * left[0]))
+    still = np.zeros_like(around[0])
+    jumps, bend = still, np.full_like(still, np.inf)
+    for m in range(order - 1):
+        weights = (reach**2 + 2.0 * m * reach / slowest + m * (m + 1) / slowest**2) / slowest**m
+        before, after = around if m == 0 else (still, still)
+        steps = np.vstack([of.starts[m + 1], after]) - np.vstack([before, of.ends[m + 1]])
+        jumps = jumps + weights @ np.abs(steps)
+        sizes = np.abs(of.bernstein[m + 2]).mean(axis=2) * motion.lengths[:, None]
+        bend = np.minimum(bend, jumps + np.maximum(weights[:-1], weights[1:]) @ sizes)
+    return bend
 
 
 def _moments(exponents: np.ndarray, count: int) -> np.ndarray:

@@ -11,6 +11,7 @@ from planner.kinematics.screws import screws_of
 from planner.robots import ExternalAxis, Robot, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import Pose, rotation_x
+from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 
 
 @cache
@@ -32,6 +33,15 @@ def robots() -> dict[str, Robot]:
 def random_states(robot: Robot, count: int, size: float = 3.0) -> np.ndarray:
     """Return positions, velocities and accelerations, (3, count, joints)."""
     return np.random.default_rng(count).uniform(-size, size, (3, count, robot.dof))
+
+
+def quintics(robot: Robot, seed: int, pieces: int = 4, way: float = 1.0, seconds: float = 0.8) -> PiecewisePolynomial:
+    """Make quintic pieces through random states."""
+    rng = np.random.default_rng(seed)
+    states = tuple(rng.uniform(-way, way, (3, pieces + 1, robot.dof)) * np.array([1.0, 2.0, 8.0])[:, None, None])
+    lengths = seconds * rng.uniform(0.2, 1.0, pieces)
+    starts, ends = (tuple(state[rows] for state in states) for rows in (slice(-1), slice(1, None)))
+    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
 
 
 def arm_of(robot: Robot) -> Arm:

@@ -19,8 +19,8 @@ from planner.kinematics.forward import TIGHTEST_BEND, JointStates
 from planner.robots import Robot
 from planner.spatial import Pose
 from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time
-from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
-from tests.planner.kernels.arms import robots
+from planner.trajectories.polynomials import PiecewisePolynomial
+from tests.planner.kernels.arms import quintics, robots
 
 OF_ROBOTS = ("torque_at_speed", "torque_with_tolerances", "acceleration_at_speed", "jerk_at_speed")
 NAMES = tuple(name for name in KINDS if name not in (*OF_ROBOTS, *PATH_DEVIATIONS))
@@ -28,15 +28,6 @@ NAMES = tuple(name for name in KINDS if name not in (*OF_ROBOTS, *PATH_DEVIATION
 
 ROUNDING_OF_SAMPLES = 1e-11
 """Relative amount by which rounding alone may put a sample above a peak."""
-
-
-def quintics(robot: Robot, seed: int, pieces: int = 4, way: float = 1.0, seconds: float = 0.8) -> PiecewisePolynomial:
-    """Make quintic pieces through random states."""
-    rng = np.random.default_rng(seed)
-    states = tuple(rng.uniform(-way, way, (3, pieces + 1, robot.dof)) * np.array([1.0, 2.0, 8.0])[:, None, None])
-    lengths = seconds * rng.uniform(0.2, 1.0, pieces)
-    starts, ends = (tuple(state[rows] for state in states) for rows in (slice(-1), slice(1, None)))
-    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
 
 
 def values(robot: Robot, states: np.ndarray) -> dict[str, np.ndarray]:

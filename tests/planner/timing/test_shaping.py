@@ -293,7 +293,8 @@ def test_what_a_shaped_motion_cannot_keep_is_refused_and_can_be_reported(case: s
     assert (check.limit, check.ratio, check.enforced, check.satisfied) == (None, None, False, True)
     around = None if case != "start in motion" else (np.array([-0.1, *[0.0] * 5]), np.zeros(6))
     amplitudes = [residual_amplitudes(own, MODE.band, MODE.damping, around).max() for own in motions_of(made)]
-    assert check.peak == pytest.approx(max(amplitudes), rel=1e-12)
+    assert check.lower == pytest.approx(max(amplitudes), rel=1e-2)
+    assert max(amplitudes) <= check.peak <= 1.0101 * check.lower
 
 
 def test_a_duration_too_short_for_the_rms_torque_of_a_shaped_plan_has_a_longer_one() -> None:
