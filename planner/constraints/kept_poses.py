@@ -88,6 +88,10 @@ class KeptPoses(NamedTuple):
         along = _Along(self.robot, motion)
         return [along.bound(own, closely=True) for own in self.keep]
 
+    def is_within_limits(self, position: FloatArray) -> bool:
+        """Tell whether a joint position (joints,) keeps the position limits."""
+        return bool(((self.robot.limit("lower") <= position) & (position <= self.robot.limit("upper"))).all())
+
     def values_at(self, position: FloatArray) -> list[float]:
         """Compute the value of each constraint, rad or m, at a joint position (joints,)."""
         poses = tool_poses(self.robot, position[None])

@@ -32,6 +32,12 @@ Few colliding motions pass it, and it takes a hundredth of the time of the proof
 FINEST_LOOK = 0.0125
 """The distance, rad or m, below which the check is not refined when a proof fails: some 10 mm for an arm of 1 m."""
 
+LEAST_APPROACH = 0.01
+"""Smallest relative decrease of the distance to a target by a projected step; otherwise the step is not taken."""
+
+LONGEST_PROJECTED_STEP = 2.0
+"""The longest step after its projection, relative to the longest one before; otherwise the step is not taken."""
+
 MOST_COUNTS_KEPT = 64
 """Number of counts of joint positions on a motion of which a process keeps the order."""
 
@@ -56,6 +62,7 @@ class FreeEdges:
         """Prepare for a robot with its surroundings, a number of motions, and constraints on the tool."""
         self._checker = checker
         self.kept = kept
+        self._kept_step = inf if kept is None else kept.longest_step
         self._room = 0.0
         self._look_every = LOOK_EVERY
         self.checked = 0
@@ -89,6 +96,55 @@ class FreeEdges:
             return False
         shares = _shares(float(np.linalg.norm(end - start)), self._look_every)
         return not self._sees_collision(start + shares[:, None] * (end - start))
+
+    def step(self, start: FloatArray, target: FloatArray, longest: float) -> FloatArray | None:
+        """Go from a joint position towards a target, both (joints,), and onto the constraints on the tool.
+
+        Args:
+            start: (joints,), rad or m; it keeps the constraints.
+            target: (joints,), rad or m.
+            longest: The longest step without constraints, rad or m.
+
+        Returns:
+            The end of the step (joints,); None: it shows a collision, or the constraints lead elsewhere.
+        """
+        distance = float(np.linalg.norm(target - start))
+        longest = longest if self.kept is None else self._kept_step
+        end = target if distance <= longest else start + (target - start) * (longest / distance)
+        if self.kept is not None:
+            projected = self.kept.projected(end)
+            if projected is None or not self.kept.is_within_limits(projected):
+                return None
+            is_astray = np.linalg.norm(projected - start) > LONGEST_PROJECTED_STEP * longest
+            if is_astray or np.linalg.norm(target - projected) >= (1.0 - LEAST_APPROACH) * distance:
+                return None
+            end = projected
+        return end if self.seems_free(start, end) else None
+
+    def path_between(self, start: FloatArray, end: FloatArray, most: float) -> FloatArray | None:
+        """Return a short path (positions, joints) that seems free, straight or along the constraints on the tool.
+
+        Args:
+            start: (joints,), rad or m.
+            end: (joints,), rad or m.
+            most: The largest length of the path, rad or m.
+
+        Returns:
+            The path; None: it is longer, or not free.
+        """
+        if np.linalg.norm(end - start) > most:
+            return None
+        if self.seems_free(start, end):
+            return np.stack([start, end])
+        path, length = [start], 0.0
+        while self.kept is not None and self.has_budget:
+            position = self.step(path[-1], end, inf)
+            if position is None or (length := length + float(np.linalg.norm(position - path[-1]))) > most:
+                return None
+            path.append(position)
+            if (position == end).all():
+                return np.array(path)
+        return None
 
     def _sees_collision(self, positions: FloatArray) -> bool:
         """Tell whether any of the positions (N, joints) seems to violate its margins or the additional clearance."""

@@ -11,6 +11,7 @@ from planner.free_motion.shortcuts import lengths
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from planner.constraints.kept_poses import KeptPoses
     from planner.free_motion.edges import FreeEdges
     from planner.spatial import FloatArray
 
@@ -76,6 +77,8 @@ def refined(
         if len(positions) < 3 or not edges.has_budget:
             break
         change = _changed(positions, within, rng)
+        if change is not None and edges.kept is not None:
+            change = _projected(change, edges.kept)
         if change is None or (costs := cost(change.positions)) > (1.0 - LEAST_CHANGE_GAIN) * least:
             continue
         new = change.positions[change.first : change.last + 1]
@@ -104,6 +107,17 @@ def _changed(positions: FloatArray, within: tuple[FloatArray, FloatArray], rng: 
     shares = ((where - passed[[i, j]]) / legs[[i, j]])[:, None]
     ends = positions[[i, j]] + shares * (positions[[i + 1, j + 1]] - positions[[i, j]])
     return Change(np.concatenate([positions[: i + 1], ends, positions[j + 1 :]]), i + 1, i + 2)
+
+
+def _projected(change: Change, kept: KeptPoses) -> Change | None:
+    """Move the inner positions of a change to the constraints on the tool; None: one does not arrive."""
+    positions = change.positions.copy()
+    for k in range(change.first + 1, change.last):
+        projected = kept.projected(positions[k])
+        if projected is None or not kept.is_within_limits(projected):
+            return None
+        positions[k] = projected
+    return change._replace(positions=positions)
 
 
 def _moved(

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
 LONGEST_EDGE = 0.75
 """The longest edge, rad (a metre counts as a radian): about the free space around a joint position in the open."""
 
-LEAST_APPROACH = 0.01
-"""Smallest relative decrease of the distance to a target by a projected edge; otherwise the edge is not added."""
-
 FIRST_RADIUS = 4.0 * LONGEST_EDGE
 """Largest distance of random positions from a node, rad or m, after a motion from the node was blocked."""
 
@@ -77,7 +74,6 @@ class Trees:
             within: The lowest and the highest (joints,) of random positions, rad or m.
         """
         self.edges, self._within = edges, within
-        self._longest = LONGEST_EDGE if edges.kept is None else edges.kept.longest_step
         samples = np.random.default_rng(0).uniform(*within, (LEVER_SAMPLES, len(start)))
         levers = edges.levers(samples).mean(axis=0)
         weights = np.maximum(levers, LEAST_WEIGHT * levers.max())
@@ -153,23 +149,8 @@ class Trees:
 
     def _extend(self, tree: Tree, origin: int, target: FloatArray) -> int | None:
         """Go one step from the position of a row of a tree towards a target (joints,)."""
-        start = tree.positions[origin]
-        distance = float(np.linalg.norm(target - start))
-        longest = self._longest
-        end = target if distance <= longest else start + (target - start) * (longest / distance)
-        if self.edges.kept is not None:
-            projected = self._projected(start, end)
-            if projected is None or np.linalg.norm(target - projected) >= (1.0 - LEAST_APPROACH) * distance:
-                return None
-            end = projected
-        return tree.add(end, origin) if self.edges.seems_free(start, end) else None
-
-    def _projected(self, start: FloatArray, end: FloatArray) -> FloatArray | None:
-        """Move the end of an edge (joints,) to the constraints on the tool; None: it goes too far."""
-        projected = None if self.edges.kept is None else self.edges.kept.projected(end)
-        if projected is None or (projected < self._within[0]).any() or (projected > self._within[1]).any():
-            return None
-        return projected if np.linalg.norm(projected - start) <= 2.0 * self._longest else None
+        end = self.edges.step(tree.positions[origin], target, LONGEST_EDGE)
+        return None if end is None else tree.add(end, origin)
 
     def _connect(self, tree: Tree, target: FloatArray) -> int | None:
         """Extend a tree step by step until it reaches a target (joints,); None: an obstacle blocks it."""

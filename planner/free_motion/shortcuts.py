@@ -87,9 +87,8 @@ def _cut(edges: FreeEdges, positions: FloatArray, first: float, second: float) -
         return None
     shares = (where - passed[[i, j]]) / legs[[i, j]]
     start, end = positions[[i, j]] + (positions[[i + 1, j + 1]] - positions[[i, j]]) * shares[:, None]
-    if np.linalg.norm(end - start) > (1.0 - LEAST_CUT_GAIN) * (where[1] - where[0]) or not edges.seems_free(start, end):
-        return None
-    return np.concatenate([positions[: i + 1], [start, end], positions[j + 1 :]])
+    path = edges.path_between(start, end, (1.0 - LEAST_CUT_GAIN) * (where[1] - where[0]))
+    return None if path is None else np.concatenate([positions[: i + 1], path, positions[j + 1 :]])
 
 
 def _without_short_legs(edges: FreeEdges, positions: FloatArray) -> FloatArray:
