@@ -86,15 +86,8 @@ def ours(robot: Robot, asked: Problem, seconds: float) -> dict[str, Any]:
         return {"found": False, "seconds": time.process_time() - begun}
     taken = time.process_time() - begun
     positions = trajectory.evaluate(np.linspace(0.0, trajectory.duration, SAMPLES), [0])[0]
-    judge = Contacts(robot, asked.scene, true_meshes=False)
-    return {
-        "found": taken <= seconds,
-        "seconds": taken,
-        "tipped": sum(_tilt(robot, position, axis) > ANGLE + 1e-6 for position in positions),
-        "touches": judge.touches_along(positions),
-        "duration": trajectory.duration,
-        "length": float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()),
-    }
+    found = {"found": taken <= seconds, "seconds": taken, "duration": trajectory.duration}
+    return found | _judged(robot, asked, positions)
 
 
 def theirs(robot: Robot, asked: Problem, seconds: float) -> dict[str, Any]:
@@ -146,7 +139,23 @@ def theirs(robot: Robot, asked: Problem, seconds: float) -> dict[str, Any]:
     begun = time.process_time()
     is_over = base.PlannerTerminationCondition(lambda: time.process_time() - begun > seconds)
     found = bool(setup.solve(is_over)) and setup.haveExactSolutionPath()
-    return {"found": found, "seconds": time.process_time() - begun}
+    taken = time.process_time() - begun
+    if not found:
+        return {"found": False, "seconds": taken}
+    path = setup.getSolutionPath()
+    path.interpolate()
+    positions = np.array([[state[k] for k in range(robot.dof)] for state in path.getStates()])
+    return {"found": True, "seconds": taken} | _judged(robot, asked, positions)
+
+
+def _judged(robot: Robot, asked: Problem, positions: FloatArray) -> dict[str, Any]:
+    """Count the positions (N, joints) of a path that tip the tool; return its length, and whether it touches."""
+    axis, judge = axis_down(asked.kind), Contacts(robot, asked.scene, true_meshes=False)
+    return {
+        "tipped": sum(_tilt(robot, position, axis) > ANGLE + 1e-6 for position in positions),
+        "touches": judge.touches_along(positions),
+        "length": float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()),
+    }
 
 
 def _rotation(robot: Robot, position: FloatArray) -> FloatArray:

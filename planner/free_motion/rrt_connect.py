@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 LONGEST_EDGE = 0.75
 """The longest edge, rad (a metre counts as a radian): about the free space around a joint position in the open."""
 
+MOST_KEPT_STEPS = 20
+"""The largest number of steps towards a random position where the tool keeps constraints."""
+
 FIRST_RADIUS = 4.0 * LONGEST_EDGE
 """Largest distance of random positions from a node, rad or m, after a motion from the node was blocked."""
 
@@ -118,6 +121,8 @@ class Trees:
                 growing.radii[origin] = np.clip((1.0 - CHANGE) * growing.radii[origin], LEAST_RADIUS, FIRST_RADIUS)
                 continue
             growing.radii[origin] *= 1.0 + CHANGE
+            if self.edges.kept is not None:
+                new = self._extend_far(growing, new, target)
             target = growing.positions[new].copy()
             reached = self._connect(other, target)
             if reached is not None:
@@ -151,6 +156,15 @@ class Trees:
         """Go one step from the position of a row of a tree towards a target (joints,)."""
         end = self.edges.step(tree.positions[origin], target, LONGEST_EDGE)
         return None if end is None else tree.add(end, origin)
+
+    def _extend_far(self, tree: Tree, row: int, target: FloatArray) -> int:
+        """Go on from a row of a tree towards a target (joints,) along the constraints; return the last row."""
+        for _ in range(MOST_KEPT_STEPS - 1):
+            new = self._extend(tree, row, target) if self.edges.has_budget else None
+            if new is None:
+                break
+            row = new
+        return row
 
     def _connect(self, tree: Tree, target: FloatArray) -> int | None:
         """Extend a tree step by step until it reaches a target (joints,); None: an obstacle blocks it."""
