@@ -8,16 +8,14 @@ library have only two kinds of joint: revolute about, and prismatic along, the z
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import casadi as ca
 import numpy as np
 
 from planner.robots import Robot
 from planner.robots.description import Joint
 from planner.spatial import FloatArray
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 ZERO_ELEMENT = 1e-15
 """Magnitude below which an element of a rotation is zero: each one left in is carried through the whole expression."""
@@ -60,8 +58,6 @@ def symbolic_motion(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> SymbolicMotio
         v: (joints,).
         a: (joints,).
     """
-    import casadi as ca
-
     model, z = robot.model, ca.DM([0.0, 0.0, 1.0])
     still = ca.SX(3, 1)
     bodies = [_Moving(ca.SX.eye(3), still, still, still, still, ca.SX(-model.gravity.linear))]
@@ -88,8 +84,6 @@ def symbolic_motion(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> SymbolicMotio
 
 def symbolic_tool_position(robot: Robot, q: ca.SX) -> ca.SX:
     """Return the position (3,) of the tool, m, in the base frame, at joint positions (joints,)."""
-    import casadi as ca
-
     model, tool = robot.model, robot.model.frames[robot.tool_frame_id]
     rotation, position = ca.SX.eye(3), ca.SX(3, 1)
     for i in range(robot.dof):
@@ -100,8 +94,6 @@ def symbolic_tool_position(robot: Robot, q: ca.SX) -> ca.SX:
 
 def _placed(placement: Any, turns: bool, q: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Return the rotation (3, 3) and offset (3,) of a joint's frame relative to the joint before."""
-    import casadi as ca
-
     rotation, offset = _constant(placement.rotation), _constant(placement.translation)
     if not turns:
         return rotation, offset + rotation[:, 2] * q
@@ -111,8 +103,6 @@ def _placed(placement: Any, turns: bool, q: ca.SX) -> tuple[ca.SX, ca.SX]:
 
 def _next_body(before: _Moving, placement: Any, turns: bool, q: ca.SX, v: ca.SX, a: ca.SX) -> _Moving:
     """Return the body behind a joint, from the one before it."""
-    import casadi as ca
-
     z = ca.DM([0.0, 0.0, 1.0])
     rotation, offset = _placed(placement, turns, q)
     carried = rotation.T @ before.spin
@@ -129,8 +119,6 @@ def _next_body(before: _Moving, placement: Any, turns: bool, q: ca.SX, v: ca.SX,
 
 def _inertial_wrench(body: _Moving, inertia: Any) -> tuple[ca.SX, ca.SX]:
     """Force, and moment about the joint's origin, that move a body as it moves."""
-    import casadi as ca
-
     lever, moments = _constant(inertia.lever), _constant(inertia.inertia)
     swing = ca.cross(body.spin_rate, lever) + ca.cross(body.spin, ca.cross(body.spin, lever))
     force = inertia.mass * (body.acceleration + swing)
@@ -153,8 +141,6 @@ def _rounded_speed(joint: Joint) -> float:
 
 def _process_wrench(robot: Robot, bodies: Sequence[_Moving]) -> tuple[ca.SX, ca.SX] | None:
     """Return the process force, and its moment about the origin of the joint that moves the tool, in its axes."""
-    import casadi as ca
-
     if robot.process_force is None:
         return None
     tool = robot.model.frames[robot.tool_frame_id]
@@ -167,8 +153,6 @@ def _process_wrench(robot: Robot, bodies: Sequence[_Moving]) -> tuple[ca.SX, ca.
 
 
 def _constant(values: FloatArray) -> ca.SX:
-    import casadi as ca
-
     return ca.sparsify(ca.SX(np.where(np.abs(values) < ZERO_ELEMENT, 0.0, values)))
 
 

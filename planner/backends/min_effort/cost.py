@@ -19,6 +19,9 @@ Objective = Literal["effort", "mechanical_work", "jerk"]
 COST_SAMPLES = 400
 """Number of samples of a motion, about."""
 
+SMOOTHING = 1e-3
+"""Share of a joint's largest power by which the magnitude of its power is rounded where it changes its sign."""
+
 FEWEST_ON_A_PIECE = 9
 """Least number of samples of each of its pieces; odd, for Simpson's rule."""
 

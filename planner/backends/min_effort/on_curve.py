@@ -17,8 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.backends.min_effort.cost import Cost
-from planner.backends.min_effort.stage import SMOOTHING
+from planner.backends.min_effort.cost import SMOOTHING, Cost
 from planner.constraints import TORQUE
 from planner.kernels.retiming import Objective, PathCost
 from planner.paths import JointPath, SegmentGroup

@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from planner.backends.min_effort.cost import Cost, use_of_rates
+from planner.backends.min_effort.numbers import Layout, Numbers
 from planner.backends.min_effort.on_curve import Search
 from planner.backends.min_effort.options import MinEffortOptions
-from planner.backends.min_effort.program import Numbers, program_of
 from planner.backends.min_effort.reference_path import ReferencePath
-from planner.backends.min_effort.terms import Layout
 from planner.backends.splines.group_timing import time_group
 from planner.backends.splines.interpolation import interpolating_spline
 from planner.constraints import VELOCITY_AT_POSITION, Bounds
@@ -279,6 +278,8 @@ class ThroughWaypoints(Optimum):
 
     def _solve(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
         """Return the optimum from a first motion, near its way; None: none was found that keeps the limits."""
+        from planner.backends.min_effort.program import program_of  # here: it loads CasADi
+
         segments, weight, limits = len(self.group.segments), self.options.time_weight, self.limits
         if limits.further.keys() - {VELOCITY_AT_POSITION} or any(
             TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool

@@ -10,29 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import casadi as ca
 import numpy as np
 
-from planner.backends.min_effort.reference_path import ReferencePath
+from planner.backends.min_effort.numbers import TOOL_SHARES, Layout, Numbers
 from planner.backends.min_effort.stage import path_stage_of, stage_of, tool_stage_of
-from planner.backends.min_effort.terms import (
-    RESTING,
-    TOOL_SHARES,
-    Layout,
-    Parameters,
-    Rows,
-    build_terms,
-    with_derivatives,
-)
+from planner.backends.min_effort.terms import RESTING, Parameters, Rows, build_terms, with_derivatives
 from planner.dynamics.symbolic import dynamics_content
 from planner.last_used import LastUsed
 from planner.robots import Robot
 from planner.spatial import FloatArray
 from planner.trajectories.polynomials import PiecewisePolynomial
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 SOLVER_LIMIT_SHARE = 1.0 - 1e-7
 """Share of a limit that the solver may use, so that its own tolerance stays within the limit."""
@@ -83,47 +73,6 @@ PROGRAM_BYTES = 2**25
 times as much, 60 jobs of six arms brought a process from 520 to 1040 MB of private memory, and so to 720."""
 
 
-class Numbers(NamedTuple):
-    """A motion to be found.
-
-    Attributes:
-        positions: (segments + 1, joints), rad or m.
-        lower: (joints,), position limits.
-        upper: (joints,).
-        reference: The way to stay near to; None: it may go anywhere.
-        near: (rows,), limits of the rows of how near.
-        half_spaces: (rows (joints + 1), dense instants), normals and offsets of the half-spaces to stay in.
-        rates: (3, 2, segments, joints): magnitudes of the lower and upper limits of velocity, acceleration and jerk,
-            infinite: none.
-        torque: (2, pieces, joints), magnitudes of the lower and upper limits, infinite: none.
-        tool: (pieces, 2), limits of the squares of the tool's speed and angular speed.
-        units: (3, joints): what torque, power and jerk are measured by in the cost.
-        durations: (segments,), s: those requested or, where free, a first guess.
-        free: (segments,), whether a duration is to be found.
-        total: s, of the free durations together; None: to be found, too.
-        time_weight: Cost of a second.
-        cost: The cost of the first guess, to scale by.
-        resting: Cost of a second at rest at the start, and at the end.
-    """
-
-    positions: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    reference: ReferencePath | None
-    near: FloatArray
-    half_spaces: FloatArray
-    rates: FloatArray
-    torque: FloatArray
-    tool: FloatArray
-    units: FloatArray
-    durations: FloatArray
-    free: np.ndarray
-    total: float | None
-    time_weight: float
-    cost: float
-    resting: FloatArray
-
-
 class Motion(NamedTuple):
     """A spline in power form.
 
@@ -155,8 +104,6 @@ class Program:
     """The program of one robot and layout, parametric in all numbers."""
 
     def __init__(self, robot: Robot, layout: Layout) -> None:
-        import casadi as ca
-
         self.layout, self.joints, self.pieces = layout, robot.dof, layout.segments * layout.intervals
         parameters = Parameters(layout, robot.dof)
         terms, p = build_terms(layout, robot.dof, parameters), parameters.all
@@ -170,7 +117,7 @@ class Program:
         functions = with_derivatives(terms, parameters, stage_of(robot, layout.objective), limited)
         count = {name: terms.x.numel() if name == "x" else functions["jac_g"].size1_out("g") for name in ("x", "g")}
         self.inequalities = count["g"] - terms.at_via.numel() - 1
-        self.watch = _watch_of(count["x"], count["g"], p.numel(), self.inequalities)
+        self.watch = _Watch(count["x"], count["g"], p.numel(), self.inequalities)
         value, derivatives = functions.pop("value"), functions
         shared: dict[str, Any] = {"iteration_callback": self.watch, "print_time": False, **UNNEEDED, **derivatives}
         f, g = value(terms.x, p)
@@ -301,7 +248,10 @@ class Program:
         """Return the reciprocals of the limits of how near the way is, and its constants."""
         if m.reference is None:
             return []
-        return [np.tile(1.0 / m.near[:, None], self.layout.path_instants), m.reference.constants(self.layout).T]
+        return [
+            np.tile(1.0 / m.near[:, None], self.layout.path_instants),
+            m.reference.constants(*self.layout.dense_shares).T,
+        ]
 
     def _box(self, m: Numbers, length: float) -> tuple[FloatArray, FloatArray]:
         """Return the bounds on the unknown coefficients, from the position limits."""
@@ -337,46 +287,42 @@ class Program:
         return np.stack(powers, axis=-1).transpose(1, 0, 2)
 
 
-def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: int) -> Any:
-    """Make what CasADi calls at every iteration: it keeps the best iterate within the limits and stops after some."""
-    import casadi as ca
+class _Watch(ca.Callback):
+    """What CasADi calls at every iteration: it keeps the best iterate within the limits, and stops after some."""
 
-    shapes = {"x": unknowns, "f": 1, "g": constraints, "lam_x": unknowns, "lam_g": constraints, "lam_p": parameters}
+    def __init__(self, unknowns: int, constraints: int, parameters: int, inequalities: int) -> None:
+        ca.Callback.__init__(self)
+        of_both = {"x": unknowns, "lam_x": unknowns, "g": constraints, "lam_g": constraints}
+        self.shapes, self.inequalities = {**of_both, "f": 1, "lam_p": parameters}, inequalities
+        self.begin(0, 0, np.ones((2, inequalities)))
+        self.construct("watch", {})
 
-    class Watch(ca.Callback):
-        def __init__(self) -> None:
-            ca.Callback.__init__(self)
-            self.begin(0, 0, np.ones((2, inequalities)))
-            self.construct("watch", {})
+    def begin(self, iterations: int, fruitless: int, sides: FloatArray) -> None:
+        self.sides = sides
+        self.left, self.fruitless, self.least = iterations, fruitless, np.inf
+        self.best: FloatArray | None = None
 
-        def begin(self, iterations: int, fruitless: int, sides: FloatArray) -> None:
-            self.sides = sides
-            self.left, self.fruitless, self.least = iterations, fruitless, np.inf
-            self.best: FloatArray | None = None
+    def get_n_in(self) -> int:
+        return int(ca.nlpsol_n_out())
 
-        def get_n_in(self) -> int:
-            return int(ca.nlpsol_n_out())
+    def get_n_out(self) -> int:
+        return 1
 
-        def get_n_out(self) -> int:
-            return 1
+    def get_name_in(self, i: int) -> str:
+        return str(ca.nlpsol_out(i))
 
-        def get_name_in(self, i: int) -> str:
-            return str(ca.nlpsol_out(i))
+    def get_sparsity_in(self, i: int) -> Any:
+        return ca.Sparsity.dense(self.shapes[ca.nlpsol_out(i)])
 
-        def get_sparsity_in(self, i: int) -> Any:
-            return ca.Sparsity.dense(shapes[ca.nlpsol_out(i)])
-
-        def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
-            x, f, g = (np.array(value).ravel() for value in arguments[:3])
-            rates, at_via = g[:inequalities], g[inequalities:-1]
-            within = bool((rates <= self.sides[1]).all() and (rates >= -self.sides[0]).all())
-            inside = within and np.abs(at_via).max(initial=0.0) <= NEARLY_THERE
-            if inside and f[0] < self.least:
-                self.best, self.least = x, float(f[0])
-            self.left, self.fruitless = self.left - 1, self.fruitless - 1
-            return [int(self.left < 0 or (self.best is None and self.fruitless < 0))]
-
-    return Watch()
+    def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
+        x, f, g = (np.array(value).ravel() for value in arguments[:3])
+        rates, at_via = g[: self.inequalities], g[self.inequalities : -1]
+        within = bool((rates <= self.sides[1]).all() and (rates >= -self.sides[0]).all())
+        inside = within and np.abs(at_via).max(initial=0.0) <= NEARLY_THERE
+        if inside and f[0] < self.least:
+            self.best, self.least = x, float(f[0])
+        self.left, self.fruitless = self.left - 1, self.fruitless - 1
+        return [int(self.left < 0 or (self.best is None and self.fruitless < 0))]
 
 
 _programs: LastUsed[Program] = LastUsed(PROGRAM_BYTES, lambda program: program.memory)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.backends.min_effort.options import MinEffortOptions
-from planner.backends.min_effort.terms import Layout
 from planner.kinematics.forward import jacobian
 from planner.robots import Robot
 from planner.spatial import FloatArray
@@ -47,20 +46,19 @@ class ReferencePath:
         joints = [] if self.max_joint_deviation is None else [self.max_joint_deviation / margin] * self.robot.dof
         return np.array([*tool, *joints, 1.0])
 
-    def constants(self, layout: Layout) -> FloatArray:
-        """Return the constants (`Layout.path_instants`, 3 joints + 1) of `path_stage_of`.
+    def constants(self, segments: np.ndarray, of_segment: FloatArray) -> FloatArray:
+        """Return the constants (instants, 3 joints + 1) of `path_stage_of` at shares of the time of segments.
 
         A straight path may be followed at any pace. A joint position is then compared with the nearest point of the
         path, measured by the tool's motion there. A curved path is followed at the pace of its motion.
         """
-        segments, of_segment = layout.dense_shares
         positions = np.empty((len(segments), self.robot.dof))
         for segment, own in enumerate(by_segment(self.motion)):
             there = segments == segment
             positions[there] = own.evaluate(of_segment[there] * own.breakpoints[-1], [0])[0]
         shares = np.full((len(positions), 1), 0.5)
         slope, gradient = np.zeros_like(positions), np.zeros_like(positions)
-        if layout.segments == 1:
+        if not segments.any():
             start, end = self.motion.evaluate(self.motion.breakpoints[[0, -1]], [0])[0]
             slope += end - start
             shares = (positions - start) @ slope[:1].T / (slope[:1] @ slope[:1].T)

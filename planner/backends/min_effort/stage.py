@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from planner.backends.min_effort.cost import Objective
+import casadi as ca
+
+from planner.backends.min_effort.cost import SMOOTHING, Objective
 from planner.dynamics.symbolic import dynamics_content, symbolic_motion, symbolic_tool_position
 from planner.last_used import LastUsed
 from planner.robots import Robot
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 BYTES_PER_INSTRUCTION = 90
 """Memory of a CasADi function by its number of instructions, bytes: measured 60 to 90, with six and seven joints."""
 
 STAGE_BYTES = 2**24
 """Memory of the stages that a process keeps, bytes: the stages of about eight robots with six joints."""
-
-SMOOTHING = 1e-3
-"""Share of a joint's largest power by which the magnitude of its power is rounded where it changes its sign."""
 
 
 class Stage(NamedTuple):
@@ -77,8 +73,6 @@ def tool_stage_of(robot: Robot) -> RowStage:
 
 
 def _build_tool_stage(robot: Robot) -> RowStage:
-    import casadi as ca
-
     n = robot.dof
     z = ca.SX.sym("z", 2 * n)
     tool = symbolic_motion(robot, z[:n], z[n:], ca.SX(n, 1))
@@ -102,8 +96,6 @@ def path_stage_of(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStag
 
 
 def _build_path_stage(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStage:
-    import casadi as ca
-
     n = robot.dof
     q, known, known_u, slope, gradient = (ca.SX.sym("way", size) for size in (n, n, 1, n, n))
     beyond, seeds, share = ca.dot(gradient, q - known), ca.SX.sym("seeds", 3), ca.SX.sym("share")
@@ -123,8 +115,6 @@ def _build_path_stage(robot: Robot, holds_tool: bool, holds_joints: bool) -> Row
 
 def _build_row_stage(rows: ca.SX, z: ca.SX, constants: ca.SX, bending: ca.SX | None = None) -> RowStage:
     """Return the functions of rows, given the second derivative of the first one where the others are linear."""
-    import casadi as ca
-
     multipliers = ca.SX.sym("multipliers", rows.numel())
     hessian, gradient = ca.hessian(ca.dot(multipliers, rows), z)
     if bending is not None:
@@ -143,8 +133,6 @@ def build_stage(robot: Robot, objective: Objective) -> Stage:
     `units` (2, joints) are what torque and power of each joint are measured by. The cost is the sum over the joints of
     (torque / unit)^2 for `effort`, of |torque x velocity| / unit for `mechanical_work`, none for `jerk`.
     """
-    import casadi as ca
-
     n = robot.dof
     z, units, factor = ca.SX.sym("z", 3 * n + 1), ca.SX.sym("units", 2, n), ca.SX.sym("factor")
     q, v, a, weight = ca.vertsplit(z, [0, n, 2 * n, 3 * n, 3 * n + 1])

@@ -17,83 +17,21 @@ the whole program for them.
 from __future__ import annotations
 
 from itertools import accumulate
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
+import casadi as ca
 
-from planner.backends.min_effort.cost import Objective
+from planner.backends.min_effort.numbers import TOOL_SHARES, Layout
 from planner.backends.min_effort.stage import RowStage, Stage
-from planner.spatial import FloatArray
-
-if TYPE_CHECKING:
-    import casadi as ca
 
 RESTING = 3
 """Coefficients at each end that are the end position itself."""
-
-TOOL_SHARES = (0.25, 0.5, 0.75)
-"""Shares of an interval at which the tool's speed and its deviation are limited."""
-
-
-class Layout(NamedTuple):
-    """The layout that a program is built for; motions of the same layout differ in numbers only.
-
-    Attributes:
-        segments: Number of segments that are passed without stopping.
-        intervals: Number of intervals of the spline on each segment.
-        objective: The cost that is minimised.
-        watches_tool: Whether the tool's speed is limited.
-        holds_tool: Whether the tool's deviation from a path is limited.
-        holds_joints: Whether the joints' deviations from a path are limited.
-        half_spaces: Number of half-spaces that contain the joints at each instant.
-        adds_jerk: Whether the jerk is part of the cost beside the objective.
-    """
-
-    segments: int
-    intervals: int
-    objective: Objective
-    watches_tool: bool
-    holds_tool: bool = False
-    holds_joints: bool = False
-    half_spaces: int = 0
-    adds_jerk: bool = False
-
-    @property
-    def instants(self) -> int:
-        """The number of instants at which torques and costs are computed: the inner breakpoints."""
-        return self.segments * self.intervals - 1
-
-    @property
-    def dense_instants(self) -> int:
-        """The number of the inner breakpoints, then the shares of every interval."""
-        return self.instants + len(TOOL_SHARES) * (self.instants + 1)
-
-    @property
-    def dense_shares(self) -> tuple[np.ndarray, FloatArray]:
-        """The segments (dense instants,) of these, and the shares (dense instants,) of their time."""
-        ends = np.arange(1, self.instants + 1)
-        between = (np.arange(self.instants + 1) + np.array(TOOL_SHARES)[:, None]).ravel()
-        intervals = np.concatenate([ends, between])
-        segments = np.concatenate([ends, np.tile(np.arange(self.instants + 1), len(TOOL_SHARES))]) // self.intervals
-        return segments, intervals / self.intervals - segments
-
-    @property
-    def tool_instants(self) -> int:
-        """The number of instants at which the tool's speed is limited: the dense ones, or none."""
-        return self.dense_instants if self.watches_tool else 0
-
-    @property
-    def path_instants(self) -> int:
-        """The number of instants with a limited deviation from a path: the same."""
-        return self.dense_instants if self.holds_tool or self.holds_joints else 0
 
 
 class Parameters:
     """Symbols of all numbers, in the order of `Program.solve`."""
 
     def __init__(self, layout: Layout, joints: int) -> None:
-        import casadi as ca
-
         pieces = layout.segments * layout.intervals
         self.end = ca.MX.sym("end", joints)
         self.units_of_length_and_time = ca.MX.sym("scale", 2)
@@ -118,8 +56,6 @@ class Parameters:
     @property
     def all(self) -> ca.MX:
         """All symbols in one column."""
-        import casadi as ca
-
         column: ca.MX = ca.veccat(*vars(self).values())
         return column
 
@@ -151,8 +87,6 @@ class Terms(NamedTuple):
 
 def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
     """Return the unknowns of a motion of n joints, and what follows from them."""
-    import casadi as ca
-
     pieces = layout.segments * layout.intervals
     x = ca.MX.sym("x", n * (pieces + 3 - 2 * RESTING) + layout.segments)
     durations = x[-layout.segments :]
@@ -213,8 +147,6 @@ def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage, limited
     D is the derivative of the states by x. It chains the blocks of the stage's derivatives at each instant. The stage's
     first derivative weights the states' own second derivative.
     """
-    import casadi as ca
-
     x, p = terms.x, parameters.all
     joints, instants = parameters.torque.shape
     at = (terms.states, ca.repmat(parameters.units, 1, instants))
@@ -273,16 +205,12 @@ def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage, limited
 
 def _blocks(values: ca.MX, rows: int, instants: int) -> ca.MX:
     """Arrange matrices, which stand side by side in the values, as the blocks of a diagonal."""
-    import casadi as ca
-
     columns = values.numel() // (rows * instants)
     return ca.sparsity_cast(ca.vec(values), ca.diagcat(*[ca.Sparsity.dense(rows, columns)] * instants))
 
 
 def _scaled(factors: ca.MX, rows: ca.MX) -> ca.MX:
     """Multiply each row by its factor."""
-    import casadi as ca
-
     return ca.diag(ca.vec(factors)) @ rows
 
 
@@ -294,8 +222,6 @@ def _spline(c: ca.MX, h: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX, ca.MX, ca.MX]:
         h: (joints, pieces), lengths of the intervals, the same in each row; the first and last continue beyond the
             ends.
     """
-    import casadi as ca
-
     pieces = h.shape[1]
     h = ca.horzcat(h[:, 0], h[:, 0], h, h[:, -1], h[:, -1])
     d = 3.0 * (c[:, 1:] - c[:, :-1]) / (h[:, : pieces + 2] + h[:, 1 : pieces + 3] + h[:, 2:])

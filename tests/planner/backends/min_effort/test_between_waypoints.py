@@ -17,9 +17,9 @@ from benchmarks.corpus.promises import keeps_joint_limits, keeps_sampled_limits
 from planner.backends import MinEffort, Quintic
 from planner.backends.min_effort import optimum
 from planner.backends.min_effort.cost import Objective
+from planner.backends.min_effort.numbers import Layout
 from planner.backends.min_effort.optimum import MOST_WORK
 from planner.backends.min_effort.program import Motion, Program, program_of
-from planner.backends.min_effort.terms import Layout
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, MissingDynamics
 from planner.kinematics import FloatArray, tool_speeds
