@@ -175,17 +175,17 @@ def _blunted(points: FloatArray, faces: np.ndarray, normals: FloatArray) -> Floa
 
 def hull_volume(points: FloatArray) -> float:
     """Compute the volume of the hull of points (N, 3), m^3; 0: they are flat, or not enough."""
-    hull = _hull_of(points)
+    hull = hull_of(points)
     return 0.0 if hull is None else float(hull.volume)
 
 
 def hull_corners(points: FloatArray) -> FloatArray:
     """Return the points of (N, 3) that are corners of their hull; all, if they are flat or too few."""
-    hull = _hull_of(points)
+    hull = hull_of(points)
     return points if hull is None else points[hull.vertices]
 
 
-def _hull_of(points: FloatArray) -> Any:
+def hull_of(points: FloatArray) -> Any:
     """Compute Qhull's hull of points (N, 3); None: they are flat, or too few."""
     from scipy.spatial import ConvexHull as Qhull  # here: a process that needs no hull stays small
     from scipy.spatial import QhullError

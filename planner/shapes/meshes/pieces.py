@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.shapes.hulls import LEAST_THICKNESS, ConvexHull, hull_corners, hull_volume
+from planner.shapes.hulls import LEAST_THICKNESS, ConvexHull, hull_corners, hull_of, hull_volume
 from planner.shapes.meshes.mesh import Mesh
 from planner.spatial import FloatArray
 
@@ -125,19 +125,15 @@ class _Face(NamedTuple):
 
 def _deepest_face(triangles: FloatArray, least: float) -> _Face:
     """Find the face of a part (T, 3, 3) deepest in its hull, at least `least` m; weight 0: none."""
-    from scipy.spatial import ConvexHull as Qhull
-    from scipy.spatial import QhullError
-
     crosses = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     areas = np.linalg.norm(crosses, axis=1)
     order, half = np.argsort(-areas, kind="stable"), MANY_FACES // 2
     some = np.concatenate([order[:half], order[half :: 1 + len(areas) // half]])
     middles = triangles[some].mean(axis=1)
-    try:
-        planes = Qhull(triangles.reshape(-1, 3)).equations
-    except QhullError:  # flat
+    hull = hull_of(triangles.reshape(-1, 3))
+    if hull is None:  # flat
         return _Face(0.0, np.zeros(3), 0.0)
-    depths = -(middles @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+    depths = -(middles @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
     weights = np.where(depths > least, depths * areas[some], 0.0)
     best = int(np.argmax(weights))
     normal = crosses[some[best]] / max(areas[some[best]], np.finfo(np.float64).tiny)
