@@ -9,7 +9,8 @@ The results are candidates: the inverse kinematics refines and confirms each wit
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,11 +47,8 @@ FOUND_AGAIN = 1e-2
 """Difference of an angle, rad, up to which a configuration counts as found again."""
 
 
-class ClosedForm(Protocol):
-    """Candidates (N, most, joints) for positions (N, 3) and rotations (N, 3, 3); NaN where there are fewer."""
-
-    def __call__(self, positions: FloatArray, rotations: FloatArray | None) -> FloatArray:
-        """Solve."""
+ClosedForm: TypeAlias = Callable[[FloatArray, FloatArray | None], FloatArray]
+"""Positions (N, 3) and rotations (N, 3, 3) to candidates (N, most, joints); NaN where there are fewer."""
 
 
 def closed_form(screws: Screws, point: FloatArray | None) -> ClosedForm | None:
