@@ -25,8 +25,8 @@ class OrderTask(Schema):
     """Waypoints that belong together: a point, a line or seam, a closed contour, or a pick with its place."""
 
     waypoints: Annotated[list[SingleWaypoint], Field(min_length=1, max_length=100)]
-    """The waypoints in the given direction. The robot gets to the first one by the `travel` motion. Actions and changes
-    of the tool are not possible here."""
+    """The waypoints in the given direction. The robot gets to the first one by the `travel` motion. Changes of the tool
+    are not possible here, nor actions of tasks that are reversible or closed."""
     name: TaskName | None = None
     """A name for `after`, which the answer repeats."""
     reversible: bool = False

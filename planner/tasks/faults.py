@@ -6,16 +6,17 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.errors import InvalidProblem
+from planner.problems.actions import AtWaypoint
 from planner.problems.any_of import AnyOf
 from planner.problems.check import check_problem
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import CartesianMotion, JointMotion, PoseWaypoint, RelativeWaypoint
 from planner.problems.transitions import StopTransition
 from planner.tasks.rules import Rules, rule_faults
-from planner.tasks.task import ARRIVAL
+from planner.tasks.task import ARRIVAL, given_task
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from planner.backends.base import BackEnd
     from planner.errors import PlanningError
@@ -48,23 +49,29 @@ def refuse_faults(
     while len(order) < len(tasks):
         order.append(rules.next_tasks(order)[0])
     fields: list[FieldPath] = [("waypoints", 0)]
-    waypoints = [problem.waypoints[0]]
+    waypoints, actions = [problem.waypoints[0]], given_task(problem, 0).actions_after(0)
+    of_actions: list[FieldPath] = [("actions",)] * len(actions)
     for index in order:
         first, *others = tasks[index].waypoints
+        actions += tasks[index].actions_after(len(waypoints))
+        of_actions += [("tasks", index, "actions", k) for k in range(len(tasks[index].actions))]
         waypoints += [replace(first, motion=travel), *others]
         fields += [("tasks", index, "waypoints", k) for k in range(len(tasks[index].waypoints))]
     if len(problem.waypoints) > 1:
+        actions += given_task(problem, 1).actions_after(len(waypoints))
+        of_actions += [("actions",)] * (len(actions) - len(of_actions))
         waypoints.append(problem.waypoints[1])
         fields.append(("waypoints", 1))
+    lists = {"waypoints": fields, "actions": of_actions}
     try:
-        check_problem(replace(problem, waypoints=waypoints), backend)
+        check_problem(replace(problem, waypoints=waypoints, actions=actions), backend)
     except InvalidProblem as refusal:
-        raise InvalidProblem([(_in_task(fault.field, fields), fault.message) for fault in refusal.faults]) from None
+        raise InvalidProblem([(_in_task(fault.field, lists), fault.message) for fault in refusal.faults]) from None
 
 
-def _in_task(field: FieldPath, fields: Sequence[FieldPath]) -> FieldPath:
-    """Return the field of a task that a field of the list of all waypoints stands for."""
-    return (*fields[int(field[1])], *field[2:]) if len(field) > 1 and field[0] == "waypoints" else field
+def _in_task(field: FieldPath, lists: Mapping[str, Sequence[FieldPath]]) -> FieldPath:
+    """Return the field of a task for a field of the lists of all waypoints and all actions."""
+    return (*lists[str(field[0])][int(field[1])], *field[2:]) if len(field) > 1 and field[0] in lists else field
 
 
 def _faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motion) -> Iterator[tuple[FieldPath, str]]:
@@ -75,8 +82,9 @@ def _faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motion) -> 
             yield ("waypoints", k), "must not be relative: the order decides what comes before it"
         if isinstance(waypoint, AnyOf):
             yield ("waypoints", k), NO_GOAL_SETS
-    if problem.actions:
-        yield ("actions",), "must be empty: the order decides when they happen"
+    for k, action in enumerate(problem.actions):
+        if action.at not in (AtWaypoint(0), AtWaypoint(len(problem.waypoints) - 1)):
+            yield ("actions", k, "at"), "must be the start or the end: the order decides the rest"
     if not isinstance(travel, JointMotion):
         yield ("travel",), "must be a joint motion or a free motion"
     if isinstance(travel, FreeMotion) and travel.time_budget is not None:
@@ -94,6 +102,11 @@ def _task_faults(task: Task, field: FieldPath, *, has_end: bool) -> Iterator[tup
     if task.closed and len(task.waypoints) == 1:
         yield (*field, "closed"), "must be false for a single waypoint: a contour has two or more"
     either = "reversible" if task.reversible else "closed"
+    if task.actions and (task.reversible or task.closed):
+        yield (*field, either), "must be false for a task with actions"
+    for k, action in enumerate(task.actions):
+        if not isinstance(action.at, AtWaypoint) or not 0 <= action.at.waypoint < len(task.waypoints):
+            yield (*field, "actions", k, "at"), "must be the index of a waypoint of the task"
     for k, waypoint in enumerate(task.waypoints):
         there = (*field, "waypoints", k)
         if isinstance(waypoint, AnyOf):

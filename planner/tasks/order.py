@@ -24,7 +24,7 @@ from planner.tasks.faults import in_tasks, refuse_faults
 from planner.tasks.rules import Rules
 from planner.tasks.search import best_order
 from planner.tasks.states import NoState, states_of_tasks
-from planner.tasks.task import Origin, Task
+from planner.tasks.task import Origin, Task, given_task
 from planner.tasks.travel import UNUSABLE, JointSpeeds
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from planner.errors import PlanningError
     from planner.planning.attempts import Proposals
     from planner.plans.result import Plan
+    from planner.problems.actions import Action
     from planner.problems.problem import AnyWaypoint, Motion, PlanningProblem
     from planner.tasks.states import States
 
@@ -121,8 +122,7 @@ class _Ordering:
         seconds: float | None,
     ) -> None:
         self.problem, self.backend, self.travel = problem, backend, travel
-        start, end = Task(problem.waypoints[:1]), Task(problem.waypoints[-1:])
-        self.tasks = (start, *tasks, end)
+        self.tasks = (given_task(problem, 0), *tasks, given_task(problem, -1))
         self.has_end = len(problem.waypoints) > 1
         self.began = monotonic()
         self.deadline = inf if seconds is None else self.began + SHARE_OF_SEARCH * seconds
@@ -182,14 +182,16 @@ class _Ordering:
     def _ordered(self, chosen: np.ndarray) -> tuple[PlanningProblem, tuple[Origin, ...]]:
         """Return the ordinary problem of states (tasks,) in order, and the origins of its waypoints."""
         waypoints: list[AnyWaypoint] = []
+        actions: list[Action] = []
         origins: list[Origin] = []
         for state in (chosen if self.has_end else chosen[:-1]).tolist():
             index, visit = int(self.costs.states.tasks[state]), self.costs.states.visits[state]
             task, is_end = self.tasks[index], self._origin(index, 0).task is None
             motion = task.waypoints[0].motion if is_end else self.travel
+            actions += task.actions_after(len(waypoints))
             waypoints += task.visited(visit, motion, self.costs.states.positions[state])
             origins += [self._origin(index, *step) for step in zip(task.steps(visit), task.motions(visit), strict=True)]
-        return replace(self.problem, waypoints=waypoints), tuple(origins)
+        return replace(self.problem, waypoints=waypoints, actions=actions), tuple(origins)
 
     def _origin(self, index: int, step: int, motion: int | None = None) -> Origin:
         """Return the origin of a waypoint of a task, counted with the start and the end."""

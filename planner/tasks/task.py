@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from planner.problems.actions import AtWaypoint
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import (
     JointMotion,
@@ -17,7 +18,8 @@ from planner.problems.problem import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.problems.problem import AnyWaypoint, Motion
+    from planner.problems.actions import Action
+    from planner.problems.problem import AnyWaypoint, Motion, PlanningProblem
     from planner.spatial import FloatArray
 
 ARRIVAL = ("motion", "duration", "minimum_duration", "limits", "process_force")
@@ -67,6 +69,8 @@ class Task:
             there. The motion of the first waypoint closes the contour: it starts at the last one.
         after: The names of tasks that come before this one.
         group: The name of a group, whose tasks follow each other without another task between; None: none.
+        actions: Outputs and waits at the waypoints of the task, by their indices in it. Tasks that are reversible or
+            closed have none.
 
     Examples:
         >>> import planner
@@ -80,10 +84,11 @@ class Task:
     closed: bool = False
     after: Sequence[str] = ()
     group: str | None = None
+    actions: Sequence[Action] = ()
 
     def __post_init__(self) -> None:
         """Keep tuples, which cannot change."""
-        for name in ("waypoints", "after"):
+        for name in ("waypoints", "after", "actions"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
 
     @property
@@ -91,6 +96,14 @@ class Task:
         """The least duration and the duration, s, that the motion from another task is to have; 0: any."""
         first = self.waypoints[0]
         return (0.0, 0.0) if self.closed else (first.minimum_duration, first.duration or 0.0)
+
+    def actions_after(self, count: int) -> list[Action]:
+        """Return the actions with the indices of their waypoints in a list where so many waypoints come before."""
+        return [
+            replace(action, at=AtWaypoint(count + action.at.waypoint))
+            for action in self.actions
+            if isinstance(action.at, AtWaypoint)
+        ]
 
     def steps(self, visit: Visit = FORWARDS) -> list[int]:
         """Return the indices of the waypoints in the order of a visit; a closed contour ends where it begins."""
@@ -132,6 +145,13 @@ class Task:
         """Return the ways in which the robot may visit the waypoints; every one is followed by its opposite, if any."""
         directions = (False, True) if self.reversible else (False,)
         return [Visit(first, way) for first in range(len(self.waypoints) if self.closed else 1) for way in directions]
+
+
+def given_task(problem: PlanningProblem, index: int) -> Task:
+    """Return the start (0) or the end (-1) of a problem as a task, with its actions."""
+    number = index % len(problem.waypoints)
+    there = [action for action in problem.actions if action.at == AtWaypoint(number)]
+    return Task([problem.waypoints[index]], actions=[replace(action, at=AtWaypoint(0)) for action in there])
 
 
 def _reversed(motion: Motion) -> Motion:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import planner
 from api.contract import requests
+from api.work.conversion.actions import to_actions, with_waits
 from api.work.conversion.problems import to_planning_problem, to_waypoints
 from planner.errors import InvalidProblem
 from planner.problems.motion_around import FreeMotion
@@ -26,10 +27,6 @@ GOAL_FIELDS = ("kind", "pose", "frame", "free", "configuration", "external", "mo
 
 ENDS = ("start", "end")
 """The fields of the request for the waypoints of the library's problem."""
-
-
-NO_ACTIONS = "must be empty: an order of tasks has no actions"
-"""The fault of a waypoint with actions."""
 
 
 @contextmanager
@@ -61,8 +58,9 @@ def to_task_problem(request: OrderRequest, robot: Robot) -> tuple[planner.Planni
     tasks = []
     for index, task in enumerate(request.tasks):
         with at_field(partial(_in_task, index)):
-            waypoints = to_waypoints(task.waypoints, problem.robot, request.frames)
-        tasks.append(planner.Task(waypoints, task.name, task.reversible, task.closed, task.after, task.group))
+            actions = to_actions((), task.waypoints)
+            waypoints = with_waits(to_waypoints(task.waypoints, problem.robot, request.frames), actions)
+        tasks.append(planner.Task(waypoints, task.name, task.reversible, task.closed, task.after, task.group, actions))
     return problem, tuple(tasks)
 
 
@@ -75,18 +73,13 @@ def _refuse_unordered(request: OrderRequest) -> None:
     """Refuse fields without a meaning in another order.
 
     Raises:
-        InvalidProblem: A waypoint has actions, or a contour or reversible task has poses in different frames.
+        InvalidProblem: A contour or reversible task has poses in different frames.
     """
-    ends = {name: getattr(request, name) for name in ENDS}
-    faults: list[tuple[FieldPath, str]] = [
-        ((name, "actions"), NO_ACTIONS) for name, end in ends.items() if end is not None and end.actions
-    ]
+    faults: list[tuple[FieldPath, str]] = []
     for index, task in enumerate(request.tasks):
         frames = [getattr(waypoint, "frame", None) for waypoint in task.waypoints]
-        for k, waypoint in enumerate(task.waypoints):
+        for k in range(len(task.waypoints)):
             field = "tasks", index, "waypoints", k
-            if waypoint.actions:
-                faults.append(((*field, "actions"), NO_ACTIONS))
             if (task.reversible or task.closed) and frames[k] != frames[0]:
                 faults.append(((*field, "frame"), "must be the frame of the first waypoint, for the other direction"))
     if faults:

@@ -210,3 +210,28 @@ def test_estimates_know_least_durations_and_the_time_of_shaping(
     found = planner.order_tasks(problem, tasks, "trapezoidal")
     assert found.estimate == pytest.approx(found.plan.trajectory.duration, rel=1e-9)
     assert 3.0 * least <= found.bound <= found.estimate * (1 + 1e-12)
+
+
+def test_actions_happen_at_the_waypoints_of_their_tasks_and_of_the_start_and_the_end() -> None:
+    random = np.random.default_rng(4)
+    tasks = []
+    for k in range(4):
+        waypoints = [replace(joint_waypoint(random_position(random)), dwell=0.5) for _ in range(2)]
+        actions = [
+            planner.Wait(planner.AtWaypoint(1), 0.3),
+            planner.SetOutput(planner.AtWaypoint(1), f"done {k}", True),
+            planner.SetOutput(planner.AtWaypoint(0), f"begun {k}", True),
+        ]
+        tasks.append(planner.Task(waypoints, actions=actions))
+    given = [planner.SetOutput(planner.AtWaypoint(k), name, True) for k, name in ((0, "started"), (1, "ended"))]
+    problem = planner.PlanningProblem(ROBOT, ["home", "home"], actions=given)
+    found = planner.order_tasks(problem, tasks, "trapezoidal")
+    at = {timed.action.name: timed.time for timed in found.plan.actions if isinstance(timed.action, planner.SetOutput)}
+    assert len(at) == 10
+    assert at["started"] == 0.0
+    assert at["ended"] == found.plan.trajectory.duration
+    for row, origin in enumerate(found.origins):
+        if origin.task is not None:
+            name, later = ("done", 0.3) if origin.waypoint else ("begun", 0.0)
+            arrival = float(found.plan.trajectory.arrivals[row])
+            assert at[f"{name} {origin.task}"] == pytest.approx(arrival + later, abs=1e-9)

@@ -29,6 +29,13 @@ def task(*waypoints: planner.Waypoint, **fields: Any) -> planner.Task:
         ([task(closed=True)], ("tasks", 0, "closed")),
         ([task(), task(replace(POINT, tool=planner.Pose(np.zeros(3))))], ("tasks", 1, "waypoints", 0, "tool")),
         ([task(RELATIVE)], ("tasks", 0, "waypoints", 0)),
+        ([task(actions=[planner.SetOutput(planner.AtWaypoint(1), "a", True)])], ("tasks", 0, "actions", 0, "at")),
+        ([task(actions=[planner.SetOutput(planner.AtTime(0.1), "a", True)])], ("tasks", 0, "actions", 0, "at")),
+        ([task(actions=[planner.Wait(planner.AtWaypoint(0), 1.0)])], ("tasks", 0, "actions", 0, "duration")),
+        (
+            [task(POINT, POINT, reversible=True, actions=[planner.SetOutput(planner.AtWaypoint(0), "a", True)])],
+            ("tasks", 0, "reversible"),
+        ),
         ([task(planner.AnyOf([POINT, POINT]))], ("tasks", 0, "waypoints", 0)),
         (
             [
@@ -87,7 +94,7 @@ def test_fault_names_its_field(tasks: list[planner.Task], field: tuple[str | int
     [
         ({"waypoints": ["home", "home", "home"]}, None, ("waypoints",)),
         ({"waypoints": ["home", RELATIVE]}, None, ("waypoints", 1)),
-        ({"actions": [planner.SetOutput(planner.AtTime(0.0), "a", True)]}, None, ("actions",)),
+        ({"actions": [planner.SetOutput(planner.AtTime(0.0), "a", True)]}, None, ("actions", 0, "at")),
         ({}, LINE, ("travel",)),
         ({}, planner.FreeMotion(optimise="duration", time_budget=1.0), ("travel", "time_budget")),
     ],

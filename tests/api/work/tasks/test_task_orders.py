@@ -27,6 +27,10 @@ def order_request(*tasks: dict[str, Any], **fields: Any) -> dict[str, Any]:
     return {"robot": "ur5e", "start": HOME, "tasks": list(tasks), "backend": {"kind": "trapezoidal"}, **fields}
 
 
+WAIT = {"kind": "wait", "duration": 1.0}
+OUTPUT = {"kind": "set_output", "name": "gripper", "value": True}
+
+
 def point(x: float, y: float, **fields: Any) -> dict[str, Any]:
     return {"waypoints": [pose(x, y)], **fields}
 
@@ -49,6 +53,16 @@ KINDS = [
 """A hole, a hole with any turn after it, a seam, a contour, and a pick with its place in a group with a point."""
 
 
+def test_actions_of_tasks_are_in_the_plan_and_in_its_request(service: RunningService) -> None:
+    tasks = [{"waypoints": [pose(x, y, actions=[OUTPUT, WAIT])]} for x, y in ((0.4, 0.2), (0.4, -0.2))]
+    request = order_request(*tasks, start=HOME | {"actions": [OUTPUT]})
+    answer = checked(service.post("/v1/tasks/order", request), OrderAnswer)
+    assert [action["kind"] for action in answer["plan"]["actions"]] == ["set_output", *["set_output", "wait"] * 2]
+    plan = checked(service.post("/v1/trajectories", answer["request"]), PlanAnswer)
+    assert plan["actions"] == answer["plan"]["actions"]
+    assert plan["duration"] == answer["plan"]["duration"]
+
+
 @pytest.mark.parametrize("fields", [{}, {"end": HOME}, {"scene": {"objects": [TABLE]}, "end": HOME}])
 def test_request_of_the_answer_gives_the_same_plan(service: RunningService, fields: dict[str, Any]) -> None:
     answer = checked(service.post("/v1/tasks/order", order_request(*KINDS, **fields)), OrderAnswer)
@@ -68,7 +82,10 @@ def test_request_of_the_answer_gives_the_same_plan(service: RunningService, fiel
     ("change", "pointer"),
     [
         ({"tasks": []}, "/tasks"),
-        ({"start": pose(0.4, 0.0, actions=[{"kind": "wait", "duration": 1.0}])}, "/start/actions"),
+        (
+            {"tasks": [{"closed": True, "waypoints": [pose(0.4, 0.0, actions=[WAIT]), pose(0.4, 0.1)]}]},
+            "/tasks/0/closed",
+        ),
         ({"start": {"kind": "joint", "position": [0.0]}}, "/start/position"),
         ({"end": {"kind": "named", "name": "nowhere"}}, "/end/name"),
         ({"tasks": [point(0.4, 0.0), {"waypoints": [HOME | {"name": "nowhere"}]}]}, "/tasks/1/waypoints/0/name"),
