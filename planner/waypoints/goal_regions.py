@@ -147,10 +147,10 @@ def positions_in_region(
 
     The robot comes from the joint position `near` (joints,).
     """
-    found = np.array(_solutions(pinned.robot, waypoint, pinned.own(near), pinned.options(options)))
-    own = found.reshape(len(found), -1)[:, : pinned.robot.dof]
+    found = _solutions(pinned.robot, waypoint, pinned.own(near), pinned.options(options))
+    own = np.array([position[: pinned.robot.dof] for position in found])
     wanted = waypoint.configuration
-    if wanted.names:
+    if wanted.names and found:
         own = own[[wanted.allows(other) for other in configurations(pinned.robot, own)]]
     return pinned.whole(own) if len(own) else np.zeros((0, len(near)))
 

@@ -241,6 +241,14 @@ def test_a_region_is_an_option_where_only_a_part_of_it_can_be_reached() -> None:
     assert plan.choices[0].option == 1
 
 
+def test_a_region_out_of_reach_leaves_the_goal_set_to_other_options() -> None:
+    away = planner.PoseWaypoint(pointing_down(3.0, 0.0, 0.2), free="rotation_z")
+    plan = planner.plan(problem(HOME, planner.AnyOf([away, grasp(0.4, 0.2, 0.2)])), planner.Trapezoidal())
+    assert [outcome.code for outcome in plan.choices[0].options] == ["unreachable_waypoint", None]
+    with pytest.raises(planner.UnreachableWaypoint):
+        planner.plan(problem(HOME, planner.AnyOf([away, away])), planner.Trapezoidal())
+
+
 def test_a_redundant_arm_chooses_among_poses_and_named_positions() -> None:
     arm = planner.load_robot("fr3")
     name = next(iter(arm.named_positions))
