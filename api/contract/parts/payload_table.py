@@ -36,4 +36,4 @@ class PayloadTable(Schema):
     """Further factors on the acceleration limit of each joint, without unit: a row for each mass, with a factor for
     each of the `speeds`. They must not grow with the mass or the speed. Omitted: 1."""
     jerk_at_speeds: FactorsBySpeed | None = Field(None, exclude_if=lambda rows: rows is None)
-    """The same of jerk limits."""
+    """Further factors on the jerk limit of each joint, without unit, in the same rows. Omitted: 1."""
