@@ -155,7 +155,7 @@ class Check(Answer):
     """The time of the peak, s from the start of the trajectory."""
     method: Literal["exact", "bounded", "sampled"]
     """The method. `exact`: at the extrema of the polynomials. `bounded`: the quantity exceeds `peak` at no time.
-    `sampled`: in fine samples, for deviations from tolerance regions."""
+    `sampled`: in fine samples; quantities of the service are never sampled."""
     enforced: bool
     """Whether the back end promises to keep the limit; false: the value is only reported and may exceed it."""
     bounded: bool

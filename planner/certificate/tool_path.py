@@ -1,24 +1,24 @@
 """The check of the tool's path: it keeps to its lines and circles, and near the corners that it cuts.
 
-Deviations from paths are bounded at all times; deviations from tolerance regions are sampled. Forward kinematics are
-shared with the paths, and have tests against other implementations. So is the geometry of polylines and splines, which
-has tests against splines of scipy and closed forms.
+Deviations are bounded at all times. In a tolerance region, the path consists of the poses of the region nearest to the
+motion. Forward kinematics are shared with the paths, and have tests against other implementations. So is the geometry
+of polylines and splines, which has tests against splines of scipy and closed forms.
 """
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from planner.certificate.checks import Check
-from planner.certificate.goal_regions import misses_of_region
+from planner.certificate.goal_regions import nearest_in_region
 from planner.certificate.lines_and_circles import Circle, Line
-from planner.certificate.on_curve import parameters_on
 from planner.certificate.path_bounds import bound_deviations
 from planner.certificate.path_parts import polynomial_parts
 from planner.dynamics import SegmentDynamics
-from planner.kinematics.forward import tool_poses_on
+from planner.kinematics.forward import tool_poses, tool_poses_on
 from planner.problems.problem import CartesianMotion, CircularMotion, JointMotion
 from planner.problems.regions import region_of
 from planner.problems.transitions import BlendTransition
@@ -34,11 +34,9 @@ if TYPE_CHECKING:
     from planner.problems.regions import Region
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
+    from planner.trajectories.polynomials import PiecewisePolynomial
     from planner.trajectories.trajectory import Trajectory
     from planner.waypoints.solve import SolvedWaypoint
-
-PATH_SAMPLE_TIMES = np.linspace(0.0, 1.0, 9)
-"""Unit times on each piece at which the deviation from tolerance regions is sampled."""
 
 PATH_DEVIATIONS = ("path_position_deviation", "path_orientation_deviation")
 """The quantities of deviations from paths, in m and rad."""
@@ -60,7 +58,7 @@ class _Deviation(NamedTuple):
     value: float
     limit: float
     time: float
-    method: Literal["exact", "bounded", "sampled"]
+    method: Literal["exact", "bounded"]
     lower: float | None = None
 
 
@@ -86,9 +84,7 @@ def certify_tool_path(
     worst: dict[str, _Deviation] = {}
     for deviation in _deviations(trajectory, robots, waypoints, solved, targets):
         known = worst.setdefault(deviation.quantity, deviation)
-        larger = max(known, deviation, key=lambda each: each.value / each.limit)
-        sampled = "sampled" in (known.method, deviation.method)
-        worst[deviation.quantity] = larger._replace(lower=None, method="sampled") if sampled else larger
+        worst[deviation.quantity] = max(known, deviation, key=lambda each: each.value / each.limit)
     return [
         Check(
             quantity=quantity,
@@ -125,29 +121,21 @@ def _deviations(
         times = trajectory.arrivals[blended]
         tools = tool_poses_on(on_segments, blended, trajectory.evaluate(times, [0])[0])[0]
         away = np.linalg.norm(tools - centers[blended], axis=1)
-        yield _worst("blend_deviation", away, radii[blended], times, "exact")
+        worst = int(np.argmax(away / radii[blended]))
+        value, limit, time = (float(part[worst]) for part in (away, radii[blended], times))
+        yield _Deviation("blend_deviation", value, limit, time, "exact")
     tolerances = _tolerances(waypoints)
     paths = requested_paths(robots, waypoints, solved, targets)
-
-    def sampled(pieces: np.ndarray, units: FloatArray) -> _Samples:
-        """Return the samples of pieces, but for those within the radius of a blend."""
-        samples = _samples(trajectory, on_segments, pieces, units)
-        kept = np.ones(len(samples.times), dtype=bool)
-        for end in (samples.segments, samples.segments + 1):
-            kept &= np.linalg.norm(samples.positions - centers[end], axis=1) > radii[end]
-        return _Samples(*(part[kept] for part in samples))
-
     bounded: dict[int, PathParts] = {}
+    in_regions: set[int] = set()
     for segment, path in paths.items():
         pieces = np.flatnonzero(trajectory.segments == segment)
         motion, requested = solved[segment + 1].tool_motion, waypoints[segment + 1].motion
         free = requested.free if isinstance(requested, CartesianMotion) else None
-        if motion and free:
-            of_curve = sampled(pieces, PATH_SAMPLE_TIMES)
-            if len(of_curve.times):
-                points, axes = path.poses(parameters_on(motion.curve, of_curve.joints))
-                allowed = np.broadcast_to(tolerances[segment + 1], (len(points), 2))
-                yield from _region_deviations(region_of(free), points, axes, of_curve, allowed)
+        if motion and free and len(pieces):
+            nearest = partial(_nearest_poses, region_of(free), path, motion.curve, on_segments.robot_on(segment))
+            bounded[segment] = polynomial_parts(nearest, motion.curve.breakpoints)
+            in_regions.add(segment)
         elif len(pieces):
             bounded[segment] = _parts(path)
     if not bounded:
@@ -160,35 +148,28 @@ def _deviations(
         PATH_DEVIATIONS, bound_deviations(trajectory, on_segments, bounded, allowed, left_out), strict=True
     ):
         if found and found.peak > 0.0:  # otherwise the tool may leave its path at all times
-            yield _Deviation(quantity, found.peak, found.limit, found.time, "bounded", found.lower)
+            segment = int(trajectory.segments[trajectory.locate(np.array([found.time]))[0][0]])
+            # From a tolerance region, the tool may be nearer than from the pose in it that was chosen.
+            lower = 0.0 if segment in in_regions else found.lower
+            yield _Deviation(quantity, found.peak, found.limit, found.time, "bounded", lower)
 
 
-def _region_deviations(
-    region: Region, points: FloatArray, axes: FloatArray | None, reached: _Samples, allowed: FloatArray
-) -> Iterator[_Deviation]:
-    """Yield the largest deviations of samples from a tolerance region, by the allowed distances and angles (N, 2).
+def _nearest_poses(
+    region: Region, path: Line | Circle | Polyline | PoseSpline, curve: PiecewisePolynomial, robot: Robot, u: FloatArray
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return the poses in the tolerance region of a path nearest to the tool at parameters (N,) of a curve.
 
     Args:
         region: The tolerance region.
-        points: (N, 3), m, the requested positions.
-        axes: (N, 3, 3), the requested rotations; None: any orientation will do.
-        reached: The samples.
-        allowed: (N, 2), m and rad.
+        path: The requested path.
+        curve: The joint positions that the motion follows.
+        robot: The robot with its tool.
+        u: Parameters of the curve and of the path.
     """
+    points, axes = path.poses(u)
     if axes is None:
-        distances = np.linalg.norm(points - reached.positions, axis=1)
-    else:
-        distances, angles = misses_of_region(region, points, axes, reached.positions, reached.rotations)
-        yield _worst(PATH_DEVIATIONS[1], angles, allowed[:, 1], reached.times, "sampled")
-    yield _worst(PATH_DEVIATIONS[0], distances, allowed[:, 0], reached.times, "sampled")
-
-
-def _worst(
-    quantity: str, values: FloatArray, limits: FloatArray, times: FloatArray, method: Literal["exact", "sampled"]
-) -> _Deviation:
-    """Return the value (N,) that is largest by its limit (N,)."""
-    worst = int(np.argmax(values / limits))
-    return _Deviation(quantity, float(values[worst]), float(limits[worst]), float(times[worst]), method)
+        return points, None
+    return nearest_in_region(region, points, axes, *tool_poses(robot, curve.evaluate(u, [0])[0]))
 
 
 def _parts(path: Line | Circle | Polyline | PoseSpline) -> PathParts:
@@ -236,33 +217,3 @@ def _tolerances(waypoints: Sequence[AnyWaypoint]) -> FloatArray:
             for waypoint in waypoints
         ]
     )
-
-
-class _Samples(NamedTuple):
-    """Samples of a trajectory.
-
-    Attributes:
-        pieces: (N,), index of the piece of each.
-        segments: (N,), its segment.
-        times: (N,), s.
-        joints: (N, joints), rad or m.
-        positions: (N, 3), m, of the tool.
-        rotations: (N, 3, 3), of the tool.
-    """
-
-    pieces: np.ndarray
-    segments: np.ndarray
-    times: FloatArray
-    joints: FloatArray
-    positions: FloatArray
-    rotations: FloatArray
-
-
-def _samples(trajectory: Trajectory, dynamics: SegmentDynamics, pieces: np.ndarray, units: FloatArray) -> _Samples:
-    """Sample pieces of a trajectory at unit times on each."""
-    starts, lengths = trajectory.breakpoints[pieces], trajectory.lengths[pieces]
-    times = (starts[:, None] + units * lengths[:, None]).ravel()
-    own = np.repeat(pieces, len(units))
-    joints = trajectory.evaluate(times, [0])[0]
-    segments = trajectory.segments[own]
-    return _Samples(own, segments, times, joints, *tool_poses_on(dynamics, segments, joints))

@@ -12,6 +12,8 @@ from scipy.spatial.transform import Rotation
 from benchmarks.corpus.tracing import tool_at
 from planner.backends import Quintic, Ruckig
 from planner.certificate.goal_regions import misses_of_region
+from planner.certificate.lines_and_circles import Line
+from planner.certificate.tool_path import PATH_DEVIATIONS
 from planner.errors import InvalidProblem, PlanningError
 from planner.kinematics.inverse import solution_layers
 from planner.kinematics.options import InverseKinematicsOptions
@@ -27,7 +29,7 @@ from planner.problems.problem import (
     PoseWaypoint,
     SplineMotion,
 )
-from planner.problems.regions import Region
+from planner.problems.regions import Free, Region, region_of
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy, rotation_x, rotation_y, rotation_z
 
@@ -180,6 +182,35 @@ def test_the_certificate_finds_what_is_outside_of_a_region() -> None:
         angle = min(float(np.linalg.norm(pin.log3(pose.T @ turned))) for pose in nearest)
         assert found[0][0] == pytest.approx(np.hypot(x - np.clip(x, -0.01, 0.02), y), abs=1e-12)
         assert angle - 0.02 <= found[1][0] <= 1.1 * angle + 0.02
+
+
+@pytest.mark.parametrize("kind", ["quintic", "ruckig", "toppra"])
+@pytest.mark.parametrize(
+    "free", ["rotation_z", Region(rotation_z=(-0.8, 0.8)), Region(x=(-0.01, 0.02), rotation_y=(-0.3, 0.2))]
+)
+def test_no_sample_is_farther_from_a_tolerance_region_than_the_bound(kind: str, free: Free) -> None:
+    """The truth is the nearest of many points of the line, refined."""
+    problem = line(load_robot("kuka_kr16_l6_2"), 2, LinearMotion(free=free))
+    made = plan(replace(problem, waypoints=[problem.waypoints[0], replace(problem.waypoints[1], free=None)]), kind)
+    checks = {check.quantity: check for check in made.certificate.checks}
+    start, end = (tool_at(problem.robot, q) for q in made.trajectory.at_arrivals)
+    followed = Line.between(start, end)
+    for q in made.trajectory.evaluate(np.linspace(0.0, made.trajectory.duration, 60), [0])[0]:
+        tool, low, high = tool_at(problem.robot, q), 0.0, 1.0
+        assert tool.rotation is not None
+        least = np.full(2, np.inf)
+        for _ in range(6):
+            u = np.linspace(low, high, 41)
+            points, axes = followed.poses(u)
+            assert axes is not None
+            reached = np.tile(tool.position, (41, 1)), np.tile(tool.rotation, (41, 1, 1))
+            found = np.array(misses_of_region(region_of(free), points, axes, *reached))
+            least, best = np.minimum(least, found.min(axis=1)), int(found[0].argmin())
+            low, high = u[max(best - 1, 0)], u[min(best + 1, 40)]
+        for quantity, true in zip(PATH_DEVIATIONS, least, strict=True):
+            assert checks[quantity].method == "bounded"
+            assert true <= checks[quantity].peak + 1e-9
+            assert checks[quantity].lower == 0.0
 
 
 def test_a_range_along_a_motion_has_nought_in_it() -> None:
