@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,7 +20,12 @@ from benchmarks.proofs.tampering import KINDS, tampered, with_any_number_changed
 from planner import ProofRejected, check_proof, write_proof
 from planner.proofs import checker
 
-SOURCE = Path(__file__).parents[1] / "proof_checker"
+ROOT = Path(__file__).parents[2]
+
+SOURCE = ROOT / "clients" / "proof_checker"
+
+COMMAND_LINE = """planner() { python -c 'from cli.commands import main; main()' "$@"; }"""
+"""The command line as a function of the shell."""
 
 
 @pytest.fixture(scope="module")
@@ -110,3 +118,19 @@ def test_expected_digests_are_compared(program: Path, proofs: list[dict[str, Any
     digests = [proofs[0]["digests"][name] for name in ("statement", "trajectory")]
     for expected, status in (([], 0), (digests[:1], 0), (digests, 0), (digests[1:], 1)):
         assert subprocess.run([program, file, *expected], check=False, capture_output=True).returncode == status
+
+
+def test_the_commands_of_the_page_check_a_plan_with_lines_and_blends(tmp_path: Path) -> None:
+    """The checker in Python is alone in its folder."""
+    shutil.copytree(SOURCE, tmp_path / "clients" / "proof_checker")
+    (tmp_path / "planner" / "proofs").mkdir(parents=True)
+    shutil.copy(checker.__file__, tmp_path / "planner" / "proofs")
+    shutil.copy(ROOT / "examples" / "blended_lines.json", tmp_path / "request.json")
+    page = (ROOT / "docs" / "proof.md").read_text(encoding="utf-8")
+    (commands,) = re.findall(r"```sh\n(planner plan.*?)```", page, re.DOTALL)
+    paths = {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]), "PYTHONPATH": str(ROOT)}
+    shell = ["bash", "-e", "-c", COMMAND_LINE + "\n" + commands]
+    done = subprocess.run(shell, cwd=tmp_path, env=os.environ | paths, check=True, capture_output=True, text=True)
+    verdicts = [line for line in done.stdout.splitlines() if line.startswith("accepted: ")]
+    assert len(verdicts) == 3
+    assert len(set(verdicts)) == 1 and "path_deviation" in verdicts[0]
