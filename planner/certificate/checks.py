@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
+from planner.certificate.clearance import ClearanceReport
+from planner.certificate.speed_zones import SpeedZoneCheck
 from planner.quantities import MEASURES, Measure
+from planner.robots import Robot
 from planner.tolerances import LIMIT_TOLERANCE
-
-if TYPE_CHECKING:
-    from planner.certificate.clearance import ClearanceReport
-    from planner.certificate.speed_zones import SpeedZoneCheck
-    from planner.robots import Robot
-
 
 OPTIONAL = ("lower", "segment", "relaxed_by", "own_unit")
 """Attributes of checks that are left out of plain values where they say nothing."""

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
+from planner.problems.problem import PlanningProblem
 from planner.scene.carried import checkers_of_segments
-from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, checker_of
-from planner.scene.continuous import Nearest, clearances, edge
+from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, CollisionChecker, checker_of
+from planner.scene.continuous import Clearances, Nearest, clearances, edge
 from planner.shapes.meshes.mesh import distance_from_mesh
+from planner.spatial import FloatArray
 from planner.trajectories.trajectory import PlanWarning, Trajectory
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.problems.problem import PlanningProblem
-    from planner.scene.checker import CollisionChecker
-    from planner.scene.continuous import Clearances
-    from planner.spatial import FloatArray
 
 CLEARANCE_TOLERANCE = 1e-3
 """Default accuracy of clearances, m: the measuring accuracy of cells."""

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from planner.certificate.checks import Check
+from planner.problems.problem import AnyWaypoint
+from planner.spatial import FloatArray
 from planner.tolerances import LIMIT_TOLERANCE, POSITION_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import cumulative_sums, powers
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.problems.problem import AnyWaypoint
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 DURATION_ERROR = "duration_error"
 """The quantity of the check: the difference of a duration from the requested one, or its lack of a minimum, s."""

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.certificate.lines_and_circles import angles_of
-
-if TYPE_CHECKING:
-    from planner.problems.regions import Region
-    from planner.spatial import FloatArray
+from planner.problems.regions import Region
+from planner.spatial import FloatArray
 
 NAMES = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
 """The coordinates of a region, shifts before turns."""

@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from planner.certificate.checks import Check
 from planner.certificate.path_bounds import bound_deviations
 from planner.certificate.path_parts import polynomial_parts
+from planner.dynamics import SegmentDynamics
+from planner.guarantees import LeavesStraightMotions
 from planner.kinematics.forward import tool_poses
-from planner.problems.problem import JointMotion
+from planner.problems.problem import AnyWaypoint, JointMotion
 from planner.problems.transitions import StopTransition
+from planner.spatial import FloatArray
 from planner.tool_motions.pose_paths import ONE_PIECE
 from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.dynamics import SegmentDynamics
-    from planner.guarantees import LeavesStraightMotions
-    from planner.problems.problem import AnyWaypoint
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.trajectory import Trajectory
 
 TOOL_DEVIATION = "tool_deviation"
 """The quantity of the check of the tool."""

@@ -10,33 +10,29 @@ names its method.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import copysign
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.certificate.checks import Certificate, Check
-from planner.constraints import TORQUE, Bounds, measures
+from planner.constraints import TORQUE, Bounds, Constraint, measures
 from planner.constraints.bounded import KIND_OF, bounded_peaks
 from planner.constraints.peaks import SampledConstraints, values_of
 from planner.constraints.rms_torque import bound_rms_torque
 from planner.dynamics import SegmentDynamics
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
 from planner.kinematics.forward import JointStates
+from planner.limits import SegmentLimits
 from planner.quantities import MEASURES
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import CONTINUITY_TOLERANCE, POSITION_TOLERANCE
 from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
 from planner.trajectories.sampled_peaks import BROKEN, DERIVATIVES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from planner.constraints import Constraint
-    from planner.limits import SegmentLimits
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 MOST_CONTINUOUS = 4
 """Order of the highest derivative whose continuity is looked into, less than `DERIVATIVES`."""

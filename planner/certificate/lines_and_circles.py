@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.certificate.path_parts import PathParts, part_numbers
-from planner.spatial import rotation_vector, rotation_vectors, rotations_from_vectors
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray, Pose
+from planner.spatial import FloatArray, Pose, rotation_vector, rotation_vectors, rotations_from_vectors
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.certificate.path_parts import PathParts
 from planner.constraints.bounded import bound_by_robot
+from planner.dynamics import SegmentDynamics
 from planner.kernels.bounded_peaks import KINDS, Columns, ToolPaths
+from planner.spatial import FloatArray
 from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.certificate.path_parts import PathParts
-    from planner.dynamics import SegmentDynamics
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 DEVIATION_KNOWN_TO = 1e-2
 """Relative amount by which the bound on a deviation may exceed a value that is reached."""

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kernels.bounded_peaks import PATH_POWERS
-from planner.spatial import rotation_vectors, rotations_from_vectors
+from planner.spatial import FloatArray, rotation_vectors, rotations_from_vectors
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.spatial import FloatArray
-
-    Poses = Callable[[FloatArray], tuple[FloatArray, FloatArray | None]]
-    """Positions (N, 3), m, and rotations (N, 3, 3) or None at parameters (N,) of a path."""
+Poses = Callable[[FloatArray], tuple[FloatArray, FloatArray | None]]
+"""Positions (N, 3), m, and rotations (N, 3, 3) or None at parameters (N,) of a path."""
 
 NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(PATH_POWERS + 1) / PATH_POWERS)
 """Fractions of a part at which its polynomials have the values of the path: Chebyshev's, with both ends."""

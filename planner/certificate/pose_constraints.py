@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from planner.certificate.checks import Check
 from planner.constraints.kept_poses import KeptPoses
 from planner.problems.motion_around import KeptMotion
+from planner.problems.problem import AnyWaypoint
+from planner.robots import Robot
 from planner.trajectories.polynomials import PiecewisePolynomial
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.problems.problem import AnyWaypoint
-    from planner.robots import Robot
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 
 def certify_pose_constraints(

@@ -6,23 +6,18 @@ polynomial is integrated in closed form. The check knows nothing of impulses tha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import factorial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.certificate.checks import Check
+from planner.problems.residual_vibration import ResidualVibration
+from planner.spatial import FloatArray
 from planner.tolerances import POSITION_TOLERANCE
 from planner.trajectories.extrema import derivatives_on_unit_time
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import ArrayLike
-
-    from planner.problems.residual_vibration import ResidualVibration
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 RESIDUAL_VIBRATION = "residual_vibration"
 """The quantity of the check: an amplitude, rad or m."""

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from planner.certificate.checks import Certificate
 from planner.certificate.limits import certificate_of
 from planner.errors import InvalidProblem
-from planner.guarantees import JERKS, QUANTITIES, TCP_ORDERS, Guarantee
+from planner.fields import FieldPath
+from planner.guarantees import JERKS, QUANTITIES, TCP_ORDERS, EndStates, Guarantee
 from planner.limits import Limits, limit_faults, segment_limits
 from planner.problems.check import refuse_unknown_torques
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.trajectories.polynomials import quintic_hermite
 from planner.trajectories.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import ArrayLike
-
-    from planner.certificate.checks import Certificate
-    from planner.fields import FieldPath
-    from planner.guarantees import EndStates
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 Interpolation = Literal["linear", "cubic", "quintic"]
 """The interpolation of a controller between samples: `linear` in position, `cubic` with velocities, `quintic` with

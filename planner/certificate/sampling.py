@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.certificate.checks import Certificate
 from planner.certificate.limits import certificate_of
-from planner.certificate.samples import INTERPOLATIONS, guarantees_of, interpolant
+from planner.certificate.samples import INTERPOLATIONS, Interpolation, guarantees_of, interpolant
+from planner.dynamics import SegmentDynamics
+from planner.guarantees import EndStates
+from planner.limits import SegmentLimits
+from planner.spatial import FloatArray
 from planner.tolerances import NEGLIGIBLE_SHARE
 from planner.trajectories.polynomials import shifted
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from planner.certificate.checks import Certificate
-    from planner.certificate.samples import Interpolation
-    from planner.dynamics import SegmentDynamics
-    from planner.guarantees import EndStates
-    from planner.limits import SegmentLimits
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 OVERSHOOT = 0.01
 """Share of a limit by which a controller may exceed it between samples before a plan's answer warns: drives track no

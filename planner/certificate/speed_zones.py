@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from planner.errors import LimitsUnsatisfiable
-from planner.speed_zones import fast_intervals, most_speed, moving_bodies, near_intervals, speed_reached
+from planner.robots import Robot
+from planner.scene.bodies import Bodies
+from planner.scene.checker import CollisionChecker
+from planner.speed_zones import SpeedZone, fast_intervals, most_speed, moving_bodies, near_intervals, speed_reached
 from planner.tolerances import LIMIT_TOLERANCE
 from planner.trajectories.polynomials import PiecewisePolynomial
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.robots import Robot
-    from planner.scene.bodies import Bodies
-    from planner.scene.checker import CollisionChecker
-    from planner.speed_zones import SpeedZone
-    from planner.trajectories.trajectory import Trajectory
-
+from planner.trajectories.trajectory import Trajectory
 
 TIMES = ("intervals", "exceeded")
 """Names of the attributes of a check that are times from and to."""

@@ -7,8 +7,9 @@ of polylines and splines, which has tests against splines of scipy and closed fo
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -16,27 +17,20 @@ from planner.certificate.checks import Check
 from planner.certificate.goal_regions import nearest_in_region
 from planner.certificate.lines_and_circles import Circle, Line
 from planner.certificate.path_bounds import bound_deviations
-from planner.certificate.path_parts import polynomial_parts
+from planner.certificate.path_parts import PathParts, polynomial_parts
+from planner.certificate.waypoints import Target
 from planner.dynamics import SegmentDynamics
 from planner.kinematics.forward import tool_poses, tool_poses_on
-from planner.problems.problem import CartesianMotion, CircularMotion, JointMotion
-from planner.problems.regions import region_of
+from planner.problems.problem import AnyWaypoint, CartesianMotion, CircularMotion, JointMotion
+from planner.problems.regions import Region, region_of
 from planner.problems.transitions import BlendTransition
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_splines import PoseSpline
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.certificate.path_parts import PathParts
-    from planner.certificate.waypoints import Target
-    from planner.problems.problem import AnyWaypoint
-    from planner.problems.regions import Region
-    from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
-    from planner.trajectories.polynomials import PiecewisePolynomial
-    from planner.trajectories.trajectory import Trajectory
-    from planner.waypoints.solve import SolvedWaypoint
+from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.trajectory import Trajectory
+from planner.waypoints.solve import SolvedWaypoint
 
 PATH_DEVIATIONS = ("path_position_deviation", "path_orientation_deviation")
 """The quantities of deviations from paths, in m and rad."""

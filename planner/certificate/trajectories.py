@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from planner.certificate.checks import Certificate
 from planner.certificate.limits import certificate_of, unless_missed
 from planner.errors import InvalidProblem
-from planner.guarantees import JERKS, QUANTITIES, Guarantee
+from planner.guarantees import JERKS, QUANTITIES, EndStates, Guarantee
 from planner.limits import Limits, limit_faults, segment_limits
 from planner.problems.check import refuse_unknown_torques
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from numpy.typing import ArrayLike
-
-    from planner.certificate.checks import Certificate
-    from planner.guarantees import EndStates
-    from planner.robots import Robot
-    from planner.trajectories.trajectory import Trajectory
+from planner.robots import Robot
+from planner.trajectories.trajectory import Trajectory
 
 
 def certify(

@@ -6,8 +6,8 @@ and no error of the search.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,20 +17,21 @@ from planner.certificate.lines_and_circles import angles_of
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.turns import TURN
 from planner.problems.motion_around import as_requested
-from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, ViaWaypoint
-from planner.problems.regions import region_of
+from planner.problems.problem import (
+    AnyWaypoint,
+    JointMotion,
+    JointWaypoint,
+    PlanningProblem,
+    PoseWaypoint,
+    RelativeWaypoint,
+    ViaWaypoint,
+)
+from planner.problems.regions import Region, region_of
 from planner.problems.transitions import BlendTransition
-from planner.spatial import Pose
+from planner.robots import Robot
+from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
-
-    from planner.problems.problem import AnyWaypoint, PlanningProblem
-    from planner.problems.regions import Region
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 PASSING_VELOCITY = "passing_velocity_error"
 """The quantity of the check: difference of a joint's velocity from the requested one, rad/s or m/s."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,16 +11,12 @@ from planner.constraints.constraint import Constraint
 from planner.constraints.excess import first_excess
 from planner.constraints.quantities import TORQUE
 from planner.dynamics import torques_by_pace
+from planner.kinematics.forward import JointStates
 from planner.quantities import MEASURES
+from planner.robots import Robot
+from planner.robots.varying.torque_curves import TorqueCurves
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.kinematics.forward import JointStates
-    from planner.robots import Robot
-    from planner.robots.varying.torque_curves import TorqueCurves
-    from planner.spatial import FloatArray
 
 FASTEST_PACE = 1e100
 """Multiple of the pace of a motion beyond which nothing is looked for."""

@@ -2,32 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
 from planner.constraints.at_speed import ACCELERATION_AT_SPEED, JERK_AT_SPEED, TORQUE_AT_SPEED
+from planner.constraints.constraint import Constraint
+from planner.constraints.peaks import SampledConstraints
 from planner.constraints.quantities import POWER, TOOL, TORQUE, TOTAL_POWER
 from planner.constraints.torque_with_tolerances import TORQUE_WITH_TOLERANCES
+from planner.dynamics import SegmentDynamics
 from planner.dynamics.torque_tolerances import torque_tolerances
 from planner.errors import InvalidProblem
-from planner.kernels.bounded_peaks import KINDS, BoundedPeaks, Columns, Motion, ToolChain, bound_peaks
+from planner.kernels.bounded_peaks import KINDS, BoundedPeaks, Columns, Motion, ToolChain, ToolPaths, bound_peaks
 from planner.kernels.library import TooManySamples
 from planner.kinematics.following_errors import tool_following
 from planner.kinematics.forward import TIGHTEST_BEND
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import LIMIT_TOLERANCE
+from planner.trajectories.extrema import UnitPolynomials
 from planner.trajectories.sampled_peaks import TOO_FAR
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.constraints.constraint import Constraint
-    from planner.constraints.peaks import SampledConstraints
-    from planner.dynamics import SegmentDynamics
-    from planner.kernels.bounded_peaks import ToolPaths
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.extrema import UnitPolynomials
 
 AT_SPEED = (TORQUE_AT_SPEED, ACCELERATION_AT_SPEED, JERK_AT_SPEED)
 """The constraints by curves of speed, in the order of the kernels."""

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from planner.kinematics.forward import JointStates
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.extrema import UnitPolynomials
-    from planner.trajectories.sampled_peaks import Peaks
+from planner.kinematics.forward import JointStates
+from planner.robots import Robot
+from planner.spatial import FloatArray
+from planner.trajectories.extrema import UnitPolynomials
+from planner.trajectories.sampled_peaks import Peaks
 
 
 class Rows(NamedTuple):

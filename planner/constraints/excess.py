@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 FASTEST = 1e6
 """Multiple of the pace at which one term alone reaches the limit, up to which an excess is looked for."""

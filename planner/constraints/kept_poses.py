@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.constraints.pose_constraints import PoseConstraint
 from planner.kinematics.forward import tool_poses
 from planner.kinematics.screws import screws_of
-from planner.trajectories.extrema import derivatives_on_unit_time
-
-if TYPE_CHECKING:
-    from planner.constraints.pose_constraints import PoseConstraint
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.extrema import UnitPolynomials
-    from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.robots import Robot
+from planner.spatial import FloatArray
+from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 GAUGE_ERROR = 1e-12
 """The amount by which the bound on a gauge may exceed a sample, without unit or m."""

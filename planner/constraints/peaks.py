@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.constraints.bounds import Bounds
+from planner.constraints.constraint import Constraint
+from planner.dynamics import SegmentDynamics
 from planner.kinematics.forward import CENTRIPETAL, OF_BENDS, JointStates, bend_bounds
-from planner.trajectories.sampled_peaks import parts_of, sampled_peaks
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from planner.constraints.bounds import Bounds
-    from planner.constraints.constraint import Constraint
-    from planner.dynamics import SegmentDynamics
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.extrema import UnitPolynomials
-    from planner.trajectories.sampled_peaks import Peaks
+from planner.robots import Robot
+from planner.spatial import FloatArray
+from planner.trajectories.extrema import UnitPolynomials
+from planner.trajectories.sampled_peaks import Peaks, parts_of, sampled_peaks
 
 
 class SampledConstraints:

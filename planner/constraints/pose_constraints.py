@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from planner.fields import FieldPath
 from planner.spatial import FloatArray, Pose, rotation_from_quaternion, rotation_vector
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.fields import FieldPath
 
 LEAST_KEPT_ANGLE = 0.02
 """The least angle of a constraint, rad: straight joint motions hardly keep a smaller one."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,15 +13,12 @@ from planner.constraints.speed_shares import largest_speed_shares
 from planner.dynamics import inverse_dynamics, path_dynamics, torques_by_pace
 from planner.guarantees import TCP_ORDERS
 from planner.kinematics.following_errors import tool_rate_differences
-from planner.kinematics.forward import ACCELERATIONS, OF_PATH_SPEED
+from planner.kinematics.forward import ACCELERATIONS, OF_PATH_SPEED, JointStates
 from planner.quantities import MEASURES
+from planner.robots import Robot
+from planner.spatial import FloatArray
+from planner.trajectories.extrema import UnitPolynomials
 from planner.trajectories.sampled_peaks import Peaks
-
-if TYPE_CHECKING:
-    from planner.kinematics.forward import JointStates
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
-    from planner.trajectories.extrema import UnitPolynomials
 
 NAMED = {
     "acceleration_at_speed": "acceleration (by speed)",

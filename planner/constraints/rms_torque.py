@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.constraints.bounded import MOST_BOUND_PARTS, MOST_INTERVALS_OF_PIECE
-from planner.dynamics import inverse_dynamics
+from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.errors import InvalidProblem
 from planner.kernels.bounded_peaks import Motion
 from planner.kernels.library import TooManySamples
 from planner.kernels.torque_squares import bound_torque_squares
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
 from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.sampled_peaks import TOO_FAR
-
-if TYPE_CHECKING:
-    from planner.dynamics import SegmentDynamics
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 SQUARES_KNOWN_TO = 1e-8
 """Share of a squared limit to which the mean of the squared torque is known."""

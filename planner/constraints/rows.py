@@ -8,19 +8,14 @@ along or all across: there nothing is lost, between them up to 2 %.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
-from planner.constraints.constraint import Rows
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.constraints.bounds import Bounds
-    from planner.constraints.constraint import Constraint
-    from planner.kinematics.forward import AccelerationOnPath, JointStates
-    from planner.spatial import FloatArray
+from planner.constraints.bounds import Bounds
+from planner.constraints.constraint import Constraint, Rows
+from planner.kinematics.forward import AccelerationOnPath, JointStates
+from planner.spatial import FloatArray
 
 PAIRS = 8
 """Number of pairs of parallel sides of the polygon: 16 sides lose 2 % at most."""

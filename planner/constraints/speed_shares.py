@@ -10,17 +10,13 @@ from __future__ import annotations
 
 from functools import lru_cache
 from math import comb
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.robots.varying.velocity_curves import LEAST_SPEED
+from planner.robots.varying.velocity_curves import LEAST_SPEED, VelocityConditions
+from planner.spatial import FloatArray
+from planner.trajectories.extrema import UnitPolynomials
 from planner.trajectories.sampled_peaks import Peaks
-
-if TYPE_CHECKING:
-    from planner.robots.varying.velocity_curves import VelocityConditions
-    from planner.spatial import FloatArray
-    from planner.trajectories.extrema import UnitPolynomials
 
 SHARES_KNOWN_TO = 1e-9
 """Relative amount by which a largest share may exceed the one that is found."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,13 +11,11 @@ from planner.constraints.excess import first_excess
 from planner.constraints.quantities import TORQUE
 from planner.dynamics import torques_by_pace
 from planner.dynamics.torque_tolerances import torque_tolerances
+from planner.kinematics.forward import JointStates
 from planner.quantities import MEASURES
+from planner.robots import Robot
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    from planner.kinematics.forward import JointStates
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 NEWTON_STEPS_OF_PACE = 30
 """Steps of Newton's method to a root of a convex function with up to a few dozen kinks; 3 are common."""

@@ -6,17 +6,14 @@ of the second joint, and no other joint moves that link, no path exists.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.kinematics.turns import TURN
-from planner.scene import CONTACT_TOLERANCE
-
-if TYPE_CHECKING:
-    from planner.robots import Robot
-    from planner.scene import CollisionChecker
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.scene import CONTACT_TOLERANCE, CollisionChecker
+from planner.spatial import FloatArray
 
 BARRIER_STEP = 0.01
 """Distance between checked positions of the first joint, rad or m."""

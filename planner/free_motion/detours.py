@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from math import inf
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,34 +14,32 @@ from planner.certificate.clearance import refuse_collision_at, segment_checkers
 from planner.constraints.kept_poses import KeptPoses
 from planner.errors import InvalidProblem, NoPathFound, PathPoint, PlanningError
 from planner.free_motion.edges import FreeEdges
-from planner.free_motion.free_path import find_free_path
+from planner.free_motion.free_path import FreePath, find_free_path
 from planner.free_motion.straight_ends import find_path_with_straight_ends
 from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
 from planner.paths import solved_waypoints
 from planner.paths.clear_motions import ClearMotions
-from planner.problems.actions import AtWaypoint
-from planner.problems.motion_around import FixedWaypoint, FreeMotion, KeptMotion, as_requested
-from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, ViaWaypoint, Waypoint
-from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
+from planner.problems.actions import Action, AtWaypoint
+from planner.problems.motion_around import FixedWaypoint, FreeMotion, KeptMotion, Objective, as_requested
+from planner.problems.problem import (
+    AnyWaypoint,
+    JointMotion,
+    JointWaypoint,
+    PlanningProblem,
+    PoseWaypoint,
+    ViaWaypoint,
+    Waypoint,
+)
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.quantities import MEASURES
-from planner.scene import is_free
+from planner.scene import CollisionChecker, is_free
+from planner.spatial import FloatArray
 from planner.waypoints.goal_regions import MOST_TRIED_POSITIONS, positions_in_region
 from planner.waypoints.pinned import pinned_robots
+from planner.waypoints.solve import SolvedWaypoint
 from planner.waypoints.targets import first_fixing
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from planner.free_motion.free_path import FreePath
-    from planner.problems.actions import Action
-    from planner.problems.motion_around import Objective
-    from planner.problems.problem import AnyWaypoint, PlanningProblem
-    from planner.problems.transitions import Transition
-    from planner.scene import CollisionChecker
-    from planner.spatial import FloatArray
-    from planner.waypoints.solve import SolvedWaypoint
 
 LADDER = (ThroughTransition(), BlendTransition(0.05), BlendTransition(0.01), StopTransition())
 """Transitions at the corners of a detour, the fastest first; the next is tried where the certificate refuses.

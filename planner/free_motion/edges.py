@@ -5,17 +5,13 @@ from __future__ import annotations
 from functools import lru_cache
 from math import inf
 from time import monotonic
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.scene import CONTACT_TOLERANCE, Budget, clearances
+from planner.constraints.kept_poses import KeptPoses
+from planner.scene import CONTACT_TOLERANCE, Budget, CollisionChecker, clearances
+from planner.spatial import FloatArray
 from planner.trajectories.polynomials import PiecewisePolynomial
-
-if TYPE_CHECKING:
-    from planner.constraints.kept_poses import KeptPoses
-    from planner.scene import CollisionChecker
-    from planner.spatial import FloatArray
 
 MOST_LOOKED_AT = 400
 """The largest number of joint positions, and of distances, checked on a motion before it counts as not free.

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
-from planner.free_motion.barriers import find_barrier
+from planner.constraints.kept_poses import KeptPoses
+from planner.free_motion.barriers import Barrier, find_barrier
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.rrt_connect import Trees
 from planner.free_motion.shortcuts import shortened
 from planner.problems.motion_around import MOST_CHECKS
-from planner.scene import is_free
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from planner.constraints.kept_poses import KeptPoses
-    from planner.free_motion.barriers import Barrier
-    from planner.robots import Robot
-    from planner.scene import CollisionChecker
-    from planner.spatial import FloatArray
+from planner.robots import Robot
+from planner.scene import CollisionChecker, is_free
+from planner.spatial import FloatArray
 
 AROUND = np.pi
 """Extent of the search beyond the start and the goals, rad or m, within the limits.

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from planner.dynamics import SegmentDynamics
 from planner.free_motion.shortcuts import lengths
+from planner.limits import SegmentLimits
+from planner.paths import JointPath
+from planner.problems.motion_around import Objective
+from planner.spatial import FloatArray
 from planner.trajectories.integrals import Nodes
-
-if TYPE_CHECKING:
-    from planner.dynamics import SegmentDynamics
-    from planner.limits import SegmentLimits
-    from planner.paths import JointPath
-    from planner.problems.motion_around import Objective
-    from planner.spatial import FloatArray
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 LEAST_UNIT_TIME = 1e-3
 """The least time for a radian or a metre, s, assumed for joints without a velocity limit."""

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.constraints.kept_poses import KeptPoses
+from planner.free_motion.edges import FreeEdges
 from planner.free_motion.shortcuts import lengths
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from planner.constraints.kept_poses import KeptPoses
-    from planner.free_motion.edges import FreeEdges
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 LEAST_CHANGE_GAIN = 1e-3
 """The smallest relative gain of a change that is worth a check."""

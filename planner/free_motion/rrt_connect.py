@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.free_motion.edges import FreeEdges
 from planner.free_motion.tree import Tree
-
-if TYPE_CHECKING:
-    from planner.free_motion.edges import FreeEdges
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 LONGEST_EDGE = 0.75
 """The longest edge, rad (a metre counts as a radian): about the free space around a joint position in the open."""

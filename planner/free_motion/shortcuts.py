@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from planner.free_motion.edges import FreeEdges
-    from planner.spatial import FloatArray
+from planner.free_motion.edges import FreeEdges
+from planner.spatial import FloatArray
 
 MOST_CUTS = 100
 """The most cuts that are tried on a path."""

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.free_path import FreePath, find_free_path
 from planner.kinematics.forward import tool_pose
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.problems.problem import LinearMotion, PoseWaypoint
-from planner.spatial import Pose
+from planner.robots import Robot
+from planner.scene import CollisionChecker
+from planner.spatial import FloatArray, Pose
 from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, ToolMotion, follow_motion
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.kinematics.options import InverseKinematicsOptions
-    from planner.robots import Robot
-    from planner.scene import CollisionChecker
-    from planner.spatial import FloatArray
 
 RETRACT_LENGTHS = (0.3, 0.2, 0.1, 0.05)
 """Lengths of the lines along which the tool may retract, m; the longest free one is used."""

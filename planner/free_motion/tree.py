@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 ROOT = -1
 """The parent row of a root: none."""

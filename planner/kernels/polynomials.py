@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.kernels.library import call, doubles, indices
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 
 def unit_derivatives(lengths: FloatArray, coefficients: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:

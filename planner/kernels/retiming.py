@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.kernels.library import call, doubles, indices
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 GRIDPOINTS = 3
 """Gridpoints of an interval: start, middle and end."""

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from planner.certificate.lines_and_circles import Circle, Line
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 SHORTEST = 1e-9
 """Length of a path, m, and angle of its turn, rad, below which it is none."""

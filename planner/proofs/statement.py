@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
 from planner.certificate.lines_and_circles import Circle, Line
 from planner.certificate.tool_path import requested_paths
-from planner.certificate.waypoints import certify_waypoints
-from planner.constraints import VELOCITY_AT_POSITION
+from planner.certificate.waypoints import MetWaypoints, certify_waypoints
+from planner.constraints import VELOCITY_AT_POSITION, Bounds
 from planner.constraints.pose_constraints import ToolAxis
 from planner.guarantees import end_states
+from planner.plans.result import Plan
 from planner.problems.motion_around import KeptMotion
 from planner.problems.problem import CartesianMotion
 from planner.problems.transitions import BlendTransition
 from planner.proofs.checker import BOUNDED_CLAIMS, JOINT_CLAIMS, TOOL_CLAIMS
 from planner.proofs.guides import guide_of
+from planner.robots import Robot
 from planner.scene.arrays import core_of
+from planner.scene.checker import CollisionChecker
 from planner.scene.point_cloud import Cluster
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.certificate.waypoints import MetWaypoints
-    from planner.constraints import Bounds
-    from planner.plans.result import Plan
-    from planner.robots import Robot
-    from planner.scene.checker import CollisionChecker
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 LIMITED = (*JOINT_CLAIMS, VELOCITY_AT_POSITION.name, *BOUNDED_CLAIMS)
 """The limited quantities that a proof can cover."""

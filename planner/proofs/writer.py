@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
 from planner.kinematics.forward import tool_poses
+from planner.plans.result import Plan
 from planner.proofs.checker import BOUNDED_CLAIMS, DIGESTED, FORMAT, Motion, Proof, check_file, digest
 from planner.proofs.guides import NODES, shares_of
 from planner.proofs.statement import met_waypoints, motion_of, pairs_of, paths_of, statement_of
+from planner.scene.checker import CollisionChecker
 from planner.scene.separations import UNIT_ERROR
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from planner.plans.result import Plan
-    from planner.scene.checker import CollisionChecker
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 MOST_HALVINGS_OF_PIECE = 14
 """Number of times that an interval of a piece is halved before its claim is left out of the proof."""

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
-    from planner.tasks.costs import Costs
+from planner.spatial import FloatArray
+from planner.tasks.costs import Costs
 
 ROUNDS = 200
 """The number of spanning trees, with other weights of the tasks each time."""

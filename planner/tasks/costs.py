@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.kernels.orders import least_joint_distances
-from planner.tasks.travel import UNUSABLE
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.spatial import FloatArray
-    from planner.tasks.states import States
-    from planner.tasks.travel import JointSpeeds
+from planner.spatial import FloatArray
+from planner.tasks.states import States
+from planner.tasks.travel import UNUSABLE, JointSpeeds
 
 
 class Costs:

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from planner.errors import InvalidProblem
+from planner.backends.base import BackEnd
+from planner.errors import InvalidProblem, PlanningError
+from planner.fields import FieldPath
 from planner.problems.actions import AtWaypoint
 from planner.problems.any_of import AnyOf
 from planner.problems.check import check_problem
 from planner.problems.motion_around import FreeMotion
-from planner.problems.problem import CartesianMotion, JointMotion, PoseWaypoint, RelativeWaypoint
+from planner.problems.problem import (
+    CartesianMotion,
+    JointMotion,
+    Motion,
+    PlanningProblem,
+    PoseWaypoint,
+    RelativeWaypoint,
+)
 from planner.problems.transitions import StopTransition
 from planner.tasks.rules import Rules, rule_faults
-from planner.tasks.task import ARRIVAL, given_task
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from planner.backends.base import BackEnd
-    from planner.errors import PlanningError
-    from planner.fields import FieldPath
-    from planner.problems.problem import Motion, PlanningProblem
-    from planner.tasks.task import Origin, Task
+from planner.tasks.task import ARRIVAL, Origin, Task, given_task
 
 NO_GOAL_SETS = "must be one joint position or pose; got a goal set"
 """The fault of a waypoint with options."""

@@ -2,41 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from time import monotonic
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends import as_backend
+from planner.backends.base import BackEnd
 from planner.backends.splines.cubic import Cubic
-from planner.errors import InvalidProblem
-from planner.planning.attempts import Attempt, Budget, Refused, is_unmade, run
+from planner.errors import InvalidProblem, PlanningError
+from planner.planning.attempts import Attempt, Budget, Proposals, Refused, is_unmade, run
 from planner.planning.better_detours import with_better_detours
 from planner.planning.variants import planned
+from planner.plans.result import Plan
+from planner.problems.actions import Action
 from planner.problems.motion_around import FreeMotion
-from planner.problems.problem import JointMotion
+from planner.problems.problem import AnyWaypoint, JointMotion, Motion, PlanningProblem
 from planner.problems.transitions import StopTransition
 from planner.tasks.bound import least_duration
 from planner.tasks.costs import Costs
 from planner.tasks.faults import in_tasks, refuse_faults
 from planner.tasks.rules import Rules
 from planner.tasks.search import best_order
-from planner.tasks.states import NoState, states_of_tasks
+from planner.tasks.states import NoState, States, states_of_tasks
 from planner.tasks.task import Origin, Task, given_task
 from planner.tasks.travel import UNUSABLE, JointSpeeds
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.backends.base import BackEnd
-    from planner.errors import PlanningError
-    from planner.planning.attempts import Proposals
-    from planner.plans.result import Plan
-    from planner.problems.actions import Action
-    from planner.problems.problem import AnyWaypoint, Motion, PlanningProblem
-    from planner.tasks.states import States
 
 MOST_REPAIRS = 50
 """The largest number of orders that are planned: each refused motion, and each detour, may lead to another order."""

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from planner.fields import FieldPath
-    from planner.tasks.task import Task
+from planner.fields import FieldPath
+from planner.tasks.task import Task
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,16 +9,13 @@ from __future__ import annotations
 
 from math import factorial
 from time import monotonic
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.kernels.orders import OrderProblem
-
-if TYPE_CHECKING:
-    from planner.spatial import FloatArray
-    from planner.tasks.costs import Costs
-    from planner.tasks.rules import Rules
+from planner.spatial import FloatArray
+from planner.tasks.costs import Costs
+from planner.tasks.rules import Rules
 
 MOST_STATES = 1000
 """The largest number of states whose durations the local search keeps: 8 MB."""

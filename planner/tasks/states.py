@@ -2,37 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.errors import InvalidProblem, PlanningError, UnreachableWaypoint
 from planner.kinematics.configurations import in_configuration
 from planner.kinematics.forward import tool_pose
-from planner.kinematics.inverse import solution_layers
+from planner.kinematics.inverse import IsFree, solution_layers
 from planner.kinematics.turns import TURN
 from planner.paths.joint_path import solved_waypoints
-from planner.problems.problem import CartesianMotion, JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.problem import (
+    AnyWaypoint,
+    CartesianMotion,
+    JointMotion,
+    JointWaypoint,
+    PlanningProblem,
+    PoseWaypoint,
+    RelativeWaypoint,
+)
 from planner.problems.regions import region_of
 from planner.scene import Handling, is_free
 from planner.scene.carried import checker_at_waypoints
+from planner.spatial import FloatArray, Pose
+from planner.tasks.task import Task, Visit
+from planner.tasks.travel import JointSpeeds
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, follow_motion
 from planner.waypoints.pinned import pinned_robots
 from planner.waypoints.solve import within_limits
 from planner.waypoints.targets import moved_pose
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.kinematics.inverse import IsFree
-    from planner.problems.problem import AnyWaypoint, PlanningProblem
-    from planner.spatial import FloatArray, Pose
-    from planner.tasks.task import Task, Visit
-    from planner.tasks.travel import JointSpeeds
 
 TURN_SAMPLES = 12
 """The number of turns about the tool's z axis, in a whole turn, that a state may have where the turn is free."""

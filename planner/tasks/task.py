@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from planner.problems.actions import AtWaypoint
+from planner.problems.actions import Action, AtWaypoint
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import (
+    AnyWaypoint,
     JointMotion,
     JointWaypoint,
+    Motion,
+    PlanningProblem,
     PolylineMotion,
     SplineMotion,
     Waypoint,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.problems.actions import Action
-    from planner.problems.problem import AnyWaypoint, Motion, PlanningProblem
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 ARRIVAL = ("motion", "duration", "minimum_duration", "limits", "process_force")
 """The fields of a waypoint about the segment that ends there."""

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.kinematics.turns import counted_velocity
 from planner.limits import segment_limits
-
-if TYPE_CHECKING:
-    from planner.problems.problem import PlanningProblem
-    from planner.spatial import FloatArray
+from planner.problems.problem import PlanningProblem
+from planner.spatial import FloatArray
 
 UNUSABLE = 1e6
 """The duration, s, of a motion that has no plan."""

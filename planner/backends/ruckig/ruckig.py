@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -18,14 +19,10 @@ from planner.backends.shared.straight_lines import smoothed, time_lines
 from planner.errors import InfeasibleDuration, LimitsUnsatisfiable
 from planner.guarantees import ALL_HARD, Capabilities, EndStates, Guarantee, end_states
 from planner.kinematics.turns import counted_velocity
+from planner.paths import JointPath, SegmentGroup, StraightMotions
 from planner.time_scaling.fastest import time_group
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.paths import JointPath, SegmentGroup, StraightMotions
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 FEW_SEGMENTS = 20
 """Number of segments up to which each joint's own time scaling is always tried; 50 dense segments take 1 s."""

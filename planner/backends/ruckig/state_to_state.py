@@ -8,16 +8,14 @@ a server on the internet.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 import ruckig
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.limits import SegmentLimits
-    from planner.spatial import FloatArray
+from planner.limits import SegmentLimits
+from planner.spatial import FloatArray
 
 Synchronization = Literal["phase", "time"]
 

@@ -3,34 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends.jerk_limited.s_curves import s_curves, with_ramps
-from planner.backends.ruckig.state_to_state import Rates
+from planner.backends.ruckig.state_to_state import Rates, Synchronization
 from planner.backends.ruckig.via_passages import pass_waypoints
-from planner.backends.ruckig.via_problem import ViaProblem
+from planner.backends.ruckig.via_problem import ViaMotion, ViaProblem
 from planner.backends.shared.assembly import largest_speeds
 from planner.backends.shared.straight_lines import NOTICED
 from planner.constraints import Bounds
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
-from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, JOINT_DERIVATIVES
+from planner.fields import BACK_END, FieldPath
+from planner.guarantees import END_OPTIONS, JOINT_DERIVATIVES, EndStates
+from planner.limits import SegmentLimits
+from planner.paths import JointPath
+from planner.spatial import FloatArray
 from planner.time_scaling.refusals import BindingLimit, infeasible_duration_error, no_duration_error
-from planner.time_scaling.uniform import time_scalings
+from planner.time_scaling.uniform import TimeScaling, time_scalings
 from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
-
-if TYPE_CHECKING:
-    from planner.backends.ruckig.state_to_state import Synchronization
-    from planner.backends.ruckig.via_problem import ViaMotion
-    from planner.fields import FieldPath
-    from planner.guarantees import EndStates
-    from planner.limits import SegmentLimits
-    from planner.paths import JointPath
-    from planner.spatial import FloatArray
-    from planner.time_scaling.uniform import TimeScaling
 
 MOST_SLOWINGS = 10
 """Number of times that segments are slowed, at most, until they keep the limits of torque and tool speed."""

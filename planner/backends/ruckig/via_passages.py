@@ -8,20 +8,15 @@ its position limits. Slower single joints at single waypoints remove both faults
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from planner.backends.ruckig.state_to_state import Passage, Passages, Rates, ShortestTimes
-from planner.backends.ruckig.via_problem import LATE, OUTSIDE_WEIGHT, ViaMotion
+from planner.backends.ruckig.via_problem import LATE, OUTSIDE_WEIGHT, ViaMotion, ViaProblem
 from planner.backends.ruckig.via_program import passing_states
 from planner.kernels.passing import PhasedMotions, read_cubics
+from planner.spatial import FloatArray
 from planner.tolerances import LIMIT_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial
-
-if TYPE_CHECKING:
-    from planner.backends.ruckig.via_problem import ViaProblem
-    from planner.spatial import FloatArray
 
 VIA_STATE_FACTORS = (0.75, 0.5, 0.25, 0.0)
 """Factors on a joint's velocity and acceleration at a waypoint that are tried where a segment is to be mended."""

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.backends.jerk_limited.s_curves import least_times
-from planner.backends.ruckig.state_to_state import Rates
-
-if TYPE_CHECKING:
-    from planner.backends.ruckig.state_to_state import Synchronization
-    from planner.limits import SegmentLimits
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import SegmentedPolynomial
+from planner.backends.ruckig.state_to_state import Rates, Synchronization
+from planner.limits import SegmentLimits
+from planner.spatial import FloatArray
+from planner.trajectories.polynomials import SegmentedPolynomial
 
 LATE = 30.0
 """Weight of the time beyond a requested duration, against the duration."""

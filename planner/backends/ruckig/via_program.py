@@ -20,18 +20,15 @@ pass the waypoints at speeds from which they can wait. A joint at its fastest wo
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from planner.backends.ruckig.state_to_state import Rates
-from planner.backends.ruckig.via_problem import LATE
+from planner.backends.ruckig.via_problem import LATE, ViaProblem
 from planner.guarantees import JOINT_DERIVATIVES
 from planner.kernels.passing import PassingProblem, best_states
-
-if TYPE_CHECKING:
-    from planner.backends.ruckig.via_problem import ViaProblem
-    from planner.spatial import FloatArray
+from planner.spatial import FloatArray
 
 PIECES_PER_SEGMENT = 8
 """Number of pieces of constant jerk in each segment."""

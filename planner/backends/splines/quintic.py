@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import sqrt
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.rest_to_rest import PolynomialScaling
 from planner.backends.splines.group_timing import time_group
 from planner.guarantees import ALL_HARD, Capabilities, Guarantee
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.paths import JointPath
-    from planner.trajectories.trajectory import Trajectory
+from planner.paths import JointPath
+from planner.trajectories.trajectory import Trajectory
 
 
 @dataclass(frozen=True)

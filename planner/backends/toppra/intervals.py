@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.kernels.polynomials import states_on_pieces
 from planner.kernels.profile import cut_curves
 from planner.kinematics.turns import counted_velocity
+from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
-from planner.trajectories.polynomials import joined, shifted
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.spatial import FloatArray
-    from planner.trajectories.polynomials import SegmentedPolynomial
+from planner.trajectories.polynomials import SegmentedPolynomial, joined, shifted
 
 MOST_INTERVAL_TURN = 0.25
 """Largest turn of a curve's direction on one interval, rad, joints measured by their velocity limits. With 0.3 random

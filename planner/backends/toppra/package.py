@@ -6,13 +6,11 @@ The import takes half a second and 50 MB of memory, scipy's splines included. On
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from typing import Any
 
 
 class _PlotsWhenUsed(ModuleType):

@@ -7,27 +7,21 @@ u - bend to u + bend. So x at the share p of the interval is x + 2 u d p + 2 ben
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
-from planner.backends.toppra.intervals import PROBES
+from planner.backends.toppra.intervals import PROBES, Intervals
 from planner.constraints import OF_FRICTION
 from planner.constraints.rows import path_speed_shares
-from planner.kernels.profile import LimitRows, limits_on_intervals
+from planner.dynamics import SegmentDynamics
+from planner.kernels.profile import LimitRows, PathLimits, limits_on_intervals
 from planner.kinematics.forward import JointStates
+from planner.limits import SegmentLimits
+from planner.robots import Robot
 from planner.robots.description import LEAST_FRICTION
+from planner.spatial import FloatArray
 from planner.time_scaling.refusals import refuse_what_gravity_exceeds
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.backends.toppra.intervals import Intervals
-    from planner.dynamics import SegmentDynamics
-    from planner.kernels.profile import PathLimits
-    from planner.limits import SegmentLimits
-    from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 MOST_GRAVITY = 0.9999
 """Largest share of a torque limit that gravity is taken to need; more at a point between the probes is left to the

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from planner.backends.toppra.intervals import Intervals
 from planner.backends.toppra.path_limits import path_limits
-from planner.kernels.profile import fastest_profile, judge_profile, times_between
+from planner.backends.toppra.solvers import Solver
+from planner.kernels.profile import PathLimits, fastest_profile, judge_profile, times_between
+from planner.paths import JointPath
+from planner.spatial import FloatArray
 from planner.time_scaling.compose import MOST_PIECE_HALVINGS
 from planner.trajectories.polynomials import SegmentedPolynomial, horner, quintic_hermite
-
-if TYPE_CHECKING:
-    from planner.backends.toppra.intervals import Intervals
-    from planner.backends.toppra.solvers import Solver
-    from planner.kernels.profile import PathLimits
-    from planner.paths import JointPath
-    from planner.spatial import FloatArray
 
 MOST_GRID_REFINEMENTS = 3
 """Largest number of times that intervals are split."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,10 +24,8 @@ from planner.backends.toppra.package import (
 )
 from planner.backends.toppra.path_limits import MOST_GRAVITY, MOST_SQUARE
 from planner.backends.toppra.solvers import SolverFailed
-
-if TYPE_CHECKING:
-    from planner.kernels.profile import PathLimits
-    from planner.spatial import FloatArray
+from planner.kernels.profile import PathLimits
+from planner.spatial import FloatArray
 
 LEAST_NORM = 1e-9
 """Norm of a row (a, b), in the solver's unit, below which it is rounding and limits nothing."""

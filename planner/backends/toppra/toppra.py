@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from planner.backends.toppra.intervals import LEAST_GRID_INTERVALS, cut
 from planner.backends.toppra.profile import (
     MOST_GRID_REFINEMENTS,
     MOST_PROFILE_REPAIRS,
+    Profile,
     fastest_on,
     pieces_of,
     solved_again,
@@ -23,22 +25,14 @@ from planner.backends.toppra.profile import (
 from planner.backends.toppra.solvers import Solver, SolverFailed  # Solver: the schema of the options is made from it
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids, reciprocal_accelerations
 from planner.guarantees import ALL_BUT_JERK, ALL_HARD, Capabilities, Guarantee
+from planner.paths import JointPath, SegmentGroup, StraightMotions
+from planner.spatial import FloatArray
 from planner.time_scaling.fastest import time_group
 from planner.time_scaling.refusals import duration_of_group, infeasible_duration_error, no_duration_error
-from planner.time_scaling.uniform import slowest, time_scalings
+from planner.time_scaling.uniform import TimeScaling, slowest, time_scalings
 from planner.tolerances import DURATION_TOLERANCE
-from planner.trajectories.polynomials import joined
-from planner.trajectories.trajectory import PlanWarning
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from planner.backends.toppra.profile import Profile
-    from planner.paths import JointPath, SegmentGroup, StraightMotions
-    from planner.spatial import FloatArray
-    from planner.time_scaling.uniform import TimeScaling
-    from planner.trajectories.polynomials import SegmentedPolynomial
-    from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.polynomials import SegmentedPolynomial, joined
+from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 FEW_INTERVALS = 12
 """Least number of intervals between waypoints for a first look at how fast another curve is."""
