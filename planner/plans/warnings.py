@@ -38,7 +38,7 @@ No gripper is that long.
 """
 
 WITHIN_FOLLOWING_ERRORS = frozenset(
-    {*QUANTITIES, "velocity_at_position", "torque_with_tolerances"}
+    {*QUANTITIES, "velocity_at_position", "torque_with_tolerances"} - {"tcp_centripetal_acceleration"}
     | {"waypoint_position_error", "waypoint_orientation_error", "passing_velocity_error", "duration_error"}
 )
 """The quantities whose limits hold within following errors, and errors of the plan itself."""
@@ -67,7 +67,7 @@ def plan_warnings(
     yield from unchecked_positions(problem.robot)
     yield from _attached_far_away(problem, path)
     yield from _torque_warnings(problem, path)
-    yield from _following_error_warnings(problem.robot, certificate)
+    yield from following_error_warnings(problem.robot, certificate)
     for quantity in JOINT_QUANTITIES:
         requested = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
         if requested and backend.guarantees[quantity] is not Guarantee.HARD:
@@ -149,7 +149,7 @@ def _least_distance(shape: Shape, pose: Pose) -> float:
     return float(np.linalg.norm(placed[0] + share * along)) - capsule.radius
 
 
-def _following_error_warnings(robot: Robot, certificate: Certificate) -> Iterator[PlanWarning]:
+def following_error_warnings(robot: Robot, certificate: Certificate) -> Iterator[PlanWarning]:
     """Yield a warning of limits that hold for planned positions, and not for all within the following errors."""
     if robot.following_errors is None:
         return

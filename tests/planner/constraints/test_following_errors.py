@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+import planner
 from planner.backends import BACKENDS
 from planner.certificate import Check, certify
 from planner.constraints import TOOL, TORQUE_WITH_TOLERANCES
@@ -315,6 +316,16 @@ def test_limits_that_hold_for_planned_positions_alone_have_a_warning() -> None:
     assert "path_position_deviation" in warning.message
     joints_only = plan(PlanningProblem(robot, [JointWaypoint(q) for q in WAYPOINTS]), "quintic")
     assert "following_error_not_covered" not in [each.code for each in joints_only.warnings]
+
+
+def test_an_operation_on_a_trajectory_warns_of_them_too() -> None:
+    made = plan(PlanningProblem(KUKA, [JointWaypoint(q) for q in WAYPOINTS]), "quintic")
+    limits = Limits(tcp_centripetal_acceleration=1e3)
+    reversed_ = planner.reverse_trajectory(with_errors(KUKA, ERROR), made.trajectory, limits=limits)
+    (warning,) = (each for each in reversed_.warnings if each.code == "following_error_not_covered")
+    assert "tcp_centripetal_acceleration" in warning.message
+    without = planner.reverse_trajectory(KUKA, made.trajectory, limits=limits)
+    assert "following_error_not_covered" not in [each.code for each in without.warnings]
 
 
 def test_a_proof_does_not_cover_following_errors() -> None:
