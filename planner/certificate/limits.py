@@ -183,13 +183,17 @@ def _constraint_checks(
     segments, lengths, rows = trajectory.segments, trajectory.lengths, len(limits.torque.upper)
     checks: list[Check] = []
 
+    def state_at(peak: _Peak) -> JointStates:
+        motion = derivatives[:4].evaluate(np.array([peak.piece]), np.array([peak.unit]))
+        return JointStates(dynamics.robot_on(int(segments[peak.piece])), *motion)
+
     def check(limited: SampledConstraints, peaks: Iterable[_Peak]) -> None:
         for constraint, peak in zip(limited.constraints, peaks, strict=True):
             found = _constraint_check(constraint, peak, limited, trajectory, enforced, smooth)
             if constraint.of_shares and found.limit is not None:
-                found = _as_shown(found, constraint, peak, limited.dynamics, derivatives, int(segments[peak.piece]))
+                found = _as_shown(found, constraint, peak, state_at(peak))
             if dynamics.robots[0].following_errors is not None and found.lower is not None:
-                found = _without_overestimate(found, constraint, peak, dynamics, derivatives, int(segments[peak.piece]))
+                found = _without_overestimate(found, constraint, state_at(peak))
             if constraint is TORQUE:
                 found = _by_direction(found, peak, limited, segments, derivatives, limits)
             if constraint.counts_at_rest:
@@ -292,37 +296,22 @@ def _rms_checks(trajectory: Trajectory, dynamics: SegmentDynamics, limits: Segme
     return [check]
 
 
-def _as_shown(
-    check: Check,
-    constraint: Constraint,
-    peak: _Peak,
-    dynamics: SegmentDynamics,
-    derivatives: UnitPolynomials,
-    segment: int,
-) -> Check:
+def _as_shown(check: Check, constraint: Constraint, peak: _Peak, states: JointStates) -> Check:
     """Return the check of shares of limits that depend on the state, with the limit at its peak."""
-    robot = dynamics.robot_on(segment)
-    states = derivatives[:4].evaluate(np.array([peak.piece]), np.array([peak.unit]))
-    column = robot.joint_names.index(check.joint) if check.joint is not None else 0
-    _, limit = constraint.shown(JointStates(robot, *states), column, float(check.limit or 0.0))
+    _, limit = constraint.shown(states, _column(check, states.robot), float(check.limit or 0.0))
     lower = None if peak.reached is None else peak.reached * limit
     return replace(check, peak=peak.use * limit, limit=limit, lower=lower)
 
 
-def _without_overestimate(
-    check: Check,
-    constraint: Constraint,
-    peak: _Peak,
-    dynamics: SegmentDynamics,
-    derivatives: UnitPolynomials,
-    segment: int,
-) -> Check:
+def _without_overestimate(check: Check, constraint: Constraint, states: JointStates) -> Check:
     """Return the check whose lower bound is reached with some actual positions."""
-    motion = derivatives[:4].evaluate(np.array([peak.piece]), np.array([peak.unit]))
-    states = JointStates(dynamics.robot_on(segment), *motion)
-    column = states.robot.joint_names.index(check.joint) if check.joint is not None else 0
-    over = float(constraint.overestimates(states)[0, column])
+    over = float(constraint.overestimates(states)[0, _column(check, states.robot)])
     return replace(check, lower=max((check.lower or 0.0) - over, 0.0))
+
+
+def _column(check: Check, robot: Robot) -> int:
+    """Return the number of the joint of a check; 0: it is of the tool."""
+    return 0 if check.joint is None else robot.joint_names.index(check.joint)
 
 
 def _by_direction(
