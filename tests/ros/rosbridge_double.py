@@ -52,6 +52,8 @@ class Robot:
     breaks_at: float = float("inf")
     """The time since the start at which the connection breaks, s."""
     publishes: bool = True
+    other_joints: list[str] = field(default_factory=list)
+    """Joints of a gripper, whose states come in messages of their own on the same topic."""
     goals: list[dict[str, Any]] = field(default_factory=list)
     cancelled: list[str] = field(default_factory=list)
     motion: Callable[[float], list[float]] | None = None
@@ -104,10 +106,12 @@ class Rosbridge:
     def publish_state(self) -> None:
         self.robot.move(self.loop.time())
         position = list(map(float, self.robot.position))
-        message = {"header": _header(), "name": self.robot.joints, "position": position, "velocity": [], "effort": []}
-        for client in self.clients:
-            for topic in client.topics:
-                client.send({"op": "publish", "topic": topic, "msg": message})
+        others = self.robot.other_joints
+        for names, values in ((self.robot.joints, position), (others, [0.0] * len(others))):
+            message = {"header": _header(), "name": names, "position": values, "velocity": [], "effort": []}
+            for client in self.clients if names else ():
+                for topic in client.topics:
+                    client.send({"op": "publish", "topic": topic, "msg": message})
 
     async def run_goal(self, client: Client, goal: dict[str, Any]) -> None:
         robot, key = self.robot, {"action": goal["action"], "id": goal["id"]}

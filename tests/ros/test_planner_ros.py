@@ -60,6 +60,15 @@ def test_ros_runs_the_plan_and_finds_delay_and_error_of_the_robot(tmp_path: Path
     np.testing.assert_allclose(np.array(lines[-1][1:7], dtype=float), REQUEST["waypoints"][1]["position"], atol=1e-6)
 
 
+def test_ros_takes_joint_states_between_messages_of_a_gripper(tmp_path: Path) -> None:
+    robot = Robot(JOINTS, START, other_joints=["finger_joint"])
+    with rosbridge(robot) as bridge:
+        result = run_plan(tmp_path, bridge)
+    assert result.exit_code == 0, result.output
+    rows = {line.split()[0]: line.split()[1:] for line in result.stdout.splitlines() if line.strip()}
+    assert all(abs(float(rows[joint][2])) < 0.01 for joint in JOINTS)
+
+
 def test_ros_sends_nothing_to_an_arm_that_stands_elsewhere(tmp_path: Path) -> None:
     robot = Robot(JOINTS, [0.0, -1.2, 1.25, -1.5, -1.5, 0.0])
     with rosbridge(robot) as bridge:
@@ -78,7 +87,10 @@ def test_ros_sends_nothing_to_an_arm_that_stands_elsewhere(tmp_path: Path) -> No
         (Robot(JOINTS[:5], START[:5]), "the joint states lack wrist_3_joint"),
     ],
 )
-def test_ros_reports_the_fault_of_the_robot(robot: Robot, message: str, tmp_path: Path) -> None:
+def test_ros_reports_the_fault_of_the_robot(
+    robot: Robot, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cli.work.runs.rosbridge.CONNECTION_SECONDS", 2.0)
     with rosbridge(robot) as bridge:
         result = run_plan(tmp_path, bridge)
     assert result.exit_code == 1

@@ -82,8 +82,8 @@ def run_file(
     joints, duration = solved.path.robot.joint_names, solved.trajectory.duration
     console = terminal()
     try:
-        with connected(*bridge, states) as robot_side:
-            _refuse_other_start(solved, robot_side.current_positions(joints), RosError)
+        with connected(*bridge, states, joints) as robot_side:
+            _refuse_other_start(solved, robot_side.current_positions(), RosError)
             console.print(f"{action}: sent {len(message['points'])} points, {duration:.4g} s")
             recording = robot_side.run_trajectory(message, action, duration + RESULT_SECONDS)
     except RosError as error:

@@ -61,8 +61,9 @@ class Recording:
 class Bridge:
     """A connection to rosbridge that records joint states and runs trajectories."""
 
-    def __init__(self, ros: roslibpy.Ros, states: str) -> None:
-        self._ros = ros
+    def __init__(self, ros: roslibpy.Ros, states: str, joints: Sequence[str]) -> None:
+        self._ros, self._joints = ros, joints
+        self._lacking: dict[str, float] = {}
         self._recording = Recording(-math.inf)
         self._received = threading.Event()
         self._clock_offset = math.inf
@@ -76,22 +77,26 @@ class Bridge:
         seconds = seconds or now
         self._clock_offset = min(self._clock_offset, now - seconds)  # the fastest message tells most
         positions = dict(zip(message["name"], message["position"], strict=True))
+        if not positions.keys() >= {*self._joints}:  # of a gripper, say, which has a publisher of its own
+            self._lacking = positions
+            return
         self._recording.states.append(JointState(seconds, positions))
         self._received.set()
 
-    def current_positions(self, joints: Sequence[str]) -> list[float]:
-        """Return the current positions of joints, rad or m.
+    def current_positions(self) -> list[float]:
+        """Return the current positions of the joints, rad or m.
 
         Raises:
             RosError: No joint states come, or they lack a joint.
         """
         self._received.clear()
         if not self._received.wait(CONNECTION_SECONDS):
-            raise RosError(f"no joint state came on {self._states.name} within {CONNECTION_SECONDS:g} s")
+            if not self._lacking:
+                raise RosError(f"no joint state came on {self._states.name} within {CONNECTION_SECONDS:g} s")
+            missing = [name for name in self._joints if name not in self._lacking]
+            raise RosError(f"the joint states lack {', '.join(missing)}; they have {', '.join(self._lacking)}")
         positions = self._recording.states[-1].positions
-        if missing := [name for name in joints if name not in positions]:
-            raise RosError(f"the joint states lack {', '.join(missing)}; they have {', '.join(positions)}")
-        return [positions[name] for name in joints]
+        return [positions[name] for name in self._joints]
 
     def run_trajectory(self, trajectory: dict[str, Any], action: str, seconds: float) -> Recording:
         """Send a trajectory to an action server, wait for its result, and return the messages of this run.
@@ -129,6 +134,8 @@ class Bridge:
                 client.cancel_goal(goal)
         if message := _failure(outcome):
             raise RosError(f"{action}: {message}")
+        if not self._recording.states:
+            raise RosError(f"{action} succeeded, but no joint state came on {self._states.name} during the motion")
         return self._recording
 
 
@@ -146,13 +153,14 @@ def _failure(outcome: dict[str, Any]) -> str:
 
 
 @contextmanager
-def connected(host: str, port: int, states: str) -> Iterator[Bridge]:
+def connected(host: str, port: int, states: str, joints: Sequence[str]) -> Iterator[Bridge]:
     """Connect to rosbridge until the block ends.
 
     Args:
         host: The name of the machine that runs rosbridge.
         port: The port of its WebSocket server.
         states: The topic of the joint states.
+        joints: The joints of the robot; messages that lack one are left out.
 
     Raises:
         RosError: Nothing accepts the connection.
@@ -164,6 +172,6 @@ def connected(host: str, port: int, states: str) -> Iterator[Bridge]:
         ros.close()
         raise RosError(f"no rosbridge accepts a connection at ws://{host}:{port}") from None
     try:
-        yield Bridge(ros, states)
+        yield Bridge(ros, states, joints)
     finally:
         ros.close()
