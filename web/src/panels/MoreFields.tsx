@@ -14,7 +14,7 @@ import { ObjectFields } from './SchemaFields';
 import type { Forms } from './SchemaFields';
 
 const OF_WAYPOINT = ['name', 'position', 'pose', 'frame', 'move', 'motion', 'duration', 'dwell', 'transition', 'configuration'];
-const OF_MOTION = ['optimise', 'time_budget']; // beside the choice of the motion
+const OF_MOTION = ['optimise', 'time_budget', 'keep']; // beside the choice of the motion
 const OF_REQUEST = ['robot', 'waypoints', 'scene', 'speed_zones', 'include', 'picture', 'backend'];
 
 interface Props {

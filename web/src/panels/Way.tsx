@@ -1,10 +1,12 @@
 // How the robot gets to the chosen waypoint and how it passes.
-import { motionOf, motionsOf } from '../request/motions';
+import { motionOf, MOTIONS } from '../request/motions';
+import { endsOf } from '../state/ends';
 import { halfWay } from '../state/half_way';
 import type { Limits, PlanRequest, Robot, Transition } from '../service/types';
 import { texts } from '../texts';
 import { Choice, NumberField } from './fields';
 import { FreeFields } from './FreeFields';
+import { KeptFields } from './KeptFields';
 
 interface WayProps {
   request: PlanRequest;
@@ -28,10 +30,13 @@ export function Way({ request, robot, index, change }: WayProps) {
           <Choice
             label={texts.editor.motion}
             value={motion?.kind ?? 'joint'}
-            options={motionsOf(request, index).map((kind) => [kind, texts.editor.motions[kind]] as const)}
+            options={MOTIONS.map((kind) => [kind, texts.editor.motions[kind]] as const)}
             onValue={(kind) => change({ motion: motionOf(kind, halfWay(request, robot, index)) })}
           />
           {motion?.kind === 'free' && <FreeFields motion={motion} index={index} change={(changed) => change({ motion: changed })} />}
+          {motion?.kind === 'free' && (
+            <KeptFields motion={motion} ends={() => endsOf(request, robot, index)} change={(changed) => change({ motion: changed })} />
+          )}
           <NumberField
             label={texts.editor.duration}
             unit="s"

@@ -1,17 +1,10 @@
 // The motions that a waypoint may be reached by.
-import type { FreeMotion, Motion, PlanRequest, Pose } from '../service/types';
+import type { FreeMotion, Motion, Pose } from '../service/types';
 import { withoutEmpty } from './edits';
 
 type Objective = NonNullable<FreeMotion['optimise']>;
 
-// A free motion is chosen where something may be in the way.
-export function motionsOf({ waypoints, scene, self_collision }: PlanRequest, index: number): Motion['kind'][] {
-  const mayMeet = Boolean(scene ?? self_collision);
-  const kind = waypoints[index]?.motion?.kind ?? 'joint';
-  return KINDS.filter((one) => one !== 'free' || mayMeet || kind === 'free');
-}
-
-const KINDS = ['joint', 'linear', 'circular', 'polyline', 'spline', 'free'] as const;
+export const MOTIONS = ['joint', 'linear', 'circular', 'polyline', 'spline', 'free'] as const;
 const FIRST_BLEND = 0.01; // m
 
 // A joint motion is what the service takes where none is asked. Others lead past a pose.

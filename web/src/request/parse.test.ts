@@ -3,10 +3,11 @@ import { toolAt } from '../plan/tools';
 import { placedOf } from '../scene/objects';
 import type { PlanRequest, Robot, Scene } from '../service/types';
 import { grownGeometry } from '../stage/geometry';
+import { keptMarks } from '../stage/kept';
+import { disposeOf } from '../stage/marks';
 import { firstPosition } from '../state/jointPosition';
 import { codeOf, LANGUAGES } from './code';
 import { handledNames } from './handled';
-import { motionsOf } from './motions';
 import { parseRequest } from './parse';
 import { quaternionOf, rpyOfQuaternion } from './rotations';
 import { surroundingsOf } from './surroundings';
@@ -63,7 +64,17 @@ const ways = {
   },
   attach: [{ id: 'ball', link: 'tip' }],
   detach: ['crate'],
-  motion: { kind: 'free', optimise: 'effort', time_budget: 1 },
+  motion: {
+    kind: 'free',
+    optimise: 'effort',
+    time_budget: 1,
+    keep: [
+      { kind: 'tool_axis', direction: [0, 0, 1], angle: 0.1, axis: [1, 0, 0] },
+      { kind: 'orientation', orientation: { kind: 'rpy', rpy: [0, 0, 1] }, angle: 0.1 },
+      { kind: 'box', pose: about, size: [1, 1, 1] },
+      { kind: 'half_space', normal: [0, 0, 1], offset: 1 },
+    ],
+  },
 };
 const shapes = [
   { kind: 'box', size: [1, 1, 1] },
@@ -175,7 +186,9 @@ function read(request: PlanRequest): void {
   const scene = typeof request.scene === 'object' ? (request.scene as Scene) : null;
   for (const { shape, margin } of placedOf({ ...request, scene }, arm)) grownGeometry(shape, margin, 1)?.dispose();
   request.waypoints.forEach((waypoint, index) => {
-    motionsOf(request, index);
+    const { motion } = waypoint;
+    if (motion?.kind === 'free' && motion.keep)
+      disposeOf(keptMarks({ constraints: motion.keep, ends: [{ position: [0, 0, 0] }] }, 1, 'red'));
     toolAt(request, index);
     surroundingsOf(request, scene, index, arm);
     if (waypoint.kind !== 'pose') return;

@@ -35,13 +35,24 @@ const limits = object(
 );
 
 const kindOnly = object({});
+const constraint = byKind({
+  tool_axis: object({ direction: vector, angle: number }, { axis: vector }),
+  orientation: object({ orientation, angle: number }),
+  plane: object({ point: vector, normal: vector, distance: number }),
+  line: object({ point: vector, direction: vector, distance: number }),
+  box: object({ pose, size: vector }),
+  half_space: object({ normal: vector, offset: number }),
+});
 const motion = byKind({
   joint: kindOnly,
   linear: kindOnly,
   circular: kindOnly,
   polyline: kindOnly,
   spline: kindOnly,
-  free: object({}, { optimise: nullable(oneOf('duration', 'effort', 'path_length')), time_budget: nullable(number) }),
+  free: object(
+    {},
+    { optimise: nullable(oneOf('duration', 'effort', 'path_length')), time_budget: nullable(number), keep: list(constraint) },
+  ),
 });
 const transition = byKind({ stop: kindOnly, through: kindOnly, blend: object({ radius: number }) });
 

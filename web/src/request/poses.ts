@@ -35,7 +35,7 @@ function product([ax, ay, az, aw]: Quaternion, [bx, by, bz, bw]: Quaternion): Qu
   ];
 }
 
-function rotated(turn: Quaternion, [x, y, z]: Vector): Vector {
+export function rotated(turn: Quaternion, [x, y, z]: Vector): Vector {
   const [tx, ty, tz, tw] = turn;
   const [rx, ry, rz] = product(product(turn, [x, y, z, 0]), [-tx, -ty, -tz, tw]);
   return [rx, ry, rz];

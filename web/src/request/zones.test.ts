@@ -1,7 +1,7 @@
 import { describe, expect, test } from 'vitest';
 import { slowTimes, zoneNotes } from '../plan/zones';
 import type { FreeMotion, PlanAnswer, PlanRequest, SpeedZoneAnswer } from '../service/types';
-import { budgeted, motionsOf, optimised } from './motions';
+import { budgeted, optimised } from './motions';
 import { aboutObject, withAnotherZone, withoutZone, withZone, zonesOf } from './zones';
 
 const bare: PlanRequest = {
@@ -83,11 +83,5 @@ describe('free motions', () => {
     expect(better).toEqual({ ...motion, optimise: 'effort', time_budget: 2 });
     expect(optimised(better, null)).toEqual(motion);
     expect(budgeted(better, undefined)).toEqual({ ...motion, optimise: 'effort' });
-  });
-
-  test('are offered where something may be in the way', () => {
-    expect(motionsOf(bare, 1)).toEqual(['joint', 'linear', 'circular', 'polyline', 'spline']);
-    expect(motionsOf({ ...bare, self_collision: true }, 1)).toEqual(['joint', 'linear', 'circular', 'polyline', 'spline', 'free']);
-    expect(motionsOf({ ...bare, scene: 'cell' }, 1)).toContain('free');
   });
 });

@@ -46,6 +46,7 @@ export type InverseKinematicsResult = Schemas['InverseKinematicsResult'];
 export type PositionCollision = Schemas['PositionCollision'];
 export type AttachedObject = Schemas['AttachedObject'];
 export type FreeMotion = Schemas['FreeMotion'];
+export type PoseConstraint = Schemas['PoseConstraint'];
 export type WayGain = Schemas['WayGain'];
 export type SpeedZone = Schemas['SpeedZone'];
 export type SpeedZoneAnswer = Schemas['SpeedZoneAnswer'];

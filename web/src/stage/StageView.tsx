@@ -6,6 +6,7 @@ import { limitUse } from '../plan/use';
 import type { Robot } from '../service/types';
 import type { Planned } from '../state/store';
 import { depthOf, inService, lengthBelow, written } from '../plan/units';
+import { kept } from '../state/ends';
 import { select } from '../state/selection';
 import { firstPosition, shownPosition } from '../state/jointPosition';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
@@ -217,6 +218,10 @@ function follow(
     effect(() => {
       const found = dragging?.reach() ?? null;
       stage.setReach(found?.position ?? null, found?.kind === 'reached' && !found.collision);
+    }),
+    effect(() => {
+      theme.value; // drawn anew in other colours
+      stage.setKept(kept.value);
     }),
     effect(() => stage.setGhosts(request.peek(), compared.value, JOINT_COLOURS)),
     effect(() => {

@@ -3,6 +3,7 @@ import {
   BufferGeometry,
   Color,
   Float32BufferAttribute,
+  GridHelper,
   Group,
   InstancedMesh,
   Line,
@@ -104,8 +105,19 @@ function allAxes(frames: readonly { matrix: Matrix4; length: number }[]): LineSe
   return new LineSegments(geometry, new LineBasicMaterial({ vertexColors: true }));
 }
 
-export function ball(radius: number, colour: ColorRepresentation): Mesh {
-  return new Mesh(new SphereGeometry(radius, 20, 14), new MeshBasicMaterial({ color: colour }));
+export function ball(at: readonly number[], radius: number, colour: ColorRepresentation): Mesh {
+  const mesh = new Mesh(new SphereGeometry(radius, 20, 14), new MeshBasicMaterial({ color: colour }));
+  mesh.position.fromArray(at);
+  return mesh;
+}
+
+// The ground at a height, in the colours of the theme.
+export function ground(extent: number, height: number, strong: string, weak: string): GridHelper {
+  const size = Math.ceil(extent * 2.4);
+  const grid = new GridHelper(size, size * 4, strong, weak);
+  grid.rotateX(Math.PI / 2);
+  grid.position.z = height;
+  return grid;
 }
 
 // A ball and axes at each waypoint, and the tool of those that have one; the number of a ball is that of its planned waypoint.

@@ -102,8 +102,7 @@ function disc(): CanvasTexture {
 export function gapMark([from, to]: readonly [Vector3, Vector3], size: number, colour: string): Group {
   const line = new Line(new BufferGeometry().setFromPoints([from, to]), new LineBasicMaterial({ color: colour, depthTest: false }));
   const ends = [from, to].map((at): Object3D => {
-    const end = ball(size, colour);
-    end.position.copy(at);
+    const end = ball(at.toArray(), size, colour);
     (end.material as MeshBasicMaterial).depthTest = false;
     return end;
   });

@@ -1,8 +1,9 @@
 // The three-dimensional view. It draws when something has changed, and only then.
-import { Box3, GridHelper, Group, Matrix4, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer, type Object3D } from 'three';
+import { Box3, Group, Matrix4, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer, type Object3D } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { stretchesOfTools } from '../plan/tools';
 import type { ComparedBackend, LinkShape, PlanRequest, Pose, Problem, Robot, WorkspaceAnswer } from '../service/types';
+import type { Kept } from '../state/ends';
 import type { Planned } from '../state/store';
 import { matrixOf } from '../robot/chain';
 import { reach, shapesOf, type Form, type Shape } from '../robot/shapes';
@@ -12,13 +13,14 @@ import { Cloud } from './cloud';
 import { Gizmo, type GizmoMode, type GizmoWays } from './gizmo';
 import { lights } from './lights';
 import { DIRECTIONS, isSeen, NEAR, standBack, type View } from './views';
-import { axes, ball, disposeOf, ghostLine, pathLine, toolMarks, waypointMarks } from './marks';
+import { axes, ball, disposeOf, ghostLine, ground, pathLine, toolMarks, waypointMarks } from './marks';
 import { instanceAt, listenToClicks } from './picking';
+import { keptMarks } from './kept';
 import { gapMark, obstacles } from './obstacles';
 import { pointsOf, type Pair } from '../scene/pair';
 import { mountingOf, toolOf, type Placed, type Setting } from '../scene/objects';
 
-type Drawn = 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'waiting' | 'gap' | 'pair' | 'cloud';
+type Drawn = 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'waiting' | 'gap' | 'pair' | 'cloud' | 'kept';
 
 export class Stage {
   readonly scene = new Scene();
@@ -155,10 +157,8 @@ export class Stage {
 
   setPlan(shown: Planned | null, shares: readonly number[]): void {
     const isDrawn = shown?.answer.samples.tcp_pose;
-    this.replace(
-      'path',
-      isDrawn ? pathLine(shown.answer, shares, stretchesOfTools(shown.request, shown.answer), theme.value === 'dark') : undefined,
-    );
+    const stretches = shown && stretchesOfTools(shown.request, shown.answer);
+    this.replace('path', isDrawn && pathLine(shown.answer, shares, stretches!, theme.value === 'dark'));
     if (shown && !this.isFitted) {
       this.isFitted = true;
       this.arm?.pose(shown.answer.samples.position[0]!); // the view is to hold the arm where it begins
@@ -199,9 +199,12 @@ export class Stage {
     const colour = styleColour('--bad');
     this.replace('ghost', jointPosition && this.ghost(jointPosition, colour));
     const at = place?.pose.position ?? nearest?.pose.position ?? problem?.point;
-    const mark = at ? ball(this.extent * 0.016, colour) : undefined;
-    if (at) mark?.position.fromArray(at);
-    this.replace('place', mark);
+    this.replace('place', at && ball(at, this.extent * 0.016, colour));
+  }
+
+  // Shows what the tool keeps on the way to the chosen waypoint.
+  setKept(kept: Kept | null): void {
+    this.replace('kept', kept && keptMarks(kept, this.extent, styleColour('--kept')));
   }
 
   // Shows where the arm would stand for a pose that is dragged: in red where it may not, or does not get there.
@@ -227,12 +230,8 @@ export class Stage {
   // The ground under the robot, in the colours of the theme.
   setGround(): void {
     disposeOf(this.drawn.grid);
-    const size = Math.ceil(this.extent * 2.4);
-    const grid = new GridHelper(size, size * 4, styleColour('--grid-strong'), styleColour('--ground'));
-    grid.rotateX(Math.PI / 2);
-    grid.position.z = Math.min(0, this.bounds().min.z);
-    this.drawn.grid = grid;
-    this.scene.add(grid);
+    this.drawn.grid = ground(this.extent, Math.min(0, this.bounds().min.z), styleColour('--grid-strong'), styleColour('--ground'));
+    this.scene.add(this.drawn.grid);
     this.draw();
   }
 
@@ -291,9 +290,9 @@ export class Stage {
     this.renderer.render(this.scene, this.camera);
   }
 
-  private replace(name: Drawn, object: Object3D | undefined): void {
+  private replace(name: Drawn, object: Object3D | null | undefined): void {
     disposeOf(this.drawn[name]);
-    this.drawn[name] = object;
+    this.drawn[name] = object ?? undefined;
     if (object) this.world.add(object);
     this.draw();
   }
