@@ -10,6 +10,9 @@ from planner.backends import Ruckig as Ruckig
 from planner.backends import Toppra as Toppra
 from planner.backends import Trapezoidal as Trapezoidal
 from planner.backends import as_backend as as_backend
+from planner.cells import ClearanceBetween as ClearanceBetween
+from planner.cells import Mover as Mover
+from planner.cells import clearance_between as clearance_between
 from planner.certificate import Certificate as Certificate
 from planner.certificate import Check as Check
 from planner.certificate import Clearance as Clearance

@@ -128,7 +128,8 @@ def moving_bodies(robot: Robot, checker: CollisionChecker) -> Bodies:
     """Return the moving bodies: the pieces of a robot, its carried objects, and its tool centre point."""
     frame = robot.model.frames[robot.tool_frame_id]
     placement = frame.placement.rotation, frame.placement.translation
-    return Bodies(robot, [*checker.bodies.pieces, Body("tool", int(frame.parentJoint), *placement, TOOL_POINT)])
+    tool = Body("tool", int(frame.parentJoint), *placement, TOOL_POINT)
+    return Bodies(checker.bodies.tree, [*checker.bodies.pieces, tool])
 
 
 def near_intervals(

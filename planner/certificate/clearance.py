@@ -140,7 +140,7 @@ def certify_clearance_along(
         PlanningError: See `certify_clearance`; times, segments and waypoints refer to the whole.
     """
     report: ClearanceReport | None = None
-    for checker, part, begin in _parts(checkers, trajectory):
+    for checker, part, begin in parts_of(checkers, trajectory):
         if not checker.is_empty:
             report = _nearer(report, _later(_certified_part(checker, part, begin, tolerance), begin))
     return report
@@ -172,7 +172,7 @@ def _certified_part(
     return report_of(checker, found)
 
 
-def _parts(
+def parts_of(
     checkers: Sequence[CollisionChecker], trajectory: Trajectory
 ) -> Iterator[tuple[CollisionChecker, Trajectory, float]]:
     """Yield the parts of a trajectory on which nothing changes, each with the time at which it begins, s."""

@@ -161,6 +161,10 @@ class Distances:
         self._arrays, self._measure = arrays.checked(), measure
         self._table = self._arrays.table()
 
+    def with_own_margins(self, own_margins: FloatArray) -> Self:
+        """Return the kernels with other margins (own pairs,) of pairs of bodies, m."""
+        return type(self)(self._arrays._replace(own_margins=own_margins), self._measure)
+
     def prove(
         self, lengths: FloatArray, coefficients: FloatArray, breakpoints: FloatArray, request: tuple[float, ...]
     ) -> Found:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from planner.kinematics.following_errors import levers
 from planner.robots import Robot
 from planner.shapes import BoundingCapsule, Shape
-from planner.spatial import FloatArray
+from planner.spatial import FloatArray, Pose
 from planner.tolerances import ROUNDING
 from planner.trajectories.polynomials import PiecewisePolynomial, bernstein_matrix, powers, shifted
 
@@ -39,6 +38,45 @@ class Body(NamedTuple):
     shape: Shape
 
 
+class JointTree(NamedTuple):
+    """Joints that turn about, or slide along, the z axis of their frames; several may start at the base.
+
+    Attributes:
+        is_angle: (joints,): whether each joint turns.
+        parents: The number of the joint before each, from 1; 0 is the base.
+        turns: (joints, 3, 3): rotation of each joint's frame in the frame before it, at a joint position of 0.
+        shifts: (joints, 3), m.
+    """
+
+    is_angle: np.ndarray
+    parents: tuple[int, ...]
+    turns: FloatArray
+    shifts: FloatArray
+
+    @classmethod
+    def of(cls, robot: Robot) -> Self:
+        """Return the joints of a robot in its base frame."""
+        placements = robot.model.jointPlacements.tolist()[1:]
+        turns = np.reshape([placement.rotation for placement in placements], (-1, 3, 3))
+        shifts = np.reshape([placement.translation for placement in placements], (-1, 3))
+        return cls(robot.is_angle, tuple(int(parent) for parent in list(robot.model.parents)[1:]), turns, shifts)
+
+    def placed(self, rotation: FloatArray, translation: FloatArray) -> Self:
+        """Return the joints with their base at a rotation (3, 3) and a translation (3,), m."""
+        first = np.array(self.parents, dtype=int) == 0
+        turns, shifts = self.turns.copy(), self.shifts.copy()
+        turns[first], shifts[first] = rotation @ turns[first], shifts[first] @ rotation.T + translation
+        return self._replace(turns=turns, shifts=shifts)
+
+    def beside(self, other: JointTree) -> JointTree:
+        """Return these joints, and then other joints on the same base."""
+        count = len(self.parents)
+        parents = (*self.parents, *(parent + count if parent else 0 for parent in other.parents))
+        is_angle = np.concatenate([self.is_angle, other.is_angle])
+        turns, shifts = np.concatenate([self.turns, other.turns]), np.concatenate([self.shifts, other.shifts])
+        return JointTree(is_angle, parents, turns, shifts)
+
+
 class Placements(NamedTuple):
     """The placements of bodies at N joint positions, in the base frame.
 
@@ -58,25 +96,21 @@ class Placements(NamedTuple):
 
 
 class Bodies:
-    """The convex pieces that move with the joints of a robot.
+    """The convex pieces that move with the joints of one robot or of several.
 
     Attributes:
+        tree: The joints.
         pieces: The pieces.
         joints: (bodies,): number of the joint of each.
         radii: (bodies,), m: of the bounding capsules.
         is_moved: (bodies, joints): whether each joint moves the body.
     """
 
-    def __init__(self, robot: Robot, pieces: Sequence[Body]) -> None:
-        self.pieces = tuple(pieces)
-        model = robot.model
-        self.is_angle = robot.is_angle
-        self._parents = [int(parent) for parent in list(model.parents)[1:]]
-        placements = model.jointPlacements.tolist()[1:]
-        self._turns = [placement.rotation.copy() for placement in placements]
-        self._shifts = [placement.translation.copy() for placement in placements]
-        chains = np.zeros((robot.dof + 1, robot.dof), dtype=bool)
-        for k, parent in enumerate(self._parents):
+    def __init__(self, tree: JointTree, pieces: Sequence[Body]) -> None:
+        self.tree, self.pieces = tree, tuple(pieces)
+        self.is_angle = tree.is_angle
+        chains = np.zeros((len(tree.parents) + 1, len(tree.parents)), dtype=bool)
+        for k, parent in enumerate(tree.parents):
             chains[k + 1] = chains[parent]
             chains[k + 1, k] = True
         self.joints = np.array([piece.joint for piece in self.pieces], dtype=int)
@@ -91,17 +125,48 @@ class Bodies:
         self._spheres = starts[:, None] + shares * (ends - starts)[:, None]
         self.radii = np.array([capsule.radius for capsule in capsules])
 
-    def displacements_by(self, robot: Robot) -> FloatArray:
-        """Bound the displacements (bodies, joints), m, by the following errors of each joint, at any joint position."""
+    def placed(self, base: Pose | None) -> Bodies:
+        """Return the bodies with their base at a pose; without a rotation, it has the same axes."""
+        if base is None:
+            return self
+        rotation = np.eye(3) if base.rotation is None else base.rotation
+        pieces = [
+            piece
+            if piece.joint
+            else piece._replace(
+                rotation=rotation @ piece.rotation, translation=rotation @ piece.translation + base.position
+            )
+            for piece in self.pieces
+        ]
+        return Bodies(self.tree.placed(rotation, base.position), pieces)
+
+    def beside(self, other: Bodies) -> Bodies:
+        """Return these bodies, and then other bodies on the same base."""
+        count = len(self.tree.parents)
+        moved = (piece._replace(joint=piece.joint + count) if piece.joint else piece for piece in other.pieces)
+        return Bodies(self.tree.beside(other.tree), [*self.pieces, *moved])
+
+    def displacements_by(self, changes: FloatArray, farthest: FloatArray) -> FloatArray:
+        """Bound the displacements (bodies, joints), m, by changes of the joints, at any joint position.
+
+        Args:
+            changes: (joints,), the largest change of each joint, rad or m.
+            farthest: (joints,), the largest magnitude of each joint's position; only joints that slide count.
+        """
         reaches = np.linalg.norm(self._spheres, axis=2).max(axis=1) + self.radii
-        each = zip(self.joints.tolist(), reaches.tolist(), strict=True)
-        of_joints = np.array([levers(robot, joint, reach) for joint, reach in each]).reshape(-1, robot.dof)
-        return of_joints * [joint.following_error for joint in robot.joints]
+        offsets = np.linalg.norm(self.tree.shifts, axis=1) + np.where(self.is_angle, 0.0, farthest)
+        levers = np.zeros(self.is_moved.shape)
+        for row, (joint, away) in enumerate(zip(self.joints.tolist(), reaches.tolist(), strict=True)):
+            while joint:
+                levers[row, joint - 1] = away if self.is_angle[joint - 1] else 1.0
+                away += offsets[joint - 1]
+                joint = self.tree.parents[joint - 1]
+        return levers * changes
 
     def joint_rows(self) -> FloatArray:
         """Return rotation, origin, whether it turns, and the joint before of each joint, as the kernels read them."""
-        turns, shifts = np.reshape(self._turns, (-1, 9)), np.reshape(self._shifts, (-1, 3))
-        return np.column_stack([turns, shifts, self.is_angle, self._parents])
+        tree = self.tree
+        return np.column_stack([tree.turns.reshape(-1, 9), tree.shifts, self.is_angle, tree.parents])
 
     def at(self, positions: FloatArray) -> Placements:
         """Compute the placements of the bodies at joint positions (N, joints), rad or m."""
@@ -116,7 +181,7 @@ class Bodies:
         rotations, origins = np.empty((count, joints + 1, 3, 3)), np.zeros((count, joints + 1, 3))
         rotations[:, 0] = np.eye(3)
         cosines, sines = np.cos(positions)[..., None], np.sin(positions)[..., None]
-        for k, (parent, turn, shift) in enumerate(zip(self._parents, self._turns, self._shifts, strict=True)):
+        for k, (parent, turn, shift) in enumerate(zip(*self.tree[1:], strict=True)):
             before = rotations[:, parent] @ turn
             origins[:, k + 1] = origins[:, parent] + rotations[:, parent] @ shift
             if self.is_angle[k]:

@@ -11,7 +11,7 @@ import numpy as np
 from planner.kernels.clearance import Distances, Measured
 from planner.robots import Robot
 from planner.scene.arrays import piece_arrays
-from planner.scene.bodies import Bodies, Body, Placements
+from planner.scene.bodies import Bodies, Body, JointTree, Placements
 from planner.scene.obstacles import Obstacles
 from planner.scene.point_cloud import Cluster
 from planner.scene.scene import AttachedObject, Scene, refuse_faults
@@ -97,7 +97,7 @@ class CollisionChecker:
             for shape in shapes
         ]
         carried = [body for thing in self.scene.attached for body in _bodies_of(robot, thing)]
-        self.bodies = Bodies(robot, [*links, *carried])
+        self.bodies = Bodies(JointTree.of(robot), [*links, *carried])
         self.obstacles = Obstacles(self.scene.objects, robot.mounting)
         self._allowed = {frozenset(pair) for pair in self.scene.allowed_pairs}
         fine = {k for k, shape in enumerate(shapes) if self_collision or not shape.is_coarse}
@@ -136,6 +136,11 @@ class CollisionChecker:
             return float((self._uncertainties[self.first] + self._uncertainties[self.second]).max(initial=0.0))
         pairs = self.requested.get(kind)
         return 0.0 if pairs is None else float(self._uncertainties[pairs.any(axis=1)].max(initial=0.0))
+
+    @property
+    def largest_uncertainty(self) -> float:
+        """The largest distance of the machine outside its estimated shapes, m; 0: none is estimated."""
+        return float(self._uncertainties.max(initial=0.0))
 
     def names(self, pair: int) -> tuple[str, str]:
         """Return the names of a pair."""
@@ -266,7 +271,7 @@ class CollisionChecker:
 
     def _widen_margins(self, robot: Robot) -> None:
         """Add the displacements by following errors to the margins, except of pairs that may touch."""
-        moved = self.bodies.displacements_by(robot)
+        moved = displacements_by_following(self.bodies, robot)
         self.margins += np.where(self._may_be_near, 0.0, moved.sum(axis=1)[:, None])
         once = self.bodies.is_moved[self.first] != self.bodies.is_moved[self.second]
         self.own_margins = np.where(once, moved[self.first] + moved[self.second], 0.0).sum(axis=1)
@@ -276,6 +281,12 @@ class CollisionChecker:
 def checker_of(robot: Robot, scene: Scene | None, self_collision: bool | None) -> CollisionChecker:
     """Return the checker of a robot in a scene, from a cache for the same objects."""
     return CollisionChecker(robot, scene, self_collision=self_collision)
+
+
+def displacements_by_following(bodies: Bodies, robot: Robot) -> FloatArray:
+    """Bound the displacements (bodies, joints), m, of a robot's bodies by its following errors."""
+    farthest = np.abs([robot.limit("lower"), robot.limit("upper")]).max(axis=0)
+    return bodies.displacements_by(np.array([joint.following_error for joint in robot.joints]), farthest)
 
 
 def _bodies_of(robot: Robot, thing: AttachedObject) -> Sequence[Body]:

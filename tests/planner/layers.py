@@ -38,6 +38,7 @@ LAYERS = (
     "proofs",
     "planning",
     "tasks",
+    "cells",
     "operations",
     "comparison",
     "export",

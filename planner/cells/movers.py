@@ -1,0 +1,210 @@
+"""Machines and objects that move on known trajectories, in the world and on one clock."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from planner.certificate.clearance import parts_of, segment_checkers
+from planner.errors import InvalidProblem
+from planner.fields import FieldPath
+from planner.plans.result import Plan
+from planner.robots import Robot
+from planner.scene.bodies import Bodies, Body, JointTree, excursions
+from planner.scene.checker import CollisionChecker, checker_of, displacements_by_following
+from planner.scene.point_cloud import Cluster
+from planner.scene.scene import HERE, Scene, SceneObject
+from planner.shapes import Shape
+from planner.spatial import FloatArray, Pose, as_pose
+from planner.trajectories.polynomials import PiecewisePolynomial, shifted
+from planner.trajectories.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """The bodies of a mover in an interval of time in which they stay the same.
+
+    Before the interval the bodies rest where it begins; after it, where it ends.
+
+    Attributes:
+        bodies: The bodies, in the world.
+        motion: The motion of their joints, from time 0 on, rad or m.
+        start: When the motion starts, s.
+        begin: When the phase begins, s; negative infinity: it is the first.
+        end: When it ends, s; infinite: it is the last.
+        displacements: (bodies,), m, by following errors.
+        uncertainty: Largest distance of the machine outside its estimated shapes, m.
+    """
+
+    bodies: Bodies
+    motion: PiecewisePolynomial
+    start: float
+    begin: float
+    end: float
+    displacements: FloatArray
+    uncertainty: float = 0.0
+
+    @property
+    def stop(self) -> float:
+        """When the motion stops, s."""
+        return self.start + float(self.motion.breakpoints[-1])
+
+    def between(self, begin: float, end: float) -> PiecewisePolynomial:
+        """Return the motion of the joints in an interval of time, s, which may be longer than the phase."""
+        whole = float(self.motion.breakpoints[-1])
+        low, high = (min(max(at - self.start, 0.0), whole) for at in (begin, end))
+        parts = []
+        if begin < self.start:
+            parts.append(self._rest(0.0, min(end, self.start) - begin))
+        if high > low:
+            parts.append(self.motion.between(low, high))
+        if end > self.stop:
+            parts.append(self._rest(whole, end - max(begin, self.stop)))
+        if not parts:
+            return self._rest(low, 0.0)
+        return parts[0].followed_by(*parts[1:])
+
+    def _rest(self, at: float, length: float) -> PiecewisePolynomial:
+        (position,) = self.motion.evaluate(np.array([at]), [0])[0]
+        return PiecewisePolynomial(np.array([length]), position[None, :, None])
+
+    def displacements_within(self, begin: float, end: float, shift: float) -> FloatArray:
+        """Bound the displacements (bodies,), m, of the bodies between times of an interval at most a shift apart, s."""
+        motion = self.between(begin, end)
+        rates = PiecewisePolynomial(motion.lengths, motion.derivative_coefficients(1))
+        ends = motion.breakpoints[[0]], motion.breakpoints[[-1]]
+        nowhere = np.zeros((1, self.motion.coefficients.shape[1]))
+        fastest = excursions(rates, *ends, nowhere)[0]
+        farthest = excursions(motion, *ends, nowhere)[0]
+        return np.asarray(self.bodies.displacements_by(fastest * shift, farthest).sum(axis=1), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Mover:
+    """A robot or an object on a known trajectory in the world.
+
+    It rests before its trajectory starts and after it ends.
+
+    Examples:
+        >>> import planner
+        >>> box = [planner.Box([0.2, 0.2, 0.2])]
+        >>> part = planner.Mover.sliding("part", box, planner.Pose([1.0, -1.0, 0.4]), [0.0, 0.25, 0.0], 8.0)
+        >>> part.duration
+        8.0
+
+    Attributes:
+        name: The name that checks and refusals use.
+        phases: Its bodies and their motions, in order of time.
+    """
+
+    name: str
+    phases: tuple[Phase, ...]
+
+    @classmethod
+    def sliding(
+        cls,
+        name: str,
+        shapes: Sequence[Shape],
+        pose: Pose,
+        velocity: ArrayLike,
+        duration: float,
+        start: float = 0.0,
+    ) -> Self:
+        """Return an object that slides along a straight line at constant velocity, such as a part on a belt.
+
+        Args:
+            name: Its name.
+            shapes: Its bounded shapes, in its own frame.
+            pose: Its pose in the world before it slides.
+            velocity: (3,), m/s, in the world.
+            duration: The time for which it slides, s.
+            start: The time at which it starts, s.
+
+        Raises:
+            InvalidProblem: The velocity, the duration or the start is not finite, or a shape is not bounded.
+        """
+        v, pose = np.array(velocity, dtype=np.float64), as_pose(pose, "pose")
+        faults: list[tuple[FieldPath, str]] = []
+        if v.shape != (3,) or not np.isfinite(v).all():
+            faults.append((("velocity",), "must be three finite numbers"))
+        if not 0.0 < duration < np.inf:
+            faults.append((("duration",), f"must be positive and finite; got {duration:g}"))
+        if not np.isfinite(start):
+            faults.append((("start",), "must be finite"))
+        for k, shape in enumerate(shapes):
+            if shape.bounding_capsule is None:
+                faults.append((("shapes", k), "must be bounded; a half space is not"))
+        if faults:
+            raise InvalidProblem(faults)
+        speed = float(np.linalg.norm(v))
+        along = v / speed if speed else np.array([0.0, 0.0, 1.0])
+        across = np.eye(3)[np.abs(along).argmin()]
+        x = np.cross(across, along) / np.linalg.norm(np.cross(across, along))
+        frame = np.column_stack([x, np.cross(along, x), along])
+        tree = JointTree(np.array([False]), (0,), frame[None], pose.position[None])
+        turn = frame.T if pose.rotation is None else frame.T @ pose.rotation
+        bodies = Bodies(tree, [Body(name, 1, turn, np.zeros(3), shape) for shape in shapes])
+        motion = PiecewisePolynomial(np.array([duration]), np.array([[[0.0, speed]]]))
+        return cls(name, (Phase(bodies, motion, start, -np.inf, np.inf, np.zeros(len(shapes))),))
+
+    @classmethod
+    def of_trajectory(cls, name: str, robot: Robot, trajectory: Trajectory, scene: Scene | None = None) -> Self:
+        """Return a robot that runs a trajectory, with the attached objects of a scene; its mounting is its base."""
+        given = () if scene is None else scene.objects
+        return cls._of(name, [(robot, checker_of(robot, scene, False), trajectory, 0.0)], given)
+
+    @classmethod
+    def of_plan(cls, name: str, plan: Plan) -> Self:
+        """Return the robot of a plan, with the objects that it carries, takes and puts down."""
+        checkers = segment_checkers(plan.problem, plan.path.positions)
+        given = () if plan.problem.scene is None else plan.problem.scene.objects
+        return cls._of(name, [(plan.problem.robot, *part) for part in parts_of(checkers, plan.trajectory)], given)
+
+    @classmethod
+    def _of(
+        cls,
+        name: str,
+        parts: Sequence[tuple[Robot, CollisionChecker, PiecewisePolynomial, float]],
+        given: Sequence[SceneObject] = (),
+    ) -> Self:
+        """Return a robot in parts of its trajectory; objects of its scenes that are not given are its own."""
+        limits = [-np.inf, *(begin for *_, begin in parts[1:]), np.inf]
+        phases = []
+        for (robot, checker, motion, start), (begin, end) in zip(parts, pairwise(limits), strict=True):
+            own = {thing.id for thing in checker.scene.objects if not any(thing is other for other in given)}
+            put_down = [
+                Body(piece.name, 0, piece.rotation, piece.translation, piece.shape)
+                for piece in checker.obstacles.pieces
+                if piece.name in own and not isinstance(piece.shape, Cluster)
+            ]
+            bodies = Bodies(checker.bodies.tree, [*checker.bodies.pieces, *put_down])
+            moved = np.zeros(len(bodies.pieces))
+            if robot.following_errors is not None:
+                moved = displacements_by_following(bodies, robot).sum(axis=1)
+            placed = bodies.placed(robot.mounting or HERE)
+            phases.append(Phase(placed, motion, start, begin, end, moved, checker.largest_uncertainty))
+        return cls(name, tuple(phases))
+
+    @property
+    def duration(self) -> float:
+        """When its trajectory ends on the clock, s."""
+        return self.phases[-1].stop
+
+
+def side_by_side(first: PiecewisePolynomial, second: PiecewisePolynomial) -> PiecewisePolynomial:
+    """Return two curves of one length as one curve of all joints, on common breakpoints."""
+    whole = min(first.breakpoints[-1], second.breakpoints[-1])
+    inner = np.union1d(first.breakpoints[1:-1], second.breakpoints[1:-1])
+    knots = np.concatenate([[0.0], inner[(inner > 0.0) & (inner < whole)], [whole]])
+    order = max(first.coefficients.shape[2], second.coefficients.shape[2])
+    rows = []
+    for curve in (first.padded(order), second.padded(order)):
+        pieces, local = curve.locate((knots[:-1] + knots[1:]) / 2.0)
+        local = np.maximum(local - np.diff(knots) / 2.0, 0.0)
+        rows.append(shifted(curve.coefficients[pieces], local[:, None]))
+    return PiecewisePolynomial(np.diff(knots), np.concatenate(rows, axis=1))
