@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import ast
+import json
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from playwright.sync_api import expect
 
+from planner.limits import JOINT_QUANTITIES
 from tests.locations import ROOT
-from web.tests.browser import opened, planned
+from web.tests.browser import TOO_SHORT, opened, planned
 from web.tests.test_conditions import violations
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from playwright.sync_api import Browser, Page
 
     from tests.api.conftest import RunningService
@@ -23,6 +28,12 @@ SHOWN = """() => {
   return texts.filter((text) => text).map((text) => text.trim());
 }"""
 """Collects the texts and labels that the page shows."""
+
+UNCHECKED: dict[str, Any] = {
+    "robot": "ngv_refuelling_arm",
+    "waypoints": [{"kind": "joint", "position": [angle, -0.4, 0.2, 0.0, 0.3, 0.0]} for angle in (0.1, 0.3)],
+}
+"""A request with a warning: the robot has no position limits."""
 
 
 def texts_of(language: str) -> set[str]:
@@ -57,3 +68,56 @@ def test_a_german_browser_shows_german_and_a_person_may_change_that(browser: Bro
         assert texts & only_german == set()
         page.reload()
         expect(page.get_by_role("button", name="Deutsch")).to_be_visible()
+
+
+def warning_codes() -> Iterator[str]:
+    """Yield the codes of all warnings that the library and the service make."""
+    values = {"quantity": JOINT_QUANTITIES, "verb": ("starts", "ends")}
+    for file in (*(ROOT / "planner").rglob("*.py"), *(ROOT / "api").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if not isinstance(node, ast.Call) or getattr(node.func, "id", "") != "PlanWarning":
+                continue
+            code = ast.unparse(node.args[0])
+            if found := re.fullmatch(r"f'(.*)\{(\w+)\}(.*)'", code):
+                yield from (f"{found[1]}{value}{found[3]}" for value in values[found[2]])
+            elif not isinstance(node.args[0], ast.Starred):
+                yield code.strip("'")
+
+
+def test_every_warning_of_the_service_has_a_german_text() -> None:
+    texts = (ROOT / "web/src/texts/de/warnings.ts").read_text()
+    codes = set(warning_codes())
+    assert len(codes) > 20
+    assert set(re.findall(r"^  (\w+):", texts, re.MULTILINE)) == codes
+
+
+def use_german(page: Page, request: dict[str, Any]) -> None:
+    page.get_by_role("tab", name="Anfrage").click()
+    page.get_by_label("Die Anfrage als JSON").fill(json.dumps(request))
+    page.get_by_role("button", name="Diese Anfrage verwenden").click()
+
+
+def test_a_refusal_and_a_warning_are_in_german_with_their_original(browser: Browser, service: RunningService) -> None:
+    """A remedy is in German, too: its change in words, and the original text of its effect behind a disclosure."""
+    refused = service.client.post("/v1/trajectories", json=TOO_SHORT).json()
+    with opened(browser, f"{service.url}/", locale="de-DE") as page:
+        planned(page)
+        use_german(page, TOO_SHORT)
+        refusal = page.get_by_role("alert", name="Ablehnung")
+        expect(refusal.get_by_role("heading", level=2)).to_have_text("Eine Dauer ist zu kurz für die Grenzen")
+        expect(refusal).to_contain_text(
+            f"Verlangt sind 0.5 s; die Grenzen brauchen mindestens {refused['limit']:.4g} s."
+        )
+        expect(refusal).to_contain_text(f"Wegpunkt 1, Dauer: {refused['remedies'][0]['value']:.4g} s")
+        expect(refusal.get_by_text(refused["detail"])).to_be_hidden()
+        expect(refusal.get_by_text(refused["remedies"][0]["explanation"])).to_be_hidden()
+        for disclosure in refusal.get_by_text("Originaltext (englisch)").all():
+            disclosure.click()
+        expect(refusal.get_by_text(refused["detail"])).to_be_visible()
+        assert violations(page) == []
+        refusal.get_by_role("button", name="Anwenden").first.click()
+        assert "Zertifiziert" in planned(page)
+        use_german(page, UNCHECKED)
+        page.get_by_role("tab", name="Zertifikat").click()
+        expect(page.locator(".warnings")).to_contain_text("Nicht alle Gelenke haben Positionsgrenzen")
+        expect(page.locator(".warnings")).to_contain_text("Originaltext (englisch)")

@@ -1,6 +1,7 @@
 // Batches: one is sent as a grid or opened by its id, and seen while it is planned.
 import { useEffect } from 'preact/hooks';
 import { seconds, short } from '../plan/units';
+import { messageOf } from '../request/messages';
 import { apiKey, base } from '../service/client';
 import type { Batch } from '../service/types';
 import { batches, batchProblem, cancelBatch, fileOf, listBatches, openBatch, reasons, shownBatch } from '../state/batches';
@@ -8,6 +9,7 @@ import type { BatchFile } from '../state/batches';
 import { texts } from '../texts';
 import { BatchGrid } from './BatchGrid';
 import { equalParts, Histogram } from './Histogram';
+import { ProblemText } from './Message';
 import { save } from './save';
 
 export function BatchPanel() {
@@ -16,8 +18,8 @@ export function BatchPanel() {
     <>
       {batchProblem.value && (
         <div class="refusal" role="alert" aria-label={texts.batch.refused}>
-          <strong>{batchProblem.value.title}</strong>
-          <p>{batchProblem.value.detail}</p>
+          <strong>{messageOf(batchProblem.value).title}</strong>
+          <ProblemText problem={batchProblem.value} />
         </div>
       )}
       {shownBatch.value && <BatchView shown={shownBatch.value} />}

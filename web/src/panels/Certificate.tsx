@@ -4,11 +4,13 @@ import { estimateOf } from '../plan/estimates';
 import { titleOf, unitOfQuantity } from '../plan/quantities';
 import { lengthBelow, short, shownIn, written } from '../plan/units';
 import { zoneNotes } from '../plan/zones';
+import { warningOf } from '../request/messages';
 import { seek } from '../state/playback';
 import { robot, shownPlan } from '../state/store';
 import { goToNearest, KINDS, marginOf } from '../state/surroundings';
 import type { Kind } from '../state/surroundings';
 import { texts } from '../texts';
+import { Original } from './Message';
 
 export function Certificate() {
   const [planned, arm] = [shownPlan.value, robot.value];
@@ -46,9 +48,15 @@ export function Certificate() {
         <>
           <h3>{texts.result.warnings}</h3>
           <ul class="warnings">
-            {warnings.map(({ code, message }) => (
-              <li key={code + message}>{message}</li>
-            ))}
+            {warnings.map((warning) => {
+              const { text, original } = warningOf(warning);
+              return (
+                <li key={warning.code + warning.message}>
+                  {text}
+                  <Original texts={original === null ? [] : [original]} />
+                </li>
+              );
+            })}
           </ul>
         </>
       )}

@@ -1,6 +1,7 @@
 // Several back ends side by side; their paths are ghosts on the stage.
 import { short, shownIn, withUnit } from '../plan/units';
 import { jointColour } from '../plots/colours';
+import { messageOf } from '../request/messages';
 import { chooseBackend } from '../state/actions';
 import { compare } from '../state/planning';
 import { compared, comparing, request } from '../state/store';
@@ -53,7 +54,7 @@ function Entry({ entry, index }: { entry: Compared; index: number }) {
         </button>
       </th>
       {problem ? (
-        <td colSpan={7}>{problem.title}</td>
+        <td colSpan={7}>{messageOf(problem).title}</td>
       ) : (
         <>
           <td class="number">{figure(duration, 4)}</td>

@@ -1,15 +1,20 @@
 // Why there is no plan: the place, the joint, the waypoint, and remedies that apply at a click.
 import type { Problem, Remedy } from '../service/types';
 import { changeInWords } from '../request/changes';
+import { messageOf } from '../request/messages';
 import { remedied, waysOf } from '../request/edits';
 import { depthOf, seconds, written } from '../plan/units';
 import { show } from '../state/actions';
 import { select } from '../state/selection';
-import { request, shownPlan } from '../state/store';
-import { texts } from '../texts';
+import { request, robot, shownPlan } from '../state/store';
+import { language, texts } from '../texts';
+import { Original } from './Message';
 
 export function Refusal({ problem }: { problem: Problem }) {
   const { waypoint, segment, joint, time, pair } = problem;
+  const { title, sentences, original } = messageOf(problem, robot.value?.joints);
+  const isOwn = original.length === 0;
+  const faults = (problem.errors ?? []).map(({ pointer, message }) => `${pointer || '/'}: ${message}`);
   const where = [
     typeof waypoint === 'number' && typeof segment !== 'number' ? place(waypoint) : null,
     typeof segment === 'number' ? texts.refusal.segment(segment, place(segment), place(segment + 1)) : null,
@@ -18,8 +23,8 @@ export function Refusal({ problem }: { problem: Problem }) {
   ].filter((part) => part !== null && part !== undefined);
   return (
     <section class="refusal" role="alert" aria-label={texts.refusal.label}>
-      <h2>{problem.title}</h2>
-      <p>{problem.detail}</p>
+      <h2>{title}</h2>
+      <p>{sentences.join(' ')}</p>
       {where.length > 0 && (
         <p class="where">
           {where.join(', ')}{' '}
@@ -41,15 +46,17 @@ export function Refusal({ problem }: { problem: Problem }) {
       )}
       {(problem.place ?? problem.position) && <p class="hint">{texts.refusal.place}</p>}
       {problem.nearest && <p class="hint">{texts.refusal.nearest(written(problem.nearest.position_distance, 'm', 3))}</p>}
+      {problem.errors && !isOwn && <p>{texts.messages.fields}</p>}
       {problem.errors && (
         <ul>
           {problem.errors.map(({ pointer, message }) => (
             <li key={pointer + message}>
-              <code>{pointer || '/'}</code> {message}
+              <code>{pointer || '/'}</code> {isOwn && message}
             </li>
           ))}
         </ul>
       )}
+      <Original texts={isOwn ? [] : [...original, ...faults]} />
       <Remedies title={texts.refusal.remedies} remedies={problem.remedies ?? []} />
       <Remedies title={texts.refusal.hints} remedies={problem.hints ?? []} />
       {shownPlan.value && <p class="hint">{texts.refusal.last}</p>}
@@ -70,7 +77,7 @@ function Remedies({ title, remedies }: { title: string; remedies: readonly Remed
               {way.remedies.map(({ change, value, explanation }) => (
                 <p key={change}>
                   {changeInWords(change, value, place)}
-                  <small>{explanation}</small>
+                  {language === 'en' && <small>{explanation}</small>}
                 </p>
               ))}
               <details>
@@ -81,6 +88,7 @@ function Remedies({ title, remedies }: { title: string; remedies: readonly Remed
                   </code>
                 ))}
               </details>
+              {language !== 'en' && <Original texts={way.remedies.map(({ explanation }) => explanation)} />}
             </div>
             <button type="button" class="primary" onClick={() => apply(way.remedies)}>
               {texts.refusal.apply}

@@ -1,7 +1,9 @@
 // A form for a robot of the user's own: URDF, SRDF and the files of its meshes; and what the service says of it.
+import { messageOf } from '../request/messages';
 import type { Finding } from '../service/types';
 import { idOf, upload, uploadRobot } from '../state/uploading';
 import { texts } from '../texts';
+import { ProblemText } from './Message';
 
 export function RobotUpload() {
   const state = upload.value;
@@ -29,8 +31,8 @@ export function RobotUpload() {
       {state?.kind === 'added' && <Findings findings={state.findings} />}
       {state?.kind === 'refused' && (
         <div class="refusal" role="alert" aria-label={texts.robot.refused}>
-          <strong>{state.problem.title}</strong>
-          <p>{state.problem.detail}</p>
+          <strong>{messageOf(state.problem).title}</strong>
+          <ProblemText problem={state.problem} />
           <Findings findings={state.problem.findings ?? []} />
         </div>
       )}

@@ -11,6 +11,7 @@ import type { Length } from '../state/units';
 import { texts } from '../texts';
 import { Choice, NumberField, TextField } from './fields';
 import { Menu } from './Menu';
+import { ProblemText } from './Message';
 import { More } from './MoreFields';
 import { SceneObjectForm } from './SceneObjectForm';
 import { wordOf } from './SimpleField';
@@ -120,9 +121,9 @@ function Save({ request }: { request: PlanRequest }) {
         {texts.scene.save}
       </button>
       {problem && (
-        <p class="wrong-text" role="alert">
-          {problem.detail}
-        </p>
+        <div class="wrong-text" role="alert">
+          <ProblemText problem={problem} />
+        </div>
       )}
     </>
   );

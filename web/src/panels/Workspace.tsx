@@ -4,6 +4,7 @@ import type { WorkspaceAnswer } from '../service/types';
 import { pose } from '../state/jointPosition';
 import { cutWorkspace, isCut, isShown, showWorkspace, workspace } from '../state/workspace';
 import { texts } from '../texts';
+import { ProblemText } from './Message';
 
 const FIGURES = ['minimum_reach', 'maximum_reach', 'minimum_height', 'maximum_height', 'minimum_radius', 'maximum_radius'] as const;
 
@@ -27,9 +28,9 @@ export function Workspace() {
       </label>
       {isShown.value && !found && <p class="hint">{texts.workspace.asking}</p>}
       {found?.problem && (
-        <p class="wrong-text" role="alert">
-          {found.problem.detail}
-        </p>
+        <div class="wrong-text" role="alert">
+          <ProblemText problem={found.problem} />
+        </div>
       )}
       {found?.answer && <Figures answer={found.answer} />}
     </section>

@@ -1,5 +1,6 @@
 // A change of a remedy in words: the place in the request, the field and its value with the unit.
 import { short, written } from '../plan/units';
+import { texts } from '../texts';
 
 const UNITS: Record<string, string> = {
   duration: 's',
@@ -13,7 +14,6 @@ const UNITS: Record<string, string> = {
   tcp_linear_velocity: 'm/s',
   tcp_angular_velocity: 'rad/s',
 };
-const PLAIN: Record<string, string> = { tcp: 'tool', ik: 'inverse kinematics' };
 
 // The words for a value at a JSON pointer (RFC 6901); `place` names a waypoint as the page does.
 export function changeInWords(pointer: string, value: unknown, place: (index: number) => string): string {
@@ -27,18 +27,16 @@ export function changeInWords(pointer: string, value: unknown, place: (index: nu
 }
 
 function wordsOf(name: string): string {
-  return name
-    .split('_')
-    .map((word) => PLAIN[word] ?? word)
-    .join(' ');
+  const { words } = texts.messages;
+  const parts = name.split('_').map((word) => words[word] ?? word);
+  return words[name] ?? parts.join(' ');
 }
 
 // The field has the unit of a number.
 function valueInWords(value: unknown, field = ''): string {
   if (typeof value === 'number') return field in UNITS ? written(value, UNITS[field]!) : short(value);
   if (typeof value === 'string') return wordsOf(value);
-  if (value === null) return 'none';
-  if (typeof value === 'boolean') return value ? 'yes' : 'no';
+  if (value === null || typeof value === 'boolean') return wordsOf(String(value));
   if (Array.isArray(value)) return value.map((part) => valueInWords(part)).join(', ');
   return Object.entries(value as object)
     .map(([name, part]) => (name === 'kind' ? valueInWords(part) : `${wordsOf(name)} ${valueInWords(part, name)}`))

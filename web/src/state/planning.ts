@@ -1,5 +1,6 @@
 // Has the request planned, a moment after its last change; an answer to an older request is dropped.
 import { batch } from '@preact/signals';
+import { messageOf } from '../request/messages';
 import { client, outcome } from '../service/client';
 import { timings } from '../service/timing';
 import type { Include, PlanAnswer, PlanRequest, Robot } from '../service/types';
@@ -45,7 +46,7 @@ export async function planNow(): Promise<void> {
       planning.value = false;
       problem.value = found.problem ?? null;
       if (found.problem) {
-        notice.value = found.problem.detail;
+        notice.value = messageOf(found.problem, arm.joints).sentences[0]!;
         return;
       }
       plan.value = { request: asked, answer: found.answer, took: (performance.now() - begun) / 1000 };

@@ -1,6 +1,7 @@
 // All English texts.
 import { ofBatch } from './batch';
 import { ofFields } from './fields';
+import { ofMessages } from './messages';
 import { ofMotion } from './motion';
 import { ofPage } from './page';
 import { ofReports } from './reports';
@@ -11,6 +12,7 @@ import { ofWaypoints } from './waypoints';
 
 export const english = {
   ...ofPage,
+  ...ofMessages,
   ...ofMotion,
   ...ofWaypoints,
   ...ofFields,

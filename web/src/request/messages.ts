@@ -1,0 +1,65 @@
+// Refusals and warnings in the language of the page: built from codes and fields, in the units that a person chose.
+import { titleOf, unitOfQuantity } from '../plan/quantities';
+import { unitOf, written } from '../plan/units';
+import measures from '../service/quantities.json';
+import type { Joint, Problem } from '../service/types';
+import { texts } from '../texts';
+
+export interface Message {
+  title: string;
+  sentences: readonly string[];
+  original: readonly string[]; // the service's own text, where it is not what is shown
+}
+
+export function messageOf(problem: Problem, joints: readonly Joint[] = []): Message {
+  const { title, detail } = problem;
+  const own = texts.messages.refusals[problem.status === 0 ? 'no_answer' : problem.code];
+  if (!own) return { title, sentences: [detail], original: [] };
+  const isHelped = Boolean(problem.remedies?.length);
+  const sentences = [figuresOf(problem, joints) ?? own.cause, searchOf(problem), isHelped ? null : own.remedy];
+  return { title: own.title, sentences: sentences.filter((one) => one !== null), original: [`${title}: ${detail}`] };
+}
+
+function searchOf({ enclosed_by, checks }: Problem): string | null {
+  if (enclosed_by?.length) return texts.messages.enclosed(enclosed_by);
+  return typeof checks === 'number' ? texts.messages.searched(checks) : null;
+}
+
+// The value and its limit, where their unit is known.
+function figuresOf(problem: Problem, joints: readonly Joint[]): string | null {
+  const { code, value, limit } = problem;
+  const joint = joints.find(({ name }) => name === problem.joint);
+  const quantity = code === 'limits_unsatisfiable' ? quantityOf(problem.detail) : null;
+  const unit = quantity === null ? UNITS[code]?.(joint) : unitOfQuantity(quantity, joint);
+  const say = texts.messages.figures[code];
+  if (!say || !unit || typeof value !== 'number' || typeof limit !== 'number') return null;
+  const [shown, most] = distinct(value, limit, unit);
+  return say({ joint: problem.joint ?? null, quantity: quantity && titleOf(quantity), value: shown, limit: most });
+}
+
+const UNITS: Readonly<Record<string, (joint: Joint | undefined) => string | null>> = {
+  infeasible_duration: () => 's',
+  payload_exceeded: () => 'kg',
+  joint_position_limit: (joint) => (joint ? unitOf(joint, 'position') : null),
+};
+
+// The quantity that a refusal of the certificate names: its detail is made from the quantity's name.
+function quantityOf(detail: string): string | null {
+  const [, name] = /^the (?:requested )?([a-z ]+?)(?: of \S+)? (?:would reach|at waypoint|is) /.exec(detail) ?? [];
+  const quantity = name?.replaceAll(' ', '_') ?? '';
+  return quantity in measures ? quantity : null;
+}
+
+// Two numbers with as many digits as distinguish them.
+function distinct(value: number, limit: number, unit: string): [string, string] {
+  for (let digits = 4; digits < 12; digits += 1) {
+    const found = [written(value, unit, digits), written(limit, unit, digits)] as [string, string];
+    if (found[0] !== found[1]) return found;
+  }
+  return [written(value, unit, 12), written(limit, unit, 12)];
+}
+
+export function warningOf({ code, message }: { code: string; message: string }): { text: string; original: string | null } {
+  const own = texts.messages.warnings[code];
+  return own ? { text: own, original: message } : { text: message, original: null };
+}
