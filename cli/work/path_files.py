@@ -8,25 +8,14 @@ from typing import TYPE_CHECKING, Any
 import orjson
 import typer
 
+from api.work.conversion.path_files import to_request_waypoint
 from cli.work.local_plan import read_request
 from cli.work.shared import refusals, robot_named, write
 from cli.work.terminal import terminal
-from planner import (
-    BlendTransition,
-    CircularMotion,
-    JointWaypoint,
-    LinearMotion,
-    PolylineMotion,
-    PoseWaypoint,
-    ThroughTransition,
-    quaternion,
-    read_path,
-)
+from planner import read_path
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from planner import Motion, Pose, Transition
 
 DOWN = "down"
 """The word for a tool axis that points down."""
@@ -68,7 +57,7 @@ def import_path(file: Path, output: Path, robot: str, options: ImportOptions) ->
     with refusals():
         named = robot_named(robot)
         read = read_path(file, robot=named.load(), blend=options.blend, lift=options.lift, **given)
-        waypoints = [_waypoint(waypoint, options.frame) for waypoint in read.waypoints]
+        waypoints = [to_request_waypoint(waypoint, options.frame) for waypoint in read.waypoints]
         request: dict[str, Any] = {"robot": named.id, "waypoints": waypoints, "backend": {"kind": "toppra"}}
         if any(waypoint["kind"] == "pose" for waypoint in waypoints):
             orientation = {"kind": "rpy", "rpy": options.rpy}
@@ -89,40 +78,3 @@ def _axis(text: str) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
         raise typer.BadParameter(f"must be down or three numbers X,Y,Z; got {text}", param_hint="--tool-axis") from None
-
-
-def _waypoint(waypoint: PoseWaypoint | JointWaypoint, frame: str) -> dict[str, Any]:
-    """Return a waypoint as in a request."""
-    written: dict[str, Any] = {"transition": _transition(waypoint.transition)}
-    if isinstance(waypoint, JointWaypoint):
-        return {"kind": "joint", "position": waypoint.position} | written
-    if waypoint.limits is not None:
-        written["limits"] = {"tcp_linear_velocity": waypoint.limits.tcp_linear_velocity}
-    return {"kind": "pose", "frame": frame, "pose": _pose(waypoint.pose), "motion": _motion(waypoint.motion)} | written
-
-
-def _motion(motion: Motion) -> dict[str, Any]:
-    match motion:
-        case LinearMotion():
-            return {"kind": "linear"}
-        case CircularMotion(via=via):
-            return {"kind": "circular", "via": _pose(via)}
-        case PolylineMotion(poses=poses, blend=blend):
-            return {"kind": "polyline", "poses": list(map(_pose, poses)), "blend": blend}
-    return {"kind": "joint"}
-
-
-def _transition(transition: Transition) -> dict[str, Any]:
-    match transition:
-        case BlendTransition(radius=radius):
-            return {"kind": "blend", "radius": radius}
-        case ThroughTransition():
-            return {"kind": "through"}
-    return {"kind": "stop"}
-
-
-def _pose(pose: Pose) -> dict[str, Any]:
-    written: dict[str, Any] = {"position": pose.position.tolist()}
-    if pose.rotation is not None:
-        written["orientation"] = {"kind": "quaternion", "xyzw": quaternion(pose.rotation).tolist()}
-    return written

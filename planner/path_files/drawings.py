@@ -27,6 +27,9 @@ CONTACT = 1e-5
 INSERTED_UNITS = {1: METRES["inch"], 4: METRES["mm"], 5: 1e-2, 6: METRES["m"]}
 """Values of the unit in a drawing (`$INSUNITS`), in m."""
 
+UNIT_NAME = b"$INSUNITS"
+"""The name of that value in a file. For a file without it, as of DXF R12, ezdxf reports metres."""
+
 Shape = list[Step]
 """The steps of a shape; the first is its start."""
 
@@ -49,7 +52,7 @@ def read_dxf(content: bytes, unit: float | None, rotation: FloatArray, lift: flo
     drawing = _open(content)
     notes: list[str] = []
     if unit is None:
-        unit = INSERTED_UNITS.get(drawing.units)
+        unit = INSERTED_UNITS.get(drawing.units) if UNIT_NAME in content else None
         notes += [] if unit else ["the drawing names no known unit: its lengths are taken as mm"]
         unit = unit or METRES["mm"]
     shapes: list[Shape] = []

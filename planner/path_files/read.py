@@ -17,10 +17,11 @@ from planner.path_files.texts import (
     RADIANS,
     AngleUnit,
     LengthUnit,
+    bounded,
     check_choice,
     read_bytes,
-    read_text,
     refused,
+    text_of,
 )
 from planner.problems.problem import JointWaypoint, PoseWaypoint
 from planner.problems.transitions import BlendTransition, StopTransition
@@ -59,6 +60,7 @@ class PathFile:
 def read_path(
     path: Path,
     *,
+    content: bytes | None = None,
     robot: Robot | None = None,
     units: LengthUnit | None = None,
     angle: AngleUnit = "rad",
@@ -75,6 +77,7 @@ def read_path(
     Args:
         path: The file. `.csv` has the columns `x`, `y`, `z`, or one for each joint. `.nc`, `.ngc`, `.gcode`, `.gc`,
             `.tap` and `.cnc` are G-code. `.dxf` is a drawing (package ezdxf).
+        content: The content of the file; None: read from it.
         robot: The robot, whose joints are columns of a CSV file.
         units: The unit of lengths. In G-code it holds until a G20 or G21; it replaces the unit of a drawing. None: the
             unit that the file names, else mm; m for CSV.
@@ -97,18 +100,19 @@ def read_path(
         raise refused(f"must be at least 0; got {lift:g}.", field="lift")
     rotation = _rotation_of(tool_axis)
     suffix = path.suffix.lower()
+    if suffix not in (*TABLES, *PROGRAMS, *DRAWINGS):
+        known = ", ".join((*TABLES, *PROGRAMS, *DRAWINGS))
+        raise refused(f"must have one of the suffixes {known}; got {path.name}.")
+    content = bounded(read_bytes(path) if content is None else content)
     if suffix in PROGRAMS:
-        tool_path = read_gcode(read_text(path), METRES[units or "mm"], rotation)
+        tool_path = read_gcode(text_of(content), METRES[units or "mm"], rotation)
     elif suffix in DRAWINGS:
-        tool_path = read_dxf(read_bytes(path), None if units is None else METRES[units], rotation, lift)
-    elif suffix in TABLES:
-        table, length = Table(read_text(path)), METRES[units or "m"]
+        tool_path = read_dxf(content, None if units is None else METRES[units], rotation, lift)
+    else:
+        table, length = Table(text_of(content)), METRES[units or "m"]
         if not has_poses(table):
             return _joint_path(*read_joint_positions(table, robot, length, RADIANS[angle]), blend)
         tool_path = read_poses(table, length, RADIANS[angle], rotation)
-    else:
-        known = ", ".join((*TABLES, *PROGRAMS, *DRAWINGS))
-        raise refused(f"must have one of the suffixes {known}; got {path.name}.")
     return PathFile(tuple(to_waypoints(tool_path, frame, blend)), tuple(tool_path.notes))
 
 

@@ -38,25 +38,27 @@ NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 """A decimal number."""
 
 
-def read_text(path: Path) -> str:
-    """Read a path file; bytes that are not UTF-8, as in old comments, become replacement characters.
-
-    Raises:
-        OSError: The file cannot be read.
-        InvalidProblem: It is too large.
-    """
-    return read_bytes(path).decode("utf-8-sig", errors="replace")
+def text_of(content: bytes) -> str:
+    """Decode a path file; bytes that are not UTF-8, as in old comments, become replacement characters."""
+    return content.decode("utf-8-sig", errors="replace")
 
 
 def read_bytes(path: Path) -> bytes:
-    """Read a path file of bounded size.
+    """Read a path file, or as much of it as shows that it is too large.
 
     Raises:
         OSError: The file cannot be read.
-        InvalidProblem: It is too large.
     """
     with path.open("rb") as file:
-        content = file.read(MOST_BYTES + 1)
+        return file.read(MOST_BYTES + 1)
+
+
+def bounded(content: bytes) -> bytes:
+    """Return the content of a path file.
+
+    Raises:
+        InvalidProblem: It is too large.
+    """
     if len(content) > MOST_BYTES:
         raise refused(f"must have at most {MOST_BYTES // 2**20} MiB. Split the file.")
     return content

@@ -6,6 +6,7 @@ from api.http.routers import (
     dynamics,
     kinematics,
     page,
+    path_files,
     robots,
     scenes,
     service,
@@ -16,6 +17,7 @@ from api.http.routers import (
 ROUTERS = (
     trajectories.router,
     tasks.router,
+    path_files.router,
     batches.router,
     robots.router,
     scenes.router,

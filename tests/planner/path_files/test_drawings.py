@@ -217,3 +217,16 @@ def test_without_ezdxf_the_message_names_the_extra(tmp_path: Path, monkeypatch: 
     file.write_text("0\nEOF\n")
     with pytest.raises(InvalidProblem, match="Install `ezdxf`, or the extra `paths`"):
         read_path(file)
+
+
+def test_a_drawing_of_r12_without_a_unit_is_in_mm(tmp_path: Path) -> None:
+    """For it, ezdxf reports metres."""
+    document = ezdxf.new("R12")
+    document.modelspace().add_line((0, 0), (100, 0))
+    file = tmp_path / "old.dxf"
+    document.saveas(file)
+    text = file.read_text()
+    assert "$INSUNITS" not in text
+    read = read_path(file)
+    np.testing.assert_allclose(read.waypoints[-1].pose.position, [0.1, 0.0, 0.0])
+    assert "taken as mm" in read.notes[0]
