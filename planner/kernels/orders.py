@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -55,19 +56,20 @@ class OrderProblem:
         )
         object.__setattr__(self, "arguments", arguments)
 
-    def settled(self, chosen: np.ndarray, flags: np.ndarray) -> np.ndarray:
+    def settled(self, chosen: np.ndarray, flags: np.ndarray, deadline: float = inf) -> np.ndarray:
         """Return the local optimum that steps and choices of states lead to.
 
         Args:
             chosen: (tasks,): the states in an order that the rules allow; its first and last tasks stay.
             flags: (tasks,), bool: whether the steps next to each task are tried.
+            deadline: The time on the monotonic clock from which no step begins.
 
         Raises:
             ValueError: The shapes differ, or an index is out of range.
         """
         count = len(self.groups)
         found = indices(chosen, len(self.tasks), count).copy()
-        call("settle_order", *self.arguments, found, indices(flags, 2, count).copy())
+        call("settle_order", *self.arguments, found, indices(flags, 2, count).copy(), float(deadline))
         return found
 
 

@@ -45,13 +45,10 @@ def refuse_faults(
         faults.append((("seconds",), f"must be greater than 0; got {seconds:g}"))
     if faults:
         raise InvalidProblem(faults)
-    rules, order = Rules.of(tasks), list[int]()
-    while len(order) < len(tasks):
-        order.append(rules.next_tasks(order)[0])
     fields: list[FieldPath] = [("waypoints", 0)]
     waypoints, actions = [problem.waypoints[0]], given_task(problem, 0).actions_after(0)
     of_actions: list[FieldPath] = [("actions",)] * len(actions)
-    for index in order:
+    for index in Rules.of(tasks).ordered(range(len(tasks)), min):
         first, *others = tasks[index].waypoints
         actions += tasks[index].actions_after(len(waypoints))
         of_actions += [("tasks", index, "actions", k) for k in range(len(tasks[index].actions))]

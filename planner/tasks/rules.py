@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -29,11 +30,18 @@ class Rules:
     def of(cls, tasks: Sequence[Task]) -> Rules:
         """Make the rules of tasks without faults."""
         named = {task.name: index for index, task in enumerate(tasks)}
-        pairs = [(named[name], index) for index, task in enumerate(tasks) for name in task.after]
-        before, after = np.array(pairs, dtype=int).reshape(-1, 2).T
+        direct = np.zeros((len(tasks), len(tasks)), dtype=bool)
+        for index, task in enumerate(tasks):
+            direct[[named[name] for name in task.after], index] = True
+        before, after = np.nonzero(_reduced(direct))
         numbers: dict[str | None, int] = {None: -1}
         groups = [numbers.setdefault(task.group, len(numbers) - 1) for task in tasks]
         return cls(before, after, np.array(groups))
+
+    @cached_property
+    def _before(self) -> list[set[int]]:
+        """The tasks that come before each task."""
+        return [set(self.before[self.after == task].tolist()) for task in range(len(self.groups))]
 
     def allow(self, order: np.ndarray) -> bool:
         """Tell whether an order (tasks,) of all tasks keeps the rules."""
@@ -42,23 +50,41 @@ class Rules:
         together = (begun >= 0).sum() == self.groups.max() + 1
         return bool(together and (positions[self.before] < positions[self.after]).all())
 
-    def next_tasks(self, done: Sequence[int]) -> list[int]:
-        """Return the tasks that may follow those done; none are left out that lead to an allowed order.
+    def ordered(self, tasks: Iterable[int], choose: Callable[[list[int]], int], behind: int | None = None) -> list[int]:
+        """Return tasks in an order that the rules allow; shorter if they allow no task to follow.
 
         Args:
-            done: The tasks so far, in an order that the rules allow.
+            tasks: The tasks.
+            choose: Chooses the next one among the tasks that may follow, in ascending order.
+            behind: The task before them; None: there is none.
         """
-        is_missing, groups = np.ones(len(self.groups), dtype=bool), self.groups
-        is_missing[list(done)] = False
-        waiting = is_missing[self.before]
-        is_free = is_missing.copy()
-        is_free[self.after[waiting]] = False
-        begun = is_missing & (groups >= 0) & np.isin(groups, groups[~is_missing])
-        if begun.any():
-            return np.flatnonzero(is_free & begun).tolist()
-        from_outside = waiting & (groups[self.before] != groups[self.after])
-        is_blocked = (groups >= 0) & np.isin(groups, groups[self.after[from_outside]])
-        return np.flatnonzero(is_free & ~is_blocked).tolist()
+        missing, order = set(tasks), [] if behind is None else [behind]
+        while missing and (following := self._following(order[-1] if order else None, missing)):
+            order.append(choose(following))
+            missing.remove(order[-1])
+        return order if behind is None else order[1:]
+
+    def _following(self, last: int | None, missing: set[int]) -> list[int]:
+        """Return the missing tasks that may follow the last one; none is left out that leads to an allowed order."""
+        free = [task for task in sorted(missing) if missing.isdisjoint(self._before[task])]
+        groups: list[int] = self.groups.tolist()
+        if last is not None and groups[last] >= 0 and any(groups[task] == groups[last] for task in missing):
+            return [task for task in free if groups[task] == groups[last]]
+        waiting = ((task, other) for task in missing for other in self._before[task] & missing)
+        blocked = {groups[task] for task, other in waiting if groups[task] != groups[other]} - {-1}
+        return [task for task in free if groups[task] not in blocked]
+
+
+def _reduced(before: np.ndarray) -> np.ndarray:
+    """Return the rules (tasks, tasks) without implied ones; all of them if no order keeps them."""
+    direct = before.astype(np.float32)
+    reachable = before
+    for _ in range(len(before).bit_length()):
+        reachable = reachable | (reachable.astype(np.float32) @ reachable > 0.0)
+    if reachable.diagonal().any():
+        return before
+    reduced: np.ndarray = before & ~(direct @ reachable > 0.0)
+    return reduced
 
 
 def rule_faults(tasks: Sequence[Task]) -> Iterator[tuple[FieldPath, str]]:
@@ -80,15 +106,7 @@ def rule_faults(tasks: Sequence[Task]) -> Iterator[tuple[FieldPath, str]]:
                 yield ("tasks", index, "after", k), f"must be the name of another task; got {name!r}"
     if unknown or len(named) < sum(task.name is not None for task in tasks):
         return
-    done: list[int] = []
-    rules = Rules.of(tasks)
-    while len(done) < len(tasks):
-        following = rules.next_tasks(done)
-        if not following:
-            left = next(index for index, task in enumerate(tasks) if index not in done and (task.after or task.group))
-            yield (
-                ("tasks", left, "after"),
-                "no order keeps this rule together with the `after` and `group` of all tasks",
-            )
-            return
-        done.append(following[0])
+    done = Rules.of(tasks).ordered(range(len(tasks)), min)
+    if len(done) < len(tasks):
+        left = next(index for index, task in enumerate(tasks) if index not in done and (task.after or task.group))
+        yield ("tasks", left, "after"), "no order keeps this rule together with the `after` and `group` of all tasks"

@@ -84,19 +84,19 @@ class Search:
             deadline: The time on the monotonic clock at which the search ends.
         """
         random = np.random.default_rng(0)
-        best = self.problem.settled(chosen, np.ones(len(chosen), dtype=bool))
+        best = self.problem.settled(chosen, np.ones(len(chosen), dtype=bool), deadline)
         orders = factorial(min(len(best) - 2, LONGEST_SHUFFLED))
         least, in_vain = self.total(best), 0
         most = min(MOST_CHANGES, CHANGES // len(best), CHANGES_OF_AN_ORDER * orders)
         while in_vain < most and monotonic() < deadline and len(best) > FEWEST_EXCHANGED:
-            other = self._changed(best, random)
+            other = self._changed(best, random, deadline)
             total = self.total(other)
             in_vain = 0 if total < least - LEAST_GAIN else in_vain + 1
             if total <= least:
                 best, least = other, total
         return best
 
-    def _changed(self, chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    def _changed(self, chosen: np.ndarray, random: np.random.Generator, deadline: float) -> np.ndarray:
         """Change a part of the order at random, and return the local optimum from there."""
         other = _exchanged(chosen, random)
         for _ in range(SHUFFLES):
@@ -104,7 +104,7 @@ class Search:
             if len(moved) and self.rules.allow(self.tasks[other]):
                 flags = np.zeros(len(chosen), dtype=bool)
                 flags[self.tasks[other[np.unique([moved - 1, moved, moved + 1])]]] = True
-                return self.problem.settled(other, flags)
+                return self.problem.settled(other, flags, deadline)
             other = self._shuffled(chosen, random)
         return chosen
 
@@ -113,14 +113,13 @@ class Search:
         first, last = np.sort(random.choice(np.arange(1, len(chosen)), 2, replace=False)).tolist()
         last = min(last, first + LONGEST_SHUFFLED)
         tasks = self.tasks[chosen]
-        order, part = tasks[:first].tolist(), set(tasks[first:last].tolist())
-        while len(order) < last:
-            following = [task for task in self.rules.next_tasks(order) if task in part]
-            if not following:
-                return chosen
-            order.append(int(random.choice(following)))
+        part = tasks[first:last].tolist()
+        behind = int(tasks[first - 1])
+        order = self.rules.ordered(part, lambda following: following[random.integers(len(following))], behind)
+        if len(order) < len(part):
+            return chosen
         other = chosen.copy()
-        other[:last] = chosen[np.argsort(tasks)[order]]
+        other[first:last] = chosen[np.argsort(tasks)[order]]
         return other
 
 
@@ -172,7 +171,10 @@ def _nearest_first(costs: Costs, rules: Rules) -> list[int]:
     """Return all tasks in an allowed order, each the nearest to the one before in any of their states."""
     last = len(costs.states.of_tasks) - 1
     order = [0]
-    while len(order) < last:
-        following = np.array(rules.next_tasks([*order, last]))
-        order.append(int(following[costs.least_between[order[-1], following].argmin()]))
+
+    def nearest(following: list[int]) -> int:
+        order.append(following[int(costs.least_between[order[-1], following].argmin())])
+        return order[-1]
+
+    rules.ordered(range(1, last), nearest, 0)
     return [*order, last]

@@ -500,9 +500,9 @@ int first_collision(const int64_t* scene, int64_t position_count, const double* 
 // Improve the chosen states (tasks) of an order until no step and no choice of states next to the flagged tasks saves time.
 int settle_order(int64_t states, int64_t tasks, const double* durations, const int64_t* opposites, const int64_t* task_of,
                  const int64_t* states_of, int64_t rules, const int64_t* before, const int64_t* after, const int64_t* group_of,
-                 int64_t lengths, const int64_t* moved, int64_t* chosen, int64_t* flags) {
+                 int64_t lengths, const int64_t* moved, int64_t* chosen, int64_t* flags, double deadline) {
     const OrderProblem in{states, tasks, durations, opposites, task_of, states_of, rules, before, after, group_of, lengths, moved};
-    OrderSearch search(in, chosen, flags);
+    OrderSearch search(in, chosen, flags, deadline);
     if (!search) return NO_MEMORY;
     search.run();
     return OK;

@@ -1,5 +1,6 @@
 // Local search for the order of tasks and their states: see planner/tasks/search.py.
 #pragma once
+#include <time.h>
 #include "vectors.hpp"
 
 struct OrderProblem {
@@ -19,10 +20,11 @@ struct OrderSearch {
     static constexpr double LEAST_GAIN = 1e-9;  // s
     const OrderProblem& in;
     int64_t *chosen, *flags;  // (tasks), (tasks): whether the steps next to a task are still to be tried
+    double deadline;  // s on the monotonic clock
     Scratch<int64_t> other, place, origin, rows;
     Scratch<double> inner, inner_back, reached;
-    OrderSearch(const OrderProblem& in, int64_t* chosen, int64_t* flags)
-        : in(in), chosen(chosen), flags(flags), other(in.tasks), place(in.tasks), origin(in.states), rows(in.tasks),
+    OrderSearch(const OrderProblem& in, int64_t* chosen, int64_t* flags, double deadline)
+        : in(in), chosen(chosen), flags(flags), deadline(deadline), other(in.tasks), place(in.tasks), origin(in.states), rows(in.tasks),
           inner(in.tasks), inner_back(in.tasks), reached(in.states) {}
     explicit operator bool() const { return other && place && origin && rows && inner && inner_back && reached; }
 
@@ -40,11 +42,18 @@ struct OrderSearch {
                 for (int64_t k = 1; k < in.tasks - 1; k++) {
                     int64_t& flag = flags[in.task_of[chosen[k]]];
                     if (!flag) continue;
+                    if (is_late()) return;
                     flag = 0;
                     if (improve(k)) is_settled = false;
                 }
             }
         } while (choose_states());
+    }
+
+    bool is_late() const {
+        timespec now;
+        clock_gettime(CLOCK_MONOTONIC, &now);
+        return now.tv_sec + 1e-9 * now.tv_nsec >= deadline;
     }
 
     // The durations from the first place to each other one: as chosen, and in the opposite direction.

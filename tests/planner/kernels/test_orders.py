@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import permutations
+from time import monotonic
 
 import numpy as np
 import pytest
@@ -41,6 +42,14 @@ def test_no_reversal_and_no_move_of_a_settled_order_saves_time(seed: int) -> Non
                 others += [(way, place) for way in (part, part[::-1]) for place in range(1, len(rest))]
             for way, place in others:
                 assert total(durations, np.insert(rest, place, way)) >= least - 1e-9
+
+
+def test_no_step_begins_after_the_deadline() -> None:
+    durations = np.random.default_rng(1).random((9, 9))
+    late = single_states(durations).settled(np.arange(9), np.ones(9, dtype=bool), monotonic())
+    assert late.tolist() == list(range(9))
+    early = single_states(durations).settled(np.arange(9), np.ones(9, dtype=bool), monotonic() + 60.0)
+    assert total(durations, early) < total(durations, np.arange(9))
 
 
 def test_states_are_the_best_for_the_settled_order() -> None:
