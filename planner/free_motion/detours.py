@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
 from typing import NamedTuple
@@ -14,6 +14,7 @@ from planner.certificate.clearance import refuse_collision_at, segment_checkers
 from planner.constraints.kept_poses import KeptPoses
 from planner.errors import InvalidProblem, NoPathFound, PathPoint, PlanningError
 from planner.free_motion.edges import FreeEdges
+from planner.free_motion.fixed import AS_GIVEN, fixed_at, fixed_motion
 from planner.free_motion.free_path import FreePath, find_free_path
 from planner.free_motion.straight_ends import find_path_with_straight_ends
 from planner.kinematics.configurations import Configuration, in_configuration
@@ -22,7 +23,7 @@ from planner.kinematics.inverse import all_solutions
 from planner.paths import solved_waypoints
 from planner.paths.clear_motions import ClearMotions
 from planner.problems.actions import Action, AtWaypoint
-from planner.problems.motion_around import FixedWaypoint, FreeMotion, KeptMotion, Objective, as_requested
+from planner.problems.motion_around import FreeMotion, KeptMotion, Objective
 from planner.problems.problem import (
     AnyWaypoint,
     JointMotion,
@@ -30,7 +31,6 @@ from planner.problems.problem import (
     PlanningProblem,
     PoseWaypoint,
     ViaWaypoint,
-    Waypoint,
 )
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.quantities import MEASURES
@@ -45,9 +45,6 @@ LADDER = (ThroughTransition(), BlendTransition(0.05), BlendTransition(0.01), Sto
 """Transitions at the corners of a detour, the fastest first; the next is tried where the certificate refuses.
 
 With stops the trajectory follows the straight motions that are proved free."""
-
-AS_GIVEN = JointMotion("as_given")
-"""The motion to a found joint position, without a change by whole turns of a joint."""
 
 LONGEST_TRAVEL = 1e3
 """The largest travel of a joint in a free motion, rad or m.
@@ -133,7 +130,7 @@ def with_detours(problem: PlanningProblem, detours: Sequence[Detour]) -> Plannin
             detour = by_waypoint[i]
             if i > 1 or not isinstance(waypoints[-1], JointWaypoint):
                 found = [*detour.lead, detour.positions[0]]
-                waypoints[-len(found) :] = map(_fixed_at, waypoints[-len(found) :], found)
+                waypoints[-len(found) :] = map(fixed_at, waypoints[-len(found) :], found)
             waypoints += _along(waypoint, detour)
         else:
             waypoints.append(waypoint)
@@ -143,6 +140,18 @@ def with_detours(problem: PlanningProblem, detours: Sequence[Detour]) -> Plannin
         return replace(action, at=AtWaypoint(last[action.at.waypoint])) if isinstance(action.at, AtWaypoint) else action
 
     return replace(problem, waypoints=tuple(waypoints), actions=tuple(map(moved, problem.actions)))
+
+
+def with_moved_ends(detours: Sequence[Detour], moved: Mapping[int, FloatArray]) -> tuple[Detour, ...]:
+    """Return detours between other joint positions (joints,) of waypoints, by the indices of these."""
+    changed = []
+    for detour in detours:
+        k, positions, lead = detour.waypoint, detour.positions.copy(), detour.lead.copy()
+        positions[0], positions[-1] = moved.get(k - 1, positions[0]), moved.get(k, positions[-1])
+        for row in range(len(lead)):
+            lead[row] = moved.get(k - 1 - len(lead) + row, lead[row])
+        changed.append(replace(detour, positions=positions, lead=lead))
+    return tuple(changed)
 
 
 def last_of(problem: PlanningProblem, number: int) -> int:
@@ -264,28 +273,14 @@ def _along(waypoint: AnyWaypoint, detour: Detour) -> list[AnyWaypoint]:
     vias: list[AnyWaypoint] = [
         ViaWaypoint(
             position=corner,
-            motion=_fixed_motion(waypoint),
+            motion=fixed_motion(waypoint),
             transition=detour.transition,
             limits=waypoint.limits,
             tool=waypoint.tool,
         )
         for corner in detour.positions[1:-1].tolist()
     ]
-    return [*vias, _fixed_at(waypoint, detour.positions[-1])]
-
-
-def _fixed_motion(waypoint: AnyWaypoint) -> JointMotion:
-    """Return the motion to a found joint position in place of the motion to a waypoint, with its constraints."""
-    motion = waypoint.motion
-    return KeptMotion("as_given", keep=motion.keep) if isinstance(motion, KeptMotion) and motion.keep else AS_GIVEN
-
-
-def _fixed_at(waypoint: AnyWaypoint, position: FloatArray) -> FixedWaypoint:
-    """Return a waypoint fixed at its solved joint position (joints,)."""
-    motion = _fixed_motion(waypoint) if isinstance(waypoint.motion, JointMotion) else waypoint.motion
-    kept = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)} | {"motion": motion}
-    name = waypoint.position_name if isinstance(waypoint, JointWaypoint) else None
-    return FixedWaypoint(position.tolist(), name, requested=as_requested(waypoint), **kept)
+    return [*vias, fixed_at(waypoint, detour.positions[-1])]
 
 
 def _goals(

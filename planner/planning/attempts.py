@@ -7,7 +7,7 @@ share one budget, whatever they vary.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
 from time import monotonic
@@ -18,6 +18,7 @@ import numpy as np
 from planner.backends.base import BackEnd
 from planner.errors import LimitsUnsatisfiable, PlanningError
 from planner.free_motion.detours import Detour, find_detours, with_detours
+from planner.free_motion.fixed import with_fixed
 from planner.free_motion.objectives import value_of
 from planner.paths import JointPath, solve_path
 from planner.plans.result import Plan, certified, timed
@@ -25,6 +26,7 @@ from planner.problems.blend_radii import with_blend_radii
 from planner.problems.check import check_problem
 from planner.problems.motion_around import Objective
 from planner.problems.problem import PlanningProblem
+from planner.spatial import FloatArray
 from planner.timing.shaping import shaped
 from planner.tolerances import ROUNDING
 from planner.trajectories.trajectory import PlanWarning, Trajectory
@@ -71,6 +73,7 @@ class Attempt:
             and the detours are not found so far.
         path: The solved path; None: not solved so far.
         warnings: Warnings about the variant for its plan.
+        moved: The joint positions (joints,), rad or m, of waypoints that were moved, by their indices in the problem.
         better_than: An objective and the value that the trajectory has to stay below; None: any trajectory will do.
     """
 
@@ -79,12 +82,18 @@ class Attempt:
     detours: tuple[Detour, ...] | None = None
     path: JointPath | None = None
     warnings: tuple[PlanWarning, ...] = ()
+    moved: Mapping[int, FloatArray] = field(default_factory=dict)
     better_than: tuple[Objective, float] | None = None
 
     @cached_property
+    def with_moved(self) -> PlanningProblem:
+        """The problem with the moved waypoints at their joint positions."""
+        return with_fixed(self.problem, self.moved)
+
+    @cached_property
     def with_detours(self) -> PlanningProblem:
-        """The problem with joint motions along the detours in the place of free ones."""
-        return with_detours(self.problem, self.detours or ())
+        """The same problem with joint motions along the detours in the place of free ones."""
+        return with_detours(self.with_moved, self.detours or ())
 
     def along(self, detours: Sequence[Detour]) -> Attempt:
         """Return the attempt with other detours."""

@@ -36,7 +36,9 @@ def with_better_detours(first: Proposals[Outcome]) -> Proposals[Outcome]:
             until += motion.time_budget or 0.0
             most = OPTIMISE_CHECKS if motion.time_budget is None else inf
             end = inf if motion.time_budget is None else until
-            planned = yield from _with_better(planned, number, motion.optimise, motion.optimise_checks or most, end)
+            planned = yield from with_better_detour(
+                planned, number, motion.optimise, motion.optimise_checks or most, end
+            )
     return planned
 
 
@@ -51,7 +53,9 @@ def _with_quicker(planned: Planned, number: int) -> Proposals[Planned]:
     return outcome if isinstance(outcome, Planned) else planned
 
 
-def _with_better(planned: Planned, number: int, objective: Objective, most: float, until: float) -> Proposals[Planned]:
+def with_better_detour(
+    planned: Planned, number: int, objective: Objective, most: float, until: float
+) -> Proposals[Planned]:
     """Improve one detour.
 
     It looks at no more than `most` motions, and ends at the time `until`, s on the monotonic clock.
@@ -82,7 +86,7 @@ def _value(planned: Planned, objective: Objective) -> float:
 
 def _candidates(planned: Planned, number: int, objective: Objective, most: float, until: float) -> CandidateDetours:
     """Return where other detours come from. Only after the last free motion no other detour begins where it ends."""
-    problem, detours = planned.attempt.problem, planned.plan.detours
+    problem, detours = planned.attempt.with_moved, planned.plan.detours
     own = detours[number]
     ends = ends_of_detour(problem, detours[:number], own.waypoint)
     if number < len(detours) - 1:

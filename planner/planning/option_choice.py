@@ -23,10 +23,9 @@ from planner.errors import (
 )
 from planner.fields import FieldPath
 from planner.planning.attempts import Attempt, Proposals, Refused, is_unmade
-from planner.planning.better_detours import with_better_detours
+from planner.planning.improved import improved
 from planner.planning.option_estimates import OptionEstimates
 from planner.planning.remedies import remedies_for
-from planner.planning.variants import planned
 from planner.plans.result import Plan
 from planner.problems.any_of import (
     AnyOf,
@@ -67,7 +66,7 @@ def with_chosen_options(attempt: Attempt) -> Proposals[Plan]:
     while ranked is not None or first is None:
         options = ranked or dict.fromkeys(estimates.goal_sets, 0)
         expansion = Expansion.of(problem, options)
-        outcome = yield from with_better_detours(planned(replace(attempt, problem=expansion.problem)))
+        outcome = yield from improved(replace(attempt, problem=expansion.problem))
         if not isinstance(outcome, Refused):
             choices = _choices(problem, estimates, options, refusals, is_planned=True)
             return replace(outcome.plan, choices=choices)

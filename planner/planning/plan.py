@@ -6,10 +6,9 @@ from planner.backends import as_backend
 from planner.backends.base import BackEnd
 from planner.backends.splines.cubic import Cubic
 from planner.planning.attempts import Attempt, Budget, Proposals, Refused, run
-from planner.planning.better_detours import with_better_detours
+from planner.planning.improved import improved
 from planner.planning.option_choice import with_chosen_options
 from planner.planning.remedies import remedies_for
-from planner.planning.variants import planned
 from planner.plans.result import Plan
 from planner.problems.any_of import goal_sets
 from planner.problems.problem import PlanningProblem
@@ -36,12 +35,12 @@ def plan(problem: PlanningProblem, backend: BackEnd | str = Cubic(), budget: Bud
 
 
 def _attempts(attempt: Attempt) -> Proposals[Plan]:
-    """Plan an attempt or a variant of it, and make its detours better; refuse with remedies.
+    """Plan an attempt or a variant of it, and improve the plan; refuse with remedies.
 
     Raises:
         PlanningError: There is no plan.
     """
-    outcome = yield from with_better_detours(planned(attempt))
+    outcome = yield from improved(attempt)
     if isinstance(outcome, Refused):
         remedies, hints = yield from remedies_for(outcome)
         raise outcome.refusal.with_remedies(remedies, hints)

@@ -34,6 +34,7 @@ from planner.guarantees import END_OPTIONS, EndStates, end_states, leaves_straig
 from planner.limits import SMALLEST
 from planner.paths import JointPath
 from planner.plans.binding import with_binding_limits
+from planner.plans.optimisation import Optimisation
 from planner.plans.warnings import plan_warnings
 from planner.problems.any_of import requested_indices
 from planner.problems.problem import PlanningProblem, ViaWaypoint
@@ -67,6 +68,8 @@ class Plan:
         detours: The collision-free paths found for the requested free motions. In `problem`, joint motions along these
             paths replace the free motions.
         choices: The choice at each goal set of the request. In `problem`, the chosen options replace the goal sets.
+        optimisation: The gain of the requested optimisation of the duration. In `problem`, the moved waypoints are at
+            their joint positions. None: not requested.
     """
 
     problem: PlanningProblem
@@ -77,6 +80,7 @@ class Plan:
     warnings: tuple[PlanWarning, ...]
     detours: tuple[Detour, ...] = ()
     choices: tuple[Choice, ...] = ()
+    optimisation: Optimisation | None = None
 
     def __repr__(self) -> str:
         """Return robot, back end and duration, in one line."""

@@ -119,6 +119,7 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         yield ("waypoints", 0, "limits"), "the first waypoint ends no segment: it has no limits"
     yield from _free_motion_faults(problem)
     yield from _duration_faults(problem)
+    yield from _optimise_faults(problem)
     yield from limit_faults(robot, problem.limits, ("limits",))
 
 
@@ -136,6 +137,20 @@ def _free_motion_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, s
                 yield field, "must be finite and greater than 0"
             elif requested is not None and motion.optimise is None:
                 yield field, "needs `optimise`, the objective of the optimisation that it limits"
+
+
+def _optimise_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find an unknown objective of the whole plan, budgets that limit nothing, and a duration that it cannot change."""
+    if problem.optimise not in (None, "duration"):
+        yield ("optimise",), f"must be `duration`; got {problem.optimise!r}"
+    elif problem.optimise is not None and problem.duration is not None:
+        yield ("optimise",), "cannot shorten a requested `duration` of the whole trajectory; leave one of them out"
+    for name in ("time_budget", "optimise_iterates"):
+        requested = getattr(problem, name)
+        if requested is not None and not 0.0 < requested < np.inf:
+            yield (name,), "must be finite and greater than 0"
+        elif requested is not None and problem.optimise is None:
+            yield (name,), "needs `optimise`, the objective of the optimisation that it limits"
 
 
 def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -320,6 +320,11 @@ class PlanningProblem:
             are capsules along its kinematics.
         speed_zones: Speed limits of every point of the robot near objects; it slows there, on the same path.
         residual_vibration: A vibration mode whose residual vibration is suppressed or reported; None: none is known.
+        optimise: `duration` moves joint positions at poses, radii of blends, and corners of free motions without an
+            `optimise` of their own, for a shorter duration. None: the first certified plan counts.
+        time_budget: Longest time of it, s, the first plan included; equal requests may then differ. None: no limit.
+        optimise_iterates: The largest number of trajectories tried, and tried again at the corners of each free motion.
+            None: 100, or any number with a `time_budget`.
     """
 
     robot: Robot
@@ -334,6 +339,9 @@ class PlanningProblem:
     self_collision: bool | None = None
     speed_zones: Sequence[SpeedZone] = ()
     residual_vibration: ResidualVibration | None = None
+    optimise: Literal["duration"] | None = None
+    time_budget: float | None = None
+    optimise_iterates: int | None = None
 
     def __post_init__(self) -> None:
         """Convert waypoints of other types; keep waypoints, actions and speed zones in tuples, which cannot change.

@@ -1,0 +1,69 @@
+"""The estimated duration, compared with back ends and with finite differences of the kinematics."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import planner
+from planner.planning.off_path.leg_times import LegTimes
+from planner.planning.off_path.open_waypoints import open_waypoints
+from planner.problems.transitions import ThroughTransition
+from tests.planner.planning.off_path.problems import PANDA, REGION, UR5, through_poses, trapezoidal_duration
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_estimate_is_the_duration_of_trapezoids_from_stop_to_stop(seed: int) -> None:
+    """Two closed forms and the back end agree where all waypoints are stops."""
+    plan = planner.plan(through_poses(PANDA, seed, 3), "trapezoidal")
+    estimate = float(LegTimes(plan.path, keeps_jerk=False)(plan.path.positions).total)
+    assert estimate == pytest.approx(plan.trajectory.duration, rel=1e-9)
+    assert estimate == pytest.approx(trapezoidal_duration(PANDA, plan.path.positions), rel=1e-9)
+
+
+def test_the_estimate_is_shorter_without_stops_and_longer_with_jerk_limits() -> None:
+    """Passing waypoints saves time, and jerk limits cost time."""
+    stops, passed = (
+        planner.plan(through_poses(UR5, 0, 3, *more), "trapezoidal") for more in ((), (ThroughTransition(),))
+    )
+    totals = [float(LegTimes(plan.path, keeps_jerk=False)(stops.path.positions).total) for plan in (stops, passed)]
+    assert totals[1] < totals[0]
+    assert LegTimes(stops.path, keeps_jerk=True)(stops.path.positions).total > totals[0]
+
+
+@pytest.mark.parametrize(("robot", "free"), [(PANDA, None), (UR5, REGION), (PANDA, REGION)])
+def test_open_waypoints_move_within_their_poses(robot: planner.Robot, free: planner.Region | None) -> None:
+    """Tangents keep the pose to first order, and returned coordinates keep it within the tolerances."""
+    problem = through_poses(robot, 1, 3, free=free)
+    path = planner.plan(problem, "trapezoidal").path
+    found = open_waypoints(problem, path.positions)
+    assert [one.index for one in found] == [1, 2, 3]
+    for one, coordinates in found.items():
+        assert one.position(coordinates) == pytest.approx(path.positions[one.index], abs=1e-12)
+        tangent = one.tangent(coordinates)
+        assert len(tangent) == robot.dof - 6 + (0 if free is None else 2)
+        for direction in tangent:
+            assert one.search.miss(coordinates + 1e-4 * direction) < 1e-7
+            moved = one.returned(coordinates + 0.05 * direction)
+            if moved is None:
+                continue
+            pose = planner.forward_kinematics(robot, one.position(moved))
+            wanted = problem.waypoints[one.index]
+            assert isinstance(wanted, planner.PoseWaypoint)
+            offsets = {} if free is None else free.offsets(wanted.pose, pose)
+            reached = wanted.pose if free is None else free.pose(wanted.pose, np.array([*offsets.values()]))
+            assert pose.position == pytest.approx(reached.position, abs=2e-6)
+            assert pose.rotation == pytest.approx(reached.rotation, abs=2e-6)
+            assert all(
+                low - 1e-6 <= offsets[name] <= high + 1e-6
+                for name, (low, high) in (free.ranges if free else {}).items()
+            )
+
+
+def test_nothing_is_open_with_joint_waypoints_isolated_poses_or_a_preference() -> None:
+    """Six joints leave nothing of a pose open, and a preference decides the joint position itself."""
+    isolated = through_poses(UR5, 0, 2)
+    assert not open_waypoints(isolated, planner.plan(isolated, "trapezoidal").path.positions)
+    options = planner.InverseKinematicsOptions(prefer="manipulability")
+    preferred = planner.PlanningProblem(PANDA, through_poses(PANDA, 0, 2).waypoints, inverse_kinematics=options)
+    assert not open_waypoints(preferred, planner.plan(preferred, "trapezoidal").path.positions)

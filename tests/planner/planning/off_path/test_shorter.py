@@ -1,0 +1,185 @@
+"""Plans whose duration is optimised, compared with plans without it and with brute force."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import monotonic
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import planner
+from planner.errors import InvalidProblem
+from planner.kinematics.forward import jacobian
+from planner.problems.regions import Region
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
+from planner.spatial import FloatArray
+from tests.planner.planning.off_path.problems import (
+    PANDA,
+    REGION,
+    UR5,
+    through_poses,
+    trapezoidal_duration,
+)
+from tests.sizes import SIZE
+
+BEYOND_THE_BEST = 1.05
+"""The largest duration beside the best of brute force."""
+
+MOST_EVALUATIONS = 80 if SIZE.one_in > 1 else 200
+"""The evaluations of each search by brute force."""
+
+
+def optimised(problem: planner.PlanningProblem, backend: str, iterates: int = 10) -> planner.Plan:
+    """Plan with an optimised duration."""
+    return planner.plan(replace(problem, optimise="duration", optimise_iterates=iterates), backend)
+
+
+@pytest.mark.parametrize(
+    ("backend", "transition"),
+    [
+        ("trapezoidal", StopTransition()),
+        ("cubic", ThroughTransition()),
+        ("toppra", BlendTransition(0.05)),
+        ("ruckig", BlendTransition(0.05)),
+    ],
+    ids=["stop", "through", "blend", "jerk-limited"],
+)
+def test_no_plan_is_longer_than_without_the_optimisation(backend: str, transition: Transition) -> None:
+    """The plan is certified, meets each pose within its region, and reports both durations."""
+    problem = through_poses(UR5, 0, 2, transition, REGION)
+    first, plan = planner.plan(problem, backend), optimised(problem, backend, 6)
+    report = plan.optimisation
+    assert first.optimisation is None
+    assert report is not None
+    assert report.first == first.trajectory.duration
+    assert report.last == plan.trajectory.duration <= first.trajectory.duration
+    assert plan.certificate.satisfied
+    if isinstance(transition, BlendTransition):
+        return
+    for k, waypoint in enumerate(problem.waypoints):
+        if isinstance(waypoint, planner.PoseWaypoint):
+            reached = planner.forward_kinematics(UR5, plan.trajectory.at_arrivals[k])
+            offsets = REGION.offsets(waypoint.pose, reached)
+            again = REGION.pose(waypoint.pose, np.array([*offsets.values()]))
+            assert reached.position == pytest.approx(again.position, abs=3e-6)
+            assert all(low - 1e-5 <= offsets[name] <= high + 1e-5 for name, (low, high) in REGION.ranges.items())
+
+
+def test_the_elbow_of_a_redundant_arm_shortens_the_duration() -> None:
+    """Here it saves more than 5 %, and equal requests have equal plans."""
+    problem = through_poses(PANDA, 0, 3)
+    plan = optimised(problem, "ruckig")
+    report = plan.optimisation
+    assert report is not None
+    assert report.last < 0.95 * report.first
+    assert set(report.moved) <= {1, 2, 3}
+    again = optimised(problem, "ruckig")
+    assert (again.trajectory.coefficients == plan.trajectory.coefficients).all()
+
+
+def best_by_brute_force(problem: planner.PlanningProblem, free: Region | None, starts: int) -> float:
+    """Return the shortest duration of trapezoids, s, of Nelder-Mead searches over offsets and elbows."""
+    robot, rng = problem.robot, np.random.default_rng(1)
+    path = planner.plan(problem, "trapezoidal").path.positions
+    waypoints = [(k, w) for k, w in enumerate(problem.waypoints) if isinstance(w, planner.PoseWaypoint)]
+    ranges = np.array([*free.ranges.values()]) if free is not None else np.zeros((0, 2))
+    dims = len(ranges) + robot.dof - 6
+
+    def duration(x: FloatArray) -> float:
+        """Return the duration, s, at shares of ranges and shifts of the elbow; 1000 where a pose has no solution."""
+        positions = path.copy()
+        for (k, waypoint), own in zip(waypoints, x.reshape(-1, dims), strict=True):
+            shares, elbow = np.clip(own[: len(ranges)], 0.0, 1.0), own[len(ranges) :]
+            pose = waypoint.pose
+            if free is not None:
+                pose = free.pose(pose, ranges[:, 0] + shares * (ranges[:, 1] - ranges[:, 0]))
+            idle = np.linalg.svd(jacobian(robot, path[k]))[2][6:]
+            near = np.clip(path[k] + elbow @ idle, robot.limit("lower"), robot.limit("upper"))
+            solved = planner.inverse_kinematics(robot, pose, reference=near)
+            if solved.status != "solved":
+                return 1e3
+            positions[k] = solved.position
+        return trapezoidal_duration(robot, positions)
+
+    found = []
+    for _ in range(starts):
+        start = rng.random(len(waypoints) * dims)
+        found.append(minimize(duration, start, method="Nelder-Mead", options={"maxfev": MOST_EVALUATIONS}).fun)
+    return float(min(found))
+
+
+@pytest.mark.sized
+@pytest.mark.parametrize("seed", range(max(1, 8 // SIZE.one_in)))
+@pytest.mark.parametrize(("robot", "free"), [(PANDA, None), (UR5, REGION)], ids=["elbow", "region"])
+def test_the_duration_is_within_5_percent_of_brute_force(robot: planner.Robot, free: Region | None, seed: int) -> None:
+    """Several Nelder-Mead searches with the closed form of the duration find nothing much better."""
+    problem = through_poses(robot, seed, 2, free=free)
+    best = best_by_brute_force(problem, free, 2 if SIZE.one_in > 1 else 6)
+    assert optimised(problem, "trapezoidal", 30).trajectory.duration <= BEYOND_THE_BEST * best
+
+
+def test_a_fully_determined_request_has_the_same_plan_and_a_warning() -> None:
+    """Joint waypoints with stops leave nothing open."""
+    problem = planner.PlanningProblem(UR5, [UR5.middle, UR5.middle + 0.3])
+    plan, without = optimised(problem, "cubic"), planner.plan(problem, "cubic")
+    assert (plan.trajectory.coefficients == without.trajectory.coefficients).all()
+    assert {warning.code for warning in plan.warnings} - {warning.code for warning in without.warnings} == {
+        "nothing_to_optimise"
+    }
+    assert plan.optimisation is not None
+    assert plan.optimisation.iterates == 0
+
+
+def test_blends_and_passed_waypoints_keep_their_neighbours() -> None:
+    """With joint waypoints and a blend only the radius is open, which never grows."""
+    waypoints = [
+        planner.JointWaypoint(UR5.middle - 0.2),
+        planner.JointWaypoint(UR5.middle + 0.2, transition=BlendTransition(0.05)),
+        planner.JointWaypoint(UR5.middle + np.linspace(0.5, -0.3, 6)),
+    ]
+    plan = optimised(planner.PlanningProblem(UR5, waypoints), "trapezoidal", 8)
+    assert plan.optimisation is not None
+    assert not plan.optimisation.moved
+    assert all(radius < 0.05 for radius in plan.optimisation.radii.values())
+
+
+def test_the_time_budget_ends_the_optimisation() -> None:
+    """It includes the first plan, and ends at most one iterate later."""
+    problem = replace(through_poses(PANDA, 2, 3), optimise="duration", time_budget=0.4)
+    planner.plan(problem, "trapezoidal")
+    begun = monotonic()
+    report = planner.plan(problem, "trapezoidal").optimisation
+    assert monotonic() - begun < 2.0
+    assert report is not None
+    assert report.iterates > 0
+
+
+@pytest.mark.parametrize(
+    ("more", "field"),
+    [
+        ({"optimise": "effort"}, "optimise"),
+        ({"optimise": "duration", "duration": 5.0}, "optimise"),
+        ({"time_budget": 1.0}, "time_budget"),
+        ({"optimise": "duration", "time_budget": 0.0}, "time_budget"),
+        ({"optimise": "duration", "optimise_iterates": 0}, "optimise_iterates"),
+    ],
+)
+def test_contradictory_options_are_refused(more: dict[str, object], field: str) -> None:
+    """The refusal names the field."""
+    with pytest.raises(InvalidProblem) as refused:
+        planner.plan(replace(through_poses(UR5, 0, 1), **more), "cubic")  # type: ignore[arg-type]
+    assert [fault.field for fault in refused.value.faults] == [(field,)]
+
+
+def test_relative_waypoints_follow_a_moved_one() -> None:
+    """A relative waypoint behind a region starts from the pose to which its waypoint moved."""
+    problem = through_poses(UR5, 3, 1, ThroughTransition(), REGION)
+    move = planner.RelativeWaypoint(planner.CartesianMove((0.0, 0.0, -0.03)), transition=StopTransition())
+    first, pose, last = problem.waypoints
+    whole = replace(problem, waypoints=(first, pose, move, last))
+    plan = optimised(whole, "toppra", 10)
+    reached = [planner.forward_kinematics(UR5, plan.trajectory.at_arrivals[k]) for k in (1, 2)]
+    expected = reached[0].position + reached[0].rotation @ [0.0, 0.0, -0.03]
+    assert reached[1].position == pytest.approx(expected, abs=1e-5)
