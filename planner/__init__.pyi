@@ -10,9 +10,12 @@ from planner.backends import Ruckig as Ruckig
 from planner.backends import Toppra as Toppra
 from planner.backends import Trapezoidal as Trapezoidal
 from planner.backends import as_backend as as_backend
+from planner.cells import CellPlan as CellPlan
+from planner.cells import CellRobot as CellRobot
 from planner.cells import ClearanceBetween as ClearanceBetween
 from planner.cells import Mover as Mover
 from planner.cells import clearance_between as clearance_between
+from planner.cells import plan_cell as plan_cell
 from planner.certificate import Certificate as Certificate
 from planner.certificate import Check as Check
 from planner.certificate import Clearance as Clearance

@@ -2,5 +2,6 @@
 
 from planner.cells.clearance import ClearanceBetween, clearance_between
 from planner.cells.movers import Mover
+from planner.cells.plan import CellPlan, CellRobot, plan_cell
 
-__all__ = ["ClearanceBetween", "Mover", "clearance_between"]
+__all__ = ["CellPlan", "CellRobot", "ClearanceBetween", "Mover", "clearance_between", "plan_cell"]

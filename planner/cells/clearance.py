@@ -1,16 +1,15 @@
 """The proof that two movers keep clear of each other at all times, for every start skew of their controllers.
 
-A start skew e shifts the second trajectory: time t of the first trajectory meets time t + e of the second one. For one
-skew, both movers move together like one robot with the joints of both, and the proof of one robot holds. A range of
-skews e - w to e + w is proved at its middle. There the margin of each pair is larger by the displacement of the second
-mover's body in a time of w. Where that is too coarse, the interval of time or the range of skews is halved.
+Without a skew, both movers move together like one robot with the joints of both, and the proof of one robot holds. A
+start skew e shifts the second trajectory: time t of the first trajectory meets time t + e of the second one. Intervals
+of t and ranges of e are blocks, as in a coordination diagram. A block is free where every pair of bodies keeps its
+margin in spite of the largest displacements of both. Otherwise it is halved.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from heapq import heappop, heappush
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,16 +17,17 @@ import numpy as np
 from planner.cells.movers import Mover, Phase, side_by_side
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, Clearance
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, StartInCollision
+from planner.kernels.clearance import FREE_BLOCK
 from planner.scene.between import CheckerBetween
 from planner.scene.checker import CONTACT_TOLERANCE, ITSELF
 from planner.scene.continuous import Clearances, Nearest, clearances
 from planner.spatial import FloatArray
 
-MOST_PROOFS = 4000
-"""The largest number of proofs of intervals and ranges of skews for one pair of movers."""
+MOST_BLOCKS = 100_000
+"""The largest number of blocks of times and skews that are decided for one pair of movers."""
 
-INTERVALS_PER_SKEW = 4.0
-"""An interval of time longer than its range of skews by this factor is halved first."""
+BLOCKS_AT_ONCE = 512
+"""The number of blocks that are decided together: enough for array operations."""
 
 
 @dataclass(frozen=True)
@@ -51,22 +51,18 @@ class ClearanceBetween:
 
 
 class Part(NamedTuple):
-    """A pair of phases in an interval of time and a range of skews, s."""
+    """A pair of phases in the interval of time, s, in which both meet."""
 
     phases: tuple[Phase, Phase]
     checker: CheckerBetween
     begin: float
     end: float
-    skew: float
-    width: float
 
-    def halves(self) -> tuple[Part, Part]:
-        """Return both halves, of the interval or of the range of skews."""
-        if self.end - self.begin > INTERVALS_PER_SKEW * self.width:
-            middle = (self.begin + self.end) / 2.0
-            return self._replace(end=middle), self._replace(begin=middle)
-        half = self.width / 2.0
-        return self._replace(skew=self.skew - half, width=half), self._replace(skew=self.skew + half, width=half)
+    def clearances(self, begin: float, end: float, skew: float, tolerance: float | None) -> Clearances:
+        """Prove the margins in an interval of time, s, for one skew, s."""
+        first, second = self.phases
+        motion = side_by_side(first.between(begin, end), second.between(begin + skew, end + skew))
+        return clearances(self.checker, motion, tolerance=tolerance)
 
 
 def clearance_between(
@@ -76,6 +72,7 @@ def clearance_between(
     margin: float = 0.0,
     skew: float = 0.0,
     tolerance: float | None = CLEARANCE_TOLERANCE,
+    blocks: int = MOST_BLOCKS,
 ) -> ClearanceBetween:
     """Prove that two movers keep a margin from each other at all times.
 
@@ -86,6 +83,7 @@ def clearance_between(
         skew: The largest time by which one of them may start before or after the other, s.
         tolerance: The accuracy of the least distance without a skew, m; None: only the margin is proved, which is
             faster.
+        blocks: The largest number of blocks of times and skews that are decided.
 
     Raises:
         InvalidProblem: The margin or the skew is negative or not finite.
@@ -109,33 +107,21 @@ def clearance_between(
     ]
     if faults:
         raise InvalidProblem(faults)
-    names = first.name, second.name
-    waiting: list[tuple[float, int, Part]] = []
-    count, lower, nearest = 0, np.inf, None
-    for skews in (0.0, skew) if skew else (0.0,):
-        for part in _parts(first, second, margin, skews):
-            count += 1
-            heappush(waiting, (-np.inf, count, part))
-    while waiting:
-        *_, part = heappop(waiting)
-        found, moved = _found(part, margin, tolerance)
-        if found.is_proved:
-            lower = min(lower, max(margin - CONTACT_TOLERANCE, float(found.lower[ITSELF]) - moved))
-            near = found.nearest[ITSELF]
-            if near is not None and not part.width and (nearest is None or near.distance < nearest[0]):
-                nearest = near.distance, part.begin + near.time, _names(names, part.checker, near.pair)
-            continue
-        near = found.hit or found.undecided
-        if near is None:
-            raise ValueError("an unproved part has a pair")
-        needed = float(part.checker.margins_of(np.array([near.pair]))[0])
-        if needed - near.distance > CONTACT_TOLERANCE and found.hit is not None:
-            raise _refusal(first, second, part, near._replace(margin=needed), margin)
-        if not part.width or count > MOST_PROOFS:
-            raise _unproved(names, part.checker, near, part)
-        for half in part.halves():
-            count += 1
-            heappush(waiting, (near.distance - needed, count, half))
+    names, lower = (first.name, second.name), np.inf
+    nearest: tuple[float, float, tuple[str, str]] | None = None
+    for part in _parts(first, second, margin, 0.0):
+        found = part.clearances(part.begin, part.end, 0.0, tolerance)
+        if found.hit is not None:
+            raise _refusal(first, second, part, found.hit, part.begin, 0.0, margin)
+        if found.undecided is not None:
+            raise _unproved(names, part, found.undecided.pair, part.begin + found.undecided.time)
+        lower = min(lower, float(found.lower[ITSELF]) - float((_margins(part.phases, margin) - margin).max()))
+        near = found.nearest[ITSELF]
+        if near is not None and (nearest is None or near.distance < nearest[0]):
+            nearest = near.distance, part.begin + near.time, _names(names, part.checker, near.pair)
+    for part in _parts(first, second, margin, skew) if skew else ():
+        _refuse_skewed(first, second, part, margin, skew, blocks)
+    lower = min(max(lower, margin - CONTACT_TOLERANCE), margin if skew else np.inf)
     uncertainty = max(a.uncertainty + b.uncertainty for a in first.phases for b in second.phases)
     clearance = Clearance(lower, None, None, None, "certified", "estimate" if uncertainty else "model", uncertainty)
     if nearest is not None:
@@ -143,16 +129,45 @@ def clearance_between(
     return ClearanceBetween(names, clearance, skew)
 
 
-def _found(part: Part, margin: float, tolerance: float | None) -> tuple[Clearances, float]:
-    """Prove a part; return the clearance at its middle skew, and the largest reduction by other skews, m."""
-    own, other = part.phases
-    begin, end = part.begin + part.skew, part.end + part.skew
-    motion = side_by_side(own.between(part.begin, part.end), other.between(begin, end))
-    margins = _margins(part.phases, margin)
-    if not part.width:
-        return clearances(part.checker, motion, tolerance=tolerance), float((margins - margin).max())
-    margins = margins + other.displacements_within(begin - part.width, end + part.width, part.width)
-    return clearances(part.checker.with_margins(margins), motion), float((margins - margin).max())
+def _refuse_skewed(first: Mover, second: Mover, part: Part, margin: float, skew: float, most: int) -> None:
+    """Prove the margins of a part for all skews.
+
+    Raises:
+        Collision: A pair is below its margin for a skew.
+        ClearanceUnproved: Too many blocks are neither free nor blocked.
+    """
+    for shift in (-skew, skew):  # where most that touch do so
+        hit = part.clearances(part.begin, part.end, shift, None).hit
+        if hit is not None:
+            raise _refusal(first, second, part, hit, part.begin, shift, margin)
+    waiting, count = np.array([[part.begin, part.end, -skew, skew]]), 0
+    while len(waiting):
+        now, waiting = waiting[-BLOCKS_AT_ONCE:], waiting[:-BLOCKS_AT_ONCE]
+        begin, end, low, high = now.T
+        positions, reach = zip(
+            part.phases[0].within(begin, end), part.phases[1].within(begin + low, end + high), strict=True
+        )
+        nowhere = np.zeros(len(now), dtype=int)
+        undecided = now[part.checker.distances.decide(np.hstack(positions), np.hstack(reach), nowhere) != FREE_BLOCK]
+        count += len(now)
+        if count > most and len(undecided):
+            t0, t1, e0, e1 = undecided[0].tolist()
+            found = part.clearances(t0, t1, (e0 + e1) / 2.0, np.inf)
+            if found.hit is not None:
+                raise _refusal(first, second, part, found.hit, t0, (e0 + e1) / 2.0, margin)
+            near = found.nearest[ITSELF]
+            raise _unproved((first.name, second.name), part, 0 if near is None else near.pair, t0)
+        waiting = np.concatenate([waiting, _halved(undecided)])
+
+
+def _halved(blocks: FloatArray) -> FloatArray:
+    """Return the halves of blocks (N, 4), along the interval of time or the range of skews, the longer."""
+    longer = np.where(blocks[:, 1] - blocks[:, 0] >= blocks[:, 3] - blocks[:, 2], 0, 2)
+    rows = np.arange(len(blocks))
+    middles = (blocks[rows, longer] + blocks[rows, longer + 1]) / 2.0
+    low, high = blocks.copy(), blocks.copy()
+    low[rows, longer + 1], high[rows, longer] = middles, middles
+    return np.concatenate([low, high])
 
 
 def _parts(first: Mover, second: Mover, margin: float, skew: float) -> Iterator[Part]:
@@ -163,7 +178,7 @@ def _parts(first: Mover, second: Mover, margin: float, skew: float) -> Iterator[
         for b in second.phases:
             begin, end = max(a.begin, b.begin - skew, start), min(a.end, b.end + skew, stop)
             if begin < end:
-                yield Part((a, b), CheckerBetween(a.bodies, b.bodies, _margins((a, b), margin)), begin, end, 0.0, skew)
+                yield Part((a, b), CheckerBetween(a.bodies, b.bodies, _margins((a, b), margin)), begin, end)
 
 
 def _margins(phases: tuple[Phase, Phase], margin: float) -> FloatArray:
@@ -177,15 +192,16 @@ def _names(movers: tuple[str, str], checker: CheckerBetween, pair: int) -> tuple
     return f"{movers[0]}/{first}", f"{movers[1]}/{second}"
 
 
-def _refusal(first: Mover, second: Mover, part: Part, hit: Nearest, margin: float) -> Collision:
+def _refusal(
+    first: Mover, second: Mover, part: Part, hit: Nearest, begin: float, skew: float, margin: float
+) -> Collision:
     """Build the refusal of two movers with a pair below its margin, or nearer than it before both start."""
-    begin = next(_parts(first, second, margin, 0.0))
-    begin = begin._replace(begin=begin.begin - 1.0, end=begin.begin)
-    at_start = _found(begin, margin, None)[0].hit
+    earliest = next(_parts(first, second, margin, 0.0))
+    at_start = earliest.clearances(earliest.begin - 1.0, earliest.begin, 0.0, None).hit
     if at_start is not None:
-        part, hit = begin, at_start
+        part, hit, begin, skew = earliest, at_start, earliest.begin - 1.0, 0.0
     pair = _names((first.name, second.name), part.checker, hit.pair)
-    time = part.begin + hit.time
+    time = begin + hit.time
     near = (
         f"{pair[0]} would be {-hit.distance:.3g} m inside of {pair[1]}"
         if hit.distance <= 0.0
@@ -202,15 +218,15 @@ def _refusal(first: Mover, second: Mover, part: Part, hit: Nearest, margin: floa
     }
     if at_start is not None:
         return StartInCollision(f"before both start, {near}", **fields)
-    skewed = f" if {second.name} is {abs(part.skew):.4g} s {'ahead' if part.skew > 0 else 'late'}" if part.skew else ""
+    skewed = f" if {second.name} is {abs(skew):.4g} s {'ahead' if skew > 0 else 'late'}" if skew else ""
     return Collision(f"at {time:.4g} s, {near}{skewed}", **fields)
 
 
-def _unproved(names: tuple[str, str], checker: CheckerBetween, near: Nearest, part: Part) -> ClearanceUnproved:
+def _unproved(names: tuple[str, str], part: Part, number: int, time: float) -> ClearanceUnproved:
     """Build the refusal of two movers whose clearance is not proved."""
-    pair, time = _names(names, checker, near.pair), part.begin + near.time
+    pair = _names(names, part.checker, number)
     message = (
         f"the clearance of {pair[0]} and {pair[1]} near {time:.4g} s could not be proved: "
         "they come as near as their margin, or nearly so, for long"
     )
-    return ClearanceUnproved(message, pair=pair, time=time, value=near.distance, limit=near.margin)
+    return ClearanceUnproved(message, pair=pair, time=time)

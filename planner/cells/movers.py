@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Self
 
@@ -21,7 +21,7 @@ from planner.scene.point_cloud import Cluster
 from planner.scene.scene import HERE, Scene, SceneObject
 from planner.shapes import Shape
 from planner.spatial import FloatArray, Pose, as_pose
-from planner.trajectories.polynomials import PiecewisePolynomial, shifted
+from planner.trajectories.polynomials import PiecewisePolynomial, joined, shifted
 from planner.trajectories.trajectory import Trajectory
 
 
@@ -73,15 +73,11 @@ class Phase:
         (position,) = self.motion.evaluate(np.array([at]), [0])[0]
         return PiecewisePolynomial(np.array([length]), position[None, :, None])
 
-    def displacements_within(self, begin: float, end: float, shift: float) -> FloatArray:
-        """Bound the displacements (bodies,), m, of the bodies between times of an interval at most a shift apart, s."""
-        motion = self.between(begin, end)
-        rates = PiecewisePolynomial(motion.lengths, motion.derivative_coefficients(1))
-        ends = motion.breakpoints[[0]], motion.breakpoints[[-1]]
-        nowhere = np.zeros((1, self.motion.coefficients.shape[1]))
-        fastest = excursions(rates, *ends, nowhere)[0]
-        farthest = excursions(motion, *ends, nowhere)[0]
-        return np.asarray(self.bodies.displacements_by(fastest * shift, farthest).sum(axis=1), dtype=np.float64)
+    def within(self, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return joint positions (N, joints) in intervals of time (N,), s, and the largest excursions from there."""
+        low, high = (np.clip(at - self.start, 0.0, self.motion.breakpoints[-1]) for at in (begin, end))
+        positions = self.motion.evaluate((low + high) / 2.0, [0])[0]
+        return positions, excursions(self.motion, low, high, positions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,6 +190,26 @@ class Mover:
     def duration(self) -> float:
         """When its trajectory ends on the clock, s."""
         return self.phases[-1].stop
+
+    def waiting(self, rests: FloatArray, waits: FloatArray) -> Mover:
+        """Return the mover that waits for times (rests,), s, where it rests at times (rests,), s."""
+        phases = []
+        for phase in self.phases:
+            begin, end, start = (
+                at + float(waits[rests < at].sum()) if np.isfinite(at) else at
+                for at in (phase.begin, phase.end, phase.start)
+            )
+            among = (rests >= phase.start) & (rests < phase.stop) & (waits > 0.0)
+            cuts = [phase.start, *rests[among].tolist(), phase.stop]
+            longer = [0.0, *waits[among].tolist()]
+            parts = []
+            for (low, high), wait in zip(pairwise(cuts), longer, strict=True):
+                if wait:
+                    parts.append(replace(phase.between(low, low), lengths=np.array([wait])))
+                if high > low:
+                    parts.append(phase.between(low, high))
+            phases.append(replace(phase, motion=joined(parts), start=start, begin=begin, end=end))
+        return replace(self, phases=tuple(phases))
 
 
 def side_by_side(first: PiecewisePolynomial, second: PiecewisePolynomial) -> PiecewisePolynomial:

@@ -42,6 +42,15 @@ MEASURE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int64, ctypes.POINTER(ctypes.c
 FAILED = 3
 """The code that such a function returns after an error: no kernel returns it."""
 
+FREE_BLOCK = 0
+"""The decision that all joint positions keep every margin."""
+
+UNDECIDED_BLOCK = 1
+"""The decision that neither of the others is proved."""
+
+BLOCKED_BLOCK = 2
+"""The decision that no joint position keeps every margin."""
+
 PAIRS_AT_ONCE = 64
 """Number of pairs near each joint position for which memory is taken at first."""
 
@@ -161,10 +170,6 @@ class Distances:
         self._arrays, self._measure = arrays.checked(), measure
         self._table = self._arrays.table()
 
-    def with_own_margins(self, own_margins: FloatArray) -> Self:
-        """Return the kernels with other margins (own pairs,) of pairs of bodies, m."""
-        return type(self)(self._arrays._replace(own_margins=own_margins), self._measure)
-
     def prove(
         self, lengths: FloatArray, coefficients: FloatArray, breakpoints: FloatArray, request: tuple[float, ...]
     ) -> Found:
@@ -232,6 +237,24 @@ class Distances:
         with self._measured() as (measure, frames):
             call("first_collision", self._table, len(positions), given, contact, measure, frames, first)
         return None if first[0] < 0 else int(first[0])
+
+    def decide(self, positions: FloatArray, excursions: FloatArray, tries_blocked: np.ndarray) -> np.ndarray:
+        """Decide the joint positions within excursions of some.
+
+        Args:
+            positions: (N, joints).
+            excursions: (N, joints), the largest changes of the joints.
+            tries_blocked: (N,), whether `BLOCKED_BLOCK` is tried too, which takes longer.
+
+        Returns:
+            (N,): `FREE_BLOCK`, all of them keep every margin; `BLOCKED_BLOCK`, none does; `UNDECIDED_BLOCK`.
+        """
+        count, joints = len(positions), len(self._arrays.joints)
+        given = doubles(positions, count, joints), doubles(excursions, count, joints)
+        tries, decisions = indices(tries_blocked, 2, count), np.empty(count, dtype=np.int64)
+        with self._measured() as (measure, frames):
+            call("decide_blocks", self._table, count, *given, tries, measure, frames, decisions)
+        return decisions
 
     @contextmanager
     def _measured(self) -> Iterator[tuple[int, FloatArray]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Self
-
 import numpy as np
 
 from planner.scene.bodies import Bodies
@@ -37,11 +35,3 @@ class CheckerBetween(CollisionChecker):
         self._may_be_near = np.zeros(self.margins.shape, dtype=bool)
         self.own_margins, self.requested = margins.ravel(), {}
         self._uncertainties = np.zeros(len(self.bodies.pieces))
-
-    def with_margins(self, margins: FloatArray) -> Self:
-        """Return the same pairs with other margins (first, second), m."""
-        other = type(self).__new__(type(self))
-        vars(other).update(vars(self))
-        other.own_margins = margins.ravel()
-        vars(other)["distances"] = self.distances.with_own_margins(other.own_margins)
-        return other

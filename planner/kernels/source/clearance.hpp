@@ -344,3 +344,29 @@ static inline int sees_collision(PlacedRobot& at, const Wanted& wanted, List<Ite
     }
     return OK;
 }
+
+// The joint positions within the reach of one: FREE, all keep every margin; BLOCKED, none does; UNDECIDED, neither is proved.
+enum Decision : int64_t { FREE, UNDECIDED, BLOCKED };
+
+// Decide the joint positions within the reach of the one that a robot is placed at; BLOCKED only on request. It is then
+// tried for one pair that is not proved free: depths of overlaps are measured elsewhere, which takes long.
+static inline int decide(PlacedRobot& at, const Wanted& wanted, List<Item>& items, bool tries_blocked, Measure measure,
+                         int64_t& decision) {
+    double lower[KINDS], measured[5];
+    items.count = 0;
+    decision = FREE;
+    if (const int code = gather(at, wanted, 0.0, items, lower)) return code;
+    for (int64_t i = 1; i < items.count; i++)
+        if (items[i].near < items[0].near) { const Item nearer = items[i]; items[i] = items[0]; items[0] = nearer; }
+    for (int64_t i = 0; i < items.count; i++) {
+        const Item& item = items[i];
+        const double margin = wanted.of(item.kind, item.margin);
+        if (at.apart(item, margin + item.motion).proved >= margin + item.motion) continue;
+        decision = UNDECIDED;
+        if (!tries_blocked) return OK;
+        if (const int code = measure(item.pair, measured)) return code;
+        if (measured[1] + item.motion < margin) decision = BLOCKED;
+        return OK;
+    }
+    return OK;
+}

@@ -497,6 +497,22 @@ int first_collision(const int64_t* scene, int64_t position_count, const double* 
     return OK;
 }
 
+// Decide the joint positions within excursions of some: 0 all are free, 2 all are blocked (on request), 1 neither is proved.
+int decide_blocks(const int64_t* scene, int64_t count, const double* positions, const double* excursions,
+                  const int64_t* tries_blocked, int64_t measure, double* frames, int64_t* decisions) {
+    const Scene& in = *reinterpret_cast<const Scene*>(scene);
+    PlacedRobot at(in, reinterpret_cast<Frame*>(frames));
+    List<Item> items;
+    if (!at) return NO_MEMORY;
+    const Wanted wanted{0.0, INFINITY, {-INFINITY, -INFINITY, -INFINITY}};
+    for (int64_t row = 0; row < count; row++) {
+        at.put(positions + row * in.joints, excursions + row * in.joints);
+        const Measure function = reinterpret_cast<Measure>((intptr_t)measure);
+        if (const int code = decide(at, wanted, items, tries_blocked[row] != 0, function, decisions[row])) return code;
+    }
+    return OK;
+}
+
 // Improve the chosen states (tasks) of an order until no step and no choice of states next to the flagged tasks saves time.
 int settle_order(int64_t states, int64_t tasks, const double* durations, const int64_t* opposites, const int64_t* task_of,
                  const int64_t* states_of, int64_t rules, const int64_t* before, const int64_t* after, const int64_t* group_of,

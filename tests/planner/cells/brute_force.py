@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import coal
 import numpy as np
@@ -10,9 +11,10 @@ import pinocchio as pin
 
 import planner
 from planner.robots import Robot
-from planner.shapes import Shape
+from planner.shapes import Capsule, Shape, Sphere
 from planner.spatial import FloatArray, Pose
 from planner.trajectories.trajectory import Trajectory
+from tests.planner.scene.random_scenes import in_capsules
 
 Placed = list[tuple[Shape, pin.SE3]]
 """The shapes of a machine in the world at one time."""
@@ -83,7 +85,81 @@ def facing_arms(robot: Robot, apart: float) -> tuple[Robot, Robot]:
     return robot, robot.derived(mounting=turned)
 
 
+def facing_capsule_arms(apart: float) -> tuple[Robot, Robot]:
+    """Return two UR5e made of capsules that face each other."""
+    robots = facing_arms(replace(planner.load_robot("ur5e")), apart)
+    for robot in robots:
+        in_capsules(robot)
+    return robots
+
+
 def random_plan(robot: Robot, rng: np.random.Generator, waypoints: int, backend: str = "cubic") -> planner.Plan:
     """Plan random joint motions of a UR arm that reaches forwards."""
     low, high = np.array([[2.0, -1.6, 0.4, -1.5, -1.7, -0.5], [4.2, -0.7, 1.6, -0.5, -1.4, 0.5]])
     return planner.plan(planner.PlanningProblem(robot, [*rng.uniform(low, high, (waypoints, 6))]), backend)
+
+
+def capsule_ends(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the ends (N, capsules, 2, 3) of a robot's capsules in the world, and their radii (capsules,), m."""
+    data, base = robot.model.createData(), se3(robot.mounting)
+    shapes = [body.shape for body in robot.collision_shapes]
+    assert all(isinstance(shape, Capsule | Sphere) for shape in shapes)
+    ends = np.empty((len(positions), len(shapes), 2, 3))
+    for row, position in enumerate(positions):
+        pin.forwardKinematics(robot.model, data, position)
+        for k, body in enumerate(robot.collision_shapes):
+            placed = base * data.oMi[body.joint] * pin.SE3(body.placement.rotation, body.placement.translation)
+            half = np.array([0.0, 0.0, getattr(body.shape, "length", 0.0) / 2.0])
+            ends[row, k] = placed.act(-half), placed.act(half)
+    return ends, np.array([getattr(shape, "radius", 0.0) for shape in shapes])
+
+
+def segment_distances(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Compute the distances of segments (..., 2, 3), m: Ericson, Real-Time Collision Detection, 2005, section 5.1.9."""
+    p, q = first[..., 0, :], second[..., 0, :]
+    u, v, r = first[..., 1, :] - p, second[..., 1, :] - q, p - q
+    a, e, f = (u * u).sum(-1), (v * v).sum(-1), (v * r).sum(-1)
+    b, c = (u * v).sum(-1), (u * r).sum(-1)
+    tiny = 1e-12
+    denominator = a * e - b * b
+    s = np.where(denominator > tiny, np.clip((b * f - c * e) / np.maximum(denominator, tiny), 0.0, 1.0), 0.0)
+    t = (b * s + f) / np.maximum(e, tiny)
+    clipped = np.clip(t, 0.0, 1.0)
+    s = np.where(t == clipped, s, np.clip((b * clipped - c) / np.maximum(a, tiny), 0.0, 1.0))
+    gap = r + s[..., None] * u - clipped[..., None] * v
+    return np.asarray(np.sqrt((gap * gap).sum(-1)))
+
+
+def distance_table(plans: tuple[planner.Plan, planner.Plan], times: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """Compute the distances (N, M) of two robots made of capsules at all pairs of their nominal times, m."""
+    (first, radii), (second, others) = (
+        capsule_ends(plan.problem.robot, plan.trajectory.evaluate(own, [0])[0])
+        for plan, own in zip(plans, times, strict=True)
+    )
+    table = np.empty((len(first), len(second)))
+    for row, ends in enumerate(first):
+        apart = segment_distances(ends[None, :, None], second[:, None]) - radii[:, None] - others
+        table[row] = apart.min(axis=(1, 2))
+    return table
+
+
+def fewest_steps(free: np.ndarray, rests: tuple[np.ndarray, np.ndarray] | None = None) -> int | None:
+    """Return the fewest steps through free nodes (N, M) of a diagram; None: there is no path.
+
+    Args:
+        free: The free nodes.
+        rests: The rows and the columns at which a robot may wait; None: each may stop anywhere.
+    """
+    rows, columns = (np.arange(count) for count in free.shape) if rests is None else rests
+    steps = np.full(free.shape, np.inf)
+    steps[0, 0] = 0.0 if free[0, 0] else np.inf
+    for i, j in np.argwhere(free).tolist():
+        before = [steps[i, j]]
+        if i and j:
+            before.append(steps[i - 1, j - 1] + 1.0)
+        if i and j in columns:
+            before.append(steps[i - 1, j] + 1.0)
+        if j and i in rows:
+            before.append(steps[i, j - 1] + 1.0)
+        steps[i, j] = min(before)
+    return None if np.isinf(steps[-1, -1]) else int(steps[-1, -1])

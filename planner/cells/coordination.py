@@ -1,0 +1,152 @@
+"""The choice of waits in the coordination diagram, so that robots on fixed paths end as early as possible.
+
+In one step of the clock a robot moves through one cell of its axis, or it waits where it rests. For two robots the
+search over both axes is complete: no other waits at rests end earlier on these cells. Of three and more, each robot in
+an order of priority waits for those before it, and the best order counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import permutations
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.cells.diagram import Axis, Diagram
+
+UNREACHED = np.iinfo(np.int64).max // 2
+"""The number of steps to an entry that no path reaches."""
+
+Waits = tuple[np.ndarray, ...]
+"""For each robot the number (rests,) of steps that it waits at each of its rests, besides the end of cells."""
+
+
+class Blocked(NamedTuple):
+    """The blocked moves of a diagram; index i of an axis stands between its cells i - 1 and i.
+
+    Attributes:
+        both: (rows, columns): both move.
+        first: (rows, columns + 1): the first moves while the second waits at an index; true where it cannot wait.
+        second: (rows + 1, columns): the second moves while the first waits.
+    """
+
+    both: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+
+def moves_of(diagram: Diagram, first: Axis, second: Axis, widening: int) -> Blocked:
+    """Return the blocked moves of two robots, whose skew is at most a number of cells."""
+    rows, columns = diagram.cells.shape
+    alone = np.ones((rows, columns + 1), dtype=bool)
+    alone[:, second.nodes] = _widened(diagram.second_rests, widening, 0)
+    other = np.ones((rows + 1, columns), dtype=bool)
+    other[first.nodes] = _widened(diagram.first_rests, widening, 1)
+    both = _widened(diagram.cells, widening, 0) | _widened(diagram.cells, widening, 1)
+    return Blocked(both, alone, other)
+
+
+def _widened(blocked: np.ndarray, cells: int, axis: int) -> np.ndarray:
+    """Return entries with their neighbours along an axis, up to a number of cells away."""
+    result, along = blocked.copy(), np.moveaxis(blocked, axis, 0)
+    out = np.moveaxis(result, axis, 0)
+    for k in range(1, min(cells, len(along)) + 1):
+        out[k:] |= along[:-k]
+        out[:-k] |= along[k:]
+    return result
+
+
+def shortest_waits(moves: Blocked) -> tuple[np.ndarray, np.ndarray] | None:
+    """Find the path of fewest steps from the start of both robots to the end of both.
+
+    Returns:
+        Index of each robot after each step, from 0 on, both (steps + 1,); None: no path exists.
+    """
+    rows, columns = moves.both.shape
+    steps = np.full((rows + 1, columns + 1), UNREACHED)
+    steps[0, 0] = 0
+    for i in range(rows + 1):
+        if i:
+            reached = np.where(moves.both[i - 1], UNREACHED, steps[i - 1, :-1] + 1)
+            steps[i, 1:] = np.minimum(steps[i, 1:], reached)
+            steps[i] = np.minimum(steps[i], np.where(moves.first[i - 1], UNREACHED, steps[i - 1] + 1))
+        if not moves.second[i].all():
+            for j in np.flatnonzero(~moves.second[i]).tolist():
+                steps[i, j + 1] = min(steps[i, j + 1], steps[i, j] + 1)
+    if steps[rows, columns] >= UNREACHED:
+        return None
+    i, j, path = rows, columns, [(rows, columns)]
+    while i or j:
+        before = steps[i, j] - 1
+        if i and j and not moves.both[i - 1, j - 1] and steps[i - 1, j - 1] == before:
+            i, j = i - 1, j - 1
+        elif i and not moves.first[i - 1, j] and steps[i - 1, j] == before:
+            i -= 1
+        else:
+            j -= 1
+        path.append((i, j))
+    first, second = np.array(path[::-1]).T
+    return first, second
+
+
+def coordinated(axes: tuple[Axis, ...], diagrams: Mapping[tuple[int, int], Diagram], widening: int) -> Waits | None:
+    """Find waits with which robots end as early as possible; None: the search finds none.
+
+    Args:
+        axes: The axis of each robot.
+        diagrams: The diagram of each pair of robots, the lower number first.
+        widening: The largest skew, in cells.
+    """
+    if len(axes) == 2:
+        path = shortest_waits(moves_of(diagrams[0, 1], *axes, widening))
+        return None if path is None else tuple(_waits(axis, own) for axis, own in zip(axes, path, strict=True))
+    best: dict[int, np.ndarray] | None = None
+    for order in permutations(range(len(axes))):
+        found = _by_priority(axes, diagrams, widening, order)
+        if found is not None and (best is None or len(found[order[0]]) < len(best[order[0]])):
+            best = found
+    return None if best is None else tuple(_waits(axis, best[k]) for k, axis in enumerate(axes))
+
+
+def _by_priority(
+    axes: tuple[Axis, ...], diagrams: Mapping[tuple[int, int], Diagram], widening: int, order: tuple[int, ...]
+) -> dict[int, np.ndarray] | None:
+    """Return the index of each robot after each step, where each waits for those before it in an order."""
+    paths = {order[0]: np.arange(len(axes[order[0]].cells) + 1)}
+    for robot in order[1:]:
+        clock = len(paths[order[0]]) - 1
+        columns = len(axes[robot].cells)
+        both, alone = np.zeros((clock, columns), dtype=bool), np.ones((clock, columns + 1), dtype=bool)
+        after = np.zeros(columns, dtype=bool)
+        alone[:, axes[robot].nodes] = False
+        for earlier, path in paths.items():
+            pair = (earlier, robot) if earlier < robot else (robot, earlier)
+            diagram = diagrams[pair] if earlier < robot else diagrams[pair].transposed()
+            moves = moves_of(diagram, axes[earlier], axes[robot], widening)
+            for step, (begin, end) in enumerate(zip(path[:-1].tolist(), path[1:].tolist(), strict=True)):
+                if end > begin:
+                    both[step] |= moves.both[begin]
+                    alone[step] |= moves.first[begin]
+                else:
+                    both[step] |= moves.second[begin]
+                    rest = int(np.searchsorted(axes[earlier].nodes, begin))
+                    alone[step, axes[robot].nodes] |= diagram.both_rest[rest]
+            after |= moves.second[len(axes[earlier].cells)]
+        last = np.ones((clock + 1, columns), dtype=bool)
+        last[clock] = after
+        path_of = shortest_waits(Blocked(both, alone, last))
+        if path_of is None:
+            return None
+        longer = len(path_of[0]) - 1 - clock
+        paths = {k: np.concatenate([path, np.full(longer, path[-1])]) for k, path in paths.items()}
+        paths[robot] = path_of[1]
+    return paths
+
+
+def _waits(axis: Axis, path: np.ndarray) -> np.ndarray:
+    """Count the steps (rests,) of a path (steps + 1,) in which a robot waits, except at its end."""
+    stays = path[:-1][np.diff(path) == 0]
+    waits = np.array([(stays == node).sum() for node in axis.nodes])
+    waits[-1] = 0
+    return waits

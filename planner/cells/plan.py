@@ -1,0 +1,261 @@
+"""Plans of several robots in one cell, on one clock: fixed paths, and waits where robots rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from planner.backends import as_backend
+from planner.backends.base import BackEnd
+from planner.backends.splines.cubic import Cubic
+from planner.cells.clearance import ClearanceBetween, clearance_between
+from planner.cells.coordination import coordinated
+from planner.cells.diagram import Axis, Diagram
+from planner.cells.movers import Mover
+from planner.errors import ClearanceUnproved, Collision, InvalidProblem, PlanningError, StartInCollision
+from planner.fields import FieldPath
+from planner.planning.plan import plan
+from planner.plans.result import Plan
+from planner.problems.problem import PlanningProblem, ViaWaypoint
+from planner.problems.transitions import StopTransition
+from planner.spatial import FloatArray
+
+MOST_ROBOTS = 4
+"""The largest number of robots of a cell."""
+
+CELLS_OF_LONGEST = (128, 256)
+"""Number of cells of the longest trajectory, in each of the searches for waits."""
+
+BLOCKS_OF_WAITS = 2_000
+"""The largest number of decided blocks of a pair while waits are chosen: waits that need more become longer."""
+
+WAIT_ACCURACY = 1e-3
+"""Accuracy of waits, s: they are shortened until so much less breaks a margin."""
+
+
+@dataclass(frozen=True, eq=False)
+class CellRobot:
+    """A robot of a cell with its problem.
+
+    Attributes:
+        name: Its name in the cell.
+        problem: Its waypoints, limits and scene. The mounting of its robot is its base in the world.
+        backend: The back end that puts time on its path, or its kind.
+    """
+
+    name: str
+    problem: PlanningProblem
+    backend: BackEnd | str = Cubic()
+
+
+@dataclass(frozen=True, eq=False)
+class CellPlan:
+    """The certified plans of the robots of a cell, which start together.
+
+    Attributes:
+        names: The names of the robots.
+        plans: The plan of each robot. Its waits are dwells at waypoints.
+        waits: For each robot, the wait at each requested waypoint before it goes on, s.
+        clearances: The proved clearance of each pair of robots.
+        unhindered: The duration of each robot's plan without waits, s.
+    """
+
+    names: tuple[str, ...]
+    plans: tuple[Plan, ...]
+    waits: tuple[tuple[float, ...], ...]
+    clearances: tuple[ClearanceBetween, ...]
+    unhindered: tuple[float, ...]
+
+    @property
+    def duration(self) -> float:
+        """The time from the common start to the end of the last robot, s."""
+        return max(plan.trajectory.duration for plan in self.plans)
+
+
+def plan_cell(robots: Sequence[CellRobot], *, margin: float = 0.0, skew: float = 0.0) -> CellPlan:
+    """Plan several robots in one world: each on its own path, with waits where it rests.
+
+    The waits are chosen in the coordination diagram of each pair of robots. Two robots end as early as such waits
+    allow, to the accuracy of the diagram. Three or four wait for each other in the best order of priority.
+
+    Args:
+        robots: The robots, two to four. Their names differ.
+        margin: The least distance between robots, m.
+        skew: The largest time by which the controller of one robot may start before or after that of another, s.
+
+    Raises:
+        InvalidProblem: The cell or a problem contradicts itself.
+        Collision: Robots touch where they start or end, or no waits keep them apart.
+        ClearanceUnproved: The clearance of waits that were found takes too long to prove.
+        PlanningError: A robot has no plan of its own.
+
+    Examples:
+        >>> import numpy as np
+        >>> import planner
+        >>> left = planner.load_robot("ur5e")
+        >>> right = left.derived(mounting=planner.Pose([2.5, 0.0, 0.0], np.eye(3)))
+        >>> forth = [[0.0, -1.5, 1.5, 0.0, 0.5, 0.0], [1.0, -1.2, 1.2, 0.0, 0.5, 0.5]]
+        >>> problems = [planner.PlanningProblem(robot, forth) for robot in (left, right)]
+        >>> cell = planner.plan_cell([planner.CellRobot("left", problems[0]), planner.CellRobot("right", problems[1])])
+        >>> cell.waits
+        ((0.0, 0.0), (0.0, 0.0))
+    """
+    robots = tuple(robots)
+    if faults := list(_faults(robots, margin, skew)):
+        raise InvalidProblem(faults)
+    alone = [_plan(k, robot, robot.problem) for k, robot in enumerate(robots)]
+    members = [_Member.of(robot.name, own) for robot, own in zip(robots, alone, strict=True)]
+    waits = _waits(members, margin, skew)
+    plans = [
+        _with_waits(k, robot, own, member, wait) if wait.any() else own
+        for k, (robot, own, member, wait) in enumerate(zip(robots, alone, members, waits, strict=True))
+    ]
+    movers = [Mover.of_plan(robot.name, own) for robot, own in zip(robots, plans, strict=True)]
+    clearances = [clearance_between(one, other, margin=margin, skew=skew) for one, other in combinations(movers, 2)]
+    return CellPlan(
+        tuple(robot.name for robot in robots),
+        tuple(plans),
+        tuple(member.by_waypoint(own, wait) for member, own, wait in zip(members, alone, waits, strict=True)),
+        tuple(clearances),
+        tuple(own.trajectory.duration for own in alone),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Member:
+    """A robot of a cell on its trajectory without waits.
+
+    Attributes:
+        mover: The robot.
+        waypoints: (rests,), the waypoint of its plan at each rest; the last one is its end.
+        rests: (rests,), s: when it leaves these waypoints, and when it ends.
+    """
+
+    mover: Mover
+    waypoints: tuple[int, ...]
+    rests: FloatArray
+
+    @classmethod
+    def of(cls, name: str, own: Plan) -> _Member:
+        waypoints, last = own.problem.waypoints, len(own.problem.waypoints) - 1
+        stops = [
+            k
+            for k, waypoint in enumerate(waypoints)
+            if k in (0, last)
+            or (isinstance(waypoint.transition, StopTransition) and not isinstance(waypoint, ViaWaypoint))
+        ]
+        times = own.trajectory.departures[stops]
+        times[-1] = own.trajectory.duration
+        is_later = np.append(np.diff(times) > 0.0, True)
+        return cls(Mover.of_plan(name, own), tuple(np.array(stops)[is_later].tolist()), np.asarray(times[is_later]))
+
+    def by_waypoint(self, own: Plan, waits: FloatArray) -> tuple[float, ...]:
+        """Return the waits (rests,) by requested waypoint."""
+        numbers = own.requested_indices
+        found = [0.0] * (max(numbers) + 1)
+        for waypoint, wait in zip(self.waypoints, waits.tolist(), strict=True):
+            found[numbers[waypoint]] += wait
+        return tuple(found)
+
+
+def _faults(robots: Sequence[CellRobot], margin: float, skew: float) -> Iterator[tuple[FieldPath, str]]:
+    if not 2 <= len(robots) <= MOST_ROBOTS:
+        yield ("robots",), f"a cell must have 2 to {MOST_ROBOTS} robots; got {len(robots)}"
+    for name, value in (("margin", margin), ("skew", skew)):
+        if not 0.0 <= value < np.inf:
+            yield (name,), f"must be finite and 0 or more; got {value:g}"
+    seen: dict[str, int] = {}
+    for k, robot in enumerate(robots):
+        if robot.name in seen:
+            yield ("robots", k, "name"), f"must differ from the name of robot {seen[robot.name]}; got {robot.name!r}"
+        seen.setdefault(robot.name, k)
+
+
+def _plan(number: int, robot: CellRobot, problem: PlanningProblem) -> Plan:
+    """Plan one robot; a refusal names it.
+
+    Raises:
+        PlanningError: There is no plan.
+    """
+    try:
+        return plan(problem, as_backend(robot.backend))
+    except InvalidProblem as refusal:
+        raise InvalidProblem([(("robots", number, *field), message) for field, message in refusal.faults]) from None
+    except PlanningError as refusal:
+        text = f"robot {robot.name!r}: {refusal._text}"
+        raise refusal.with_fields(_text=text, remedies=(), hints=()) from None
+
+
+def _with_waits(number: int, robot: CellRobot, own: Plan, member: _Member, waits: FloatArray) -> Plan:
+    """Plan a robot's fixed path again, with waits (rests,), s, as dwells."""
+    waypoints = list(own.problem.waypoints)
+    for k, wait in zip(member.waypoints, waits.tolist(), strict=True):
+        waypoints[k] = replace(waypoints[k], dwell=waypoints[k].dwell + wait)
+    duration = None if own.problem.duration is None else own.problem.duration + float(waits.sum())
+    found = _plan(number, robot, replace(own.problem, waypoints=waypoints, duration=duration))
+    return replace(found, detours=own.detours, choices=own.choices)
+
+
+def _waits(members: Sequence[_Member], margin: float, skew: float) -> list[FloatArray]:
+    """Find waits (rests,) of each robot, s, that are proved to keep the robots apart.
+
+    Raises:
+        Collision: No waits do.
+        ClearanceUnproved: None are found.
+    """
+    none = [np.zeros(len(member.rests)) for member in members]
+    refusal = _refused(members, none, margin, skew)
+    if refusal is None:
+        return none
+    if isinstance(refusal, StartInCollision):
+        raise refusal
+    for count in CELLS_OF_LONGEST:
+        step = max(member.mover.duration for member in members) / count
+        axes = tuple(Axis(member.mover, step, member.rests) for member in members)
+        pairs = combinations(range(len(axes)), 2)
+        diagrams = {(i, j): Diagram.of(axes[i], axes[j], margin) for i, j in pairs}
+        found = coordinated(axes, diagrams, int(np.ceil(skew / step)))
+        if found is None:
+            continue
+        waits = [own.astype(np.float64) * step for own in found]
+        for axis, own in zip(axes, waits, strict=True):
+            own[1:-1] += (axis.counts * step - np.diff(axis.rests))[:-1]
+        if _refused(members, waits, margin, skew) is None:
+            return _shortened(members, waits, margin, skew)
+    text = f"no waits where the robots rest keep them apart; without waits: {refusal._text}"
+    raise refusal.with_fields(_text=text)
+
+
+def _refused(
+    members: Sequence[_Member], waits: Sequence[FloatArray], margin: float, skew: float
+) -> Collision | ClearanceUnproved | None:
+    """Return the refusal of robots with waits; None: they are proved to keep clear of each other."""
+    movers = [member.mover.waiting(member.rests, own) for member, own in zip(members, waits, strict=True)]
+    for one, other in combinations(movers, 2):
+        try:
+            clearance_between(one, other, margin=margin, skew=skew, tolerance=None, blocks=BLOCKS_OF_WAITS)
+        except (Collision, ClearanceUnproved) as refusal:
+            return refusal
+    return None
+
+
+def _shortened(members: Sequence[_Member], waits: Sequence[FloatArray], margin: float, skew: float) -> list[FloatArray]:
+    """Shorten waits one by one as far as the robots are proved to keep clear of each other."""
+    best = [own.copy() for own in waits]
+    for k, own in enumerate(waits):
+        for rest in np.flatnonzero(own > 0.0).tolist():
+            low, high = 0.0, float(own[rest])
+            best[k][rest] = low
+            if _refused(members, best, margin, skew) is None:
+                continue
+            while high - low > WAIT_ACCURACY:
+                best[k][rest] = (low + high) / 2.0
+                if _refused(members, best, margin, skew) is None:
+                    high = best[k][rest]
+                else:
+                    low = best[k][rest]
+            best[k][rest] = high
+    return best
