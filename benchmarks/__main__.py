@@ -165,6 +165,18 @@ def collisions(
 
 
 @app.command()
+def roadmap(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    arm: Annotated[list[str] | None, typer.Option(help="Robots; ur5 and panda if omitted.")] = None,
+    queries: Annotated[int, typer.Option(help="Motions in each of the seven kinds of scenes.", min=1)] = 10,
+) -> None:
+    """Search free motions with a roadmap and without, before and after a change of the scene."""
+    from benchmarks.collisions.roadmaps import measure, print_table
+
+    _show(measure(arm or ("ur5", "panda"), queries), json, print_table)
+
+
+@app.command()
 def keep(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     problems: Annotated[int, typer.Option(help="Problems of each of the seven kinds of scenes.", min=1)] = 20,

@@ -67,6 +67,7 @@ from planner.export import ExportOptions as ExportOptions
 from planner.export import Format as Format
 from planner.export import render as render
 from planner.fields import FieldPath as FieldPath
+from planner.free_motion.roadmaps.building import build_roadmap as build_roadmap
 from planner.guarantees import QUANTITIES as QUANTITIES
 from planner.guarantees import Guarantee as Guarantee
 from planner.kinematics import Configuration as Configuration
@@ -157,6 +158,7 @@ from planner.problems.transitions import Transition as Transition
 from planner.proofs.checker import ProofRejected as ProofRejected
 from planner.proofs.writer import check_proof as check_proof
 from planner.proofs.writer import write_proof as write_proof
+from planner.roadmap import Roadmap as Roadmap
 from planner.robots import DHJoint as DHJoint
 from planner.robots import ExternalAxis as ExternalAxis
 from planner.robots import Joint as Joint

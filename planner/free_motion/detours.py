@@ -184,6 +184,7 @@ def find_detours(problem: PlanningProblem) -> tuple[Detour, ...]:
             seed=options.seed,
             in_narrow=None if kept else lines,
             kept=kept,
+            roadmap=problem.roadmap,
         )
         if detour.status != "found":
             raise _refusal(problem, checker, index, detour, start, goals)

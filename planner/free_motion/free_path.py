@@ -11,9 +11,11 @@ import numpy as np
 from planner.constraints.kept_poses import KeptPoses
 from planner.free_motion.barriers import Barrier, find_barrier
 from planner.free_motion.edges import FreeEdges
+from planner.free_motion.roadmaps.queries import find_path_on_roadmap
 from planner.free_motion.rrt_connect import Trees
 from planner.free_motion.shortcuts import shortened
 from planner.problems.motion_around import MOST_CHECKS
+from planner.roadmap import Roadmap
 from planner.robots import Robot
 from planner.scene import CollisionChecker, is_free
 from planner.spatial import FloatArray
@@ -70,6 +72,7 @@ def find_free_path(
     seed: int = 0,
     in_narrow: Callable[[], FreePath | None] | None = None,
     kept: KeptPoses | None = None,
+    roadmap: Roadmap | None = None,
 ) -> FreePath:
     """Find a free path: the straight motion to a goal, the nearest first, or a detour.
 
@@ -82,6 +85,7 @@ def find_free_path(
         seed: Seed of the random positions; equal seeds give equal paths.
         in_narrow: A search for narrow places, tried after the search with additional clearance fails; None: not tried.
         kept: Constraints on the tool, which the start and the goals keep; None: there are none.
+        roadmap: A roadmap that is searched first, for a path without constraints on the tool; None: there is none.
     """
     edges = FreeEdges(checker, most_checks, kept)
     start, goals = np.asarray(start, dtype=np.float64), np.asarray(goals, dtype=np.float64)
@@ -95,14 +99,19 @@ def find_free_path(
         if edges.is_free(start, goals[k]):
             return FreePath("found", np.stack([start, goals[k]]), k, 0.0, edges.checked)
 
+    within = sought_within(robot, np.vstack([start[None], goals[free]]))
+    rng = np.random.default_rng(seed)
+    if roadmap is not None and kept is None:
+        found = find_path_on_roadmap(edges, roadmap, start, [goals[k] for k in free], within, rng)
+        if found is not None:
+            return FreePath("found", found.positions, free[found.goal], 0.0, edges.checked)
+
     def enclosed_by(barrier: Barrier) -> FreePath:
         left = float(np.linalg.norm(goals[free[0]] - start))
         return FreePath("enclosed", start[None], free[0], left, edges.checked, barrier)
 
     if (barrier := find_barrier(robot, checker, start, goals[free], joints=1)) is not None:
         return enclosed_by(barrier)
-    within = sought_within(robot, np.vstack([start[None], goals[free]]))
-    rng = np.random.default_rng(seed)
     for room, most in ((ROOM, int(SHARE_WITH_ROOM * most_checks)), (0.0, most_checks)):
         edges.keep_room(room, most)
         trees = Trees(edges, start, goals[free], within)

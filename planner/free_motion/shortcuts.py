@@ -45,18 +45,25 @@ def shortened(edges: FreeEdges, positions: FloatArray, rng: np.random.Generator)
         (fewer or more positions, joints), proved free between neighbours.
     """
     for _ in range(ATTEMPTS):
-        shorter = _cut_short(edges, positions, rng)
+        shorter = cut_short(edges, positions, rng, FRUITLESS_CUTS)
         if edges.first_unproved(shorter) is None:
             return shorter
     return positions
 
 
-def _cut_short(edges: FreeEdges, positions: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Go from corner to corner first, then between random points of a path, where that seems free."""
+def cut_short(edges: FreeEdges, positions: FloatArray, rng: np.random.Generator, most_fruitless: int) -> FloatArray:
+    """Go from corner to corner first, then between random points of a path, where that seems free; nothing is proved.
+
+    Args:
+        edges: Checks the motions.
+        positions: (positions, joints), rad or m.
+        rng: Source of the random points.
+        most_fruitless: The number of cuts in a row without a gain after which the path counts as short.
+    """
     positions = _without_detours(edges, positions)
     fruitless = 0
     for _ in range(MOST_CUTS):
-        if len(positions) < 3 or fruitless == FRUITLESS_CUTS or not edges.has_budget:
+        if len(positions) < 3 or fruitless == most_fruitless or not edges.has_budget:
             break
         cut = _cut(edges, positions, *np.sort(rng.uniform(size=2)).tolist())
         fruitless = fruitless + 1 if cut is None else 0

@@ -19,6 +19,7 @@ from planner.problems.moves import Move
 from planner.problems.regions import Free
 from planner.problems.residual_vibration import ResidualVibration
 from planner.problems.transitions import StopTransition, Transition
+from planner.roadmap import Roadmap
 from planner.robots import Robot
 from planner.robots.payload import Payload, ProcessForce
 from planner.robots.tools import with_tools
@@ -29,10 +30,7 @@ from planner.speed_zones import SpeedZone
 Frame = Literal["tool", "base"]
 
 START_TOLERANCE = 1e-4
-"""Largest excess of a joint waypoint beyond a position limit that is moved to the limit, rad or m.
-
-It covers encoder errors and rounding of a robot at its limit, and is too small to see.
-"""
+"""Largest excess of a joint waypoint beyond a position limit that is moved to it, rad or m: errors of encoders."""
 
 Turns = Literal["nearest", "as_given"]
 """How a joint waypoint selects among positions that differ by whole turns of a continuous joint."""
@@ -325,6 +323,7 @@ class PlanningProblem:
         time_budget: Longest time of it, s, the first plan included; equal requests may then differ. None: no limit.
         optimise_iterates: The largest number of trajectories tried, and tried again at the corners of each free motion.
             None: 100, or any number with a `time_budget`.
+        roadmap: A roadmap that free motions without constraints on the tool are first searched on; None: there is none.
     """
 
     robot: Robot
@@ -342,6 +341,7 @@ class PlanningProblem:
     optimise: Literal["duration"] | None = None
     time_budget: float | None = None
     optimise_iterates: int | None = None
+    roadmap: Roadmap | None = None
 
     def __post_init__(self) -> None:
         """Convert waypoints of other types; keep waypoints, actions and speed zones in tuples, which cannot change.

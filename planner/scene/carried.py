@@ -94,7 +94,7 @@ def _checkers_of_segments(
 
 
 @lru_cache(maxsize=MOST_SCENES_KEPT)
-def _without(scene: Scene, handled: frozenset[str]) -> Scene:
+def without_objects(scene: Scene, handled: frozenset[str]) -> Scene:
     """Return a scene without objects of some names, the same for equal calls."""
     attached = [
         replace(thing, touch_links=[name for name in thing.touch_links if name not in handled])
@@ -126,7 +126,9 @@ def checker_at_waypoints(
     if scene is None and not self_collision:
         return None
     handled = frozenset(name for done in handling for name in (*(take.id for take in done.taken), *done.put_down))
-    return checker_of(robot, _without(scene, handled) if scene is not None and handled else scene, self_collision)
+    return checker_of(
+        robot, without_objects(scene, handled) if scene is not None and handled else scene, self_collision
+    )
 
 
 def _changed(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -> Scene:

@@ -21,6 +21,7 @@ LAYERS = (
     "limits",
     "samples",
     "scene",
+    "roadmap",
     "speed_zones",
     "problems",
     "path_files",

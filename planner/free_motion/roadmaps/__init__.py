@@ -1,0 +1,1 @@
+"""Roadmaps: built, proved again where a scene changes, and searched."""
