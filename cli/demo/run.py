@@ -25,7 +25,7 @@ NUMBERS = ("duration", "velocity", "accel.", "error", "computed")
 
 LEGEND = """
 velocity, accel.  largest share of a joint's limit
-error             at the waypoints: of the tool (m) where poses are asked,
+error             at the waypoints: of the tool (m) for poses,
                   else of the joints (rad, or m)
 certificate       exact check of every enforced limit; Cn: continuous up to
                   the nth derivative

@@ -192,7 +192,7 @@ async def get_batch_results(
 
 @router.get(
     "/v1/batches/{id}/results.ndjson",
-    summary="Stream all results of a batch, one `BatchResult` per line, until the batch ends.",
+    summary="Stream all results of a batch, one per line, until the batch ends.",
     description="The lines have the order of the requests.",
     dependencies=[needs("batches")],
     responses=returns(
@@ -300,7 +300,7 @@ async def get_batch_report(request: Request, batch_id: BatchId) -> Response:
 
 @router.get(
     "/v1/batches/{id}/events",
-    summary="Follow the progress of a batch (`Batch`) as server-sent events: `progress`, and last `end`.",
+    summary="Follow the progress of a batch as server-sent events: progress, and last the end.",
     description="A client that reconnects with `Last-Event-ID` receives the changes since then.",
     dependencies=[needs("batches")],
     responses=returns(schemas.Batch, codes=("unknown_batch", *DATABASE_CODES), media_type="text/event-stream"),

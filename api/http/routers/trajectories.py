@@ -69,7 +69,7 @@ async def plan_trajectory(request: Request, body: PlannedBody) -> Response:
 
 @router.post(
     "/v1/trajectories/export",
-    summary="Plan like `plan_trajectory` and answer with a file in the requested `format`.",
+    summary="Plan as POST /v1/trajectories does, and answer with a file in the requested format.",
     description="Formats are tables, messages, arrays and robot programs. Content that a format cannot express "
     "is refused with `unsupported_format`, or noted in the file.",
     responses=returns(bytes, codes=PLAN_CODES, shared=True, file=True, media_type="application/octet-stream"),

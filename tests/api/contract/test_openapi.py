@@ -154,6 +154,7 @@ def test_generators_for_typed_languages_find_what_they_need(document: dict[str, 
 def test_everything_that_a_caller_sends_is_described(document: dict[str, Any]) -> None:
     for (method, path), operation in operations(document).items():
         assert operation["summary"].endswith("."), path
+        assert "`" not in operation["summary"], "Swagger UI shows a summary as plain text"
         assert sentence(operation), path
         assert ("requestBody" in operation) == (method in ("post", "patch")), path
         if method == "post":

@@ -13,6 +13,7 @@ import { texts } from '../texts';
 import { Menu } from './Menu';
 import type { MenuGroup } from './Menu';
 import { MoreOfRequest } from './MoreFields';
+import { PathImport } from './PathImport';
 import { ScenePanel } from './ScenePanel';
 import { SpeedZones } from './SpeedZones';
 import { Units } from './Units';
@@ -37,6 +38,7 @@ export function Waypoints() {
       </ol>
       <p class="hint">{texts.waypoints.keys}</p>
       {arm && <WaypointEditor request={shown} robot={arm} index={Math.min(selected.value, shown.waypoints.length - 1)} />}
+      {arm && <PathImport />}
       {arm && <MoreOfRequest request={shown} robot={arm} />}
       {arm && <ScenePanel request={shown} robot={arm} />}
       {(shown.scene || zonesOf(shown).length > 0) && <SpeedZones request={shown} />}

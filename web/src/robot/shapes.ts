@@ -29,6 +29,10 @@ export function shapesOf(robot: Robot, links: readonly LinkShape[] = []): Shape[
   const drawn = given.filter((shape) => shape !== null);
   if (drawn.length > 0) return drawn;
   if (links.length === 0) return sticks(robot);
+  return linkShapes(links);
+}
+
+export function linkShapes(links: readonly LinkShape[]): Shape[] {
   return links.map((link) => ({ after: link.after, matrix: matrixOf(link), form: link.shape as Form }));
 }
 

@@ -24,6 +24,7 @@ export type Check = Schemas['Check'];
 export type Problem = Schemas['ProblemDocument'];
 export type Remedy = Schemas['RemedyAnswer'];
 export type ComparedBackend = Schemas['ComparedBackend'];
+export type PathFileRequest = Schemas['PathFileRequest'];
 export type RobotUpload = Schemas['RobotDefinition'];
 export type RobotSummary = Schemas['RobotSummary'];
 export type Robot = Schemas['RobotDescription'];

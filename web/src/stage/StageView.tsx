@@ -7,6 +7,7 @@ import type { Robot } from '../service/types';
 import type { Planned } from '../state/store';
 import { depthOf, inService, lengthBelow, written } from '../plan/units';
 import { kept } from '../state/ends';
+import { shownPath } from '../state/path_import';
 import { select } from '../state/selection';
 import { firstPosition, shownPosition } from '../state/jointPosition';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
@@ -222,6 +223,10 @@ function follow(
     effect(() => {
       theme.value; // drawn anew in other colours
       stage.setKept(kept.value);
+    }),
+    effect(() => {
+      theme.value; // drawn anew in other colours
+      stage.setPreview(shownPath.value);
     }),
     effect(() => stage.setGhosts(request.peek(), compared.value, JOINT_COLOURS)),
     effect(() => {

@@ -84,6 +84,12 @@ export function toolMarks(
   return new LineSegments2(geometry, new LineMaterial({ color: colour, linewidth: TOOL_WIDTH }));
 }
 
+// How a tool stands away from the tip, in the frame of its centre point.
+export function toolFrame(tool: Matrix4, extent: number, colour: string): Group {
+  const mark = toolMarks([{ at: new Matrix4(), tool }], extent * 0.018, colour);
+  return mark ? new Group().add(mark) : new Group();
+}
+
 export function axes(length: number): LineSegments {
   return allAxes([{ matrix: new Matrix4(), length }]);
 }

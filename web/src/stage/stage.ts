@@ -1,26 +1,28 @@
 // The three-dimensional view. It draws when something has changed, and only then.
-import { Box3, Group, Matrix4, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer, type Object3D } from 'three';
+import { Box3, Group, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer, type Object3D } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { stretchesOfTools } from '../plan/tools';
 import type { ComparedBackend, LinkShape, PlanRequest, Pose, Problem, Robot, WorkspaceAnswer } from '../service/types';
 import type { Kept } from '../state/ends';
 import type { Planned } from '../state/store';
 import { matrixOf } from '../robot/chain';
-import { reach, shapesOf, type Form, type Shape } from '../robot/shapes';
+import { linkShapes, reach, shapesOf, type Shape } from '../robot/shapes';
 import { styleColour, theme } from '../state/theme';
 import { Arm } from './arm';
 import { Cloud } from './cloud';
 import { Gizmo, type GizmoMode, type GizmoWays } from './gizmo';
 import { lights } from './lights';
 import { DIRECTIONS, isSeen, NEAR, standBack, type View } from './views';
-import { axes, ball, disposeOf, ghostLine, ground, pathLine, toolMarks, waypointMarks } from './marks';
+import { axes, ball, disposeOf, ghostLine, ground, pathLine, toolFrame, waypointMarks } from './marks';
 import { instanceAt, listenToClicks } from './picking';
+import { previewMarks, type PreviewedPath } from './guides';
 import { keptMarks } from './kept';
 import { gapMark, obstacles } from './obstacles';
 import { pointsOf, type Pair } from '../scene/pair';
 import { mountingOf, toolOf, type Placed, type Setting } from '../scene/objects';
 
-type Drawn = 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'waiting' | 'gap' | 'pair' | 'cloud' | 'kept';
+type Drawn =
+  'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'waiting' | 'gap' | 'pair' | 'cloud' | 'kept' | 'preview';
 
 export class Stage {
   readonly scene = new Scene();
@@ -100,16 +102,10 @@ export class Stage {
     const tip = this.robot?.placements.find(({ frame }) => frame === this.robot!.tip_frame);
     disposeOf(this.tool);
     if (!this.robot || !tip) return;
-    this.tool = this.toolFrame(toolOf(asked, this.robot), styleColour('--text-soft')).add(axes(this.extent * 0.09));
+    this.tool = toolFrame(toolOf(asked, this.robot), this.extent, styleColour('--text-soft')).add(axes(this.extent * 0.09));
     this.tool.applyMatrix4(matrixOf(tip).multiply(toolOf(asked, this.robot)));
     this.arm?.attach(tip.after, this.tool);
     this.draw();
-  }
-
-  // How a tool stands away from the tip, in the frame of its centre point.
-  private toolFrame(tool: Matrix4, colour: string): Group {
-    const mark = toolMarks([{ at: new Matrix4(), tool }], this.extent * 0.018, colour);
-    return mark ? new Group().add(mark) : new Group();
   }
 
   // Where the tool can be, cut open towards the viewer or whole; a cloud that was not there before is brought into view.
@@ -144,9 +140,7 @@ export class Stage {
     const colour = styleColour(isRefused ? '--bad' : '--accent');
     const ends = isOfRobot && !isRefused ? pointsOf(pair, this.robot!, links, placed) : null;
     this.replace('gap', ends ? gapMark(ends, this.extent * 0.007, colour) : undefined);
-    const shapes = links
-      .filter(({ link }) => pair?.names.includes(link))
-      .map((link): Shape => ({ after: link.after, matrix: matrixOf(link), form: link.shape as Form }));
+    const shapes = linkShapes(links.filter(({ link }) => pair?.names.includes(link)));
     this.replace('pair', isOfRobot && shapes.length > 0 ? this.ghost(pair.position, colour, shapes) : undefined);
   }
 
@@ -202,6 +196,12 @@ export class Stage {
     this.replace('place', at && ball(at, this.extent * 0.016, colour));
   }
 
+  // Shows a path that is not yet in the request, in view.
+  setPreview(path: PreviewedPath | null): void {
+    this.replace('preview', path && previewMarks(path, this.extent * 0.007, styleColour('--accent'), styleColour('--bad')));
+    if (path && !isSeen(this.drawn.preview!, this.camera)) this.refit();
+  }
+
   // Shows what the tool keeps on the way to the chosen waypoint.
   setKept(kept: Kept | null): void {
     this.replace('kept', kept && keptMarks(kept, this.extent, styleColour('--kept')));
@@ -215,7 +215,7 @@ export class Stage {
   // The handles at the chosen pose, with the tool that is to get there (undefined: none); a hand that holds them has put them where they are.
   setGizmo(pose: Pose | null, tool: Pose | null | undefined, mode: GizmoMode, ways: GizmoWays): void {
     if (this.gizmo.isHeld) return;
-    const mark = this.robot && tool !== undefined ? this.toolFrame(toolOf(tool, this.robot), styleColour('--accent')) : undefined;
+    const mark = this.robot && tool !== undefined ? toolFrame(toolOf(tool, this.robot), this.extent, styleColour('--accent')) : undefined;
     this.gizmo.show(pose, mode, ways, mark);
     this.draw();
   }
@@ -254,7 +254,7 @@ export class Stage {
 
   // Shows all from a direction.
   private fit(from: Vector3, share = NEAR): void {
-    const sphere = this.bounds(this.drawn.cloud).getBoundingSphere(new Sphere());
+    const sphere = this.bounds(this.drawn.cloud, this.drawn.preview).getBoundingSphere(new Sphere());
     this.controls.target.copy(sphere.center);
     standBack(this.camera, sphere, from, share);
     this.controls.update();
