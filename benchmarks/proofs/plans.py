@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import planner
+from planner.spatial import quaternion
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 ROBOTS = ("kuka_kr16_2", "fr3", "ur5e", "date_sorting_arm")
 BACK_ENDS = (planner.Cubic(), planner.Quintic(), planner.Trapezoidal(), planner.Ruckig(), planner.Toppra())
 
-VARIED = (12, 31, 35, 40, 41, 59, 88)
+VARIED = (20, 31, 32, 35, 40, 41, 59, 67, 88)
 """Numbers of quick plans of the large run: together they have all robots, back ends and claims."""
 
 SEED = 27
@@ -23,6 +24,12 @@ SEED = 27
 
 SHARE_OF_SCENES = 0.4
 """Share of the plans with a scene that keep it in the large run, because their files are slow."""
+
+SHARE_OF_FORCES = 0.3
+"""Share of the plans of robots with dynamics in which the tool exerts a force."""
+
+SHARE_AT_SPEED = 0.2
+"""Share of the plans whose limits depend on the speed of the joints."""
 
 DRIVE = ("friction", "damping", "rotor_inertia")
 """Names of the values of drives."""
@@ -92,8 +99,47 @@ def varied(plain: planner.PlanningProblem, generator: np.random.Generator) -> pl
     elif kind == "axis":
         assert before.rotation is not None  # noqa: S101 - forward kinematics has one
         kept = planner.ToolAxis(tuple(before.rotation[:, 2].tolist()), float(generator.uniform(0.1, 1.0)))
-        waypoints[-1] = replace(waypoints[-1], motion=planner.FreeMotion(keep=(kept,)))
+        other = kept_region(before, generator)
+        waypoints[-1] = replace(waypoints[-1], motion=planner.FreeMotion(keep=(kept, other)))
+    if robot.has_dynamics and generator.random() < SHARE_OF_FORCES and kind != "axis":
+        force, moment = generator.uniform(-20.0, 20.0, 3), generator.uniform(-1.0, 1.0, 3)
+        exerted = planner.ProcessForce(tuple(force), tuple(moment), "base" if generator.random() < 0.5 else "tool")
+        waypoints[-1] = replace(waypoints[-1], process_force=exerted)
+    if generator.random() < SHARE_AT_SPEED:
+        changes["robot"] = slower_when_fast(robot)
     return replace(plain, waypoints=waypoints, **changes)
+
+
+def kept_region(pose: planner.Pose, generator: np.random.Generator) -> planner.PoseConstraint:
+    """Return a constraint of a random kind around a pose of the tool."""
+    assert pose.rotation is not None  # noqa: S101 - forward kinematics has one
+    normal, point = tuple(generator.normal(size=3)), tuple(pose.position.tolist())
+    far = float(generator.uniform(0.3, 1.5))
+    kinds = (
+        planner.ToolOrientation(tuple(quaternion(pose.rotation).tolist()), far),
+        planner.ToolInBox(pose, (far, far, far)),
+        planner.ToolInHalfSpace(normal, float(np.dot(normal, point) / np.linalg.norm(normal)) + far / 2.0),
+        planner.ToolNearPlane(point, normal, far),
+        planner.ToolNearLine(point, normal, far),
+    )
+    return kinds[int(generator.integers(len(kinds)))]
+
+
+def slower_when_fast(robot: planner.Robot) -> planner.Robot:
+    """Return a robot whose limits of torque, acceleration and jerk fall with the speed of the joints."""
+    table = planner.PayloadTable(
+        masses=(0.0, 10.0),
+        acceleration=(1.0, 0.8),
+        speeds=(0.1, 0.5, 0.9),
+        acceleration_at_speeds=((1.0, 0.8, 0.5), (0.9, 0.7, 0.4)),
+        jerk_at_speeds=((1.0, 0.9, 0.6), (0.9, 0.8, 0.5)),
+    )
+    speeds, torques, limits = (0.2, 0.5, 0.9), (1.0, 0.8, 0.6), dict[str, Any]()
+    for joint, torque, speed in zip(robot.joints, robot.limit("torque"), robot.limit("velocity"), strict=True):
+        if np.isfinite([torque, speed]).all():
+            shares = tuple(speed * x for x in speeds), tuple(torque * x for x in torques)
+            limits[joint.name] = {"torque_curve": planner.TorqueCurve(*shares)}
+    return robot.derived(limits=limits, payload_table=table)
 
 
 def plan_of(number: int) -> planner.Plan:

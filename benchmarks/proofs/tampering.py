@@ -7,21 +7,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.proofs.checker import BOUNDED_CLAIMS, CLAIMS, DIGESTED, JOINT_CLAIMS, TOOL_CLAIMS, Motion, Proof, digest
+from benchmarks.proofs.false_limits import (
+    LINES,
+    NOTICEABLE,
+    Content,
+    change_bounded_limit,
+    change_condition,
+    change_curve,
+    change_drive,
+    change_force,
+    change_limit,
+    change_line,
+)
+from planner.proofs.checker import BOUNDED_CLAIMS, CLAIMS, DIGESTED, JOINT_CLAIMS, Proof, digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-Content = dict[str, Any]
-
-OF_POSES = ("path_deviation", "tool_axis_angle")
-"""Claims about the pose of the tool, whose limits are no single numbers."""
-
 KEPT_SHARE = 0.8
 """Share of the claims that another honest file keeps."""
-
-NOTICEABLE = 1e-3
-"""Smallest change of a position that a tampered file has, rad or m."""
 
 
 def with_digests(content: Content) -> Content:
@@ -46,68 +50,6 @@ def change_coefficient(content: Content, generator: np.random.Generator) -> bool
     return True
 
 
-def change_limit(content: Content, generator: np.random.Generator) -> bool:
-    """Lower the limit of a joint below a value that the trajectory reaches."""
-    limits, motion = content["statement"]["limits"], content["trajectory"]
-    name = generator.choice([name for name in JOINT_CLAIMS[1:] if name in limits])
-    order = JOINT_CLAIMS.index(name)
-    piece = int(generator.integers(len(motion["lengths"])))
-    joint = int(generator.integers(len(motion["coefficients"][piece])))
-    u = motion["lengths"][piece] * generator.random()
-    reached = np.polynomial.Polynomial(motion["coefficients"][piece][joint]).deriv(order)(u)
-    if abs(reached) < NOTICEABLE:
-        return False
-    side = limits[name][motion["segments"][piece]][int(reached > 0.0)]
-    side[joint] = reached * generator.uniform(0.1, 0.999)
-    return True
-
-
-def change_curve(content: Content, generator: np.random.Generator) -> bool:
-    """Lower a velocity limit that depends on the position below a velocity that the trajectory reaches there."""
-    limits, motion = content["statement"]["limits"], content["trajectory"]
-    if "velocity_at_position" not in content["statement"]["claims"]:
-        return False
-    piece = int(generator.integers(len(motion["lengths"])))
-    joint = int(generator.integers(len(motion["coefficients"][piece])))
-    curves = limits["velocity_at_position"][joint]
-    if not curves:
-        return False
-    curve = curves[int(generator.integers(len(curves)))]
-    row, u = (
-        np.polynomial.Polynomial(motion["coefficients"][piece][joint]),
-        motion["lengths"][piece] * generator.random(),
-    )
-    sign = -1.0 if curve["towards"] == "lower" else 1.0
-    p, w = sign * row(u), sign * row.deriv()(u) / limits["velocity_scale"][motion["segments"][piece]]
-    low, high = (curve[end] if curve[end] is not None else p for end in ("low", "high"))
-    if w < NOTICEABLE or not low <= p <= high:
-        return False
-    square, linear, _, slope = curve["coefficients"]
-    curve["coefficients"][2] = (square * w * w + linear * w - slope * p) - 10.0 ** generator.uniform(-4, 0) * w
-    return True
-
-
-def change_bounded_limit(content: Content, generator: np.random.Generator) -> bool:
-    """Lower a limit of torque, power or the tool below a value that the trajectory reaches."""
-    statement, motion = content["statement"], content["trajectory"]
-    names = [name for name in BOUNDED_CLAIMS if name in statement["claims"] and name not in OF_POSES]
-    if not names:
-        return False
-    name = generator.choice(names)
-    time = generator.random() * len(motion["lengths"])
-    at, segment = Proof(content).motion(time, time)
-    values = values_at(at, name)
-    column = int(generator.integers(len(values)))
-    if abs(values[column]) < NOTICEABLE:
-        return False
-    limit, limits = values[column] * generator.uniform(0.1, 0.999), statement["limits"][name]
-    if name in TOOL_CLAIMS:
-        limits[segment] = limit
-    else:
-        limits[segment][int(limit > 0.0)][column] = limit
-    return True
-
-
 def change_path(content: Content, generator: np.random.Generator) -> bool:
     """Move a line or a circle, or the shares of it at which the tool is said to be."""
     if "path_deviation" not in content["statement"]["claims"]:
@@ -125,56 +67,10 @@ def change_path(content: Content, generator: np.random.Generator) -> bool:
         evidence["along"][number][0] += generator.choice([-1.0, 1.0]) * 10.0 ** generator.uniform(0.1, 2)
     else:
         moved = guide["tool"]["translation"] if kind == "tool" else guide["links"][0]["origin"]
-        moved[int(generator.integers(3))] += 2.1 * guide["tolerance"][0] + NOTICEABLE * 10.0 ** generator.uniform(0, 2)
+        moved[int(generator.integers(3))] += 2.1 * guide["tolerance"][
+            0
+        ] ** 0.5 + NOTICEABLE * 10.0 ** generator.uniform(0, 2)
     return True
-
-
-def change_axis(content: Content, generator: np.random.Generator) -> bool:
-    """Lower the allowed angle of an axis of the tool below one that the trajectory reaches."""
-    statement, motion = content["statement"], content["trajectory"]
-    if "tool_axis_angle" not in statement["claims"]:
-        return False
-    time = generator.random() * len(motion["lengths"])
-    at, segment = Proof(content).motion(time, time)
-    cones = statement["limits"]["tool_axis_angle"][segment]
-    if not cones:
-        return False
-    cone = cones[int(generator.integers(len(cones)))]
-    rotation = np.array([x[0] for x in at.tool()[1]]).reshape(3, 3)
-    axis, direction = (np.array(x) / np.linalg.norm(x) for x in cone[:2])
-    reached = float(np.arccos(np.clip(direction @ rotation @ axis, -1.0, 1.0)))
-    cone[2] = reached * generator.uniform(0.1, 0.99)
-    return reached > 10.0 * NOTICEABLE
-
-
-def change_drive(content: Content, generator: np.random.Generator) -> bool:
-    """Give a moving joint a friction beyond its torque limit."""
-    statement, motion = content["statement"], content["trajectory"]
-    if "torque" not in statement["claims"]:
-        return False
-    time = generator.random() * len(motion["lengths"])
-    at, segment = Proof(content).motion(time, time)
-    lower, upper = statement["limits"]["torque"][segment]
-    joint = int(generator.integers(len(upper)))
-    limit = (upper if at.v[joint][0] > 0.0 else lower)[joint]
-    if limit is None or abs(at.v[joint][0]) < NOTICEABLE:
-        return False
-    link = statement["robots"][statement["robot_of_segment"][segment]]["links"][joint]
-    more = (abs(limit) + abs(at.torques()[joint][0])) * generator.uniform(1.01, 10.0)
-    if generator.random() < 0.5:
-        link["friction"] += more
-    else:
-        link["damping"] += more / abs(at.v[joint][0])
-    return True
-
-
-def values_at(at: Motion, name: str) -> list[float]:
-    """Return the torques or powers of the joints, or the rate of the tool, at one time."""
-    if name in TOOL_CLAIMS:
-        return [at.tool_squares()[name][0] ** 0.5]
-    torques = [torque[0] for torque in at.torques()]
-    powers = [torque * v[0] for torque, v in zip(torques, at.v, strict=True)]
-    return {"torque": torques, "power": powers, "total_power": [sum(powers)]}[name]
 
 
 def change_object(content: Content, generator: np.random.Generator) -> bool:
@@ -273,21 +169,27 @@ def change_size(content: Content, generator: np.random.Generator) -> bool:
 
 
 def change_pose(content: Content, generator: np.random.Generator) -> bool:
-    """Move or turn the pose of a waypoint, or the tool that meets it."""
+    """Move or turn the pose of a waypoint, or move the tool that meets it."""
     statement = content["statement"]
-    poses = [waypoint for waypoint in statement["waypoints"] if waypoint["pose"] is not None]
+    poses = [waypoint for waypoint in statement["waypoints"] if waypoint["tool_pose"]]
     if not poses:
         return False
     waypoint = poses[int(generator.integers(len(poses)))]
-    pose, tool = waypoint["pose"], statement["robots"][waypoint["robot"]]["tool"]
+    pose, tool = waypoint["tool_pose"], statement["robots"][waypoint["robot"]]["tool"]
+    near, *turned = pose
     kind = generator.choice(["pose", "tool", "rotation"])
-    if kind == "rotation" and pose["rotation"] is not None:
+    if kind == "rotation" and turned:
         angle = float(generator.uniform(0.1, 1.0))
         turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
-        pose["rotation"] = (np.array(pose["rotation"]) @ turn).tolist()
+        rotation = np.array([row[0] for row in turned[0][1]]).reshape(3, 3) @ turn
+        for row, entry in zip(turned[0][1], rotation.ravel().tolist(), strict=True):
+            row[0] = entry
         return True
-    moved = tool["translation"] if kind == "tool" else pose["position"]
-    moved[int(generator.integers(3))] += pose["tolerance"][0] + NOTICEABLE * 10.0 ** generator.uniform(0, 2)
+    moved = near[2] ** 0.5 + NOTICEABLE * 10.0 ** generator.uniform(0, 2)
+    if kind == "tool":
+        tool["translation"][int(generator.integers(3))] += 2.0 * moved
+    else:
+        near[1][int(generator.integers(3))][0] += 2.0 * moved
     return True
 
 
@@ -333,7 +235,9 @@ KINDS: tuple[Callable[[Content, np.random.Generator], bool], ...] = (
     change_end,
     change_claims,
     change_path,
-    change_axis,
+    change_condition,
+    change_line,
+    change_force,
     change_drive,
     change_interval,
     change_plane,
@@ -366,7 +270,7 @@ def loosened(content: Content, generator: np.random.Generator) -> Content:
     kept = [name for name in statement["claims"] if generator.random() < KEPT_SHARE]
     statement["not_covered"] += sorted(set(statement["claims"]) - set(kept))
     statement["claims"] = kept
-    limited = [name for name in (*JOINT_CLAIMS, *BOUNDED_CLAIMS) if name not in OF_POSES]
+    limited = [name for name in (*JOINT_CLAIMS, *BOUNDED_CLAIMS) if name not in LINES]
     for rows in (statement["limits"].get(name, []) for name in limited):
         for segment, row in enumerate(rows):
             if isinstance(row, list):

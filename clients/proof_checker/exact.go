@@ -80,8 +80,8 @@ func bernstein(coefficients []*big.Rat) ([]*big.Int, *big.Int) {
 	return found, factor.Mul(factor, common)
 }
 
-// taylor returns p and its first two derivatives at x = middle + half u, in powers of u, rounded once.
-func taylor(coefficients []*big.Rat, middle, half *big.Rat) (found [3][]float64) {
+// taylor returns p and its first three derivatives at x = middle + half u, in powers of u, rounded once.
+func taylor(coefficients []*big.Rat, middle, half *big.Rat) (found [4][]float64) {
 	row, scale := whole(coefficients)
 	steps, common := whole([]*big.Rat{middle, half})
 	n := len(row) - 1

@@ -6,12 +6,13 @@ import (
 	"sort"
 )
 
-const format = "planner-proof/2"
+const format = "planner-proof/3"
 
 var (
 	parts         = []string{"statement", "trajectory", "evidence"}
 	jointClaims   = []string{"position", "velocity", "acceleration", "jerk"}
-	boundedClaims = append([]string{"torque", "power", "total_power", "path_deviation", "tool_axis_angle"}, toolClaims...)
+	torqueClaims  = []string{"torque", "power", "total_power", "torque_at_speed"}
+	boundedClaims = append(append(append(torqueClaims, atSpeedClaims[1:]...), "path_deviation", "tool_pose"), toolClaims...)
 	exactExcess   = big.NewRat(1_000_000_001, 1_000_000_000) // factor on limits of the joints
 	boundedExcess = 1e-6                                     // relative, over limits of torque, power and the tool
 	jump          = big.NewRat(1, 10_000_000)                // of a derivative, relative to its largest value
@@ -36,8 +37,9 @@ type proof struct {
 	segments            int
 	robots              []robot
 	scenes              []scene
-	paths               []*path  // of segments, or nil
-	cones               [][]cone // of segments
+	paths               []*path       // of segments, or nil
+	kept                [][]condition // of segments
+	atSpeed             map[string][][][]line
 	robotOf, sceneOf    []int
 	hulls               map[[2]int][]float64
 }
@@ -88,13 +90,15 @@ func readProof(content any) *proof {
 			p.paths = append(p.paths, found)
 		}
 	}
-	if p.claimed["tool_axis_angle"] {
-		for _, of := range list(field(limits, "tool_axis_angle")) {
-			var found []cone
-			for _, each := range list(of) {
-				found = append(found, readCone(each))
-			}
-			p.cones = append(p.cones, found)
+	if p.claimed["tool_pose"] {
+		for _, each := range list(field(limits, "tool_pose")) {
+			p.kept = append(p.kept, readConditions(each))
+		}
+	}
+	p.atSpeed = map[string][][][]line{}
+	for _, name := range atSpeedClaims {
+		if p.claimed[name] {
+			p.atSpeed[name] = p.readLines(field(limits, name))
 		}
 	}
 	return p
@@ -234,16 +238,9 @@ func (p *proof) checkWaypoints() {
 				require(apart.Cmp(miss) <= 0, "a waypoint is missed")
 			}
 		}
-		if given := field(each, "pose"); given != nil {
-			pose := target{position: constants(vector3(field(given, "position")))}
-			pose.allow(field(given, "tolerance"))
-			if rotation := field(given, "rotation"); rotation != nil || pose.turned {
-				for i, row := range matrix3(rotation) {
-					pose.rotation[i] = constants(row)
-				}
-			}
+		if conditions := readConditions(field(each, "tool_pose")); len(conditions) > 0 {
 			arm := &p.robots[index(field(each, "robot"), len(p.robots))]
-			require(p.onPiece(arm, piece, share, share).isAtPose(pose), "the tool misses the pose of a waypoint")
+			require(p.onPiece(arm, piece, share, share).keeps(conditions), "the tool misses the pose of a waypoint")
 		}
 	}
 }
@@ -339,13 +336,13 @@ func (p *proof) onPiece(arm *robot, piece int, start, end *big.Rat) *motion {
 	half := big.NewRat(1, 2)
 	middle := product(product(sum(start, end), half), p.lengths[piece])
 	reach := product(product(sum(end, minus(start)), half), p.lengths[piece])
-	var found [3][]model
+	var found [4][]model
 	for _, row := range p.rows[piece] {
 		for order, coefficients := range taylor(exact(row), middle, reach) {
 			found[order] = append(found[order], modelOf(coefficients))
 		}
 	}
-	return newMotion(arm, found[0], found[1], found[2])
+	return newMotion(arm, found[0], found[1:]...)
 }
 
 // split returns the number of a piece and the share of it of a time.
@@ -379,11 +376,12 @@ func (p *proof) checkBounded() {
 		}
 		segment := p.segment[first]
 		m := p.onPiece(&p.robots[p.robotOf[segment]], first, start, end)
-		require(p.isBoundedOn(m, segment) && p.isGuidedOn(m, segment, where), "a limit is not proved")
+		isBounded := p.isBoundedOn(m, segment) && p.isBelowLines(m, segment)
+		require(isBounded && p.isGuidedOn(m, segment, where), "a limit is not proved")
 	}
 }
 
-// isGuidedOn tells whether the tool keeps to its path, and its axes to their cones.
+// isGuidedOn tells whether the tool keeps to its path, and keeps the conditions on its pose.
 //
 // The tool is near the path at shares of it, a polynomial, or in the blend of a number.
 func (p *proof) isGuidedOn(m *motion, segment int, where any) bool {
@@ -393,18 +391,14 @@ func (p *proof) isGuidedOn(m *motion, segment int, where any) bool {
 		if isPolynomial && !m.isOn(path, modelOf(numbers(where, 6))) {
 			return false
 		}
-		if !isPolynomial && !m.isAtPose(path.blends[index(where, len(path.blends))]) {
-			return false
-		}
-	}
-	if p.claimed["tool_axis_angle"] {
-		for _, each := range p.cones[segment] {
-			if !m.isIn(each) {
+		if !isPolynomial {
+			number := index(where, len(path.blends))
+			if !m.keeps(path.blends[number : number+1]) {
 				return false
 			}
 		}
 	}
-	return true
+	return !p.claimed["tool_pose"] || m.keeps(p.kept[segment])
 }
 
 func (p *proof) isBoundedOn(m *motion, segment int) bool {
@@ -509,7 +503,7 @@ func (p *proof) onSeveral(first, last int) *motion {
 	for j := range q {
 		q[j] = p.chord(j, first, last)
 	}
-	return newMotion(&p.robots[robotNumber], q, nil, nil)
+	return newMotion(&p.robots[robotNumber], q)
 }
 
 func (p *proof) checkClearance() {

@@ -18,6 +18,9 @@ type robot struct {
 	joint    int // that carries the tool
 	rotation [3][3]float64
 	point    [3]float64
+
+	process       int // the joint in whose axes the tool exerts force and moment
+	force, moment [3]float64
 }
 
 // readMechanism reads links without their dynamics, and a tool.
@@ -47,39 +50,47 @@ func readRobot(value any, joints int) robot {
 		l.friction, l.damping = number(field(each, "friction")), number(field(each, "damping"))
 	}
 	r.gravity = vector3(field(value, "gravity"))
+	process := list(field(value, "process_force"))
+	require(len(process) == 3, "a process force is malformed")
+	r.process = index(process[0], r.joint+1)
+	r.force, r.moment = vector3(process[1]), vector3(process[2])
 	return r
 }
 
 // A path of the tool: the mechanism that follows it, with the rates of its joints by the share of the path.
 type path struct {
 	robot
-	rates  []float64
-	target target // its tolerances
-	blends []target
+	rates     []float64
+	tolerance []float64 // squares of the distances of position and of rotation matrix
+	blends    []condition
 }
 
 func readPath(value any) *path {
 	p := &path{robot: readMechanism(value)}
 	p.rates = numbers(field(value, "rates"), len(p.links))
-	p.target.allow(field(value, "tolerance"))
-	for _, each := range list(field(value, "blends")) {
-		row := list(each)
-		require(len(row) == 2, "a blend is malformed")
-		p.blends = append(p.blends, target{position: constants(vector3(row[0])), distance: math.Abs(number(row[1]))})
-	}
+	p.tolerance = numbers(field(value, "tolerance"), -1)
+	p.blends = readConditions(field(value, "blends"))
 	return p
 }
 
-// A cone is the angle by which an axis of the tool may be away from a direction.
-type cone struct {
-	axis, direction [3]float64
-	angle           float64
+// A condition limits the sum of a value and of squares of values, each linear in 1, the tool's position and rotation.
+type condition struct {
+	linear  []float64
+	squared [][]float64
+	limit   float64
 }
 
-func readCone(value any) cone {
-	row := list(value)
-	require(len(row) == 3, "an axis is malformed")
-	return cone{vector3(row[0]), vector3(row[1]), math.Abs(number(row[2]))}
+func readConditions(value any) (found []condition) {
+	for _, each := range list(value) {
+		row := list(each)
+		require(len(row) == 3, "a condition is malformed")
+		c := condition{linear: numbers(row[0], 13), limit: number(row[2])}
+		for _, weights := range list(row[1]) {
+			c.squared = append(c.squared, numbers(weights, 13))
+		}
+		found = append(found, c)
+	}
+	return found
 }
 
 // A frame has a rotation, row by row, and an origin.
@@ -91,14 +102,18 @@ type frame struct {
 // A motion has the models of all joints on one interval.
 type motion struct {
 	robot          *robot
-	q, v, a        []model
+	q, v, a, j     []model
 	sines, cosines []model
 	known          map[int][]frame
 	moving         []rate
 }
 
-func newMotion(r *robot, q, v, a []model) *motion {
-	m := &motion{robot: r, q: q, v: v, a: a, known: map[int][]frame{}}
+// newMotion returns the motion of joint positions q and, if they are known, their first three derivatives.
+func newMotion(r *robot, q []model, rates ...[]model) *motion {
+	m := &motion{robot: r, q: q, known: map[int][]frame{}}
+	if len(rates) > 0 {
+		m.v, m.a, m.j = rates[0], rates[1], rates[2]
+	}
 	for k, each := range r.links {
 		sine, cosine := model{}, constant(1)
 		if each.turns {
@@ -216,7 +231,17 @@ func (m *motion) torques() []model {
 	rates := m.rates()
 	found := make([]model, len(m.robot.links))
 	var force, moment vector
+	axes := m.frames(m.robot.process)[m.robot.joint-m.robot.process].rows
 	for k := len(m.robot.links) - 1; k >= 0; k-- {
+		if k+1 == m.robot.joint {
+			var thrust, torsion vector
+			for i := range thrust {
+				column := vector{axes[0][i], axes[1][i], axes[2][i]}
+				thrust[i], torsion[i] = dot(column, m.robot.force), dot(column, m.robot.moment)
+			}
+			force = plusVector(force, thrust)
+			moment = plusVector(moment, plusVector(torsion, cross(constants(m.robot.point), thrust)))
+		}
 		each, at := &m.robot.links[k], rates[k+1]
 		center := constants(each.center)
 		push := plusVector(plusVector(at.a, at.gravity.times(-1)), plusVector(cross(at.dw, center), cross(at.w, cross(at.w, center)))).times(each.mass)
@@ -253,23 +278,6 @@ func (m *motion) toolSquares() map[string]model {
 	return found
 }
 
-// A target is a pose with the allowed distance, m, and angle, rad, if any.
-type target struct {
-	position        vector
-	rotation        [3]vector
-	turned          bool
-	distance, angle float64
-}
-
-func (t *target) allow(tolerance any) {
-	allowed := numbers(tolerance, -1)
-	require(len(allowed) > 0, "a tolerance is missing")
-	t.distance = math.Abs(allowed[0])
-	if len(allowed) > 1 {
-		t.turned, t.angle = true, math.Abs(allowed[1])
-	}
-}
-
 // tool returns the position of the tool and the rows of its rotation.
 func (m *motion) tool() (vector, [3]vector) {
 	at := m.frames(0)[m.robot.joint]
@@ -282,22 +290,34 @@ func (m *motion) tool() (vector, [3]vector) {
 	return point, rows
 }
 
-func (m *motion) isAtPose(pose target) bool {
+// keeps tells whether the tool keeps conditions on its pose.
+func (m *motion) keeps(conditions []condition) bool {
+	if len(conditions) == 0 {
+		return true
+	}
 	point, rows := m.tool()
-	var apart vector
-	square := model{}
-	for i, row := range rows {
-		apart[i] = minusModel(point[i], pose.position[i])
-		for j := range row {
-			difference := minusModel(row[j], pose.rotation[i][j])
-			square = plus(square, multiply(difference, difference))
+	pose := append([]model{constant(1)}, point[:]...)
+	for _, row := range rows {
+		pose = append(pose, row[:]...)
+	}
+	weighted := func(weights []float64) model {
+		found := model{}
+		for k, w := range weights {
+			found = plus(found, pose[k].times(w))
+		}
+		return found
+	}
+	for _, each := range conditions {
+		value := weighted(each.linear)
+		for _, weights := range each.squared {
+			root := weighted(weights)
+			value = plus(value, multiply(root, root))
+		}
+		if !value.isBelow(each.limit) {
+			return false
 		}
 	}
-	if !squareOf(apart).isBelow(math.Pow(pose.distance+1e-9, 2)) {
-		return false
-	}
-	angle := math.Min(pose.angle, 1) + 1e-9
-	return !pose.turned || square.isBelow(2*angle*angle-math.Pow(angle, 4)/6)
+	return true
 }
 
 // isOn tells whether the tool is near its path at shares of it.
@@ -309,20 +329,18 @@ func (m *motion) isOn(p *path, share model) bool {
 	for k, rate := range p.rates {
 		q[k] = share.times(rate)
 	}
-	aim := p.target
-	aim.position, aim.rotation = newMotion(&p.robot, q, nil, nil).tool()
-	return m.isAtPose(aim)
-}
-
-func (m *motion) isIn(c cone) bool {
-	_, rows := m.tool()
-	var along vector
+	point, rows := m.tool()
+	there, axes := newMotion(&p.robot, q).tool()
+	squares := []model{squareOf(plusVector(point, there.times(-1))), {}}
 	for i, row := range rows {
-		along[i] = dot(row, c.axis)
+		squares[1] = plus(squares[1], squareOf(plusVector(row, axes[i].times(-1))))
 	}
-	_, cosine := sineAndCosine(math.Min(c.angle*(1+boundedExcess), math.Pi))
-	size := math.Sqrt(inner(c.axis, c.axis) * inner(c.direction, c.direction))
-	return dot(along, c.direction).times(-1).isBelow(-cosine * size)
+	for k, square := range squares {
+		if k < len(p.tolerance) && !square.isBelow(p.tolerance[k]) {
+			return false
+		}
+	}
+	return true
 }
 
 // A shape is the hull of points, over which a disc across an axis and a ball roll; or a half space.

@@ -10,7 +10,7 @@ import sys
 from bisect import bisect_right
 from fractions import Fraction
 from functools import cached_property
-from itertools import accumulate, chain, pairwise
+from itertools import accumulate, chain, pairwise, product
 from operator import mul
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from typing import Any
 Model = tuple[float, ...]  # f on [-1, 1]: six coefficients of a polynomial p, and r with |f(x) - p(x)| <= r
 Vector = list[Model]  # three coordinates
 Values = dict[str, Any]  # a JSON object
-FORMAT = "planner-proof/2"
+FORMAT = "planner-proof/3"
 """Name and version of the format."""
 DIGESTED = ("statement", "trajectory", "evidence")
 """Parts of a file that have a digest."""
@@ -28,7 +28,9 @@ JOINT_CLAIMS = ("position", "velocity", "acceleration", "jerk")
 """Claims about the joints, by the order of the derivative."""
 TOOL_CLAIMS = ("tcp_linear_velocity", "tcp_angular_velocity", "tcp_linear_acceleration", "tcp_angular_acceleration")
 """Claims about the motion of the tool."""
-BOUNDED_CLAIMS = ("torque", "power", "total_power", *TOOL_CLAIMS, "path_deviation", "tool_axis_angle")
+AT_SPEED_CLAIMS = ("torque_at_speed", "acceleration_at_speed", "jerk_at_speed")
+"""Claims with limits that depend on the speed of the joint."""
+BOUNDED_CLAIMS = ("torque", "power", "total_power", *AT_SPEED_CLAIMS, *TOOL_CLAIMS, "path_deviation", "tool_pose")
 """Claims that Taylor models prove on the intervals under `bounded`."""
 CLAIMS = ("continuity", "waypoints", *JOINT_CLAIMS, "velocity_at_position", *BOUNDED_CLAIMS, "clearance")
 """All claims of the format."""
@@ -123,11 +125,10 @@ def is_one_nonnegative(*polynomials: list[Fraction]) -> bool:
             return False
         halves = []
         for row in rows:
-            levels, n = [row], len(row) - 1
+            levels = [row]
             while len(levels[-1]) > 1:
                 levels.append([a + b for a, b in pairwise(levels[-1])])
-            right = [x[-1] << k for k, x in enumerate(levels[::-1])]
-            halves.append(([x[0] << (n - k) for k, x in enumerate(levels)], right))
+            halves.append([[x[0] << len(x) - 1 for x in levels], [x[-1] << len(x) - 1 for x in levels[::-1]]])
         waiting += [([half[k] for half in halves], depth + 1) for k in (0, 1)]
     return True
 
@@ -135,8 +136,7 @@ def is_one_nonnegative(*polynomials: list[Fraction]) -> bool:
 def model(coefficients: list[float]) -> Model:
     """Return the Taylor model on [-1, 1] of a polynomial with coefficients that are rounded once."""
     kept = coefficients[:6] + [0.0] * (6 - len(coefficients))
-    rest = UNIT * sum(map(abs, kept)) + sum(map(abs, coefficients[6:]))
-    return (*kept, (rest + 1e-300) * UP)
+    return (*kept, (UNIT * sum(map(abs, kept)) + sum(map(abs, coefficients[6:])) + 1e-300) * UP)
 
 
 def combine(weights: list[float], models: list[Model]) -> Model:
@@ -157,7 +157,7 @@ def _add(*models: Model) -> Model:
 
 
 def _constants(values: Any) -> Vector:
-    return [(x, *ZERO[1:]) for x in values]
+    return [(x, *ZERO[1:]) if x != 0.0 else ZERO for x in values]
 
 
 def multiply(f: Model, g: Model) -> Model:
@@ -232,10 +232,6 @@ def _cross(a: Vector, b: Vector) -> Vector:
     return [combine([1.0, -1.0], [*pair]) for pair in terms]
 
 
-def _crossed(a: Vector, b: list[float]) -> Vector:
-    return [combine([b[j], -b[i]], [a[i], a[j]]) for i, j in ((1, 2), (2, 0), (0, 1))]
-
-
 def rolled(shape: Values, n: Vector, size: float) -> float:
     """Return an upper bound of the reach along n of a half space, or of a shape beyond its points."""
     if "offset" in shape:
@@ -246,10 +242,12 @@ def rolled(shape: Values, n: Vector, size: float) -> float:
 
 
 class Motion:
-    """The Taylor models of the joints' positions `q`, velocities `v` and accelerations `a` on an interval."""
+    """The Taylor models of the joints' positions `q` and their derivatives `v`, `a` and `j` on an interval."""
 
-    def __init__(self, robot: Values, q: Vector, v: Vector, a: Vector):
-        self.robot, self.links, self.q, self.v, self.a = robot, robot["links"], q, v, a
+    def __init__(self, robot: Values, q: Vector, *rates: Vector):
+        self.robot, self.links, self.q, (self.v, self.a, self.j) = robot, robot["links"], q, rates or ([], [], [])
+        self.tip = index(robot["tool"]["joint"], len(self.links) + 1)
+        self.point = _constants(numbers(robot["tool"]["translation"], 3))
         pairs = zip(q, self.links, strict=True)
         self.turns = [turn_of(x) if link["motion"] == "revolute" else (ZERO, ONE) for x, link in pairs]
         self.known: dict[int, list[tuple[list[Vector], Vector]]] = {}
@@ -297,77 +295,83 @@ class Motion:
     def torques(self) -> list[Model]:
         """Compute the torque or force of each joint by the recursive Newton-Euler algorithm."""
         found, force, moment = list[Model](), [ZERO] * 3, [ZERO] * 3
+        start, *wrench = self.robot["process_force"]
+        rows, _ = self.frames(index(start, self.tip + 1))[self.tip - int(start)]
+        thrust, torsion = ([combine(numbers(x, 3), [*column]) for column in zip(*rows, strict=True)] for x in wrench)
         for k in range(len(self.links) - 1, -1, -1):
+            if k + 1 == self.tip:
+                moment, force = [*map(_add, moment, torsion, _cross(self.point, thrust))], [*map(_add, force, thrust)]
             link, (_, a, w, dw, g) = self.links[k], self.rates[k + 1]
-            center, inertia, mass = link["center_of_mass"], link["inertia"], link["mass"]
-            gains = zip(a, g, _crossed(dw, center), _cross(w, _crossed(w, center)), strict=True)
+            center, inertia, mass = _constants(link["center_of_mass"]), link["inertia"], link["mass"]
+            gains = zip(a, g, _cross(dw, center), _cross(w, _cross(w, center)), strict=True)
             push = [combine([mass, -mass, mass, mass], [*each]) for each in gains]
-            spin = _cross(w, _applied(inertia, w))
-            turn = map(_add, _applied(inertia, dw), spin, _crossed(push, [-x for x in center]))
+            turn = map(_add, _applied(inertia, dw), _cross(w, _applied(inertia, w)), _cross(center, push))
             moment, force = list(map(_add, moment, turn)), list(map(_add, force, push))
             v, own = self.v[k], moment[2] if link["motion"] == "revolute" else force[2]
             ends = -upper(combine([-1.0], [v])), -upper(v)
             low, high = ((x >= -EXACT_EXCESS) + (x >= EXACT_EXCESS) - 1.0 for x in ends)
             sign = ((low - high) / 2.0, *ZERO[1:6], (-low - high) / 2.0)  # which is between low and -high
-            drive = [link["rotor_inertia"], link["damping"], link["friction"]]
-            found.append(combine([1.0, *drive], [own, self.a[k], v, sign]))
+            weights = [1.0, link["rotor_inertia"], link["damping"], link["friction"]]
+            found.append(combine(weights, [own, self.a[k], v, sign]))
             force, moment = self.carry(k, force, 1.0), self.carry(k, moment, 1.0)
             moment = list(map(_add, moment, _cross(self.shift(k), force)))
         return found[::-1]
 
     def tool_squares(self) -> dict[str, Model]:
         """Compute the squares of the tool's velocities and accelerations."""
-        v, a, w, dw, _ = self.rates[index(self.robot["tool"]["joint"], len(self.links) + 1)]
-        point = self.robot["tool"]["translation"]
-        gains = map(_add, a, _crossed(dw, point), _cross(w, _crossed(w, point)))
-        vectors = zip(TOOL_CLAIMS, map(list, (map(_add, v, _crossed(w, point)), w, gains, dw)), strict=True)
+        (v, a, w, dw, _), point = self.rates[self.tip], self.point
+        gains = map(_add, a, _cross(dw, point), _cross(w, _cross(w, point)))
+        vectors = zip(TOOL_CLAIMS, map(list, (map(_add, v, _cross(w, point)), w, gains, dw)), strict=True)
         return {name: _add(*map(multiply, x, x)) for name, x in vectors}
 
     def unproved(self, claims: set[str], limits: Values, segment: int, along: Any) -> set[str]:
         """Return the claims that are not proved here, with the shares `along` of the segment's path."""
         own = {name: limits[name][segment] for name in claims}
-        torques = [] if claims.isdisjoint(BOUNDED_CLAIMS[:3]) else self.torques()
-        powers = [multiply(torque, v) for torque, v in zip(torques, self.v, strict=False)]
+        torques = [] if claims.isdisjoint(BOUNDED_CLAIMS[:4]) else self.torques()
+        powers = [*map(multiply, torques, self.v)]
         values = {"torque": torques, "power": powers, "total_power": [_add(*powers)]}
         squares = {} if claims.isdisjoint(TOOL_CLAIMS) else self.tool_squares()
         sides = [(x, squares[x], own[x] and own[x] * abs(own[x])) for x in claims & squares.keys()]
         for name in claims & values.keys():
             for sign, row in zip((-1.0, 1.0), own[name], strict=True):
                 sides += [(name, combine([sign], [x]), y and sign * y) for x, y in zip(values[name], row, strict=True)]
+        for name, rates in zip(AT_SPEED_CLAIMS, (torques, self.a, self.j), strict=True):
+            for x, v, lines in zip(rates, self.v, own[name], strict=True) if name in own else ():
+                for sign, side, (low, high, most, slope) in product((-1.0, 1.0), (-1.0, 1.0), lines):
+                    speed = combine([side], [v])
+                    if upper(speed) >= low and (high is None or upper(combine([-1.0], [speed])) >= -high):
+                        sides.append((name, combine([sign, slope, -slope * low], [x, speed, ONE]), most))
         known = [(name, x, y + BOUNDED_EXCESS * abs(y)) for name, x, y in sides if y is not None]
         if (path := own.get("path_deviation")) is not None:
             known += [("path_deviation", x, y) for x, y in self.off_path(path, along)]
-        for axis, direction, angle in own.get("tool_axis_angle", []):
-            weights = [-x * y for x in numbers(direction, 3) for y in numbers(axis, 3)]
-            cosine = sine_and_cosine(min(abs(angle) * (1.0 + BOUNDED_EXCESS), math.pi))[1]
-            known.append(("tool_axis_angle", combine(weights, self.tool()[1]), -cosine * math.hypot(*weights)))
+        known += [("tool_pose", x, y) for x, y in self.poses(own.get("tool_pose", []))]
         return {name for name, x, y in known if not is_below(x, y)}
 
     def tool(self) -> tuple[Vector, list[Model]]:
         """Compute the position of the tool, and the nine entries of its rotation, row by row."""
-        tool = self.robot["tool"]
-        rows, origin = self.frames(0)[index(tool["joint"], len(self.links) + 1)]
-        point = [combine([*tool["translation"], 1.0], [*row, x]) for row, x in zip(rows, origin, strict=True)]
-        return point, [x for row in rows for x in _applied(zip(*tool["rotation"], strict=True), row)]
+        rows, origin = self.frames(0)[self.tip]
+        point = [_add(x, *map(multiply, row, self.point)) for row, x in zip(rows, origin, strict=True)]
+        return point, [x for row in rows for x in _applied(zip(*self.robot["tool"]["rotation"], strict=True), row)]
 
-    def off_pose(self, position: Vector, rotation: list[Model], tolerance: list[Any]) -> list[tuple[Model, float]]:
-        """Return the squares of the tool's distance and angle (if limited) from a pose, and their limits."""
-        distance, angle = map(abs, numbers([*tolerance, 0.0][:2], 2))
-        angle = min(angle, 1.0) + 1e-9  # |A - B|^2 = 8 sin^2(angle / 2) >= 2 angle^2 - angle^4 / 6
-        limits = [(distance + 1e-9) ** 2, 2.0 * angle**2 - angle**4 / 6.0]
-        pairs = zip(self.tool()[: len(tolerance)], (position, rotation), strict=False)
-        apart = [[combine([1.0, -1.0], [x, y]) for x, y in zip(*pair, strict=True)] for pair in pairs]
-        return [(_add(*map(multiply, x, x)), limit) for x, limit in zip(apart, limits, strict=False)]
+    def poses(self, conditions: list[Any]) -> list[tuple[Model, float]]:
+        """Return the values of conditions on the pose of the tool, and their limits."""
+        pose, found = [ONE, *chain(*self.tool())] if conditions else [], []
+        for linear, squared, limit in conditions:
+            value, *roots = (combine(numbers(row, len(pose)), pose) for row in (linear, *squared))
+            found.append((_add(value, *map(multiply, roots, roots)), numbers([limit], 1)[0]))
+        return found
 
     def off_path(self, path: Values, along: Any) -> list[tuple[Model, float]]:
-        """Return the deviations from a path at its shares `along`, or in the blend of this number, and their limits."""
+        """Return the squares of deviations from a path at its shares `along`, or in a blend, and their limits."""
         if not isinstance(along, list):
-            center, radius = path["blends"][index(along, len(path["blends"]))]
-            return self.off_pose(_constants(center), [], [radius])
+            return self.poses([path["blends"][index(along, len(path["blends"]))]])
         share: Model = (*numbers(along, 6), 0.0)
-        guide = Motion(path, [combine([rate], [share]) for rate in path["rates"]], [], [])
-        ends = [(share, 1.0 + BOUNDED_EXCESS), (combine([-1.0], [share]), BOUNDED_EXCESS)]
-        return [*ends, *self.off_pose(*guide.tool(), path["tolerance"])]
+        guide = Motion(path, [combine([rate], [share]) for rate in path["rates"]])
+        found = [(share, 1.0 + BOUNDED_EXCESS), (combine([-1.0], [share]), BOUNDED_EXCESS)]
+        for one, other, limit in zip(self.tool(), guide.tool(), path["tolerance"], strict=False):
+            apart = [combine([1.0, -1.0], [*pair]) for pair in zip(one, other, strict=True)]
+            found.append((_add(*map(multiply, apart, apart)), numbers([limit], 1)[0]))
+        return found
 
     def keeps_apart(self, scene: Values, pair: int, normal: list[float] | None) -> bool:
         """Tell whether a plane that moves with the first shape of a pair keeps both apart by their margin."""
@@ -437,12 +441,12 @@ class Proof:
         if last == first:
             return Motion(robot, *self.models(first, Fraction(start) - first, Fraction(end) - first)), segment
         require(start == first and end == last + 1, "an interval of several pieces ends within one")
-        return Motion(robot, [self.chord(j, first, last) for j in range(self.joints)], [], []), segment
+        return Motion(robot, [self.chord(j, first, last) for j in range(self.joints)]), segment
 
     def models(self, piece: int, start: Fraction, end: Fraction) -> tuple[Vector, ...]:
-        """Return the Taylor models of positions, velocities and accelerations on a part of a piece."""
+        """Return the Taylor models of positions and their first three derivatives on a part of a piece."""
         middle, half = self.lengths[piece] * (start + end) / 2, self.lengths[piece] * (end - start) / 2
-        common, found = math.lcm(middle.denominator, half.denominator), tuple[Vector, ...](([], [], []))
+        common, found = math.lcm(middle.denominator, half.denominator), tuple[Vector, ...](([], [], [], []))
         at, wide = int(middle * common), int(half * common)
         for row in self.rows[piece]:
             n, scale = len(row) - 1, math.lcm(*(c.denominator for c in row))
@@ -489,12 +493,10 @@ class Proof:
                 for joint, position in enumerate(numbers(waypoint["position"], self.joints)):
                     met = sum(c * share**k for k, c in enumerate(self.derivative(piece, joint, 0)))
                     require(abs(met - Fraction(position)) <= BOUNDED_EXCESS, "a waypoint is missed")
-            if waypoint["pose"] is not None:
-                robot, pose = self.robots[index(waypoint["robot"], len(self.robots))], waypoint["pose"]
-                motion = Motion(robot, *self.models(piece, share, share))
-                rotation = _constants(chain(*(pose["rotation"] or [])))
-                off = motion.off_pose(_constants(pose["position"]), rotation, pose["tolerance"])
-                require(all(is_below(*each) for each in off), "the tool misses the pose of a waypoint")
+            if waypoint["tool_pose"]:
+                robot = self.robots[index(waypoint["robot"], len(self.robots))]
+                pose = Motion(robot, *self.models(piece, share, share)).poses(waypoint["tool_pose"])
+                require(all(is_below(*each) for each in pose), "the tool misses the pose of a waypoint")
 
     def check_joints(self) -> None:
         """Check the limits of the joints' positions and of their derivatives."""
@@ -591,7 +593,7 @@ def main(arguments: list[str]) -> None:
     except (ProofRejected, OSError) as error:
         sys.exit(f"rejected: {error}")
     lines = [f"accepted: {', '.join(proof.claims)}", *(f"not covered: {x}" for x in proof.statement["not_covered"])]
-    print(*lines, *(f"{name} {value}" for name, value in proof.digests.items()), sep="\n")  # noqa: T201
+    print(*lines, *map(" ".join, proof.digests.items()), sep="\n")  # noqa: T201
 
 
 if __name__ == "__main__":

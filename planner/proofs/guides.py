@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from planner.certificate.lines_and_circles import Circle, Line
+from planner.proofs.conditions import squared_tolerance
 from planner.spatial import FloatArray
 
 SHORTEST = 1e-9
@@ -37,15 +38,15 @@ def guide_of(path: Line | Circle, tolerance: Sequence[float]) -> dict[str, Any] 
     if np.linalg.norm(np.cross(turn, bend)) > SHORTEST**2 or np.linalg.norm(bend) > SHORTEST:
         return None
     links, rates, axes, shift = _rail(path) if isinstance(path, Line) else _wheel(path)
-    rotation, allowed = np.eye(3), [float(tolerance[0])]
+    rotation, allowed = np.eye(3), tolerance[:1]
     if path.start is not None:
         about = _frame_along(turn)
         links.append(_link(axes.T @ path.start @ about, shift, "revolute"))
         rates.append(float(np.linalg.norm(turn)))
         rotation, shift = about.T, np.zeros(3)
-        allowed.append(float(tolerance[1]))
+        allowed = tolerance[:2]
     tool = {"joint": len(links), "rotation": rotation.tolist(), "translation": shift.tolist()}
-    return {"links": links, "rates": rates, "tool": tool, "tolerance": allowed}
+    return {"links": links, "rates": rates, "tool": tool, "tolerance": squared_tolerance(allowed)}
 
 
 def shares_of(path: Line | Circle, positions: FloatArray, rotations: FloatArray) -> list[float]:

@@ -11,26 +11,28 @@ from planner.certificate.clearance import segment_checkers
 from planner.certificate.lines_and_circles import Circle, Line
 from planner.certificate.tool_path import requested_paths
 from planner.certificate.waypoints import MetWaypoints, certify_waypoints
-from planner.constraints import VELOCITY_AT_POSITION, Bounds
-from planner.constraints.pose_constraints import ToolAxis
+from planner.constraints import ACCELERATION_AT_SPEED, JERK_AT_SPEED, TORQUE_AT_SPEED, VELOCITY_AT_POSITION, Bounds
+from planner.constraints.at_speed import RateAtSpeed, TorqueAtSpeed
 from planner.guarantees import end_states
 from planner.plans.result import Plan
 from planner.problems.motion_around import KeptMotion
 from planner.problems.problem import CartesianMotion
 from planner.problems.transitions import BlendTransition
 from planner.proofs.checker import BOUNDED_CLAIMS, JOINT_CLAIMS, TOOL_CLAIMS
+from planner.proofs.conditions import Condition, conditions_at, conditions_of
 from planner.proofs.guides import guide_of
 from planner.robots import Robot
+from planner.robots.varying.torque_curves import TorqueCurves
 from planner.scene.arrays import core_of
 from planner.scene.checker import CollisionChecker
 from planner.scene.point_cloud import Cluster
-from planner.spatial import FloatArray
+from planner.spatial import FloatArray, Pose
 
 LIMITED = (*JOINT_CLAIMS, VELOCITY_AT_POSITION.name, *BOUNDED_CLAIMS)
 """The limited quantities that a proof can cover."""
 
-OF_TORQUES = ("torque", "power", "total_power", "torque_at_speed")
-"""The quantities that depend on torques; the checkers know no process force."""
+AT_SPEED = (TORQUE_AT_SPEED, ACCELERATION_AT_SPEED, JERK_AT_SPEED)
+"""The constraints whose limits depend on the speed of a joint."""
 
 OF_WAYPOINTS = {
     "waypoint_position_error",
@@ -51,19 +53,18 @@ def statement_of(plan: Plan) -> dict[str, Any]:
     met = met_waypoints(plan)
     kept = {check.quantity for check in plan.certificate.checks if check.enforced and check.limit is not None}
     claims = ["continuity", "waypoints", *(name for name in LIMITED if name in kept)]
-    not_covered = sorted(kept - set(LIMITED) - OF_WAYPOINTS)
+    conditions, of_pose = _kept_poses(plan, segments)
+    claims += ["tool_pose"] if any(conditions) else []
+    not_covered = sorted(kept - set(LIMITED) - OF_WAYPOINTS - of_pose)
     guides, unguided = _guides(plan, met)
     not_covered += [f"path_deviation: the path of segment {k} is no line or circle for proofs" for k in unguided]
     claims += ["path_deviation"] if guides else []
     regions = [problem.numbers[k] for k, waypoint in enumerate(problem.waypoints) if getattr(waypoint, "free", None)]
     not_covered += [f"waypoints: the tolerance region of waypoint {k} but for its nearest pose" for k in regions]
-    if any(robot.process_force is not None for robot in of_segments):
-        not_covered += [f"{name}: a process force acts" for name in claims if name in OF_TORQUES]
-        claims = [name for name in claims if name not in OF_TORQUES]
     if path.robot.following_errors is not None:
         not_covered.append("following errors: the claims are about planned positions")
     if path.dynamics.changes:
-        not_covered.append("torque at rest while the payload changes")
+        not_covered.append("torque at rest while the payload or the process force changes")
     if plan.certificate.speed_zones:
         not_covered.append("speed zones")
     scenes, scene_of_segment = _scenes(plan, segments)
@@ -86,7 +87,9 @@ def statement_of(plan: Plan) -> dict[str, Any]:
         "segments": segments,
         "robots": [_robot(robot) for robot in robots],
         "robot_of_segment": [robots.index(robot) for robot in of_segments],
-        "limits": _limits(plan, claims, [guides.get(segment) for segment in range(segments)]),
+        "limits": _limits(plan, claims, of_segments)
+        | ({"path_deviation": [guides.get(segment) for segment in range(segments)]} if guides else {})
+        | ({"tool_pose": conditions} if any(conditions) else {}),
         "continuity": max(0, int(plan.certificate.continuity[1:])),
         "ends": {"initial": ends_of("initial", 0.0), "final": ends_of("final", plan.trajectory.duration)},
         "waypoints": list(_waypoints(plan, met, robots)),
@@ -124,7 +127,12 @@ def _robot(robot: Robot) -> dict[str, Any]:
     ]
     tool = {"joint": int(frame.parentJoint), "rotation": frame.placement.rotation.tolist()}
     tool["translation"] = frame.placement.translation.tolist()
-    return {"links": links, "gravity": robot.chain.load[:3].tolist(), "tool": tool}
+    force, moment, start = [0.0] * 3, [0.0] * 3, tool["joint"]
+    if robot.process_force is not None:
+        numbers = robot.process_force.on_chain(frame).tolist()
+        force, moment, start = numbers[:3], numbers[3:6], 0 if numbers[-1] else tool["joint"]
+    process_force = [start, force, moment]
+    return {"links": links, "gravity": robot.chain.load[:3].tolist(), "tool": tool, "process_force": process_force}
 
 
 def finite(values: FloatArray) -> list[float | None]:
@@ -132,8 +140,8 @@ def finite(values: FloatArray) -> list[float | None]:
     return [value if np.isfinite(value) else None for value in values.tolist()]
 
 
-def _limits(plan: Plan, claims: Sequence[str], guides: list[dict[str, Any] | None]) -> dict[str, Any]:
-    """Return the claimed limits of each segment, and the paths of the tool; None: there is none."""
+def _limits(plan: Plan, claims: Sequence[str], robots: Sequence[Robot]) -> dict[str, Any]:
+    """Return the claimed limits of each segment with its robot; None: there is none."""
     robot, limits = plan.path.robot, plan.path.limits
     segments, joints = limits.torque.upper.shape
 
@@ -146,14 +154,31 @@ def _limits(plan: Plan, claims: Sequence[str], guides: list[dict[str, Any] | Non
     for constraint, values in limits.further.items():
         if constraint.name in ("power", "total_power") and constraint.name in claims:
             found[constraint.name] = [[finite(-np.atleast_1d(row)), finite(np.atleast_1d(row))] for row in values]
-    if "path_deviation" in claims:
-        found["path_deviation"] = guides
-    if "tool_axis_angle" in claims:
-        found["tool_axis_angle"] = _cones(plan, segments)
+    for constraint in (own for own in AT_SPEED if own.name in claims):
+        shares = limits.further[constraint].tolist()
+        found[constraint.name] = [
+            list(_lines(_curves_by_speed(robot, constraint), share, joints))
+            for robot, share in zip(robots, shares, strict=True)
+        ]
     if VELOCITY_AT_POSITION.name in claims:
         found[VELOCITY_AT_POSITION.name] = [list(_curves(robot, joint)) for joint in range(joints)]
         found["velocity_scale"] = limits.further[VELOCITY_AT_POSITION].tolist()
     return found
+
+
+def _curves_by_speed(robot: Robot, constraint: TorqueAtSpeed | RateAtSpeed) -> TorqueCurves | None:
+    return constraint.curves_of(robot) if isinstance(constraint, RateAtSpeed) else robot.torque_curves
+
+
+def _lines(curves: TorqueCurves | None, share: float, joints: int) -> Iterator[list[list[float | None]]]:
+    """Yield the lines of each joint: first and last speed, limit at the first one, and descent by speed."""
+    for joint in range(joints):
+        if curves is None:
+            yield []
+            continue
+        arrays = (curves.speed, curves.ends, share * curves.torque, share * curves.slope)
+        rows = np.stack([array[joint] for array in arrays], axis=1)
+        yield [finite(row) for row in rows if np.isfinite(row[0]) and np.isfinite(row[2])]
 
 
 def _curves(robot: Robot, joint: int) -> Iterator[dict[str, Any]]:
@@ -206,22 +231,24 @@ def _guides(plan: Plan, met: MetWaypoints) -> tuple[dict[int, dict[str, Any]], l
     return found, without
 
 
-def _blend(plan: Plan, met: MetWaypoints, k: int) -> list[Any] | None:
-    """Return center and radius of the blend of a waypoint; None: the robot does not leave its path there."""
+def _blend(plan: Plan, met: MetWaypoints, k: int) -> Condition | None:
+    """Return the condition of the blend of a waypoint; None: the robot does not leave its path there."""
     transition = plan.problem.waypoints[k].transition
     if not isinstance(transition, BlendTransition):
         return None
-    return [met.targets[k].pose.position.tolist(), float(transition.radius)]
+    return conditions_at(Pose(met.targets[k].pose.position), [transition.radius])[0]
 
 
-def _cones(plan: Plan, segments: int) -> list[list[Any]]:
-    """Return the axes of the tool to be kept on each segment: axis, direction and angle."""
-    found: list[list[Any]] = [[] for _ in range(segments)]
-    for k, waypoint in enumerate(plan.problem.waypoints[1 : segments + 1]):
-        if isinstance(waypoint.motion, KeptMotion):
-            axes = [kept for kept in waypoint.motion.keep if isinstance(kept, ToolAxis)]
-            found[k] = [[list(kept.axis), list(kept.direction), kept.angle] for kept in axes]
-    return found
+def _kept_poses(plan: Plan, segments: int) -> tuple[list[list[Condition]], set[str]]:
+    """Return the conditions to be kept on each segment, and the quantities that they limit."""
+    found: list[list[Condition]] = [[] for _ in range(segments)]
+    covered, left = set[str](), set[str]()
+    for own, waypoint in zip(found, plan.problem.waypoints[1 : segments + 1], strict=False):
+        for kept in waypoint.motion.keep if isinstance(waypoint.motion, KeptMotion) else ():
+            conditions = conditions_of(kept)
+            (left if conditions is None else covered).add(kept.quantity)
+            own += conditions or []
+    return found, covered - left
 
 
 def _waypoints(plan: Plan, met: MetWaypoints, robots: Sequence[Robot]) -> Iterator[dict[str, Any]]:
@@ -229,15 +256,13 @@ def _waypoints(plan: Plan, met: MetWaypoints, robots: Sequence[Robot]) -> Iterat
     path, trajectory, problem, blended = plan.path, plan.trajectory, plan.problem, _blended(plan)
     wanted = np.where(np.isnan(met.positions), path.positions, met.positions)
     for k, time in enumerate(trajectory.arrivals.tolist()):
-        pose = None
+        conditions: list[Condition] = []
         if met.targets and k not in blended and (target := met.targets[k]).tolerance != (0.0, 0.0):
-            rotation = None if target.pose.rotation is None else target.pose.rotation.tolist()
-            pose = {"position": target.pose.position.tolist(), "rotation": rotation}
-            pose["tolerance"] = list(map(float, target.tolerance[: 1 if rotation is None else 2]))
+            conditions = conditions_at(target.pose, target.tolerance)
         if met.targets and k in blended and (ball := _blend(plan, met, k)) is not None:
-            pose = {"position": ball[0], "rotation": None, "tolerance": [ball[1]]}
+            conditions = [ball]
         position = None if k in blended else wanted[k].tolist()
-        yield {"time": time, "robot": robots.index(problem.robots[k]), "position": position, "pose": pose}
+        yield {"time": time, "robot": robots.index(problem.robots[k]), "position": position, "tool_pose": conditions}
 
 
 def _scenes(plan: Plan, segments: int) -> tuple[list[CollisionChecker], list[int]]:

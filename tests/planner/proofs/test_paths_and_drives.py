@@ -34,7 +34,7 @@ def constant(x: float) -> Model:
 
 def pose_at(guide: dict[str, Any], u: float) -> tuple[FloatArray, FloatArray]:
     """Return position (3,) and rotation (3, 3) to which a guide leads at a share of its path."""
-    point, rotation = Motion(guide, [constant(rate * u) for rate in guide["rates"]], [], []).tool()
+    point, rotation = Motion(guide, [constant(rate * u) for rate in guide["rates"]]).tool()
     return np.array([x[0] for x in point]), np.array([x[0] for x in rotation]).reshape(3, 3)
 
 
@@ -118,7 +118,7 @@ def test_lines_circles_and_blends_are_proved(guided: dict[str, Any]) -> None:
     assert guided["statement"]["not_covered"] == []
     kinds = {type(shares) for shares in guided["evidence"]["along"]}
     assert kinds == {list, int}
-    assert [waypoint["pose"]["tolerance"] for waypoint in guided["statement"]["waypoints"][1:2]] == [[0.02]]
+    assert guided["statement"]["waypoints"][1]["tool_pose"][0][2] == pytest.approx(0.02**2, rel=1e-6)
 
 
 @pytest.mark.parametrize("segment", [0, 1, 2])
@@ -133,7 +133,7 @@ def test_a_path_elsewhere_is_rejected(guided: dict[str, Any], segment: int) -> N
     tool["rotation"] = (np.array(tool["rotation"]) @ Rotation.from_rotvec([0.0, 3e-3, 0.0]).as_matrix()).tolist()
     assert is_rejected(changed)
     changed = copy.deepcopy(guided)
-    changed["statement"]["limits"]["path_deviation"][segment]["tolerance"] = [1e-12, 1e-3]
+    changed["statement"]["limits"]["path_deviation"][segment]["tolerance"] = [1e-24, 1e-6]
     assert is_rejected(changed)
 
 
@@ -142,7 +142,7 @@ def test_the_tool_is_in_the_blend_that_the_evidence_names(guided: dict[str, Any]
         changed = copy.deepcopy(guided)
         for guide in changed["statement"]["limits"]["path_deviation"][:2]:
             for blend in guide["blends"]:
-                blend[1] = radius
+                blend[2] = radius**2
         assert is_rejected(changed) == rejected
 
 
@@ -169,10 +169,11 @@ def test_kept_axes_are_proved() -> None:
         waypoints = [planner.JointWaypoint(START), replace(end, motion=planner.FreeMotion(keep=(kept,)))]
         plan = planner.plan(planner.PlanningProblem(robot, waypoints), planner.Quintic())
         proof = write_proof(plan)
-        assert "tool_axis_angle" in check_proof(proof)
+        assert "tool_pose" in check_proof(proof)
         sampled = plan.trajectory.evaluate(np.linspace(0.0, plan.trajectory.duration, 2001), [0])[0]
         reached = float(np.arccos((tool_poses(robot, sampled)[1][:, :, 2] @ rotation[:, 2]).min()))
-        proof["statement"]["limits"]["tool_axis_angle"][0][0][2] = reached * 0.999
+        assert proof["statement"]["limits"]["tool_pose"][0][0][2] == pytest.approx(-np.cos(kept.angle), abs=1e-5)
+        proof["statement"]["limits"]["tool_pose"][0][0][2] = -np.cos(reached * 0.999)
         assert is_rejected(proof)
 
 
@@ -238,7 +239,8 @@ def test_friction_at_rest_has_no_sign() -> None:
     link = {"rotation": np.eye(3).tolist(), "origin": [0.0] * 3, "motion": "revolute", "mass": 0.0}
     link |= {"center_of_mass": [0.0] * 3, "inertia": np.zeros((3, 3)).tolist()}
     link |= {"friction": 2.0, "damping": 0.0, "rotor_inertia": 0.0}
-    robot = {"links": [link], "gravity": [0.0] * 3, "tool": {}}
+    tool = {"joint": 1, "translation": [0.0] * 3}
+    robot = {"links": [link], "gravity": [0.0] * 3, "tool": tool, "process_force": [1, [0.0] * 3, [0.0] * 3]}
     for v, low, high in (
         ((0.5, 0.5, 0.0), 0.0, 2.0),
         ((-0.5, 0.5, 0.0), -2.0, 0.0),
@@ -248,6 +250,6 @@ def test_friction_at_rest_has_no_sign() -> None:
         ((0.0, 0.0, 0.0), 0.0, 0.0),
     ):
         rate: Model = (*v, 0.0, 0.0, 0.0, 0.0)
-        (torque,) = Motion(robot, [constant(0.3)], [rate], [constant(0.0)]).torques()
+        (torque,) = Motion(robot, [constant(0.3)], [rate], [constant(0.0)], [constant(0.0)]).torques()
         assert torque[0] - torque[6] == pytest.approx(low, abs=1e-12)
         assert torque[0] + torque[6] == pytest.approx(high, abs=1e-12)

@@ -21,7 +21,10 @@ from tests.sizes import SIZE
 FILES = 3 if SIZE.examples < 100 else 20
 """Number of plans besides the varied ones."""
 
-SEEDS = range(max(1, SIZE.examples // 15))
+OF_RESTS = "torque at rest while the payload or the process force changes"
+"""The part of the torque limits that no claim covers."""
+
+SEEDS = range(max(1, SIZE.examples // 30))
 
 BYTES = 300_000
 """The number of bytes of changed files per proof and seed: a large proof is changed in fewer ways."""
@@ -50,7 +53,7 @@ def is_rejected(proof: Any, expected: dict[str, str] | None = None) -> bool:
 def test_honest_proofs_of_all_back_ends_are_accepted(proofs: list[dict[str, Any]]) -> None:
     for proof in proofs:
         assert check_proof(json.dumps(proof)) == proof["statement"]["claims"]
-        assert not proof["statement"]["not_covered"]
+        assert set(proof["statement"]["not_covered"]) <= {OF_RESTS}
     claims = {claim for proof in proofs for claim in proof["statement"]["claims"]}
     assert claims == {*CLAIMS} - {"tcp_angular_acceleration"}
 
