@@ -157,10 +157,40 @@ def order(
     tip: TipOption = None,
 ) -> None:
     """Choose the order of tasks, plan them in this order, and show both."""
-    from cli.work.ordered_tasks import order_file
     from cli.work.robots.files import FileOptions
+    from cli.work.several.ordered_tasks import order_file
 
     order_file(request, output, time_budget, robot, FileOptions(srdf, tip))
+
+
+@app.command()
+def cell(
+    requests: Annotated[
+        list[str],
+        typer.Argument(metavar="REQUESTS", help="Two to four files with requests of POST /v1/trajectories."),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FOLDER", help="Write the trajectory of each robot into this folder."),
+    ] = None,
+    format_: Annotated[str, typer.Option("--format", metavar="NAME", help="Format of the trajectories.")] = "json",
+    margin: Annotated[
+        float, typer.Option("--margin", metavar="METRES", help="Least distance between robots.", min=0.0)
+    ] = 0.0,
+    skew: Annotated[
+        float,
+        typer.Option(
+            "--skew",
+            metavar="SECONDS",
+            help="Largest time by which one controller may start before or after another.",
+            min=0.0,
+        ),
+    ] = 0.0,
+) -> None:
+    """Plan several robots of one cell on one clock; they wait at stops so that they never touch."""
+    from cli.work.several.cells import cell_files
+
+    cell_files(requests, output, format_, margin, skew)
 
 
 @app.command()

@@ -195,7 +195,7 @@ def _with_waits(number: int, robot: CellRobot, own: Plan, member: _Member, waits
     for k, wait in zip(member.waypoints, waits.tolist(), strict=True):
         waypoints[k] = replace(waypoints[k], dwell=waypoints[k].dwell + wait)
     duration = None if own.problem.duration is None else own.problem.duration + float(waits.sum())
-    found = _plan(number, robot, replace(own.problem, waypoints=waypoints, duration=duration))
+    found = _plan(number, robot, replace(own.problem, waypoints=waypoints, duration=duration, optimise=None))
     return replace(found, detours=own.detours, choices=own.choices)
 
 

@@ -1,0 +1,1 @@
+"""Plans of several tasks in any order, and of several robots in one cell."""
