@@ -18,7 +18,7 @@ from planner.errors import InvalidProblem, PayloadExceeded
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates
 from planner.limits import Limits, segment_limits
 from planner.plans.result import refuse_unless_satisfied
-from planner.plans.warnings import following_error_warnings, unchecked_positions
+from planner.plans.warnings import following_error_warnings, tolerance_warnings, unchecked_positions
 from planner.problems.payload_faults import refuse_payload_above_rating
 from planner.robots import Robot
 from planner.samples import Samples, sample_at
@@ -176,7 +176,8 @@ def certified(
     ends = ends or own_ends(trajectory)
     certificate = certify(robot, trajectory, limits=limits, enforced=kept, ends=ends)
     refuse_unless_satisfied(certificate)
-    warnings += [*following_error_warnings(robot, certificate), *_end_warnings(robot, ends)]
+    warnings += [*following_error_warnings(robot, certificate), *tolerance_warnings(robot, certificate)]
+    warnings += _end_warnings(robot, ends)
     return CertifiedTrajectory(robot, trajectory, limits, certificate, tuple(warnings))
 
 

@@ -43,6 +43,9 @@ WITHIN_FOLLOWING_ERRORS = frozenset(
 )
 """The quantities whose limits hold within following errors, and errors of the plan itself."""
 
+OF_GIVEN_TORQUES = ("power", "total_power", "rms_torque", "torque_at_speed")
+"""The quantities that count the given payload and friction alone, without their tolerances."""
+
 MOST_NAMED = 10
 """The most waypoints that one warning names."""
 
@@ -163,6 +166,16 @@ def following_error_warnings(robot: Robot, certificate: Certificate) -> Iterator
             f"tool may be up to {farthest_tool(robot):.3g} m away from them"
         )
         yield PlanWarning("following_error_not_covered", message)
+
+
+def tolerance_warnings(robot: Robot, certificate: Certificate) -> Iterator[PlanWarning]:
+    """Yield a warning of limits that hold for the given payload and friction, and not within their tolerances."""
+    sets = ["payload"] * bool(robot.uncertain_payloads) + ["friction"] * (robot.friction_tolerance is not None)
+    limited = [check.quantity for check in certificate.checks if check.limit is not None]
+    names = [name for name in OF_GIVEN_TORQUES if name in limited]
+    if sets and names:
+        message = f"the limits of {', '.join(names)} hold for the given {' and '.join(sets)}, without the tolerances"
+        yield PlanWarning("tolerances_not_covered", message)
 
 
 def _torque_warnings(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:

@@ -318,6 +318,23 @@ def test_limits_that_hold_for_planned_positions_alone_have_a_warning() -> None:
     assert "following_error_not_covered" not in [each.code for each in joints_only.warnings]
 
 
+def test_an_operation_warns_of_limits_without_the_tolerances_of_payload_and_friction() -> None:
+    made = plan(PlanningProblem(KUKA, [JointWaypoint(q) for q in WAYPOINTS]), "quintic")
+    loose = KUKA.derived(limits={name: {"friction": 2.0, "friction_tolerance": 1.0} for name in KUKA.joint_names})
+    vague = KUKA.with_payload(planner.Payload(mass=1.0, mass_tolerance=0.5))
+    named = Limits(total_power=1e6, rms_torque=(1e6,) * KUKA.dof)
+    for robot, word, limits, names in (
+        (loose, "friction", named, {"total_power", "rms_torque"}),
+        (vague, "payload", Limits(power=(1e6,) * KUKA.dof), {"power"}),
+        (loose, "friction", Limits(), set()),
+        (KUKA, "", named, set()),
+    ):
+        reversed_ = planner.reverse_trajectory(robot, made.trajectory, limits=limits)
+        found = [each.message for each in reversed_.warnings if each.code == "tolerances_not_covered"]
+        assert len(found) == bool(names)
+        assert all(name in message for name in (*names, word) for message in found)
+
+
 def test_an_operation_on_a_trajectory_warns_of_them_too() -> None:
     made = plan(PlanningProblem(KUKA, [JointWaypoint(q) for q in WAYPOINTS]), "quintic")
     limits = Limits(tcp_centripetal_acceleration=1e3)
