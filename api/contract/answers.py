@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from api.contract.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.contract.parts.common import Answer
-from api.contract.parts.free_motions import WayGain  # noqa: TC001
+from api.contract.parts.free_motions import OptimisationAnswer, WayGain  # noqa: TC001
 from api.contract.parts.problem_documents import Choice  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.scenes import ClearancesAnswer, CollisionAnswer, SpeedZoneAnswer  # noqa: TC001
 
@@ -365,6 +365,8 @@ class PlanAnswer(Answer):
     the i-th of them, counted from 0, to the next."""
     choices: list[Choice] | None = None
     """The chosen options of the goal sets of the request, if there are any, and the reasons against the others."""
+    optimisation: OptimisationAnswer | None = None
+    """With `optimise`: the durations without and with it."""
     certificate: CertificateAnswer
     """The checks after planning: the peaks of all quantities and their limits."""
     actions: list[TimedAction] | None = None

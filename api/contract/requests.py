@@ -159,6 +159,18 @@ class TrajectoryRequest(ProblemRequest):
     duration: Seconds | None = None
     """The duration of the whole trajectory with dwells, s. Segments without a duration of their own share the
     remaining time in proportion to their shortest durations. Omitted: as fast as the limits allow."""
+    optimise: Literal["duration"] | None = None
+    """The objective that the planner minimises within the open coordinates of the request. With `duration`, joint
+    positions at poses move: in tolerance regions (`free`), with open orientations and elbows. Radii of blends shrink,
+    and corners of free motions without an `optimise` of their own move. The answer is the shortest certified
+    trajectory, never longer than without, and has the `optimisation`. The warning `nothing_to_optimise` says that
+    nothing is open. Omitted: the first certified plan is the answer."""
+    time_budget: Annotated[float, Field(gt=0.0, le=600.0)] | None = None
+    """The time budget of `optimise`, s from the start of planning. The answer depends on the speed of the service. The
+    optimisation also ends before the `deadline`. Omitted: it ends after `optimise_iterates`."""
+    optimise_iterates: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    """The largest number of trajectories that `optimise` tries, and tries again at the corners of each free motion.
+    Equal requests then have equal answers. Omitted: 100, or any number with a `time_budget`."""
     actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
     """Actions during the trajectory, other than the `actions` of waypoints; the answer gives their times."""
     repeat: Annotated[int, Field(ge=0, le=1_000_000)] = 1

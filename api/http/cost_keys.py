@@ -45,10 +45,10 @@ def by_size(_document: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def by_plan(document: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Declare that the back end, slow motions and the time budgets of detours decide the duration of the operation."""
+    """Declare that the back end, slow motions and the time budgets decide the duration of the operation."""
     motions = list(_motions(document.get("waypoints")))
     is_slow = any(motion.get("kind") in SLOW_MOTIONS for motion in motions)
-    budgets = [motion.get("time_budget") for motion in motions if motion.get("optimise")]
+    budgets = [asked.get("time_budget") for asked in (document, *motions) if asked.get("optimise")]
     seconds = sum(budget for budget in budgets if isinstance(budget, int | float) and 0.0 <= budget < LARGEST)
     return (_options(document.get("backend")), is_slow, bool(budgets), round(seconds).bit_length())
 

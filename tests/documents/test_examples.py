@@ -51,6 +51,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "date_sorting_transition_1.json": (2, 30.0),
     "date_sorting_transition_2.json": (2, 30.0),
     "elbow_room.json": (3, None),
+    "elbow_saves_time.json": (3, None),
     "free_turn.json": (4, None),
     "full_cups.json": (3, None),
     "gripper.json": (3, None),

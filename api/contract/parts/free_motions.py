@@ -142,3 +142,27 @@ class WayGain(Answer):
     """The number of other detours that were timed."""
     checks: int
     """The number of motions that were checked for them."""
+
+
+class ReducedBlend(Answer):
+    """A blend whose radius the optimisation reduced."""
+
+    waypoint: int
+    """The index of its waypoint in the request."""
+    radius: float
+    """The radius in the plan, m."""
+
+
+class OptimisationAnswer(Answer):
+    """The gain of the optimisation of the duration."""
+
+    first: float
+    """The duration without the optimisation, s."""
+    last: float
+    """The duration of the answer, s; no larger."""
+    iterates: int
+    """The number of other trajectories that were timed; the answer is the shortest one that was certified."""
+    moved: list[int]
+    """The indices in the request of the waypoints whose joint positions moved."""
+    blends: list[ReducedBlend]
+    """The blends that became smaller."""

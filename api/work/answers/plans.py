@@ -12,6 +12,7 @@ from planner.certificate import worst_overshoot
 from planner.constraints import VELOCITY_AT_POSITION
 from planner.dynamics import SegmentDynamics
 from planner.export import ExportOptions
+from planner.free_motion import last_of
 from planner.kinematics import configurations, manipulability
 from planner.operations import JoinedTrajectory, RetimedTrajectory
 from planner.plans.tool_reports import line_polynomials, tool_speed_reports
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from planner.certificate.sampling import SampleCertificate
     from planner.operations import CertifiedTrajectory
+    from planner.plans.optimisation import Optimisation
     from planner.plans.result import Plan
     from planner.plans.tool_reports import LinePolynomial
     from planner.problems.problem import AnyWaypoint
@@ -91,6 +93,8 @@ def as_dict(plan: Plan, options: AnswerOptions) -> dict[str, Any]:
     }
     if plan.choices:
         answer["choices"] = list(map(choice_answer, plan.choices))
+    if plan.optimisation is not None:
+        answer["optimisation"] = _optimisation(plan, plan.optimisation)
     if plan.problem.actions:
         answer["actions"] = list(map(_action, plan.actions))
     if "polynomials" in options.include:
@@ -154,6 +158,18 @@ def _in_its_region(asked: AnyWaypoint, reached: Pose) -> dict[str, Any]:
     if not (isinstance(asked, PoseWaypoint) and asked.free):
         return {}
     return {"free": region_of(asked.free).offsets(asked.pose_in_base, reached)}
+
+
+def _optimisation(plan: Plan, report: Optimisation) -> dict[str, Any]:
+    """Return the gain of the optimisation of the duration, with the indices of the request."""
+    requested = [plan.requested_indices[last_of(plan.problem, k)] for k in range(plan.problem.numbers[-1] + 1)]
+    return {
+        "first": report.first,
+        "last": report.last,
+        "iterates": report.iterates,
+        "moved": [requested[k] for k in sorted(report.moved)],
+        "blends": [{"waypoint": requested[k], "radius": radius} for k, radius in sorted(report.radii.items())],
+    }
 
 
 def _gained(plan: Plan, waypoint: int, asked: int) -> dict[str, Any]:

@@ -18,8 +18,9 @@ from planner.certificate import ClearanceReport
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.speed_zones import SpeedZoneCheck
 from planner.choices import Choice, OptionOutcome
-from planner.free_motion import Detour, Gain, with_detours
+from planner.free_motion import Detour, Gain, with_detours, with_fixed
 from planner.paths import JointPath, dynamics_of, solve_path
+from planner.plans.optimisation import Optimisation
 from planner.plans.result import Plan
 from planner.problems import Expansion, blend_radii, with_blend_radii
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
@@ -82,6 +83,13 @@ def save_plan(plan: Plan) -> bytes:
             )
             for detour in plan.detours
         ],
+        "optimisation": None
+        if plan.optimisation is None
+        else vars(plan.optimisation)
+        | {
+            "moved": [(k, _packed(position)) for k, position in plan.optimisation.moved.items()],
+            "radii": list(plan.optimisation.radii.items()),
+        },
         "choices": [vars(choice) | {"options": list(map(vars, choice.options))} for choice in plan.choices],
     }
     packed = ormsgpack.packb(content, option=ormsgpack.OPT_SERIALIZE_NUMPY)
@@ -120,6 +128,8 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_g
     detours = tuple(_way(*detour) for detour in saved.get("ways", ()))
     choices = tuple(_choice(**choice) for choice in saved.get("choices", ()))
     problem = Expansion.of(problem, {choice.waypoint: choice.option or 0 for choice in choices}).problem
+    optimisation = _optimisation(saved.get("optimisation"))
+    problem = with_fixed(problem, {} if optimisation is None else optimisation.moved)
     problem = with_blend_radii(with_detours(problem, detours), dict(saved.get("blend_radii", ())))
     path = _path(saved, problem)
     if with_groups:
@@ -127,12 +137,20 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_g
         pairs = zip(solved.waypoints, path.waypoints, strict=True)
         same = [replace(own, **{name: getattr(other, name) for name in WAYPOINT_FIELDS}) for own, other in pairs]
         path = replace(solved, waypoints=tuple(same))
-    return Plan(problem, backend, path, trajectory, certificate, warnings, detours, choices)
+    return Plan(problem, backend, path, trajectory, certificate, warnings, detours, choices, optimisation)
 
 
 def _choice(options: list[dict[str, Any]], **fields: Any) -> Choice:
     """Return a choice as it was saved."""
     return Choice(options=tuple(OptionOutcome(**outcome) for outcome in options), **fields)
+
+
+def _optimisation(saved: dict[str, Any] | None) -> Optimisation | None:
+    """Return the report of an optimisation as it was saved."""
+    if saved is None:
+        return None
+    moved = {k: _unpacked(position) for k, position in saved["moved"]}
+    return Optimisation(**saved | {"moved": moved, "radii": dict(saved["radii"])})
 
 
 def _way(

@@ -67,6 +67,9 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> planner.
         self_collision=request.self_collision,
         speed_zones=to_speed_zones(request.speed_zones),
         residual_vibration=to_residual_vibration(request.residual_vibration),
+        optimise=request.optimise,
+        time_budget=request.time_budget,
+        optimise_iterates=request.optimise_iterates,
     )
 
 

@@ -28,8 +28,10 @@ def attempts_until(deadline: float) -> Budget:
 
 def within_deadline(problem: PlanningProblem, deadline: float) -> PlanningProblem:
     """Return a problem whose time budgets end before a deadline, s on the monotonic clock; shorter ones if need be."""
-    asked = sum(map(_budget, problem.waypoints))
     left = SHARE * max(LEAST, deadline - time.monotonic())
+    if problem.time_budget is not None:
+        problem = replace(problem, time_budget=min(problem.time_budget, left))
+    asked = sum(map(_budget, problem.waypoints))
     if asked <= left:
         return problem
 

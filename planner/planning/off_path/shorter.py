@@ -9,7 +9,7 @@ from time import monotonic
 import numpy as np
 
 from planner.free_motion.detours import with_moved_ends
-from planner.planning.attempts import Attempt, Outcome, Planned, Proposals, Refused
+from planner.planning.attempts import Attempt, Outcome, Planned, Proposals, Refused, is_unmade
 from planner.planning.better_detours import with_better_detour
 from planner.planning.candidate_detours import CHECKS_OF_A_PLAN
 from planner.planning.off_path.search import Candidate, Search
@@ -88,6 +88,8 @@ def _with_moved_waypoints(
         iterates += 1
         attempt = _attempt_at(candidate, search, first)
         outcome = yield replace(attempt, better_than=("duration", planned.plan.trajectory.duration))
+        if is_unmade(outcome):
+            break
         if isinstance(outcome, Planned):
             planned = replace(outcome, attempt=replace(outcome.attempt, better_than=None))
         search.learn(candidate, is_better=isinstance(outcome, Planned))

@@ -48,6 +48,10 @@ LEFT_OUT = {
     ),
     "PlanRequest.picture": "it changes no plan",
     "TrajectoryRequest.repeat": "it changes no plan; test_programs has it",
+    **dict.fromkeys(
+        ("TrajectoryRequest.optimise", "TrajectoryRequest.time_budget", "TrajectoryRequest.optimise_iterates"),
+        "it plans many times; test_optimise has it",
+    ),
     "Pose.quaternion_xyzw": "another notation of `orientation`",
     **dict.fromkeys(("ProcessForce.force", "ProcessForce.moment", "ProcessForce.frame"), "as `process_force`"),
     "Scene.allowed_pairs": "the random requests have it",

@@ -31,6 +31,7 @@ CASES = {
     "refuelling_case_1_poses.json": {},
     "named_configuration.json": {"backend": {"kind": "toppra", "jerk_limited": True}},
     "blended_lines.json by the package": {"backend": {"kind": "toppra", "solver": "package"}},
+    "elbow_saves_time.json": {"include": sorted(OF_THE_PATH)},
     "on_a_pallet.json": {"payload": {"mass": 1.0}, "include": ["torque"]},
 }
 

@@ -13,6 +13,7 @@ export const warnings: Record<string, string> = {
   payload_only: 'Der Roboter hat keine Massen: Drehmomente sind die der Nutzlast allein.',
   suboptimal: 'Die Suche hat ihr Optimum nicht erreicht; die Bewegung hält alle Grenzen ein.',
   blend_reduced: 'Ein Überschleifradius ist kleiner als verlangt, weil sonst etwas zu nah käme.',
+  nothing_to_optimise: 'Nichts an der Anfrage ist offen; die Dauer bleibt, wie sie ist.',
   estimated_shapes: 'Die Maschine kann aus ihren geschätzten Formen ragen; mit mehr Abstand planen.',
   orientation_deviates: 'Das Werkzeug weicht an einer Singularität des Handgelenks von seiner Orientierung ab.',
   near_singularity: 'Eine Bewegung führt nah an einer Singularität vorbei; das Werkzeug muss dort langsam sein.',
