@@ -195,8 +195,9 @@ def _with_waits(number: int, robot: CellRobot, own: Plan, member: _Member, waits
     for k, wait in zip(member.waypoints, waits.tolist(), strict=True):
         waypoints[k] = replace(waypoints[k], dwell=waypoints[k].dwell + wait)
     duration = None if own.problem.duration is None else own.problem.duration + float(waits.sum())
-    found = _plan(number, robot, replace(own.problem, waypoints=waypoints, duration=duration, optimise=None))
-    return replace(found, detours=own.detours, choices=own.choices)
+    fixed = replace(own.problem, optimise=None, time_budget=None, optimise_iterates=None)  # the path is as it is
+    found = _plan(number, robot, replace(fixed, waypoints=waypoints, duration=duration))
+    return replace(found, detours=own.detours, choices=own.choices, optimisation=own.optimisation)
 
 
 def _waits(members: Sequence[_Member], margin: float, skew: float) -> list[FloatArray]:

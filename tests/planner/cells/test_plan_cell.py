@@ -146,6 +146,15 @@ def test_a_requested_duration_is_that_of_the_motion_without_waits() -> None:
     assert cell.plans[0].trajectory.duration == pytest.approx(2.0 + sum(cell.waits[0]))
 
 
+def test_robots_wait_on_paths_of_optimised_duration() -> None:
+    first, second = crossing_plans()
+    optimised = replace(first.problem, optimise="duration", optimise_iterates=3)
+    robots = [planner.CellRobot("a", optimised), planner.CellRobot("b", second.problem)]
+    cell = planner.plan_cell(robots, margin=MARGIN)
+    assert cell.plans[0].trajectory.duration == pytest.approx(cell.unhindered[0] + sum(cell.waits[0]))
+    assert any(map(any, cell.waits))
+
+
 def test_ends_that_touch_are_refused() -> None:
     first, second = facing_capsule_arms(0.9)
     problems = [planner.PlanningProblem(robot, [AWAY, REACH]) for robot in (first, second)]
