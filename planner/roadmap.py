@@ -53,9 +53,11 @@ class Roadmap:
     checked: int = 0
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        for array in (self.positions, self.edges, self.given):
+        """Copy the arrays, and make them read-only."""
+        for name in ("positions", "edges", "given"):
+            array = np.array(getattr(self, name))
             array.flags.writeable = False
+            object.__setattr__(self, name, array)
 
     def to_bytes(self) -> bytes:
         """Write the roadmap as bytes, equal ones for equal roadmaps."""

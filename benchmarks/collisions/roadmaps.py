@@ -69,7 +69,8 @@ def _searches(
     robot: Robot, asked: Problem, scene: Scene, roadmap: planner.Roadmap, queries: int
 ) -> list[tuple[float, ...]]:
     """Return times, s, and lengths of paths without the roadmap and with it, where a detour is found."""
-    checker, rng, rows = CollisionChecker(robot, scene, self_collision=True), np.random.default_rng(0), []
+    checker, rng = CollisionChecker(robot, scene, self_collision=True), np.random.default_rng(0)
+    rows: list[tuple[float, ...]] = []
     lower, upper = robot.limit("lower"), robot.limit("upper")
     for _ in range(queries):
         start, goal = (np.clip(end + NEAR * rng.normal(size=robot.dof), lower, upper) for end in asked[3:])
@@ -80,6 +81,8 @@ def _searches(
             begun = time.process_time()
             paths.append(find_free_path(robot, checker, start, goal[None], roadmap=one))
             taken.append(time.process_time() - begun)
+            if paths[0].status == "enclosed":
+                return rows  # and so are the others
         if all(path.status == "found" and len(path.positions) > 2 for path in paths):
             rows.append((*taken, *(float(lengths(path.positions).sum()) for path in paths)))
     return rows
@@ -97,7 +100,9 @@ def _summary(rows: FloatArray) -> dict[str, Any]:
 
 def print_table(figures: dict[str, Any]) -> None:
     """Print the figures for a person."""
-    print(f"Searches for free motions near work positions, {figures['machine']}; median and p95 of processor time, ms.")
+    where = figures["machine"]
+    print(f"{where['processor']}, {where['cores']} cores, Python {where['python']}")
+    print("Searches for free motions near work positions: median and p95 of processor time, ms")
     print(f"{'arm':14}{'':8}{'queries':>8}{'without roadmap':>20}{'with it':>18}{'length':>8}")
     for arm, of_arm in figures["arms"].items():
         for when in ("before", "after"):

@@ -96,6 +96,9 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     if not waypoints:
         yield ("waypoints",), "must have at least one waypoint"
     yield from waypoint_faults(robot, waypoints, problem.inverse_kinematics)
+    if problem.roadmap is not None and problem.roadmap.positions.shape[1] != robot.dof:
+        joints = problem.roadmap.positions.shape[1]
+        yield ("roadmap",), f"must be of a robot with {robot.dof} joints; it has {joints}. Build one for this robot."
     for i, waypoint in enumerate(waypoints):
         if waypoint.limits is not None:
             yield from limit_faults(robot, waypoint.limits, ("waypoints", i, "limits"))

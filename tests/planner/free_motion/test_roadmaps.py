@@ -9,6 +9,7 @@ import pytest
 
 import planner
 from planner.errors import InvalidProblem
+from planner.free_motion import find_free_path
 from planner.roadmap import MOST_ROADMAP_POSITIONS, MOST_ROADMAP_SAMPLES
 from planner.scene import CONTACT_TOLERANCE, Scene, SceneObject
 from planner.shapes import Cylinder, HalfSpace, Sphere
@@ -163,6 +164,31 @@ def test_invalid_arguments_are_refused(arguments: dict[str, object], field: str)
     with pytest.raises(InvalidProblem) as refusal:
         planner.build_roadmap(ARM, Scene([WALL]), **{"samples": 5, **arguments})  # type: ignore[arg-type]
     assert refusal.value.faults[0].field[0] == field
+
+
+def test_a_roadmap_of_a_robot_with_other_joints_is_refused() -> None:
+    other = planner.build_roadmap(planner.load_robot("three_dof_arm"), Scene([]), samples=5)
+    with pytest.raises(InvalidProblem) as refusal:
+        planner.plan(problem([WALL], other))
+    assert [fault.field for fault in refusal.value.faults] == [("roadmap",)]
+
+
+def test_the_positions_of_the_caller_stay_writable_and_its_own_are_not() -> None:
+    ends = np.array([LEFT, RIGHT])
+    roadmap = planner.build_roadmap(ARM, Scene([]), samples=5, positions=ends)
+    ends[0, 0] = 0.0
+    assert roadmap.given[0, 0] == LEFT[0]
+    with pytest.raises(ValueError, match="read-only"):
+        roadmap.positions[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(("start", "goal"), [(LEFT, RIGHT), (LEFT + 0.02, RIGHT - 0.02), (RIGHT, LEFT)])
+def test_a_path_over_a_roadmap_checks_fewer_motions_than_a_search(start: FloatArray, goal: FloatArray) -> None:
+    checker = planner.CollisionChecker(ARM, Scene([WALL], margin=0.01))
+    with_it, without = (find_free_path(ARM, checker, start, goal[None], roadmap=one) for one in (built([WALL]), None))
+    assert (with_it.status, without.status) == ("found", "found")
+    assert (with_it.positions[[0, -1]] == [start, goal]).all()
+    assert with_it.checks < without.checks
 
 
 def test_bytes_that_are_no_roadmap_are_refused() -> None:
