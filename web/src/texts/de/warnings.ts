@@ -9,6 +9,7 @@ export const warnings: Record<string, string> = {
   attached_far_from_tool: 'Ein Objekt am Werkzeug ist weit davon entfernt; seine Pose gilt im Koordinatensystem des Werkzeugs.',
   following_error_not_covered: 'Einige Grenzen gelten für geplante Positionen, nicht für alle innerhalb der Folgefehler.',
   tolerances_not_covered: 'Einige Grenzen gelten für die angegebene Nutzlast und Reibung, nicht für alle innerhalb der Toleranzen.',
+  tolerances_not_covered: 'Einige Grenzen gelten für die angegebene Nutzlast und Reibung, nicht für alle innerhalb der Toleranzen.',
   torque_unchecked: 'Drehmomente sind nicht geprüft: Dem Roboter fehlen ihre Grenzen oder die Massen.',
   payload_only: 'Der Roboter hat keine Massen: Drehmomente sind die der Nutzlast allein.',
   suboptimal: 'Die Suche hat ihr Optimum nicht erreicht; die Bewegung hält alle Grenzen ein.',
