@@ -12,6 +12,7 @@ export const warnings: Record<string, string> = {
   tolerances_not_covered: 'Einige Grenzen gelten für die angegebene Nutzlast und Reibung, nicht für alle innerhalb der Toleranzen.',
   torque_unchecked: 'Drehmomente sind nicht geprüft: Dem Roboter fehlen ihre Grenzen oder die Massen.',
   payload_only: 'Der Roboter hat keine Massen: Drehmomente sind die der Nutzlast allein.',
+  nothing_to_optimise: 'An der Bewegung gibt es nichts zu verbessern.',
   suboptimal: 'Die Suche hat ihr Optimum nicht erreicht; die Bewegung hält alle Grenzen ein.',
   blend_reduced: 'Ein Überschleifradius ist kleiner als verlangt, weil sonst etwas zu nah käme.',
   nothing_to_optimise: 'Nichts an der Anfrage ist offen; die Dauer bleibt, wie sie ist.',
