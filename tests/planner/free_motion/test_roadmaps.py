@@ -18,7 +18,7 @@ from planner.trajectories.polynomials import PiecewisePolynomial
 from tests.planner.free_motion.cases import ARM, LEFT, RIGHT, WALL
 from tests.planner.scene.brute_force import distances_over_time
 
-SHARES = np.linspace(0.0, 1.0, 16)
+SHARES = np.linspace(0.0, 1.0, 8)
 """Shares of a motion at which it is looked at."""
 
 POST = SceneObject("post", [Cylinder(0.08, 1.2)], Pose([0.2, 1.1, 0.6]))
