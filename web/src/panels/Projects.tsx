@@ -4,14 +4,22 @@ import { deleteProject, openProject, projects, saveProject } from '../state/proj
 import { texts } from '../texts';
 
 export function Projects() {
-  const [isFull, setFull] = useState(false);
+  const [failed, setFailed] = useState<{ name: string; why: 'full' | 'changed' } | null>(null);
+  const save = (name: string, overwrites = false): void => {
+    const why = saveProject(name, overwrites);
+    setFailed(why === 'saved' ? null : { name, why });
+  };
+  const open = (name: string): void => {
+    setFailed(null);
+    openProject(name);
+  };
   return (
     <section class="projects" aria-label={texts.projects.label}>
       <h3>{texts.projects.label}</h3>
       <ul>
         {Object.keys(projects.value).map((one) => (
           <li key={one} class="buttons">
-            <button type="button" onClick={() => openProject(one)}>
+            <button type="button" onClick={() => open(one)}>
               {one}
             </button>
             <button
@@ -29,7 +37,7 @@ export function Projects() {
         class="open-batch"
         onSubmit={(event) => {
           event.preventDefault();
-          setFull(!saveProject(new FormData(event.currentTarget).get('name') as string));
+          save(new FormData(event.currentTarget).get('name') as string);
         }}
       >
         <label>
@@ -37,10 +45,23 @@ export function Projects() {
         </label>
         <button type="submit">{texts.projects.save}</button>
       </form>
-      {isFull && (
+      {failed?.why === 'full' && (
         <p class="wrong-text" role="alert">
           {texts.projects.full}
         </p>
+      )}
+      {failed?.why === 'changed' && (
+        <div role="alert">
+          <p class="wrong-text">{texts.projects.changed(failed.name)}</p>
+          <div class="buttons wrap">
+            <button type="button" onClick={() => save(failed.name, true)}>
+              {texts.projects.overwrite}
+            </button>
+            <button type="button" onClick={() => open(failed.name)}>
+              {texts.projects.openOther}
+            </button>
+          </div>
+        </div>
       )}
       <p class="hint">{texts.projects.hint}</p>
     </section>

@@ -12,6 +12,13 @@ const KEY = 'projects';
 
 export const projects = signal<Projects>(kept());
 
+// What this tab has opened or saved, by name: a project that differs from it was changed elsewhere.
+const seen = new Map<string, string>();
+
+addEventListener('storage', ({ key }) => {
+  if (key === KEY || key === null) projects.value = kept();
+});
+
 function kept(): Projects {
   try {
     const found = Object.entries(JSON.parse(localStorage.getItem(KEY) ?? '{}') as object);
@@ -22,13 +29,23 @@ function kept(): Projects {
   }
 }
 
-// False: the browser has no room for it.
-export function saveProject(name: string): boolean {
-  return !request.value || keep({ ...projects.value, [name]: request.value });
+// The browser may have no room for it; or it has another project of this name, which this tab has not seen.
+export function saveProject(name: string, overwrites = false): 'saved' | 'full' | 'changed' {
+  const [shown, stored] = [request.value, kept()[name]];
+  if (!shown) return 'saved';
+  const [ours, theirs] = [JSON.stringify(shown), JSON.stringify(stored)];
+  if (stored && !overwrites && theirs !== ours && theirs !== seen.get(name)) {
+    projects.value = kept();
+    return 'changed';
+  }
+  if (!keep({ ...kept(), [name]: shown })) return 'full';
+  seen.set(name, ours);
+  return 'saved';
 }
 
 export function deleteProject(name: string): void {
-  keep(Object.fromEntries(Object.entries(projects.value).filter(([other]) => other !== name)));
+  seen.delete(name);
+  keep(Object.fromEntries(Object.entries(kept()).filter(([other]) => other !== name)));
 }
 
 function keep(next: Projects): boolean {
@@ -42,6 +59,8 @@ function keep(next: Projects): boolean {
 }
 
 export function openProject(name: string): void {
-  const found = projects.value[name];
-  if (found) openRequest(found, texts.projects.opened(name));
+  const found = kept()[name];
+  if (!found) return;
+  seen.set(name, JSON.stringify(found));
+  openRequest(found, texts.projects.opened(name));
 }

@@ -117,6 +117,9 @@ export const ofResult: typeof english = {
     opened: (name) => `Projekt ${name} geöffnet`,
     remove: (name) => `${name} löschen`,
     full: 'In diesem Browser ist kein Platz für das Projekt: die Szene auf dem Dienst oder eine Datei speichern.',
+    changed: (name) => `Das Projekt ${name} wurde anderswo geändert, etwa in einem anderen Fenster.`,
+    overwrite: 'Überschreiben',
+    openOther: 'Die andere Fassung öffnen',
     hint: 'Ein Projekt ist die gezeigte Anfrage. Andere sehen es über einen Link oder eine Datei.',
   },
   json: {

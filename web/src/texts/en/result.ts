@@ -82,6 +82,9 @@ export const ofResult = {
     opened: (name: string) => `Project ${name} opened`,
     remove: (name: string) => `Delete ${name}`,
     full: 'This browser has no room for the project: save its scene on the service, or save a file.',
+    changed: (name: string) => `The project ${name} was changed elsewhere, such as in another tab.`,
+    overwrite: 'Overwrite it',
+    openOther: 'Open the other version',
     hint: 'A project is the request that is shown. Others see it by a link or a file.',
   },
   json: {
