@@ -21,13 +21,13 @@ class Optimisation:
 
     Examples:
         >>> import planner
-        >>> panda = planner.load_robot("panda")
+        >>> fr3 = planner.load_robot("fr3")
         >>> start, end = [-0.5, 0.3, -0.2, -2.2, 0.1, 2.4, 0.6], [1.0, 0.4, -0.3, -1.4, 0.3, 1.9, 1.2]
         >>> pick = planner.Pose([0.4, -0.3, 0.4], [[1, 0, 0], [0, -1, 0], [0, 0, -1]])
-        >>> problem = planner.PlanningProblem(panda, [start, pick, end], optimise="duration", optimise_iterates=20)
+        >>> problem = planner.PlanningProblem(fr3, [start, pick, end], optimise="duration", optimise_iterates=20)
         >>> report = planner.plan(problem, "ruckig").optimisation
         >>> print(f"{report.first:.2f} s, {report.last:.2f} s")  # the elbow moved at the pose
-        1.61 s, 1.38 s
+        1.50 s, 1.47 s
         >>> isinstance(report, planner.Optimisation)
         True
     """

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
+import pinocchio as pin
 
 from planner.backends.shared.assembly import extreme_velocities, sampled
 from planner.dynamics import inverse_dynamics
@@ -21,6 +22,13 @@ COST_SAMPLES = 400
 
 SMOOTHING = 1e-3
 """Share of a joint's largest power by which the magnitude of its power is rounded where it changes its sign."""
+
+NO_TORQUE = 1e-9
+"""Torque, N m, or force, N, relative to the robot's weight, N, up to which it counts as none.
+
+The positions along a followed path have rounding, and processors round differently: the accelerations of a joint at
+rest come to 1e-13 to 1e-10 m/s^2.
+"""
 
 FEWEST_ON_A_PIECE = 9
 """Least number of samples of each of its pieces; odd, for Simpson's rule."""
@@ -79,7 +87,7 @@ class Cost:
         return rate
 
     def _rate_of_torques(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
-        torques = inverse_dynamics(self.robot, q, v, a)
+        torques = _torques(self.robot, q, v, a)
         if self.objective == "effort":
             effort: FloatArray = ((torques / self.units[0]) ** 2).sum(axis=1)
             return effort
@@ -104,6 +112,13 @@ def _integral(pieces: SegmentedPolynomial, rate: Callable[..., FloatArray]) -> f
     return float((rates @ simpson * pieces.lengths).sum() / (3.0 * (count - 1)))
 
 
+def _torques(robot: Robot, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+    """Return torques (N, joints); 0 where they are so small beside the robot's weight that they are rounding."""
+    torques = inverse_dynamics(robot, q, v, a)
+    weight = pin.computeTotalMass(robot.model) * float(np.linalg.norm(robot.model.gravity.linear))
+    return np.where(np.abs(torques) <= NO_TORQUE * weight, 0.0, torques)
+
+
 def _torque_units(robot: Robot, first: SegmentedPolynomial) -> FloatArray:
     """Return the torque limits (joints,), completed by the largest limit of a joint of the same kind.
 
@@ -115,7 +130,7 @@ def _torque_units(robot: Robot, first: SegmentedPolynomial) -> FloatArray:
         known = kind & np.isfinite(units)
         if (kind & ~known).any():
             q, v, a, _ = sampled(first, FEWEST_ON_A_PIECE)
-            taken = units[known] if known.any() else np.abs(inverse_dynamics(robot, q, v, a)[:, kind])
+            taken = units[known] if known.any() else np.abs(_torques(robot, q, v, a)[:, kind])
             units[kind & ~known] = taken.max() or 1.0
     return units
 

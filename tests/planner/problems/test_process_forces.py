@@ -19,7 +19,7 @@ from planner.problems.motion_around import FreeMotion
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
 from planner.problems.transitions import ThroughTransition
-from planner.proofs.statement import statement_of
+from planner.proofs import check_proof, write_proof
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload, ProcessForce
 from planner.spatial import Pose, rotation_x
@@ -153,11 +153,12 @@ def test_a_force_beyond_the_torque_limits_is_refused() -> None:
         plan(drilling(Limits(), ProcessForce((0.0, 0.0, 20_000.0))))
 
 
-def test_a_proof_claims_no_torque_with_a_process_force() -> None:
+def test_a_proof_covers_torque_with_a_process_force() -> None:
     for force in (None, DRILL):
-        claims = statement_of(plan(drilling(Limits(), force)))["claims"]
-        assert ("torque" in claims) == (force is None)
-        assert "velocity" in claims
+        proof = write_proof(plan(drilling(Limits(), force)))
+        assert {"torque", "velocity"} <= set(check_proof(proof))
+        stated = [robot["process_force"][1:] for robot in proof["statement"]["robots"]]
+        assert np.any(stated) == (force is not None)
 
 
 def test_faults_of_process_forces() -> None:

@@ -9,7 +9,10 @@ from planner.problems.regions import Region
 from planner.problems.transitions import StopTransition, Transition
 from planner.spatial import FloatArray
 
-PANDA, UR5 = planner.load_robot("panda"), planner.load_robot("ur5")
+UR5E = planner.load_robot("ur5e")
+
+PANDA = "panda"
+"""A redundant arm with constant limits, of the extra `robots`: tests that load it are skipped without the extra."""
 
 REGION = Region(x=(-0.02, 0.02), rotation_z=(-1.0, 1.0))
 """A shift of 20 mm and a turn of 1 rad to either side."""

@@ -9,31 +9,33 @@ import planner
 from planner.planning.off_path.leg_times import LegTimes
 from planner.planning.off_path.open_waypoints import open_waypoints
 from planner.problems.transitions import ThroughTransition
-from tests.planner.planning.off_path.problems import PANDA, REGION, UR5, through_poses, trapezoidal_duration
+from tests.planner.planning.off_path.problems import PANDA, REGION, UR5E, through_poses, trapezoidal_duration
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_estimate_is_the_duration_of_trapezoids_from_stop_to_stop(seed: int) -> None:
     """Two closed forms and the back end agree where all waypoints are stops."""
-    plan = planner.plan(through_poses(PANDA, seed, 3), "trapezoidal")
+    panda = planner.load_robot(PANDA)
+    plan = planner.plan(through_poses(panda, seed, 3), "trapezoidal")
     estimate = float(LegTimes(plan.path, keeps_jerk=False)(plan.path.positions).total)
     assert estimate == pytest.approx(plan.trajectory.duration, rel=1e-9)
-    assert estimate == pytest.approx(trapezoidal_duration(PANDA, plan.path.positions), rel=1e-9)
+    assert estimate == pytest.approx(trapezoidal_duration(panda, plan.path.positions), rel=1e-9)
 
 
 def test_the_estimate_is_shorter_without_stops_and_longer_with_jerk_limits() -> None:
     """Passing waypoints saves time, and jerk limits cost time."""
     stops, passed = (
-        planner.plan(through_poses(UR5, 0, 3, *more), "trapezoidal") for more in ((), (ThroughTransition(),))
+        planner.plan(through_poses(UR5E, 0, 3, *more), "trapezoidal") for more in ((), (ThroughTransition(),))
     )
     totals = [float(LegTimes(plan.path, keeps_jerk=False)(stops.path.positions).total) for plan in (stops, passed)]
     assert totals[1] < totals[0]
     assert LegTimes(stops.path, keeps_jerk=True)(stops.path.positions).total > totals[0]
 
 
-@pytest.mark.parametrize(("robot", "free"), [(PANDA, None), (UR5, REGION), (PANDA, REGION)])
-def test_open_waypoints_move_within_their_poses(robot: planner.Robot, free: planner.Region | None) -> None:
+@pytest.mark.parametrize(("name", "free"), [("fr3", None), ("ur5e", REGION), (PANDA, REGION)])
+def test_open_waypoints_move_within_their_poses(name: str, free: planner.Region | None) -> None:
     """Tangents keep the pose to first order, and returned coordinates keep it within the tolerances."""
+    robot = planner.load_robot(name)
     problem = through_poses(robot, 1, 3, free=free)
     path = planner.plan(problem, "trapezoidal").path
     found = open_waypoints(problem, path.positions)
@@ -62,8 +64,9 @@ def test_open_waypoints_move_within_their_poses(robot: planner.Robot, free: plan
 
 def test_nothing_is_open_with_joint_waypoints_isolated_poses_or_a_preference() -> None:
     """Six joints leave nothing of a pose open, and a preference decides the joint position itself."""
-    isolated = through_poses(UR5, 0, 2)
+    isolated = through_poses(UR5E, 0, 2)
     assert not open_waypoints(isolated, planner.plan(isolated, "trapezoidal").path.positions)
     options = planner.InverseKinematicsOptions(prefer="manipulability")
-    preferred = planner.PlanningProblem(PANDA, through_poses(PANDA, 0, 2).waypoints, inverse_kinematics=options)
+    fr3 = planner.load_robot("fr3")
+    preferred = planner.PlanningProblem(fr3, through_poses(fr3, 0, 2).waypoints, inverse_kinematics=options)
     assert not open_waypoints(preferred, planner.plan(preferred, "trapezoidal").path.positions)
