@@ -63,13 +63,12 @@ def change_curve(content: Content, generator: np.random.Generator) -> bool:
 
 def change_bounded_limit(content: Content, generator: np.random.Generator) -> bool:
     """Lower a limit of torque, power or the tool below a value that the trajectory reaches."""
-    statement, motion = content["statement"], content["trajectory"]
+    statement = content["statement"]
     names = [name for name in BOUNDED_CLAIMS if name in statement["claims"] and name not in LINES]
     if not names:
         return False
     name = generator.choice(names)
-    time = generator.random() * len(motion["lengths"])
-    at, segment = Proof(content).motion(time, time)
+    at, segment = at_some_time(content, generator)
     values = values_at(at, name)
     column = int(generator.integers(len(values)))
     if abs(values[column]) < NOTICEABLE:
@@ -84,11 +83,10 @@ def change_bounded_limit(content: Content, generator: np.random.Generator) -> bo
 
 def change_condition(content: Content, generator: np.random.Generator) -> bool:
     """Lower the limit of a condition on the pose of the tool below a value that the trajectory reaches."""
-    statement, motion = content["statement"], content["trajectory"]
+    statement = content["statement"]
     if "tool_pose" not in statement["claims"]:
         return False
-    time = generator.random() * len(motion["lengths"])
-    at, segment = Proof(content).motion(time, time)
+    at, segment = at_some_time(content, generator)
     conditions = statement["limits"]["tool_pose"][segment]
     if not conditions:
         return False
@@ -100,13 +98,12 @@ def change_condition(content: Content, generator: np.random.Generator) -> bool:
 
 def change_line(content: Content, generator: np.random.Generator) -> bool:
     """Lower a limit that depends on the speed below a value that the trajectory reaches at this speed."""
-    statement, motion = content["statement"], content["trajectory"]
+    statement = content["statement"]
     names = [name for name in AT_SPEED_CLAIMS if name in statement["claims"]]
     if not names:
         return False
     name = generator.choice(names)
-    time = generator.random() * len(motion["lengths"])
-    at, segment = Proof(content).motion(time, time)
+    at, segment = at_some_time(content, generator)
     values = {"torque_at_speed": at.torques(), "acceleration_at_speed": at.a, "jerk_at_speed": at.j}[name]
     joint = int(generator.integers(len(values)))
     reached, speed = abs(values[joint][0]), abs(at.v[joint][0])
@@ -119,11 +116,10 @@ def change_line(content: Content, generator: np.random.Generator) -> bool:
 
 def change_force(content: Content, generator: np.random.Generator) -> bool:
     """Let the tool exert a moment beyond the torque limit of the last joint, about its axis."""
-    statement, motion = content["statement"], content["trajectory"]
+    statement = content["statement"]
     if "torque" not in statement["claims"]:
         return False
-    time = generator.random() * len(motion["lengths"])
-    at, segment = Proof(content).motion(time, time)
+    at, segment = at_some_time(content, generator)
     robot, joint = statement["robots"][statement["robot_of_segment"][segment]], len(at.links) - 1
     side = int(generator.integers(2))
     limit, turns = statement["limits"]["torque"][segment][side][joint], robot["links"][joint]["motion"] == "revolute"
@@ -139,11 +135,10 @@ def change_force(content: Content, generator: np.random.Generator) -> bool:
 
 def change_drive(content: Content, generator: np.random.Generator) -> bool:
     """Give a moving joint a friction beyond its torque limit."""
-    statement, motion = content["statement"], content["trajectory"]
+    statement = content["statement"]
     if "torque" not in statement["claims"]:
         return False
-    time = generator.random() * len(motion["lengths"])
-    at, segment = Proof(content).motion(time, time)
+    at, segment = at_some_time(content, generator)
     lower, upper = statement["limits"]["torque"][segment]
     joint = int(generator.integers(len(upper)))
     limit = (upper if at.v[joint][0] > 0.0 else lower)[joint]
@@ -156,6 +151,12 @@ def change_drive(content: Content, generator: np.random.Generator) -> bool:
     else:
         link["damping"] += more / abs(at.v[joint][0])
     return True
+
+
+def at_some_time(content: Content, generator: np.random.Generator) -> tuple[Motion, int]:
+    """Return the motion of the robot at a random time, and its segment."""
+    time = generator.random() * len(content["trajectory"]["lengths"])
+    return Proof(content).motion(time, time)
 
 
 def values_at(at: Motion, name: str) -> list[float]:

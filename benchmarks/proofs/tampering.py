@@ -11,6 +11,7 @@ from benchmarks.proofs.false_limits import (
     LINES,
     NOTICEABLE,
     Content,
+    at_some_time,
     change_bounded_limit,
     change_condition,
     change_curve,
@@ -19,7 +20,7 @@ from benchmarks.proofs.false_limits import (
     change_limit,
     change_line,
 )
-from planner.proofs.checker import BOUNDED_CLAIMS, CLAIMS, DIGESTED, JOINT_CLAIMS, Proof, digest
+from planner.proofs.checker import BOUNDED_CLAIMS, CLAIMS, DIGESTED, JOINT_CLAIMS, digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -75,11 +76,10 @@ def change_path(content: Content, generator: np.random.Generator) -> bool:
 
 def change_object(content: Content, generator: np.random.Generator) -> bool:
     """Put an object where a shape of the robot is at some time."""
-    statement, motion = content["statement"], content["trajectory"]
+    statement = content["statement"]
     if "clearance" not in statement["claims"]:
         return False
-    time = generator.random() * len(motion["lengths"])
-    at, segment = Proof(content).motion(time, time)
+    at, segment = at_some_time(content, generator)
     scene = statement["scenes"][statement["scene_of_segment"][segment]]
     first, second, _ = scene["pairs"][int(generator.integers(len(scene["pairs"])))]
     standing, moving = scene["shapes"][first], scene["shapes"][second]
