@@ -165,32 +165,19 @@ def order(
 
 @app.command()
 def cell(
-    requests: Annotated[
-        list[str],
-        typer.Argument(metavar="REQUESTS", help="Two to four files with requests of POST /v1/trajectories."),
+    request: Annotated[
+        str, typer.Argument(metavar="REQUEST", help="File with a request of POST /v1/cells/plan; - reads stdin.")
     ],
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FOLDER", help="Write the trajectory of each robot into this folder."),
     ] = None,
     format_: Annotated[str, typer.Option("--format", metavar="NAME", help="Format of the trajectories.")] = "json",
-    margin: Annotated[
-        float, typer.Option("--margin", metavar="METRES", help="Least distance between robots.", min=0.0)
-    ] = 0.0,
-    skew: Annotated[
-        float,
-        typer.Option(
-            "--skew",
-            metavar="SECONDS",
-            help="Largest time by which one controller may start before or after another.",
-            min=0.0,
-        ),
-    ] = 0.0,
 ) -> None:
     """Plan several robots of one cell on one clock; they wait at stops so that they never touch."""
-    from cli.work.several.cells import cell_files
+    from cli.work.several.cells import cell_file
 
-    cell_files(requests, output, format_, margin, skew)
+    cell_file(request, output, format_)
 
 
 @app.command()

@@ -118,6 +118,7 @@ class PlanningError(Exception):
         waypoint: Index of the waypoint at fault.
         segment: Index of the segment at fault; segment i goes from waypoint i to waypoint i + 1.
         joint: Name of the joint at fault.
+        robot: Index of the robot at fault in a cell.
         value: The value that breaks the limit (rad, m, s, ... as the message says).
         limit: The limit that it breaks.
         time: Time on the trajectory, s.
@@ -150,6 +151,7 @@ class PlanningError(Exception):
         self.waypoint = waypoint
         self.segment = segment
         self.joint = joint
+        self.robot: int | None = None
         self.value = value
         self.limit = limit
         self.time = time

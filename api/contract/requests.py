@@ -110,8 +110,8 @@ Include = TypeAliasType(
 )
 
 
-class ProblemRequest(Schema):
-    """The planning problem without its waypoints and the back end: a robot, limits and options."""
+class RobotProblem(Schema):
+    """The parts of a planning problem that are a robot's own: its limits, tool, payload and options."""
 
     robot: NamedRobot
     limits: Limits = Limits()
@@ -120,18 +120,12 @@ class ProblemRequest(Schema):
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
     """Options of the inverse kinematics of poses and relative moves."""
     tool: Tool = None
-    frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
-    """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints; `base` and `world` are
-    predefined. Without a mounting the base is the world."""
     mounting: Mounting = None
     payload: Payload | None = None
     """The payload until a waypoint changes it; omitted: none."""
     start_tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-4
     """The distance by which a joint waypoint may lie outside a position limit, rad or m. It is moved to the limit, and
     the warning `position_snapped` says so."""
-    scene: SceneOrId | None = None
-    """The scene with objects and attached objects. The plan is proved collision-free at all times, and its certificate
-    reports the `clearance`. Omitted: no scene."""
     self_collision: SelfCollision = None
     speed_zones: SpeedZones = Field(default_factory=list)
     """Speed limits of every point of the robot near objects of the `scene`. The trajectory is slowed on its own path,
@@ -145,11 +139,22 @@ class ProblemRequest(Schema):
     """Additional parts of the answer; each makes it larger."""
     seed: Seed = 0
     """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
+
+
+class ProblemRequest(RobotProblem):
+    """The planning problem without its waypoints and the back end: a robot, limits and options."""
+
+    frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
+    """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints; `base` and `world` are
+    predefined. Without a mounting the base is the world."""
+    scene: SceneOrId | None = None
+    """The scene with objects and attached objects. The plan is proved collision-free at all times, and its certificate
+    reports the `clearance`. Omitted: no scene."""
     deadline: Deadline = DEFAULT_DEADLINE
 
 
-class TrajectoryRequest(ProblemRequest):
-    """The planning problem without the back end: a robot, its waypoints, limits and options."""
+class WaypointList(Schema):
+    """The waypoints of a robot, with the duration, the objective and the actions of its trajectory."""
 
     waypoints: Annotated[list[Waypoint], Field(min_length=1)]
     """The waypoints in order; the robot starts at rest at the first and ends at rest at the last. A waypoint at the
@@ -173,6 +178,11 @@ class TrajectoryRequest(ProblemRequest):
     Equal requests then have equal answers. Omitted: 100, or any number with a `time_budget`."""
     actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
     """Actions during the trajectory, other than the `actions` of waypoints; the answer gives their times."""
+
+
+class TrajectoryRequest(WaypointList, ProblemRequest):
+    """The planning problem without the back end: a robot, its waypoints, limits and options."""
+
     repeat: Annotated[int, Field(ge=0, le=1_000_000)] = 1
     """The number of times that a robot program runs the trajectory; 0: until an operator stops it. Such a trajectory
     ends at the joint position of its start. Answers in other formats contain the trajectory once."""

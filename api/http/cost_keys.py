@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from api.contract.cells import MOST_ROBOTS
 from api.pool.costs import Kind
 
 CostKey = Callable[[Mapping[str, Any]], tuple[Any, ...]]
@@ -51,6 +52,14 @@ def by_plan(document: Mapping[str, Any]) -> tuple[Any, ...]:
     budgets = [asked.get("time_budget") for asked in (document, *motions) if asked.get("optimise")]
     seconds = sum(budget for budget in budgets if isinstance(budget, int | float) and 0.0 <= budget < LARGEST)
     return (_options(document.get("backend")), is_slow, bool(budgets), round(seconds).bit_length())
+
+
+def by_cell(document: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Declare that the number of robots, slow motions and the time budgets decide the duration of the operation."""
+    robots = document.get("robots")
+    members = [robot for robot in robots if isinstance(robot, dict)] if isinstance(robots, list) else []
+    keys = [by_plan(robot)[1:] for robot in members[:MOST_ROBOTS]]
+    return (len(keys), *map(max, zip(*keys, strict=True)))
 
 
 def by_plan_of(index: int) -> CostKey:

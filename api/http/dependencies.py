@@ -15,6 +15,7 @@ from typing_extensions import override
 from api.base.errors import PayloadTooLarge, UnsupportedMediaType, invalid_at
 from api.base.pages import MOST_ENTRIES
 from api.base.size import parse_json, refuse_many_rows
+from api.contract.cells import MOST_ROBOTS
 from api.contract.parts.common import DEFAULT_DEADLINE
 from api.pool.jobs import queue_is_full
 from api.store.clients import Client
@@ -104,15 +105,15 @@ class Body:
         content: The bytes as they came.
         document: The body as JSON, which need not follow any schema.
         deadline: The time that the answer may take from the arrival of the request, s.
-        named: The id of the robot to use, or to derive another `from`; None: there is none.
-        contents: The definitions that the ids in the body stand for: `definition` of an added robot, `scene` of a
-            scene.
+        named: The ids of the robots to use, or to derive another `from`, that no client has added.
+        contents: The definitions that the ids in the body stand for: `definition` of an added robot, `definitions` of
+            those of a cell by their ids, `scene` of a scene.
     """
 
     content: bytes = b""
     document: Mapping[str, Any] = field(default_factory=dict)
     deadline: float = DEFAULT_DEADLINE
-    named: str | None = None
+    named: frozenset[str] = frozenset()
     contents: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -128,20 +129,33 @@ async def read_body(request: Request) -> Body:
     service = service_of(request)
     content = await _content(request)
     document = _parse(content, service.settings.max_body_bytes)
-    named = document.get("robot", document.get("from"))
-    named = named if isinstance(named, str) else None
+    named, of_cell = document.get("robot", document.get("from")), _robots_of_cell(document)
     contents: dict[str, Any] = {}
     namespace, scene_id = client(request).namespace, document.get("scene")
-    if named is not None and named not in service.catalogue:
-        robot = await service.database.read(ROBOTS.find, namespace, named)
-        contents |= {} if robot is None else {"definition": robot.definition}
+    definitions: dict[str, bytes] = {}
+    names = frozenset(name for name in (named, *of_cell) if isinstance(name, str))
+    for name in sorted(names - service.catalogue):
+        robot = await service.database.read(ROBOTS.find, namespace, name)
+        definitions |= {} if robot is None else {name: robot.definition}
+    if isinstance(named, str) and named in definitions:
+        contents["definition"] = definitions[named]
+    if of_cell and definitions:
+        contents["definitions"] = definitions
     if isinstance(scene_id, str):
         scene = await service.database.read(SCENES.find, namespace, scene_id)
         contents |= {} if scene is None else {"scene": scene.definition}
     deadline = document.get("deadline")
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or the worker will refuse it
-    return Body(content, document, min(deadline, service.settings.max_deadline), named, contents)
+    of_catalogue = names - definitions.keys()
+    return Body(content, document, min(deadline, service.settings.max_deadline), of_catalogue, contents)
+
+
+def _robots_of_cell(document: Mapping[str, Any]) -> list[Any]:
+    """Return what the robots of a cell name as their `robot`; a worker refuses more robots, and other names."""
+    members = document.get("robots")
+    rows = members[:MOST_ROBOTS] if isinstance(members, list) else []
+    return [member.get("robot") for member in rows if isinstance(member, dict)]
 
 
 class AdmittedBody(Admission):

@@ -70,7 +70,8 @@ async def get_reply(
         client=client(request).name,
         coding=coding_of(request) if coding is None else coding,
     )
-    size = len(task.body) + sum(len(content) for content in body.contents.values() if isinstance(content, bytes))
+    contents = [*body.contents.values(), *body.contents.get("definitions", {}).values()]
+    size = len(task.body) + sum(len(content) for content in contents if isinstance(content, bytes))
     kind = kind_of(operation, body.document, cost_key, size)
 
     async def compute(hold: Callable[[int], None]) -> Reply:
@@ -93,8 +94,8 @@ async def get_reply(
         state.share.hold(len(reply.body))
         if reply.status == HTTPStatus.OK:
             reply = replace(reply, headers={**reply.headers, "ETag": tag})
-    if body.named is not None and "definition" not in body.contents and reply.status < HTTPStatus.MULTIPLE_CHOICES:
-        service.catalogue.add(body.named)
+    if reply.status < HTTPStatus.MULTIPLE_CHOICES:
+        service.catalogue.update(body.named)
     state.timings = dict(reply.timings)
     state.submitted, state.code = task.submitted - arrived, reply.code
     return reply

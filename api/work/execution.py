@@ -19,6 +19,7 @@ from api.store.items import CHUNK_BYTES, CHUNK_SECONDS, PLAN_ITEMS, decompressed
 from api.work.answers.problem_documents import problem_document
 from api.work.tasks import (
     batch_reports,
+    cells,
     collisions,
     dynamics,
     kinematics,
@@ -46,6 +47,7 @@ SUBJECTS = (
     trajectories,
     trajectory_operations,
     task_orders,
+    cells,
     path_files,
     batch_reports,
     robots,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from math import inf
+from time import monotonic
 
 import numpy as np
 
@@ -17,10 +19,13 @@ from planner.cells.diagram import Axis, Diagram
 from planner.cells.movers import Mover
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, PlanningError, StartInCollision
 from planner.fields import FieldPath
-from planner.planning.plan import plan
+from planner.planning.attempts import Budget
+from planner.planning.plan import DEFAULT, plan
 from planner.plans.result import Plan
-from planner.problems.problem import PlanningProblem, ViaWaypoint
+from planner.problems.any_of import AnyOf, WaypointSequence
+from planner.problems.problem import AnyWaypoint, PlanningProblem, ViaWaypoint
 from planner.problems.transitions import StopTransition
+from planner.scene import Scene
 from planner.spatial import FloatArray
 
 MOST_ROBOTS = 4
@@ -42,7 +47,8 @@ class CellRobot:
 
     Attributes:
         name: Its name in the cell.
-        problem: Its waypoints, limits and scene. The mounting of its robot is its base in the world.
+        problem: Its waypoints and limits. The mounting of its robot is its base in the world. Its scene has only what
+            is the robot's own: attached objects and allowed pairs.
         backend: The back end that puts time on its path, or its kind.
     """
 
@@ -75,7 +81,14 @@ class CellPlan:
         return max(plan.trajectory.duration for plan in self.plans)
 
 
-def plan_cell(robots: Sequence[CellRobot], *, margin: float = 0.0, skew: float = 0.0) -> CellPlan:
+def plan_cell(
+    robots: Sequence[CellRobot],
+    *,
+    scene: Scene | None = None,
+    margin: float = 0.0,
+    skew: float = 0.0,
+    budget: Budget = DEFAULT,
+) -> CellPlan:
     """Plan several robots in one world: each on its own path, with waits where it rests.
 
     The waits are chosen in the coordination diagram of each pair of robots. Two robots end as early as such waits
@@ -83,12 +96,15 @@ def plan_cell(robots: Sequence[CellRobot], *, margin: float = 0.0, skew: float =
 
     Args:
         robots: The robots, two to four. Their names differ.
+        scene: The objects around all robots. Each object is taken by one robot at most. None: there are none.
         margin: The least distance between robots, m.
         skew: The largest time by which the controller of one robot may start before or after that of another, s.
+        budget: The bounds on the attempts at each plan, and on the time of all plans and of the search for waits. The
+            search ends with the best waits so far.
 
     Raises:
         InvalidProblem: The cell or a problem contradicts itself.
-        Collision: Robots touch where they start or end, or no waits keep them apart.
+        Collision: Robots touch where they start or end, or no waits keep them apart or are found in time.
         ClearanceUnproved: The clearance of waits that were found takes too long to prove.
         PlanningError: A robot has no plan of its own.
 
@@ -103,14 +119,18 @@ def plan_cell(robots: Sequence[CellRobot], *, margin: float = 0.0, skew: float =
         >>> cell.waits
         ((0.0, 0.0), (0.0, 0.0))
     """
-    robots = tuple(robots)
-    if faults := list(_faults(robots, margin, skew)):
+    robots, end = tuple(robots), inf if budget.seconds is None else monotonic() + budget.seconds
+    if faults := list(_faults(robots, scene or Scene(), margin, skew)):
         raise InvalidProblem(faults)
-    alone = [_plan(k, robot, robot.problem) for k, robot in enumerate(robots)]
+    alone = []
+    for k, robot in enumerate(robots):
+        of_each = (end - monotonic()) / (len(robots) - k + 1)  # the last share is for the waits
+        own = replace(budget, seconds=None if end == inf else max(0.0, of_each))
+        alone.append(_plan(k, robot, _in_scene(robot.problem, scene), own))
     members = [_Member.of(robot.name, own) for robot, own in zip(robots, alone, strict=True)]
-    waits = _waits(members, margin, skew)
+    waits = _waits(members, margin, skew, end)
     plans = [
-        _with_waits(k, robot, own, member, wait) if wait.any() else own
+        _with_waits(k, robot, own, member, wait, budget) if wait.any() else own
         for k, (robot, own, member, wait) in enumerate(zip(robots, alone, members, waits, strict=True))
     ]
     movers = [Mover.of_plan(robot.name, own) for robot, own in zip(robots, plans, strict=True)]
@@ -161,7 +181,7 @@ class _Member:
         return tuple(found)
 
 
-def _faults(robots: Sequence[CellRobot], margin: float, skew: float) -> Iterator[tuple[FieldPath, str]]:
+def _faults(robots: Sequence[CellRobot], scene: Scene, margin: float, skew: float) -> Iterator[tuple[FieldPath, str]]:
     if not 2 <= len(robots) <= MOST_ROBOTS:
         yield ("robots",), f"a cell must have 2 to {MOST_ROBOTS} robots; got {len(robots)}"
     for name, value in (("margin", margin), ("skew", skew)):
@@ -172,39 +192,80 @@ def _faults(robots: Sequence[CellRobot], margin: float, skew: float) -> Iterator
         if robot.name in seen:
             yield ("robots", k, "name"), f"must differ from the name of robot {seen[robot.name]}; got {robot.name!r}"
         seen.setdefault(robot.name, k)
+    for name in ("attached", "allowed_pairs", "pair_margins"):
+        if getattr(scene, name):
+            yield ("scene", name), "must be empty: each robot has its own"
+    takers: dict[str, str] = {}
+    for k, robot in enumerate(robots):
+        if robot.problem.scene is not None and robot.problem.scene.objects:
+            yield ("robots", k, "scene", "objects"), "must be empty: the scene of the cell has the objects"
+        taken = [pair for i, waypoint in enumerate(robot.problem.waypoints) for pair in _taken(waypoint, i)]
+        for field, name in taken:
+            if name in takers:
+                other = f"robot {takers[name]!r} takes {name!r}, too"
+                yield ("robots", k, *field), f"must be an object that no other robot takes; {other}"
+        takers |= {name: robot.name for _, name in taken if name not in takers}
 
 
-def _plan(number: int, robot: CellRobot, problem: PlanningProblem) -> Plan:
+def _taken(waypoint: AnyWaypoint | WaypointSequence, *steps: str | int) -> Iterator[tuple[FieldPath, str]]:
+    """Yield the fields and the names of the objects that a robot takes at a waypoint, or at its options."""
+    if isinstance(waypoint, AnyOf):
+        for i, option in enumerate(waypoint.options):
+            yield from _taken(option, *steps, "options", i)
+    elif isinstance(waypoint, WaypointSequence):
+        for i, inner in enumerate(waypoint.waypoints):
+            yield from _taken(inner, *steps, "waypoints", i)
+    else:
+        yield from ((("waypoints", *steps, "attach", i, "id"), take.id) for i, take in enumerate(waypoint.attach))
+
+
+def _in_scene(problem: PlanningProblem, scene: Scene | None) -> PlanningProblem:
+    """Return a robot's problem with the objects around all robots, and the larger margin."""
+    if scene is None:
+        return problem
+    own = problem.scene or Scene()
+    return replace(problem, scene=replace(own, objects=scene.objects, margin=max(own.margin, scene.margin)))
+
+
+def _plan(number: int, robot: CellRobot, problem: PlanningProblem, budget: Budget) -> Plan:
     """Plan one robot; a refusal names it.
 
     Raises:
         PlanningError: There is no plan.
     """
     try:
-        return plan(problem, as_backend(robot.backend))
+        return plan(problem, as_backend(robot.backend), budget)
     except InvalidProblem as refusal:
-        raise InvalidProblem([(("robots", number, *field), message) for field, message in refusal.faults]) from None
+        faults = [(_field_in_cell(number, fault.field), fault.message) for fault in refusal.faults]
+        raise InvalidProblem(faults) from None
     except PlanningError as refusal:
         text = f"robot {robot.name!r}: {refusal._text}"
-        raise refusal.with_fields(_text=text, remedies=(), hints=()) from None
+        changes = (*refusal.remedies, *refusal.hints)  # planned without the other robots, so none is a remedy here
+        hints = tuple(replace(change, field=_field_in_cell(number, change.field)) for change in changes)
+        raise refusal.with_fields(_text=text, robot=number, remedies=(), hints=hints) from None
 
 
-def _with_waits(number: int, robot: CellRobot, own: Plan, member: _Member, waits: FloatArray) -> Plan:
+def _field_in_cell(number: int, field: FieldPath) -> FieldPath:
+    """Return the path in a cell to a field of a robot's problem; objects and margin are those of the cell's scene."""
+    return field if field[:2] in {("scene", "objects"), ("scene", "margin")} else ("robots", number, *field)
+
+
+def _with_waits(number: int, robot: CellRobot, own: Plan, member: _Member, waits: FloatArray, budget: Budget) -> Plan:
     """Plan a robot's fixed path again, with waits (rests,), s, as dwells."""
     waypoints = list(own.problem.waypoints)
     for k, wait in zip(member.waypoints, waits.tolist(), strict=True):
         waypoints[k] = replace(waypoints[k], dwell=waypoints[k].dwell + wait)
     duration = None if own.problem.duration is None else own.problem.duration + float(waits.sum())
     fixed = replace(own.problem, optimise=None, time_budget=None, optimise_iterates=None)  # the path is as it is
-    found = _plan(number, robot, replace(fixed, waypoints=waypoints, duration=duration))
+    found = _plan(number, robot, replace(fixed, waypoints=waypoints, duration=duration), replace(budget, seconds=None))
     return replace(found, detours=own.detours, choices=own.choices, optimisation=own.optimisation)
 
 
-def _waits(members: Sequence[_Member], margin: float, skew: float) -> list[FloatArray]:
-    """Find waits (rests,) of each robot, s, that are proved to keep the robots apart.
+def _waits(members: Sequence[_Member], margin: float, skew: float, end: float) -> list[FloatArray]:
+    """Find waits (rests,) of each robot, s, that are proved to keep the robots apart, until an end on the clock.
 
     Raises:
-        Collision: No waits do.
+        Collision: No waits do, or none are found in time.
         ClearanceUnproved: None are found.
     """
     none = [np.zeros(len(member.rests)) for member in members]
@@ -214,6 +275,9 @@ def _waits(members: Sequence[_Member], margin: float, skew: float) -> list[Float
     if isinstance(refusal, StartInCollision):
         raise refusal
     for count in CELLS_OF_LONGEST:
+        if monotonic() > end:
+            text = f"no waits that keep the robots apart were found in time; without waits: {refusal._text}"
+            raise refusal.with_fields(_text=text)
         step = max(member.mover.duration for member in members) / count
         axes = tuple(Axis(member.mover, step, member.rests) for member in members)
         pairs = combinations(range(len(axes)), 2)
@@ -225,7 +289,7 @@ def _waits(members: Sequence[_Member], margin: float, skew: float) -> list[Float
         for axis, own in zip(axes, waits, strict=True):
             own[1:-1] += (axis.counts * step - np.diff(axis.rests))[:-1]
         if _refused(members, waits, margin, skew) is None:
-            return _shortened(members, waits, margin, skew)
+            return _shortened(members, waits, margin, skew, end)
     text = f"no waits where the robots rest keep them apart; without waits: {refusal._text}"
     raise refusal.with_fields(_text=text)
 
@@ -243,16 +307,20 @@ def _refused(
     return None
 
 
-def _shortened(members: Sequence[_Member], waits: Sequence[FloatArray], margin: float, skew: float) -> list[FloatArray]:
-    """Shorten waits one by one as far as the robots are proved to keep clear of each other."""
+def _shortened(
+    members: Sequence[_Member], waits: Sequence[FloatArray], margin: float, skew: float, end: float
+) -> list[FloatArray]:
+    """Shorten waits one by one, until an end on the clock, while the robots are proved to keep clear of each other."""
     best = [own.copy() for own in waits]
     for k, own in enumerate(waits):
         for rest in np.flatnonzero(own > 0.0).tolist():
             low, high = 0.0, float(own[rest])
+            if monotonic() > end:
+                return best
             best[k][rest] = low
             if _refused(members, best, margin, skew) is None:
                 continue
-            while high - low > WAIT_ACCURACY:
+            while high - low > WAIT_ACCURACY and monotonic() <= end:
                 best[k][rest] = (low + high) / 2.0
                 if _refused(members, best, margin, skew) is None:
                     high = best[k][rest]

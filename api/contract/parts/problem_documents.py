@@ -116,6 +116,8 @@ class ProblemDocument(Answer):
     """The path of the request."""
     code: str
     """The stable name of the kind of problem, in snake case; programs decide by it."""
+    robot: int | None = None
+    """With a cell: the index of the robot at fault, counted from 0. Absent: the problem is between two robots."""
     waypoint: int | None = None
     """The index of the waypoint at fault, counted from 0."""
     segment: int | None = None

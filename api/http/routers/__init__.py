@@ -2,6 +2,7 @@
 
 from api.http.routers import (
     batches,
+    cells,
     collisions,
     dynamics,
     kinematics,
@@ -17,6 +18,7 @@ from api.http.routers import (
 ROUTERS = (
     trajectories.router,
     tasks.router,
+    cells.router,
     path_files.router,
     batches.router,
     robots.router,

@@ -24,7 +24,7 @@ def problem_document(error: PlanningError | ServiceError, instance: str) -> tupl
 
 
 def _planning_fields(error: PlanningError) -> dict[str, Any]:
-    names = ("waypoint", "segment", "joint", "value", "limit", "time")
+    names = ("robot", "waypoint", "segment", "joint", "value", "limit", "time")
     document: dict[str, Any] = {name: getattr(error, name) for name in names if getattr(error, name) is not None}
     if isinstance(error, Collision | ClearanceUnproved):
         document["pair"] = error.pair

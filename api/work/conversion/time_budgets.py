@@ -11,6 +11,9 @@ from planner.problems.any_of import AnyOf, WaypointSequence
 from planner.problems.motion_around import FreeMotion
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.cells import CellRobot
     from planner.problems.problem import AnyWaypoint, PlanningProblem
 
 SHARE = 0.8
@@ -46,6 +49,13 @@ def within_deadline(problem: PlanningProblem, deadline: float) -> PlanningProble
         return replace(waypoint, motion=replace(motion, time_budget=motion.time_budget * left / asked))
 
     return replace(problem, waypoints=tuple(map(shorter, problem.waypoints)))
+
+
+def within_shares(robots: Sequence[CellRobot], deadline: float) -> list[CellRobot]:
+    """Return the robots of a cell with time budgets that end before a deadline, s on the monotonic clock, in turn."""
+    now = time.monotonic()
+    share = now + (deadline - now) / (len(robots) + 1)  # the last share is for the waits
+    return [replace(robot, problem=within_deadline(robot.problem, share)) for robot in robots]
 
 
 def _budget(waypoint: AnyWaypoint | WaypointSequence) -> float:

@@ -3,44 +3,47 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import typer
 from rich.table import Table
 
+from api.contract.cells import CellRequest
+from api.work.answers.cells import options_of_plans
 from api.work.answers.formats import FORMATS
-from api.work.conversion.problems import to_backend, to_planning_problem
-from cli.work.local_plan import read_request, render
+from api.work.conversion.cells import in_request, to_cell
+from api.work.conversion.task_orders import at_field
+from cli.work.local_plan import read_document
 from cli.work.shared import read, refusals, write
 from cli.work.terminal import terminal
-from planner.cells import CellRobot, plan_cell
+from planner.cells import plan_cell
 from planner.robots import load_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from pathlib import Path
 
     from planner.cells import CellPlan
 
 
-def cell_files(requests: Sequence[str], output: Path | None, format_: str, margin: float, skew: float) -> None:
-    """Plan the requests in files as a cell, show waits and clearances, and write the trajectories into a folder."""
+def cell_file(request: str, output: Path | None, format_: str) -> None:
+    """Plan the cell in a file, show waits and clearances, and write the trajectories into a folder."""
     form = FORMATS.get(format_)
     if form is None:
         raise typer.BadParameter(f"must be one of {', '.join(FORMATS)}", param_hint="--format")
     if output is not None and not output.is_dir():
         raise typer.BadParameter(f"{output}: no such folder", param_hint="--output")
-    texts = [read(name) for name in requests]
-    with refusals():
-        asked = [read_request(text) for text in texts]
-        robots = [
-            CellRobot(Path(name).stem, to_planning_problem(one, load_robot(one.robot)), to_backend(one.backend))
-            for name, one in zip(requests, asked, strict=True)
-        ]
+    text = read(request)
+    with refusals(), at_field(in_request):
+        asked, _ = read_document(CellRequest, text, {})
+        robots, scene = to_cell(asked, [load_robot(member.robot) for member in asked.robots])
         start = time.perf_counter()
-        cell = plan_cell(robots, margin=margin, skew=skew)
+        cell = plan_cell(robots, scene=scene, margin=asked.margin, skew=asked.skew)
         taken = time.perf_counter() - start
-        files = [render(plan, one, form) for plan, one in zip(cell.plans, asked, strict=True)]
+        options = options_of_plans(asked, {})
+        if form is FORMATS["json"]:
+            options = [replace(own, include=own.include | {"polynomials"}) for own in options]
+        files = [form.render(plan, own) for plan, own in zip(cell.plans, options, strict=True)]
     console = terminal(stderr=False)
     console.print(_robots_table(cell), _clearances_table(cell))
     console.print(f"all end after {cell.duration:.4g} s; planned in {taken * 1e3:.0f} ms")

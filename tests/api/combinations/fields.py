@@ -49,7 +49,7 @@ LEFT_OUT = {
     "PlanRequest.picture": "it changes no plan",
     "TrajectoryRequest.repeat": "it changes no plan; test_programs has it",
     **dict.fromkeys(
-        ("TrajectoryRequest.optimise", "TrajectoryRequest.time_budget", "TrajectoryRequest.optimise_iterates"),
+        ("WaypointList.optimise", "WaypointList.time_budget", "WaypointList.optimise_iterates"),
         "it plans many times; test_optimise has it",
     ),
     "Pose.quaternion_xyzw": "another notation of `orientation`",

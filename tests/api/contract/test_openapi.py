@@ -29,6 +29,7 @@ CONTRACT = {
     ("post", "/v1/trajectories/slice"): "slice_trajectory",
     ("post", "/v1/trajectories/join"): "join_trajectories",
     ("post", "/v1/trajectories/resample"): "resample_trajectory",
+    ("post", "/v1/cells/plan"): "plan_cell",
     ("get", "/v1/backends"): "list_backends",
     ("get", "/v1/robots"): "list_robots",
     ("get", "/v1/robots/{id}"): "get_robot",

@@ -182,6 +182,74 @@ def test_faults_of_cells_name_their_fields() -> None:
         planner.plan_cell([a, wrong])
 
 
+PART = planner.SceneObject("part", [planner.Box([0.1, 0.1, 0.1])], Pose([-0.5, 0.0, 1.2]))
+"""An object between two arms that face each other."""
+
+
+def robots_apart() -> tuple[planner.CellRobot, planner.CellRobot]:
+    """Return two robots of a cell whose workspaces do not meet."""
+    robots = [placed(planner.load_robot("ur5e"), x, 0.0, turn) for x, turn in ((0.0, 0.0), (3.0, np.pi))]
+    a, b = (
+        planner.CellRobot(n, planner.PlanningProblem(r, [AWAY, REACH, AWAY])) for n, r in zip("ab", robots, strict=True)
+    )
+    return a, b
+
+
+def test_objects_of_the_scene_are_around_every_robot() -> None:
+    robots = robots_apart()
+    wall = planner.SceneObject("wall", [planner.Box([0.1, 2.0, 2.0])], Pose([2.4, 0.0, 0.5]))
+    with pytest.raises(planner.Collision, match="robot 'b'") as refused:
+        planner.plan_cell(robots, scene=planner.Scene([wall], margin=0.01))
+    assert refused.value.robot == 1
+    assert "wall" in refused.value.pair
+    assert not refused.value.remedies
+    assert all(hint.field[0] in ("robots", "scene") for hint in refused.value.hints)
+
+
+def test_scenes_of_robots_and_of_the_cell_do_not_contradict_each_other() -> None:
+    a, b = robots_apart()
+    own = replace(b, problem=replace(b.problem, scene=planner.Scene([PART])))
+    with pytest.raises(planner.InvalidProblem, match=r"robots\[1\].scene.objects: must be empty"):
+        planner.plan_cell([a, own])
+    held = planner.AttachedObject("held", PART.shapes)
+    with pytest.raises(planner.InvalidProblem, match=r"^scene.attached: must be empty: each robot has its own$"):
+        planner.plan_cell([a, b], scene=planner.Scene([PART], [held]))
+    twice = planner.Scene([PART, PART])
+    with pytest.raises(planner.InvalidProblem, match=r"^scene.objects\[1\].id"):
+        planner.plan_cell([a, b], scene=twice)
+
+
+def taking(robot: planner.CellRobot, index: int, name: str) -> planner.CellRobot:
+    waypoints = [planner.JointWaypoint(tuple(position)) for position in (AWAY, REACH, AWAY)]
+    waypoints[index] = replace(waypoints[index], attach=[planner.Attach(name)])
+    return replace(robot, problem=replace(robot.problem, waypoints=waypoints))
+
+
+def test_no_object_goes_from_one_robot_to_another() -> None:
+    a, b = robots_apart()
+    robots = [taking(a, 1, "part"), taking(b, 2, "part")]
+    fault = r"^robots\[1\].waypoints\[2\].attach\[0\].id: must be an object that no other robot takes; robot 'a'"
+    with pytest.raises(planner.InvalidProblem, match=fault):
+        planner.plan_cell(robots, scene=planner.Scene([PART]))
+    away = planner.JointWaypoint(tuple(AWAY))
+    options = planner.AnyOf([away, [away, robots[1].problem.waypoints[2]]])
+    with_options = replace(b, problem=replace(b.problem, waypoints=[away, options]))
+    with pytest.raises(planner.InvalidProblem, match=r"waypoints\[1\].options\[1\].waypoints\[1\].attach\[0\].id"):
+        planner.plan_cell([robots[0], with_options], scene=planner.Scene([PART]))
+    with pytest.raises(
+        planner.InvalidProblem, match=r"robots\[1\].waypoints\[2\].attach\[0\].id: nothing in the scene"
+    ):
+        planner.plan_cell([a, taking(b, 2, "other")], scene=planner.Scene([PART]))
+
+
+def test_a_spent_budget_ends_the_search_for_waits() -> None:
+    robots = cell_of(*crossing_plans())
+    with pytest.raises(planner.Collision, match="no waits that keep the robots apart were found in time"):
+        planner.plan_cell(robots, margin=MARGIN, budget=planner.Budget(seconds=1e-6))
+    apart = planner.plan_cell(cell_of(*crossing_plans(3.0)), budget=planner.Budget(seconds=1e-6))
+    assert len(apart.clearances) == 1
+
+
 @pytest.mark.sized
 def test_free_entries_of_a_diagram_are_free_and_clearly_free_ones_are_found() -> None:
     rng = np.random.default_rng(11)
