@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
+from time import monotonic
 
 import numpy as np
 
@@ -86,20 +88,29 @@ class Diagram:
     both_rest: np.ndarray
 
     @classmethod
-    def of(cls, first: Axis, second: Axis, margin: float) -> Diagram:
-        """Decide the entries of two robots, with the least distance of both, m."""
+    def of(cls, first: Axis, second: Axis, margin: float, end: float = inf) -> Diagram:
+        """Decide the entries of two robots.
+
+        Args:
+            first: The axis of one robot.
+            second: The axis of the other robot.
+            margin: The least distance of both, m.
+            end: The end on the monotonic clock, s, after which no entry is proved free.
+        """
         both = first.cells, first.points, first.cells, first.points
         other = second.cells, second.cells, second.points, second.points
         pairs = zip(both, other, strict=True)
-        return cls(*(_blocked(first.mover, second.mover, margin, *intervals) for intervals in pairs))
+        return cls(*(_blocked(first.mover, second.mover, margin, end, *intervals) for intervals in pairs))
 
     def transposed(self) -> Diagram:
         """Return the diagram with the robots exchanged."""
         return Diagram(self.cells.T, self.second_rests.T, self.first_rests.T, self.both_rest.T)
 
 
-def _blocked(first: Mover, second: Mover, margin: float, rows: FloatArray, columns: FloatArray) -> np.ndarray:
-    """Return which intervals (N, 2) and (M, 2) of two movers are not proved free together: (N, M)."""
+def _blocked(
+    first: Mover, second: Mover, margin: float, end: float, rows: FloatArray, columns: FloatArray
+) -> np.ndarray:
+    """Return which intervals (N, 2) and (M, 2) of two movers are not proved free together, until an end: (N, M)."""
     blocked = np.zeros((len(rows), len(columns)), dtype=bool)
     for one in first.phases:
         for other in second.phases:
@@ -112,7 +123,7 @@ def _blocked(first: Mover, second: Mover, margin: float, rows: FloatArray, colum
             margins = margin + one.displacements[:, None] + other.displacements
             checker = CheckerBetween(one.bodies, other.bodies, margins)
             block = [(int(those[0]), int(those[-1]) + 1) for those in meets]
-            for a, b in _not_free(checker, one, other, rows, columns, (*block[0], *block[1])):
+            for a, b in _not_free(checker, one, other, rows, columns, (*block[0], *block[1]), end):
                 blocked[a, b] = True
     return blocked
 
@@ -124,10 +135,14 @@ def _not_free(
     rows: FloatArray,
     columns: FloatArray,
     whole: tuple[int, int, int, int],
+    end: float,
 ) -> Iterator[tuple[slice, slice]]:
-    """Yield blocks of entries that are not proved free; ranges of rows and of columns."""
+    """Yield blocks of entries that are not proved free until an end; ranges of rows and of columns."""
     waiting = [whole]
     while waiting:
+        if monotonic() > end:
+            yield from ((slice(a, b), slice(c, d)) for a, b, c, d in waiting)
+            return
         now, waiting = waiting[:BLOCKS_AT_ONCE], waiting[BLOCKS_AT_ONCE:]
         ranges = np.array(now)
         middles, reach = zip(

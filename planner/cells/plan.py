@@ -281,7 +281,7 @@ def _waits(members: Sequence[_Member], margin: float, skew: float, end: float) -
         step = max(member.mover.duration for member in members) / count
         axes = tuple(Axis(member.mover, step, member.rests) for member in members)
         pairs = combinations(range(len(axes)), 2)
-        diagrams = {(i, j): Diagram.of(axes[i], axes[j], margin) for i, j in pairs}
+        diagrams = {(i, j): Diagram.of(axes[i], axes[j], margin, end) for i, j in pairs}
         found = coordinated(axes, diagrams, int(np.ceil(skew / step)))
         if found is None:
             continue

@@ -1,10 +1,10 @@
-"""`planner cell`: several requests planned on one clock."""
+"""`planner cell`: the robots of a cell planned on one clock."""
 
 from __future__ import annotations
 
 import csv
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from typer.testing import CliRunner, Result
@@ -15,7 +15,7 @@ from tests.locations import ROOT
 if TYPE_CHECKING:
     from pathlib import Path
 
-CELL = ROOT / "examples/cell"
+CELL = ROOT / "examples/cell/over_a_table.json"
 
 
 def planner(*arguments: str | Path) -> Result:
@@ -23,8 +23,7 @@ def planner(*arguments: str | Path) -> Result:
 
 
 def test_cell_shows_waits_and_clearances_and_writes_a_trajectory_for_each_robot(tmp_path: Path) -> None:
-    files = [CELL / "left.json", CELL / "right.json"]
-    result = planner("cell", *files, "--margin", "0.02", "--skew", "0.02", "-o", tmp_path, "--format", "csv")
+    result = planner("cell", CELL, "-o", tmp_path, "--format", "csv")
     assert result.exit_code == 0, result.stderr
     lines = [line.split() for line in result.stdout.splitlines() if line.split()]
     rows = {line[0]: line for line in lines if line[1] != "and"}
@@ -38,18 +37,20 @@ def test_cell_shows_waits_and_clearances_and_writes_a_trajectory_for_each_robot(
         assert float(written[-1][0]) == pytest.approx(float(rows[name][2]), abs=1e-3)
 
 
-def test_cell_refuses_bad_numbers_of_robots_names_and_options(tmp_path: Path) -> None:
-    left, right = CELL / "left.json", CELL / "right.json"
-    assert "2 to 4 robots" in " ".join(planner("cell", left).stderr.split())
-    assert "2 to 4 robots" in " ".join(planner("cell", *[left] * 5).stderr.split())
-    assert "/robots/1/name" in planner("cell", left, left).stderr
-    assert planner("cell", left, right, "--skew", "-1").exit_code == 2
-    assert planner("cell", left, right, "--format", "none").exit_code == 2
-    assert planner("cell", left, right, "-o", tmp_path / "missing").exit_code == 2
-    assert planner("cell").exit_code == 2
-    beside = json.loads(right.read_text())
-    beside["mounting"]["position"] = [0.05, 0.0, 0.0]
-    (tmp_path / "inside.json").write_text(json.dumps(beside))
-    touching = planner("cell", left, tmp_path / "inside.json")
+def test_cell_refuses_faults_and_unknown_options(tmp_path: Path) -> None:
+    request = json.loads(CELL.read_text())
+    left, right = request["robots"]
+
+    def with_robots(*robots: dict[str, Any]) -> Result:
+        (tmp_path / "cell.json").write_text(json.dumps(request | {"robots": robots}))
+        return planner("cell", tmp_path / "cell.json")
+
+    assert "/robots" in with_robots(left).stderr
+    assert "/robots/1/name" in with_robots(left, left).stderr
+    unmounted = {name: value for name, value in right.items() if name != "mounting"}
+    touching = with_robots(left, unmounted)
     assert touching.exit_code == 1
     assert "start_in_collision" in touching.stderr
+    assert planner("cell", CELL, "--format", "none").exit_code == 2
+    assert planner("cell", CELL, "-o", tmp_path / "missing").exit_code == 2
+    assert planner("cell").exit_code == 2
