@@ -106,8 +106,8 @@ class Body:
         document: The body as JSON, which need not follow any schema.
         deadline: The time that the answer may take from the arrival of the request, s.
         named: The ids of the robots to use, or to derive another `from`, that no client has added.
-        contents: The definitions that the ids in the body stand for: `definition` of an added robot, `definitions` of
-            those of a cell by their ids, `scene` of a scene.
+        contents: The definitions that the ids in the body stand for: `definition` of an added robot and `scene` of a
+            scene. `definitions` has the added robots of a cell by their ids.
     """
 
     content: bytes = b""
@@ -152,7 +152,7 @@ async def read_body(request: Request) -> Body:
 
 
 def _robots_of_cell(document: Mapping[str, Any]) -> list[Any]:
-    """Return what the robots of a cell name as their `robot`; a worker refuses more robots, and other names."""
+    """Return the ids of the robots of a cell; a worker refuses too many robots, and ids of another type."""
     members = document.get("robots")
     rows = members[:MOST_ROBOTS] if isinstance(members, list) else []
     return [member.get("robot") for member in rows if isinstance(member, dict)]

@@ -110,7 +110,7 @@ class Diagram:
 def _blocked(
     first: Mover, second: Mover, margin: float, end: float, rows: FloatArray, columns: FloatArray
 ) -> np.ndarray:
-    """Return which intervals (N, 2) and (M, 2) of two movers are not proved free together, until an end: (N, M)."""
+    """Return which intervals (N, 2) and (M, 2) of two movers are not proved free together: (N, M)."""
     blocked = np.zeros((len(rows), len(columns)), dtype=bool)
     for one in first.phases:
         for other in second.phases:

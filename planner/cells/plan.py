@@ -47,8 +47,8 @@ class CellRobot:
 
     Attributes:
         name: Its name in the cell.
-        problem: Its waypoints and limits. The mounting of its robot is its base in the world. Its scene has only what
-            is the robot's own: attached objects and allowed pairs.
+        problem: Its waypoints and limits. The mounting of its robot is its base in the world. Its scene has its
+            attached objects and allowed pairs, and no objects.
         backend: The back end that puts time on its path, or its kind.
     """
 
@@ -246,7 +246,7 @@ def _plan(number: int, robot: CellRobot, problem: PlanningProblem, budget: Budge
 
 
 def _field_in_cell(number: int, field: FieldPath) -> FieldPath:
-    """Return the path in a cell to a field of a robot's problem; objects and margin are those of the cell's scene."""
+    """Return the path in a cell to a field of a robot's problem; objects and margin are in the common scene."""
     return field if field[:2] in {("scene", "objects"), ("scene", "margin")} else ("robots", number, *field)
 
 
@@ -262,7 +262,9 @@ def _with_waits(number: int, robot: CellRobot, own: Plan, member: _Member, waits
 
 
 def _waits(members: Sequence[_Member], margin: float, skew: float, end: float) -> list[FloatArray]:
-    """Find waits (rests,) of each robot, s, that are proved to keep the robots apart, until an end on the clock.
+    """Find waits (rests,) of each robot, s, that are proved to keep the robots apart.
+
+    The search ends at a time on the monotonic clock, s.
 
     Raises:
         Collision: No waits do, or none are found in time.
@@ -310,7 +312,7 @@ def _refused(
 def _shortened(
     members: Sequence[_Member], waits: Sequence[FloatArray], margin: float, skew: float, end: float
 ) -> list[FloatArray]:
-    """Shorten waits one by one, until an end on the clock, while the robots are proved to keep clear of each other."""
+    """Shorten waits as far as the robots are proved to keep clear, until an end on the clock."""
     best = [own.copy() for own in waits]
     for k, own in enumerate(waits):
         for rest in np.flatnonzero(own > 0.0).tolist():

@@ -62,7 +62,7 @@ def to_cell(
 
 
 def _to_plan_request(request: CellRequest, member: CellMember) -> requests.PlanRequest:
-    """Write a robot of a cell as a plan request, whose scene has only what is the robot's own."""
+    """Write a robot of a cell as a plan request, whose scene has its attached objects and allowed pairs alone."""
     own = {name: getattr(member, name) for name in OF_A_MEMBER}
     scene = scenes.Scene(attached=member.attached, allowed_pairs=member.allowed_pairs)
     is_empty = request.scene is None and not member.attached and not member.allowed_pairs

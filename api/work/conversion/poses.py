@@ -1,4 +1,4 @@
-"""From the poses of requests to the library's values."""
+"""From the poses of requests, and the constraints on them, to the library's values."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from api.contract.parts import common
-from planner.spatial import Pose, rotation_from_quaternion, rotation_from_rpy
+import planner
+from api.contract.parts import common, free_motions
+from planner.spatial import Pose, quaternion, rotation_from_quaternion, rotation_from_rpy
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.spatial import FloatArray
 
 
@@ -42,3 +45,28 @@ def nearest_rotation(matrix: FloatArray) -> FloatArray:
     u, _, vt = np.linalg.svd(matrix)
     nearest: FloatArray = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
     return nearest
+
+
+def to_pose_constraint(constraint: free_motions.PoseConstraint) -> planner.PoseConstraint:
+    """Make a constraint on the pose of the tool."""
+    match constraint:
+        case free_motions.ToolAxis():
+            return planner.ToolAxis(_three(constraint.direction), constraint.angle, _three(constraint.axis))
+        case free_motions.ToolOrientation():
+            rotation = to_rotation(constraint.orientation)
+            x, y, z, w = (0.0, 0.0, 0.0, 1.0) if rotation is None else quaternion(rotation).tolist()
+            return planner.ToolOrientation((x, y, z, w), constraint.angle)
+        case free_motions.ToolNearPlane():
+            return planner.ToolNearPlane(_three(constraint.point), _three(constraint.normal), constraint.distance)
+        case free_motions.ToolNearLine():
+            return planner.ToolNearLine(_three(constraint.point), _three(constraint.direction), constraint.distance)
+        case free_motions.ToolInBox():
+            return planner.ToolInBox(to_pose(constraint.pose), _three(constraint.size))
+        case free_motions.ToolInHalfSpace():
+            return planner.ToolInHalfSpace(_three(constraint.normal), constraint.offset)
+
+
+def _three(numbers: Sequence[float]) -> tuple[float, float, float]:
+    """Return three numbers as the library has them."""
+    x, y, z = numbers
+    return x, y, z

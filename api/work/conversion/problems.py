@@ -14,8 +14,7 @@ from api.work.conversion.actions import to_actions, with_waits
 from api.work.conversion.curves import to_payload_table, to_torque_curve, to_velocity_curves, with_curves
 from api.work.conversion.goal_sets import to_requested_waypoint
 from api.work.conversion.kept_meshes import kept_pieces
-from api.work.conversion.pose_constraints import to_pose_constraint
-from api.work.conversion.poses import to_pose, to_rotation, with_axes
+from api.work.conversion.poses import to_pose, to_pose_constraint, to_rotation, with_axes
 from api.work.conversion.scenes import to_scene, to_speed_zones
 from api.work.conversion.vibration import to_residual_vibration
 from planner.backends import BACKENDS, BackEnd

@@ -52,7 +52,7 @@ def within_deadline(problem: PlanningProblem, deadline: float) -> PlanningProble
 
 
 def within_shares(robots: Sequence[CellRobot], deadline: float) -> list[CellRobot]:
-    """Return the robots of a cell with time budgets that end before a deadline, s on the monotonic clock, in turn."""
+    """Return the robots of a cell with time budgets that end, in turn, before a deadline, s on the clock."""
     now = time.monotonic()
     share = now + (deadline - now) / (len(robots) + 1)  # the last share is for the waits
     return [replace(robot, problem=within_deadline(robot.problem, share)) for robot in robots]

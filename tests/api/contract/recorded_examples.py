@@ -253,7 +253,7 @@ FOR_PEOPLE = {"detail", "message", "explanation"}
 """Fields whose words name the robots that are installed, or a time."""
 
 TIED = re.compile(
-    r"/checks/\d+/(joint|time)$|/clearance/\w+/time$|/speed_zones/\d+/(time|link|lower)$"
+    r"/checks/\d+/(joint|time)$|/clearance/(\w+/)?time$|/speed_zones/\d+/(time|link|lower)$"
     r"|^/workspace/.*/position/\d+$"
 )
 """Fields that rounding decides, so that they differ between processors.

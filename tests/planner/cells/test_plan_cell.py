@@ -199,7 +199,7 @@ def test_objects_of_the_scene_are_around_every_robot() -> None:
     robots = robots_apart()
     wall = planner.SceneObject("wall", [planner.Box([0.1, 2.0, 2.0])], Pose([2.4, 0.0, 0.5]))
     with pytest.raises(planner.Collision, match="robot 'b'") as refused:
-        planner.plan_cell(robots, scene=planner.Scene([wall], margin=0.01))
+        planner.plan_cell(robots, scene=planner.Scene([wall], margin=0.01), budget=planner.Budget(3))
     assert refused.value.robot == 1
     assert "wall" in refused.value.pair
     assert not refused.value.remedies
@@ -248,6 +248,10 @@ def test_a_spent_budget_ends_the_search_for_waits() -> None:
         planner.plan_cell(robots, margin=MARGIN, budget=planner.Budget(seconds=1e-6))
     apart = planner.plan_cell(cell_of(*crossing_plans(3.0)), budget=planner.Budget(seconds=1e-6))
     assert len(apart.clearances) == 1
+    movers = [planner.Mover.of_plan(name, own) for name, own in zip("ab", crossing_plans(3.0), strict=True)]
+    axes = [Axis(mover, mover.duration / 8.0, np.array([0.0, mover.duration])) for mover in movers]
+    assert not Diagram.of(axes[0], axes[1], MARGIN).cells.any()
+    assert Diagram.of(axes[0], axes[1], MARGIN, end=0.0).cells.all()
 
 
 @pytest.mark.sized
