@@ -246,7 +246,7 @@ def _plan(number: int, robot: CellRobot, problem: PlanningProblem, budget: Budge
 
 
 def _field_in_cell(number: int, field: FieldPath) -> FieldPath:
-    """Return the path in a cell to a field of a robot's problem; objects and margin are in the common scene."""
+    """Return the path in a cell to a field of a robot's problem; the common scene has objects and margin."""
     return field if field[:2] in {("scene", "objects"), ("scene", "margin")} else ("robots", number, *field)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from api.contract.parts.backends import backend_schemas
-from api.http.cost_keys import BACKENDS, by_plan, by_plan_of, by_size, kind_of
+from api.http.cost_keys import BACKENDS, by_cell, by_plan, by_plan_of, by_size, kind_of
 from api.pool.costs import CHEAP, Costs, Kind
 
 
@@ -48,10 +48,12 @@ def test_the_kinds_of_back_ends_are_those_that_there_are() -> None:
         {"backend": {"kind": [1]}, "waypoints": [1, {"motion": 2}, {"motion": {"kind": []}}]},
         {"backends": [], "positions": [[]]},
         {"backends": [{"kind": {}}], "backend": None},
+        {"robots": 1},
+        {"robots": [1, {"waypoints": [{"motion": {"kind": []}}], "backend": 1}, {}]},
     ],
 )
 def test_the_kind_of_what_follows_no_schema(document: dict[str, Any]) -> None:
-    for cost_key in (by_size, by_plan, by_plan_of(0)):
+    for cost_key in (by_size, by_plan, by_plan_of(0), by_cell):
         assert hash(kind_of("plan_trajectory", document, cost_key)) is not None
 
 
