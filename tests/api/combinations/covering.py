@@ -51,7 +51,8 @@ class Covering:
             refused: Levels that no row has together.
             groups: Names of the groups inside which all triples occur, too.
         """
-        self.factors, self.refused = {factor.name: factor for factor in factors}, refused
+        self.factors = {factor.name: factor for factor in factors}
+        self.refused = {name: [rule for rule in refused if next(iter(rule)) == name] for name in self.factors}
         self.children = {name: [factor for factor in factors if name in factor.needs] for name in self.factors}
         self.values = [(factor.name, level) for factor in factors for level in factor.levels]
         self.number = {value: k for k, value in enumerate(self.values)}
@@ -159,7 +160,8 @@ class Covering:
         return None if self._is_refused(row) or self._is_cut_off(row) else row
 
     def _is_refused(self, row: Row) -> bool:
-        return any(all(row.get(name) in levels for name, levels in rule.items()) for rule in self.refused)
+        rules = (rule for name in row for rule in self.refused[name])  # those that begin with a level of the row
+        return any(all(row.get(name) in levels for name, levels in rule.items()) for rule in rules)
 
     def _is_cut_off(self, row: Row) -> bool:
         """Tell whether a factor of a row needs another level of a second factor in the row."""
