@@ -10,11 +10,12 @@ from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadScopeScheduling
 
 from planner.errors import UnknownRobot
+from tests.api.conftest import RunningService, running_service, stored
 from tests.robots_extra import is_extra_installed, lacks_extra
 from tests.sizes import LARGER, NAME, SIZE, SIZES, chosen_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Iterator
 
     from xdist.remote import Producer
 
@@ -29,7 +30,23 @@ settings.register_profile(
 settings.load_profile("sized")
 
 SLOWEST_FILES = 10
-ONE_BY_ONE = {"tests/api/contract/test_schemathesis.py"}
+ONE_BY_ONE = {"tests/api/contract/test_schemathesis.py", "tests/cli/test_demo.py"}
+
+
+@pytest.fixture(scope="session")
+def _shared_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RunningService, set[str]]]:
+    """Start the service of all tests; return also the paths of its first robots and scenes."""
+    with running_service(tmp_path_factory.mktemp("service") / "log.jsonl") as running:
+        yield running, stored(running)
+
+
+@pytest.fixture(scope="module")
+def service(_shared_service: tuple[RunningService, set[str]]) -> Iterator[RunningService]:
+    """One service for all tests; the robots and scenes of a module are deleted, since other tests list them."""
+    running, first = _shared_service
+    yield running
+    for path in stored(running) - first:
+        running.client.delete(path)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

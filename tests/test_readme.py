@@ -9,18 +9,20 @@ import shlex
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from typer.testing import CliRunner
 
-from cli.local_service import local_service
+from cli import app
 from planner.robots import catalogue_ids
 from tests.documents.shown_answers import assert_shown, parse_shown
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from pathlib import Path
+
+    from tests.api.conftest import RunningService
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 REQUESTS = (ROOT / "docs" / "requests.md").read_text(encoding="utf-8")
@@ -34,12 +36,6 @@ COMMANDS = [line[2:] for text in CONSOLE for line in text.splitlines() if line.s
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with local_service(tmp_path_factory.mktemp("service") / "service.log", workers=1) as (url, _):
-        yield url
-
-
 def test_the_readme_has_at_most_1200_words() -> None:
     assert len(README.split()) <= 1200
 
@@ -51,20 +47,21 @@ def test_the_readme_has_its_examples() -> None:
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
 @pytest.mark.parametrize("example", CURL, ids=["plan", "problem", "collision"])
-def test_curl_gets_the_answer_shown(example: str, address: str) -> None:
+def test_curl_gets_the_answer_shown(example: str, service: RunningService) -> None:
     command, answer = re.fullmatch(r"\$ (curl .*?')\n(\{.*)", example, flags=re.DOTALL).groups()  # type: ignore[union-attr]
     assert "http://127.0.0.1:8000" in command
-    arguments = shlex.split(command.replace("http://127.0.0.1:8000", address))
+    arguments = shlex.split(command.replace("http://127.0.0.1:8000", service.url))
     real = subprocess.run(arguments, check=True, capture_output=True).stdout
     assert_shown(parse_shown(answer), json.loads(real))
 
 
-def test_command_lines_run(tmp_path: Path) -> None:
+def test_command_lines_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the order in which they stand: one reads what another has written."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
     for command in COMMANDS:
-        arguments = [sys.executable, "-m", "cli", *command.split()[1:]]
-        subprocess.run(arguments, cwd=tmp_path, env=ENVIRONMENT, check=True)
+        ran = CliRunner().invoke(app, command.split()[1:])
+        assert ran.exit_code == 0, ran.output
     assert (tmp_path / "refuelling.csv").read_text().startswith("time,segment,position.joint_1")
     assert "<svg" in (tmp_path / "refuelling.html").read_text()
 

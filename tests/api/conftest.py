@@ -122,19 +122,6 @@ def running_service(log: Path, **settings: Any) -> Iterator[RunningService]:
                 process.wait(60.0)
 
 
-@pytest.fixture(scope="session")
-def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
-    """One service for all tests that leave it as they found it."""
-    with running_service(tmp_path_factory.mktemp("service") / "log.jsonl") as running:
-        _SHARED.append((running, stored(running)))
-        yield running
-        _SHARED.clear()
-
-
-_SHARED: list[tuple[RunningService, set[str]]] = []
-"""The service of all tests, and the paths of the robots and scenes that it had at its start."""
-
-
 def stored(running: RunningService) -> set[str]:
     """Return the paths of all robots and scenes of a service."""
     return {
@@ -142,15 +129,6 @@ def stored(running: RunningService) -> set[str]:
         for kind in ("robots", "scenes")
         for one in running.client.get(f"/v1/{kind}").json()[kind]
     }
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _nothing_is_left() -> Iterator[None]:
-    """Delete robots and scenes that a module's tests left in the shared service, since other tests list them."""
-    yield
-    for running, first in _SHARED:
-        for path in stored(running) - first:
-            running.client.delete(path)
 
 
 @pytest.fixture(scope="session")

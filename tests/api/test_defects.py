@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 DEFECTS = ROOT / "tests" / "data" / "defects"
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["auto", "cubic", "ruckig", "toppra", "trapezoidal"])
 @pytest.mark.parametrize("name", sorted(path.stem for path in DEFECTS.glob("*.json")))
 def test_a_plan_or_a_reason(service: RunningService, name: str, kind: str) -> None:

@@ -144,6 +144,7 @@ def test_the_pool_knows_no_http_no_database_and_no_robotics() -> None:
     assert {folder_of(module) for module in needs} == {"api.pool", "api.base"}
 
 
+@cache
 def loaded(code: str) -> set[str]:
     """List packages and modules that are loaded after some code has run in a fresh interpreter."""
     program = f"import json, sys\n{code}\nprint(json.dumps(sorted(name for name in sys.modules if sys.modules[name])))"

@@ -13,6 +13,8 @@ from matplotlib.image import imread
 
 from tests.locations import ROOT
 
+pytestmark = pytest.mark.large_only
+
 CASES = {
     "refuelling_case_1": "Refuelling, case 1",
     "refuelling_case_1_poses": "Refuelling, case 1, poses",

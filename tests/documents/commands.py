@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from contextlib import ExitStack
 from textwrap import dedent
 from typing import TYPE_CHECKING
 
@@ -45,8 +46,14 @@ def settings_of(text: str, folder: Path) -> dict[str, str]:
     return {name: value.replace("$PWD", str(folder)) for name, value in pairs}
 
 
-def run_page(text: str, folder: Path) -> None:
-    """Run the commands of a page in a folder against a service of its own, and compare their output."""
+def run_page(text: str, folder: Path, shared: str) -> None:
+    """Run the commands of a page in a folder, and compare their output.
+
+    Args:
+        text: The page.
+        folder: An empty folder.
+        shared: The URL of the service for a page that starts none with settings.
+    """
     programs = folder / "bin"
     programs.mkdir()
     (programs / "planner").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m cli "$@"\n', encoding="utf-8")
@@ -54,7 +61,10 @@ def run_page(text: str, folder: Path) -> None:
     settings = settings_of(text, folder)
     environment = os.environ | settings
     environment |= {"PATH": f"{programs}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
-    with local_service(folder / "service.log", workers=1, settings=settings) as (address, _):
+    with ExitStack() as stack:
+        address = shared
+        if settings:
+            address, _ = stack.enter_context(local_service(folder / "service.log", workers=1, settings=settings))
         for command, shown in commands_of(text):
             ran = subprocess.run(
                 ["bash", "-euc", command.replace(ADDRESS, address)],

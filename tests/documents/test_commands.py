@@ -16,6 +16,8 @@ from tests.locations import ROOT
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from tests.api.conftest import RunningService
+
 DOCS = ROOT / "docs"
 GUIDES = sorted(page for page in (DOCS / "how_to").glob("*.md") if page.name != "index.md")
 SIZES = {"k": 2**10, "m": 2**20, "g": 2**30}
@@ -24,23 +26,23 @@ SIZES = {"k": 2**10, "m": 2**20, "g": 2**30}
 needs_curl = pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
 
 
-def print_what_they_show(page: Path, folder: Path) -> None:
+def print_what_they_show(page: Path, folder: Path, service: RunningService) -> None:
     """Assert that the commands of a page print the shown answers."""
     text = page.read_text(encoding="utf-8")
     assert len(commands_of(text)) >= 2
-    run_page(text, folder)
+    run_page(text, folder, service.url)
 
 
 @needs_curl
-def test_commands_of_the_tutorial_print_the_shown_output(tmp_path: Path) -> None:
-    print_what_they_show(DOCS / "tutorial.md", tmp_path)
+def test_commands_of_the_tutorial_print_the_shown_output(tmp_path: Path, service: RunningService) -> None:
+    print_what_they_show(DOCS / "tutorial.md", tmp_path, service)
 
 
 @needs_curl
-@pytest.mark.long_table
+@pytest.mark.large_only
 @pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.stem)
-def test_commands_of_guides_print_the_shown_output(page: Path, tmp_path: Path) -> None:
-    print_what_they_show(page, tmp_path)
+def test_commands_of_guides_print_the_shown_output(page: Path, tmp_path: Path, service: RunningService) -> None:
+    print_what_they_show(page, tmp_path, service)
 
 
 def test_the_index_lists_every_guide() -> None:

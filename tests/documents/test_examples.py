@@ -18,7 +18,6 @@ from api.store.contents.mesh_archive import MeshArchive
 from api.work.conversion.kept_meshes import keep_meshes
 from api.work.conversion.problems import to_backend, to_robot
 from api.work.conversion.task_orders import to_task_problem
-from cli.local_service import local_service
 from cli.work.local_plan import plan_request, read_request
 from planner.errors import Collision
 from planner.robots import load_robot
@@ -26,9 +25,8 @@ from planner.tasks import order_tasks
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from planner.robots import Robot
+    from tests.api.conftest import RunningService
 
 EXAMPLES = ROOT / "examples"
 
@@ -136,7 +134,10 @@ def test_cases_in_scenes_are_free_and_refused_without_room(name: str) -> None:
     assert plan_request(read_request(json.dumps(request).encode())).certificate.satisfied
 
 
-@pytest.mark.parametrize("name", REQUESTS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if duration else pytest.mark.large_only) for name, (_, duration) in REQUESTS.items()],
+)
 def test_request_file_is_planned(name: str) -> None:
     waypoints, duration = REQUESTS[name]
     request = read_request((EXAMPLES / name).read_bytes())
@@ -220,14 +221,8 @@ def test_the_robot_of_an_owner_is_derived() -> None:
     assert robot.model.gravity.linear.tolist() == pytest.approx([0.0, 0.0, 9.81], abs=1e-12)
 
 
-@pytest.fixture(scope="module")
-def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with local_service(tmp_path_factory.mktemp("service") / "log", workers=1) as (url, _):
-        yield url
-
-
-def test_three_joint_arm_asks_the_service(service: str) -> None:
-    output = run("three_joint_arm.py", service)
+def test_three_joint_arm_asks_the_service(service: RunningService) -> None:
+    output = run("three_joint_arm.py", service.url)
     assert numbers(line_of(output, "(30, 30, 30)"))[-3:] == [222.22, 128.30, -50.00]  # E21
     assert numbers(line_of(output, "(120, 120, 120)"))[-3:] == [-60.00, 103.92, -86.60]  # E21
     assert numbers(line_of(output, "(90, 90, -90)"))[-3:] == [45.00, 115.29, 115.43]  # E23

@@ -56,6 +56,7 @@ def with_a_patient_deadline(case: schemathesis.Case) -> None:
 
 
 @pytest.mark.sized
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("operation", "mode"), CASES, ids=[f"{operation.id}-{mode.value}" for operation, mode in CASES]
 )

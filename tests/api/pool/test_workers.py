@@ -11,6 +11,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import httpx
+import numpy as np
 import psutil
 import pytest
 from pydantic import ValidationError
@@ -21,7 +22,7 @@ from api.work.execution import execute, wants_memory
 from api.work.tasks.context import TASKS
 from planner.errors import UnreachableWaypoint
 from tests.api.conftest import wait_until
-from tests.api.requests import dh_robot, plan_request
+from tests.api.requests import dh_joint, dh_robot, joint, plan_request
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
     from api.work.tasks.context import TaskContext
     from tests.api.conftest import RunningService
 
-PLAN, INVERSE = "/v1/trajectories", "/v1/kinematics/inverse"
+PLAN, ROBOTS = "/v1/trajectories", "/v1/robots"
+FORWARD, INVERSE = "/v1/kinematics/forward", "/v1/kinematics/inverse"
 PATIENT_REQUEST = plan_request(deadline=60.0)
 """A request that waits for a worker to be started, however busy the machine is."""
 
@@ -284,3 +286,23 @@ def test_settings_out_of_bounds_are_refused(monkeypatch: pytest.MonkeyPatch, var
     monkeypatch.setenv(*variable.split("="))
     with pytest.raises(ValidationError):
         Settings()
+
+
+def test_a_worker_never_answers_with_the_robot_that_had_the_id_before(one_worker: RunningService) -> None:
+    """One worker, so that it is the one that built, and solved for, the robot before. The truth: x = a cos q."""
+    pids = {worker.pid for worker in one_worker.workers()}
+    for length in (0.5, 0.8, 0.5, 0.3):
+        added = one_worker.post(ROBOTS, dh_robot(id="reused", joints=[dh_joint(a=length)]))
+        assert added.status_code == 201
+        forward = one_worker.post(FORWARD, {"robot": "reused", "positions": [[0.4]]}).json()["poses"][0]["position"]
+        np.testing.assert_allclose(forward, [length * math.cos(0.4), length * math.sin(0.4), 0.0], atol=1e-12)
+        target = {"position": [0.0, length, 0.0], "orientation": None}
+        asked = {"robot": "reused", "poses": [target], "solutions": "best"}
+        (solved,) = one_worker.post(INVERSE, asked).json()["results"]
+        assert solved["status"] == "solved"
+        assert math.sin(solved["solutions"][0]["position"][0]) == pytest.approx(1.0, abs=1e-9)
+        plan = plan_request(robot="reused", waypoints=[joint(0.0), joint(0.4)], include=["tcp_pose"])
+        tip = one_worker.post(PLAN, plan).json()["samples"]["tcp_pose"]["position"]
+        np.testing.assert_allclose(np.linalg.norm(tip, axis=1), length, atol=1e-12)
+        assert one_worker.client.delete(f"{ROBOTS}/reused").status_code == 204
+    assert {worker.pid for worker in one_worker.workers()} == pids

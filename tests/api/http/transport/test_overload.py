@@ -28,7 +28,7 @@ SLOW, CHEAP = Kind(("min_effort",), 2), Kind(("cubic",), 2)
 START = 3.0
 """The time that a worker takes to start, s."""
 
-PAUSE = 0.02
+PAUSE = 0.05
 """The time between an answer and the next request of a client that ignores refusals, s."""
 
 

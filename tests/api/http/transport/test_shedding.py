@@ -199,6 +199,7 @@ def by_the_parser(peer: str, headers: bytes) -> str:
     return found[0]
 
 
+@pytest.mark.large_only
 def test_one_client_behind_a_proxy_leaves_room_for_another(tmp_path: Path) -> None:
     """Each of the client's requests is refused unparsed; earlier versions parsed the requests of every client."""
     settings: dict[str, Any] = {"workers": 2, "express_workers": 0, "queue_size": 2, "trusted_proxies": "127.0.0.1"}

@@ -58,26 +58,6 @@ def test_an_odd_robot_is_accepted_with_a_remark_and_does_no_harm(service: Runnin
     assert service.logged(), "each line of the log is JSON: no worker has warned of its arithmetic"
 
 
-def test_a_worker_never_answers_with_the_robot_that_had_the_id_before(one_worker: RunningService) -> None:
-    """One worker, so that it is the one that built, and solved for, the robot before. The truth: x = a cos q."""
-    pids = {worker.pid for worker in one_worker.workers()}
-    for length in (0.5, 0.8, 0.5, 0.3):
-        added = one_worker.post(ROBOTS, dh_robot(id="reused", joints=[dh_joint(a=length)]))
-        assert added.status_code == 201
-        forward = one_worker.post(FORWARD, {"robot": "reused", "positions": [[0.4]]}).json()["poses"][0]["position"]
-        np.testing.assert_allclose(forward, [length * math.cos(0.4), length * math.sin(0.4), 0.0], atol=1e-12)
-        target = {"position": [0.0, length, 0.0], "orientation": None}
-        asked = {"robot": "reused", "poses": [target], "solutions": "best"}
-        (solved,) = one_worker.post(INVERSE, asked).json()["results"]
-        assert solved["status"] == "solved"
-        assert math.sin(solved["solutions"][0]["position"][0]) == pytest.approx(1.0, abs=1e-9)
-        plan = plan_request(robot="reused", waypoints=[joint(0.0), joint(0.4)], include=["tcp_pose"])
-        tip = one_worker.post(PLAN, plan).json()["samples"]["tcp_pose"]["position"]
-        np.testing.assert_allclose(np.linalg.norm(tip, axis=1), length, atol=1e-12)
-        assert one_worker.client.delete(f"{ROBOTS}/reused").status_code == 204
-    assert {worker.pid for worker in one_worker.workers()} == pids
-
-
 def test_the_hash_of_a_request_covers_the_robot_that_has_the_id(service: RunningService) -> None:
     """Two robots under one id at different times; the second again with its table written in another notation."""
     backends = [{"kind": "cubic"}]
