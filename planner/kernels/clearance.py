@@ -233,10 +233,20 @@ class Distances:
 
         It proves nothing. None: all seem free.
         """
-        given, first = doubles(positions, len(positions), len(self._arrays.joints)), np.empty(1, dtype=np.int64)
+        blocked = np.flatnonzero(self._decided(positions, contact, stops=True) == BLOCKED_BLOCK)
+        return int(blocked[0]) if len(blocked) else None
+
+    def are_free(self, positions: FloatArray, contact: float) -> np.ndarray:
+        """Tell (N,) which joint positions (N, joints) provably keep every margin less a contact, m."""
+        return np.asarray(self._decided(positions, contact, stops=False) == FREE_BLOCK)
+
+    def _decided(self, positions: FloatArray, contact: float, *, stops: bool) -> np.ndarray:
+        """Decide joint positions (N, joints), on request up to the first blocked one."""
+        count = len(positions)
+        given, decisions = doubles(positions, count, len(self._arrays.joints)), np.empty(count, dtype=np.int64)
         with self._measured() as (measure, frames):
-            call("first_collision", self._table, len(positions), given, contact, measure, frames, first)
-        return None if first[0] < 0 else int(first[0])
+            call("decide_positions", self._table, count, given, contact, int(stops), measure, frames, decisions)
+        return decisions
 
     def decide(self, positions: FloatArray, excursions: FloatArray, tries_blocked: np.ndarray) -> np.ndarray:
         """Decide the joint positions within excursions of some.

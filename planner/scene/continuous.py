@@ -68,7 +68,9 @@ def is_free(checker: CollisionChecker, positions: ArrayLike) -> np.ndarray:
         array([ True])
     """
     rows = _checked(checker, positions)
-    return np.array([clearances(checker, edge(row, row)).is_proved for row in rows], dtype=bool)
+    if checker.is_empty:
+        return np.ones(len(rows), dtype=bool)
+    return checker.distances.are_free(rows, CONTACT_TOLERANCE)
 
 
 def collisions_at(checker: CollisionChecker, positions: ArrayLike) -> tuple[PositionCollision | None, ...]:

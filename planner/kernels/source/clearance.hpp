@@ -327,26 +327,27 @@ static inline int gather(PlacedRobot& at, const Wanted& wanted, double own_margi
 // stops the kernel.
 typedef int (*Measure)(int64_t pair, double* measured);
 
-// Tell whether a joint position seems to be nearer than wanted to something; without a proof.
-static inline int sees_collision(PlacedRobot& at, const Wanted& wanted, List<Item>& items, Measure measure, bool& sees) {
+// Joint positions, one or those within the reach of one: FREE, all keep every margin; BLOCKED, none does; UNDECIDED, neither is
+// proved.
+enum Decision : int64_t { FREE, UNDECIDED, BLOCKED };
+
+// Decide the joint position that a robot is placed at, without excursions.
+static inline int decide_position(PlacedRobot& at, const Wanted& wanted, List<Item>& items, Measure measure, int64_t& decision) {
     double lower[KINDS] = {};
     items.count = 0;
+    decision = FREE;
     if (const int code = gather(at, wanted, 0.0, items, lower)) return code;
-    for (int64_t i = 0; i < items.count && !sees; i++) {
+    for (int64_t i = 0; i < items.count && decision != BLOCKED; i++) {
         const double enough = wanted.of(items[i].kind, items[i].margin);
         const Apart apart = at.apart(items[i], enough);
-        if (apart.proved >= enough) continue;
-        sees = apart.distance < enough;
-        if (sees || apart.is_known()) continue;
-        double measured[5];
-        if (const int code = measure(items[i].pair, measured)) return code;
-        sees = measured[1] < enough;
+        double measured[5] = {apart.proved, apart.distance};
+        if (apart.proved < enough && apart.distance >= enough && !apart.is_known())
+            if (const int code = measure(items[i].pair, measured)) return code;
+        if (measured[0] >= enough) continue;
+        decision = measured[1] < enough ? BLOCKED : UNDECIDED;
     }
     return OK;
 }
-
-// The joint positions within the reach of one: FREE, all keep every margin; BLOCKED, none does; UNDECIDED, neither is proved.
-enum Decision : int64_t { FREE, UNDECIDED, BLOCKED };
 
 // Decide the joint positions within the reach of the one that a robot is placed at; BLOCKED only on request. It is then
 // tried for one pair that is not proved free: depths of overlaps are measured elsewhere, which takes long.

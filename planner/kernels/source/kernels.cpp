@@ -477,9 +477,9 @@ int near_pairs(const int64_t* scene, int64_t position_count, const double* posit
     return OK;
 }
 
-// Find the first joint position that seems to be nearer to something than its margin, plus some room, less the contact: -1 none.
-int first_collision(const int64_t* scene, int64_t position_count, const double* positions, double contact, int64_t measure,
-                    double* frames, int64_t* first) {
+// Decide joint positions, on request up to the first that is blocked: those behind it count as free.
+int decide_positions(const int64_t* scene, int64_t count, const double* positions, double contact, int64_t stops, int64_t measure,
+                     double* frames, int64_t* decisions) {
     const Scene& in = *reinterpret_cast<const Scene*>(scene);
     PlacedRobot at(in, reinterpret_cast<Frame*>(frames));
     List<Item> items;
@@ -487,12 +487,12 @@ int first_collision(const int64_t* scene, int64_t position_count, const double* 
     if (!at || !still) return NO_MEMORY;
     for (int64_t j = 0; j < in.joints; j++) still[j] = 0.0;
     const Wanted wanted{contact, INFINITY, {-INFINITY, -INFINITY, -INFINITY}};
-    *first = -1;
-    for (int64_t row = 0; row < position_count && *first < 0; row++) {
-        bool sees = false;
+    const Measure function = reinterpret_cast<Measure>((intptr_t)measure);
+    for (int64_t row = 0; row < count; row++) decisions[row] = FREE;
+    for (int64_t row = 0; row < count; row++) {
         at.put(positions + row * in.joints, still.data);
-        if (const int code = sees_collision(at, wanted, items, reinterpret_cast<Measure>((intptr_t)measure), sees)) return code;
-        if (sees) *first = row;
+        if (const int code = decide_position(at, wanted, items, function, decisions[row])) return code;
+        if (stops && decisions[row] == BLOCKED) break;
     }
     return OK;
 }

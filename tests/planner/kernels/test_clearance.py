@@ -15,6 +15,7 @@ from planner.scene import (
     Scene,
     SceneObject,
     clearances,
+    is_free,
 )
 from planner.scene.arrays import core_of, piece_arrays
 from planner.scene.continuous import edge
@@ -206,8 +207,27 @@ def test_motions_and_arrays_of_other_shapes_are_refused() -> None:
         Distances(arrays._replace(members=arrays.members + 1), kernels._measure)
 
 
+def test_single_joint_positions_are_free_where_a_motion_that_stays_there_is_proved() -> None:
+    robot = load_robot("ur5e")
+    rng = np.random.default_rng(7)
+    things = [SceneObject(f"thing_{k}", [random_solid(rng, 0.2)], anywhere(rng, 0.6)) for k in range(4)]
+    cloud = SceneObject("cloud", [PointCloud(rng.uniform(-0.1, 0.1, (40, 3)), 0.02)], anywhere(rng, 0.6))
+    wall = SceneObject("wall", [HalfSpace([0.0, 1.0, 0.0], -0.7)])
+    checker = CollisionChecker(robot, Scene([*things, cloud, wall], margin=0.01))
+    positions = rng.uniform(-1.5, 1.5, (300, robot.dof))
+    assert 30 < is_free(checker, positions).sum() < 270
+    assert is_free(checker, positions).tolist() == [clearances(checker, edge(q, q)).is_proved for q in positions]
+
+
+@pytest.mark.parametrize("depth", [-1e-3, 0.0, CONTACT_TOLERANCE / 2.0, 2.0 * CONTACT_TOLERANCE, 1e-3])
+def test_boxes_that_touch_are_free_up_to_the_contact_tolerance(depth: float) -> None:
+    cube, still = Box([0.2, 0.2, 0.2]), np.zeros((1, ARM.dof))
+    first, second = Placed(cube, np.eye(3), np.zeros(3)), Placed(cube, np.eye(3), np.array([0.2 - depth, 0.01, 0.02]))
+    assert is_free(between(first, second), still).tolist() == [depth <= CONTACT_TOLERANCE]
+
+
 def test_the_first_joint_position_that_collides_is_found() -> None:
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     rng = np.random.default_rng(6)
     things = [SceneObject(f"thing_{k}", [random_solid(rng, 0.2)], anywhere(rng, 0.6)) for k in range(4)]
     checker = CollisionChecker(robot, Scene([*things, SceneObject("wall", [HalfSpace([0.0, 1.0, 0.0], -0.7)])]))
