@@ -29,7 +29,7 @@ class Size(NamedTuple):
 
 
 SIZES = {
-    "quick": Size(8, 15, 2, 8, 20),
+    "quick": Size(8, 15, 0, 8, 20),
     "large": Size(720, 500, 90, 5_000, 1),
     "soak": Size(5_000, 2_000, 150, 50_000, 1),
 }

@@ -150,6 +150,7 @@ def test_request_file_is_planned(name: str) -> None:
         assert result.trajectory.duration == duration
 
 
+@pytest.mark.large_only
 def test_tasks_are_ordered_with_holes_before_edges() -> None:
     (file,) = (EXAMPLES / "tasks").glob("*.json")
     request = OrderRequest.model_validate_json(file.read_bytes())

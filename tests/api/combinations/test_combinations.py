@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     import httpx
 
 PARTS = range(2 if NAME == "quick" else 4)
-PAIRS = {"quick": 2, "large": 16}
-TRIPLES = {"quick": 4, "large": 96}
+PAIRS = {"quick": 2, "large": 6}
+TRIPLES = {"quick": 4, "large": 32}
 """Numbers of tried rows by the name of the size; a soak tries all."""
 
 

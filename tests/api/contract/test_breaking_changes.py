@@ -16,9 +16,21 @@ if TYPE_CHECKING:
 Document = dict[str, Any]
 
 
+PATHS = (
+    "/livez",
+    "/v1/batches",
+    "/v1/kinematics/jacobian",
+    "/v1/robots",
+    "/v1/robots/{id}",
+    "/v1/trajectories",
+)
+"""The paths of the operations in which the cases change something."""
+
+
 @pytest.fixture(scope="module")
 def document() -> Document:
-    return openapi_document(1000)
+    whole = openapi_document(1000)
+    return whole | {"paths": {path: whole["paths"][path] for path in PATHS}}
 
 
 def schema(document: Document, name: str) -> Document:
@@ -85,8 +97,9 @@ HARMLESS: dict[str, Callable[[Document], Any]] = {
 }
 
 
-def test_a_document_does_not_break_its_own_clients(document: Document) -> None:
-    assert breaking_changes(document, deepcopy(document)) == []
+def test_a_document_does_not_break_its_own_clients() -> None:
+    whole = openapi_document(1000)
+    assert breaking_changes(whole, deepcopy(whole)) == []
 
 
 @pytest.mark.parametrize("name", BREAKING)

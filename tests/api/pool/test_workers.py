@@ -80,7 +80,7 @@ def test_what_waits_too_long_for_its_deadline_is_refused_at_once(one_worker: Run
 
 def test_the_work_of_a_killed_worker_is_repeated_once(one_worker: RunningService) -> None:
     with ThreadPoolExecutor() as threads:
-        repeated = threads.submit(one_worker.post, INVERSE, slow_request(deadline=60.0))
+        repeated = threads.submit(one_worker.post, INVERSE, slow_request(deadline=60.0, poses=400))
         wait_until(lambda: one_worker.busy_workers() == 1)
         one_worker.workers()[0].kill()
         assert repeated.result().status_code == 200

@@ -180,6 +180,7 @@ def test_the_command_serves_stdio(service: RunningService) -> None:
     assert "three_dof_arm" in text_of(robots)
 
 
+@pytest.mark.large_only
 def test_the_command_serves_http_and_passes_keys_on(service: RunningService) -> None:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

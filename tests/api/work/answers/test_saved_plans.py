@@ -36,6 +36,7 @@ CASES = {
 }
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", CASES)
 def test_every_form_of_a_loaded_plan_is_that_of_the_plan(name: str) -> None:
     document: dict[str, Any] = json.loads((ROOT / "examples" / name.split()[0]).read_text()) | CASES[name]

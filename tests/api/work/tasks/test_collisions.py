@@ -97,6 +97,7 @@ def test_a_free_motion_goes_around(service: RunningService) -> None:
     assert service.post(PLAN, request).json()["errors"][0]["pointer"] == "/waypoints/1/duration"
 
 
+@pytest.mark.large_only
 def test_a_free_motion_is_made_better(service: RunningService) -> None:
     wall = {"id": "wall", "shape": {"kind": "box", "size": [0.8, 0.1, 1.6]}, "pose": {"position": [1.3, 0.0, 0.8]}}
     motion: dict[str, Any] = {"kind": "free"}

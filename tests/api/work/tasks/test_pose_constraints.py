@@ -56,6 +56,7 @@ def test_what_cannot_be_kept_is_refused_at_its_field(
     assert any(fault["pointer"].startswith(pointer) for fault in refused.json()["errors"])
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("kept", "quantity", "limit"),
     [

@@ -30,6 +30,7 @@ def test_the_names_of_odd_robots_are_unique() -> None:
     assert len({odd.name for odd in ODD_ROBOTS}) == len(ODD_ROBOTS)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("odd", ODD_ROBOTS, ids=lambda odd: odd.name)
 def test_an_odd_robot_is_accepted_with_a_remark_and_does_no_harm(service: RunningService, odd: Odd) -> None:
     before = {worker.pid for worker in service.workers()}

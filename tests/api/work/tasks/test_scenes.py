@@ -298,6 +298,7 @@ def largest_scenes() -> dict[str, dict[str, Any]]:
     return {"points": {"objects": [{"id": "cloud", "shape": cloud}]}, "objects": {"objects": boxes}}
 
 
+@pytest.mark.large_only
 @pytest.mark.parametrize("name", ["points", "objects"])
 def test_the_largest_promised_scene_is_planned_at_the_default_limits(service: RunningService, name: str) -> None:
     request = plan_request(scene=largest_scenes()[name], deadline=60.0)

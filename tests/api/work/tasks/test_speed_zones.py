@@ -114,6 +114,7 @@ def test_what_is_timed_anew_is_slowed(service: RunningService, slow: dict[str, A
     assert answer["duration"] == pytest.approx(slow["duration"], rel=0.05), "it is the same path"
 
 
+@pytest.mark.large_only
 def test_batches_and_comparisons_and_kept_scenes_have_zones(service: RunningService, slow: dict[str, Any]) -> None:
     assert service.post("/v1/scenes", WALKWAY["scene"] | {"id": "beside_the_walkway"}).status_code == 201
     by_id = WALKWAY | {"scene": "beside_the_walkway"}

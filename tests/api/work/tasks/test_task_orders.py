@@ -63,6 +63,7 @@ def test_actions_of_tasks_are_in_the_plan_and_in_its_request(service: RunningSer
     assert plan["duration"] == answer["plan"]["duration"]
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("fields", [{}, {"end": HOME}, {"scene": {"objects": [TABLE]}, "end": HOME}])
 def test_request_of_the_answer_gives_the_same_plan(service: RunningService, fields: dict[str, Any]) -> None:
     answer = checked(service.post("/v1/tasks/order", order_request(*KINDS, **fields)), OrderAnswer)
