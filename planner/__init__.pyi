@@ -111,6 +111,7 @@ from planner.planning import Budget as Budget
 from planner.planning import plan as plan
 from planner.plans.optimisation import Optimisation as Optimisation
 from planner.plans.result import Plan as Plan
+from planner.plans.result import load as load
 from planner.plans.tool_reports import LinePolynomial as LinePolynomial
 from planner.plans.tool_reports import SlowPart as SlowPart
 from planner.plans.tool_reports import ToolSpeedReport as ToolSpeedReport

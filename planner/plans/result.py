@@ -35,6 +35,7 @@ from planner.limits import SMALLEST
 from planner.paths import JointPath
 from planner.plans.binding import with_binding_limits
 from planner.plans.optimisation import Optimisation
+from planner.plans.saved import read_plan, write_plan
 from planner.plans.warnings import plan_warnings
 from planner.problems.any_of import requested_indices
 from planner.problems.problem import PlanningProblem, ViaWaypoint
@@ -50,6 +51,8 @@ from planner.tolerances import ROUNDING
 from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 if TYPE_CHECKING:  # matplotlib is loaded by the first picture
+    from pathlib import Path
+
     from planner.plots.animation import Animation
     from planner.plots.picture import Picture
 
@@ -160,11 +163,40 @@ class Plan:
 
         return animate(self, view=view, speed=speed)
 
+    def save(self, path: str | Path) -> None:
+        """Write the plan with everything that it has to a file, for `planner.load`.
+
+        Args:
+            path: The path of the file; one that exists is replaced.
+
+        Raises:
+            TypeError: The problem has a value that is not of the library, such as a constraint or back end of your own.
+        """
+        write_plan(self, path)
+
     def _repr_html_(self) -> str:
         """Return the plan at a glance, for notebooks."""
         from planner.plots.summary import summary
 
         return summary(self)
+
+
+def load(path: str | Path) -> Plan:
+    """Read a plan that `Plan.save` wrote.
+
+    Nothing is planned or certified again: the plan is the saved one, to the last bit. No code in the file is run. A
+    digest shows whether the file is damaged, not who wrote it: `write_proof` proves the claims of a plan again.
+
+    Args:
+        path: The path of the file.
+
+    Raises:
+        ValueError: The file is no saved plan, is damaged, or is of another version.
+    """
+    plan = read_plan(path)
+    if not isinstance(plan, Plan):
+        raise ValueError(f"{path} has a {type(plan).__name__}, no plan")
+    return plan
 
 
 def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:

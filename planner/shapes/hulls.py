@@ -31,6 +31,9 @@ LEAST_THICKNESS = 1e-4
 Qhull finds no faces of points in one plane, and coal's own hull ends the process.
 """
 
+THICKNESS_ROUNDING = 1e-6
+"""Share of this thickness by which rounded corners of a thickened hull may fall short: they are thickened only once."""
+
 MOST_FACES_AT_A_VERTEX = 200
 """Largest number of faces at one vertex, with a reserve below coal's maximum of 254.
 
@@ -113,7 +116,7 @@ def _thickened(points: FloatArray) -> FloatArray:
     middle = points.mean(axis=0)
     for axis in _principal_axes(points):
         along = (points - middle) @ axis
-        if along.max() - along.min() < LEAST_THICKNESS:
+        if along.max() - along.min() < LEAST_THICKNESS * (1.0 - THICKNESS_ROUNDING):
             points = np.concatenate([points - LEAST_THICKNESS / 2.0 * axis, points + LEAST_THICKNESS / 2.0 * axis])
     return points
 

@@ -72,6 +72,15 @@ def test_hulls_keep_the_corners_alone() -> None:
     assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), a) > 0.0).all(), "the origin is behind every face"
 
 
+def test_the_hull_of_a_hull_is_the_same() -> None:
+    """Also of a point beside the origin, whose rounded corners are 1e-13 too near: it was thickened again."""
+    rng = np.random.default_rng(6)
+    for k in range(30):
+        points = rng.normal(size=(5, 3)) @ np.diag([k % 2, k % 3 > 0, k % 5 > 0]) + rng.normal(size=3)
+        hull = ConvexHull(points)
+        assert (ConvexHull(hull.vertices).vertices == hull.vertices).all()
+
+
 def test_flat_hulls_get_a_thickness() -> None:
     for points in (np.zeros((4, 3)), np.outer(range(5), [1.0, 1.0, 0.0]), np.eye(4, 3)[:3].repeat(2, axis=0)):
         hull = ConvexHull(points)
