@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 from typing_extensions import TypeAliasType
 
-from api.contract.answers import (  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.answers import (
     CertificateAnswer,
     InterpolationCertificate,
     JointPolynomials,
@@ -286,6 +286,13 @@ class OperationAnswer(Answer):
     when included."""
     warnings: list[PlanWarning]
     """What to know about the trajectory all the same; usually nothing."""
+
+
+class ValidationAnswer(InterpolationCertificate):
+    """The checks of a trajectory of any origin."""
+
+    warnings: list[PlanWarning]
+    """The remarks, such as limits that hold for planned positions alone; usually none."""
 
 
 class RetimeAnswer(OperationAnswer):

@@ -1,6 +1,12 @@
 """Operations on trajectories of any origin; each answer is certified against the limits of its robot."""
 
-from planner.operations.certified import CertifiedTrajectory, JointState, bounded_quantities, kept_clear
+from planner.operations.certified import (
+    CertifiedTrajectory,
+    JointState,
+    bounded_quantities,
+    kept_clear,
+    trajectory_warnings,
+)
 from planner.operations.editing import (
     JoinedTrajectory,
     Junction,
@@ -33,4 +39,5 @@ __all__ = [
     "slice_trajectory",
     "stop_joints",
     "stop_on_path",
+    "trajectory_warnings",
 ]

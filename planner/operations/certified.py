@@ -134,8 +134,9 @@ def kept_clear(
     checks = certify_speed_zones(speed_zones, [checker], [done.robot], done.trajectory)
     refuse_too_fast(checks)
     certificate = replace(done.certificate, clearance=report, speed_zones=checks)
-    vague = () if report is None else report.warnings()
-    return replace(done, certificate=certificate, warnings=(*done.warnings, *vague))
+    before, after = (tuple(_of_certificate(done.robot, each)) for each in (done.certificate, certificate))
+    others = (warning for warning in done.warnings if warning not in before)
+    return replace(done, certificate=certificate, warnings=(*others, *after))
 
 
 def certified(
@@ -176,8 +177,7 @@ def certified(
     ends = ends or own_ends(trajectory)
     certificate = certify(robot, trajectory, limits=limits, enforced=kept, ends=ends)
     refuse_unless_satisfied(certificate)
-    warnings += [*following_error_warnings(robot, certificate), *tolerance_warnings(robot, certificate)]
-    warnings += _end_warnings(robot, ends)
+    warnings += [*_of_certificate(robot, certificate), *_end_warnings(robot, ends)]
     return CertifiedTrajectory(robot, trajectory, limits, certificate, tuple(warnings))
 
 
@@ -223,6 +223,27 @@ def bounded_quantities(trajectories: Sequence[Trajectory]) -> frozenset[str]:
     if smooth < 0:
         raise InvalidProblem([(("trajectory",), "the position of a joint jumps where two pieces meet")])
     return frozenset(quantity for quantity in QUANTITIES if LEAST_CONTINUITY[quantity] <= smooth)
+
+
+def trajectory_warnings(robot: Robot, certificate: Certificate, ends: EndStates) -> Iterator[PlanWarning]:
+    """Yield the warnings of a trajectory of any origin.
+
+    Args:
+        robot: The robot, with its tool and payload.
+        certificate: The check of the trajectory, with its clearance and speed zones.
+        ends: The motion before and after.
+    """
+    yield from unchecked_positions(robot)
+    yield from _of_certificate(robot, certificate)
+    yield from _end_warnings(robot, ends)
+
+
+def _of_certificate(robot: Robot, certificate: Certificate) -> Iterator[PlanWarning]:
+    """Yield the warnings of limits and clearances that hold only in part."""
+    yield from following_error_warnings(robot, certificate)
+    yield from tolerance_warnings(robot, certificate)
+    if certificate.clearance is not None:
+        yield from certificate.clearance.warnings()
 
 
 def _end_warnings(robot: Robot, ends: EndStates) -> Iterator[PlanWarning]:

@@ -103,9 +103,7 @@ async def compare_backends(request: Request, body: PlannedBody) -> Response:
     summary="Check a trajectory of any origin against limits.",
     description="Samples are checked as the controller interpolates them, also between samples; polynomials are "
     "checked exactly.",
-    responses=returns(
-        answers.InterpolationCertificate, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True
-    ),
+    responses=returns(operations.ValidationAnswer, codes=(*BODY_CODES, "unknown_robot", "unknown_scene"), shared=True),
     openapi_extra=takes(requests.ValidateRequest),
 )
 async def validate_trajectory(request: Request, body: PlannedBody) -> Response:

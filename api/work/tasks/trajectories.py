@@ -15,7 +15,7 @@ from api.contract.comparisons import ComparedBackend
 from api.contract.parts.backends import backend_schemas
 from api.pool.messages import PlanFigures, Reply
 from api.store.contents.digests import request_hash
-from api.work.answers.clearances import clearance_answer, speed_zones_answer
+from api.work.answers.clearances import clearance_answer
 from api.work.answers.formats import FORMATS
 from api.work.answers.negotiation import negotiated
 from api.work.answers.plans import AnswerOptions, as_dict
@@ -31,13 +31,16 @@ from api.work.tasks.remedies import acceptable_remedies, at_back_end
 from planner.backends import BACKENDS
 from planner.certificate import (
     CLEARANCE_TOLERANCE,
+    ClearanceReport,
     certify_interpolation,
     certify_polynomials,
     certify_residual_vibration,
+    certify_speed_zones,
     refuse_zone_faults,
 )
 from planner.comparison import figures
 from planner.errors import PlanningError
+from planner.operations import trajectory_warnings
 from planner.planning import plan
 from planner.plots import joint_indices
 from planner.scene import CollisionChecker
@@ -133,29 +136,36 @@ def validate_trajectory(context: TaskContext) -> Reply:
         robot = context.robot(request)
     with context.stage("plan"):
         interpolation, certificate = certified(request, robot)
-        answer = {"interpolation": interpolation, **certificate.as_dict()}
+        further: dict[str, Any] = {}
         if request.scene is not None or request.self_collision or request.speed_zones:
-            answer |= _kept_clear(request, robot, certificate.satisfied)
-    return context.reply(answer)
+            certificate, further = _kept_clear(request, robot, certificate)
+        warnings = trajectory_warnings(robot, certificate, to_end_states(request, robot.dof))
+        answer = {"interpolation": interpolation, **certificate.as_dict(), **further}
+    return context.reply(answer | {"warnings": list(map(vars, warnings))})
 
 
-def _kept_clear(request: requests.ValidateRequest, robot: Robot, satisfied: bool) -> dict[str, Any]:
-    """Hold the trajectory of a request against its scene: what of the answer that changes."""
+def _kept_clear(
+    request: requests.ValidateRequest, robot: Robot, certificate: Certificate
+) -> tuple[Certificate, dict[str, Any]]:
+    """Check the trajectory of a request against its scene.
+
+    Returns:
+        The certificate with it, and the fields of the answer that a certificate does not have.
+    """
     scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, {}))
     zones = to_speed_zones(request.speed_zones)
     refuse_zone_faults(scene, zones)
     checker = CollisionChecker(robot, scene, self_collision=request.self_collision)
     _, trajectory = to_trajectory(request, robot)
     found = clearance_answer(checker, trajectory, CLEARANCE_TOLERANCE)
-    answer = {
-        "satisfied": satisfied and found["free"],
-        "clearance": found["clearance"],
-        "collision": found["collision"],
-    }
-    if zones:
-        answer["speed_zones"] = speed_zones_answer(zones, checker, robot, trajectory)
-        answer["satisfied"] &= all(check["satisfied"] for check in answer["speed_zones"])
-    return answer
+    checks = certify_speed_zones(zones, [checker], [robot], trajectory)
+    certificate = replace(
+        certificate,
+        satisfied=certificate.satisfied and found["free"] and all(check.satisfied for check in checks),
+        clearance=None if found["clearance"] is None else ClearanceReport.from_dict(found["clearance"]),
+        speed_zones=checks,
+    )
+    return certificate, {"clearance": found["clearance"], "collision": found["collision"]}
 
 
 def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests.Interpolation, Certificate]:

@@ -15,6 +15,7 @@ from planner.constraints import TOOL, TORQUE_WITH_TOLERANCES
 from planner.errors import Collision, InvalidProblem, InvalidRobotModel, LimitsUnsatisfiable, PlanningError
 from planner.kinematics.forward import CENTRIPETAL, JointStates
 from planner.limits import Limits
+from planner.operations import kept_clear
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
@@ -25,6 +26,7 @@ from planner.scene import Scene, SceneObject
 from planner.scene.checker import CollisionChecker
 from planner.shapes import Box
 from planner.spatial import FloatArray, Pose
+from planner.speed_zones import SpeedZone
 from planner.trajectories.trajectory import Trajectory
 from tests.planner.kernels.arms import random_states, robots
 from tests.planner.problems_of_tests import backend_of
@@ -341,6 +343,11 @@ def test_an_operation_on_a_trajectory_warns_of_them_too() -> None:
     reversed_ = planner.reverse_trajectory(with_errors(KUKA, ERROR), made.trajectory, limits=limits)
     (warning,) = (each for each in reversed_.warnings if each.code == "following_error_not_covered")
     assert "tcp_centripetal_acceleration" in warning.message
+    scene = Scene([SceneObject("wall", [Box([0.1, 1.0, 1.0])], Pose([4.0, 0.0, 0.0]))])
+    for clear in (kept_clear(reversed_, scene), kept_clear(reversed_, scene, speed_zones=[SpeedZone(0.1, 1.0)])):
+        (warning,) = (each for each in clear.warnings if each.code == "following_error_not_covered")
+        assert "tcp_centripetal_acceleration" in warning.message
+        assert ("speed_zones" in warning.message) == bool(clear.certificate.speed_zones)
     without = planner.reverse_trajectory(KUKA, made.trajectory, limits=limits)
     assert "following_error_not_covered" not in [each.code for each in without.warnings]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from api.contract import answers, collisions
+from api.contract import answers, collisions, trajectory_operations
 from tests.api.answers import checked
 from tests.api.requests import joint, plan_request
 from tests.locations import ROOT
@@ -205,7 +205,7 @@ def test_validating_in_a_scene(service: RunningService) -> None:
     for last, margin, is_free in ((ASIDE, 0.02, True), (ASIDE, 0.5, False), (TOO_LOW, 0.0, False)):
         slow["samples"]["position"] = [HOME, last]
         request = KUKA | slow | {"scene": {"objects": [TABLE], "margin": margin}}
-        answer = checked(service.post(f"{PLAN}/validate", request), answers.InterpolationCertificate)
+        answer = checked(service.post(f"{PLAN}/validate", request), trajectory_operations.ValidationAnswer)
         assert answer["satisfied"] == is_free
         assert (answer["clearance"] is None, answer["collision"] is None) == (not is_free, is_free)
     assert "collision" not in service.post(f"{PLAN}/validate", KUKA | slow).json()

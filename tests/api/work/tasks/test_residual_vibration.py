@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from api.contract import answers
+from api.contract import answers, trajectory_operations
 from api.contract.parts.common import VibrationMode
 from planner.problems.waypoint_faults import MODE_RANGES
 from tests.api.answers import checked
@@ -46,7 +46,7 @@ def test_a_trajectory_of_any_origin_is_reported(service: RunningService) -> None
     peaks = []
     for given in ({"polynomials": planned["polynomials"]}, {"samples": rows}):
         answer = service.post("/v1/trajectories/validate", body | given)
-        peaks.append(vibration_of(checked(answer, answers.InterpolationCertificate))["peak"])
+        peaks.append(vibration_of(checked(answer, trajectory_operations.ValidationAnswer))["peak"])
     expected = vibration_of(planned["certificate"])["peak"]
     assert peaks[0] == pytest.approx(expected, rel=1e-9)
     # Straight lines between samples 0.01 s apart jump in velocity, which the amplitude includes.

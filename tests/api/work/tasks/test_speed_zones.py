@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from api.contract import answers, collisions
+from api.contract import answers, collisions, trajectory_operations
 from api.contract.trajectory_operations import JoinAnswer, OperationAnswer, RetimeAnswer
 from tests.api.answers import checked
 from tests.api.conftest import wait_until
@@ -55,7 +55,7 @@ def test_a_trajectory_of_another_origin_is_held_against_zones(
     assert "speed_zones" not in quick["certificate"]
     for planned, satisfied in ((slow, True), (quick, False)):
         body = ASKED | {"polynomials": planned["polynomials"]}
-        answer = checked(service.post("/v1/trajectories/validate", body), answers.InterpolationCertificate)
+        answer = checked(service.post("/v1/trajectories/validate", body), trajectory_operations.ValidationAnswer)
         assert answer["satisfied"] is satisfied
         assert all(check["satisfied"] for check in answer["speed_zones"]) is satisfied
         assert answer["collision"] is None

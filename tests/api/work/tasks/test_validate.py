@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from api.contract import answers
+from api.contract import answers, trajectory_operations
 from planner.backends import BACKENDS
 from tests.api.answers import checked
 from tests.api.requests import joint, plan_request, validate_request
@@ -33,7 +33,7 @@ def test_a_plan_says_what_its_samples_are_validated_as(
     assert [said["interpolation"] for said in plan["sample_checks"]] == ["linear", "cubic", "quintic"]
     for said in plan["sample_checks"]:
         validated = service.post(VALIDATE, sent | {"interpolation": said["interpolation"]})
-        found = checked(validated, answers.InterpolationCertificate)
+        found = checked(validated, trajectory_operations.ValidationAnswer)
         assert (found["interpolation"], found["satisfied"]) == (said["interpolation"], said["satisfied"])
         assert found["continuity"] == said["continuity"]
         assert {check["quantity"]: check["ratio"] for check in found["checks"]} == {
@@ -72,8 +72,40 @@ def test_a_start_in_motion_validates_when_it_is_told(service: RunningService) ->
 
 def test_too_fast_a_trajectory_does_not_validate_and_that_is_no_error(service: RunningService) -> None:
     samples = {"time": [0.0, 1e-3], "position": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}
-    certificate = checked(service.post(VALIDATE, validate_request(samples=samples)), answers.InterpolationCertificate)
+    certificate = checked(
+        service.post(VALIDATE, validate_request(samples=samples)), trajectory_operations.ValidationAnswer
+    )
     assert certificate["satisfied"] is False
     [velocity] = [check for check in certificate["checks"] if check["quantity"] == "velocity"]
     assert velocity["peak"] == pytest.approx(1000.0)
     assert velocity["ratio"] > 1.0
+
+
+def test_a_validation_warns_of_the_same_as_an_operation(service: RunningService) -> None:
+    """Limits without tolerances or for planned positions alone, speed zones among them, and motion at the ends."""
+    sets = {"friction": 2.0, "friction_tolerance": 1.0, "following_error": 1e-3}
+    added = service.post(
+        "/v1/robots", {"kind": "derived", "id": "warned_of", "from": "ur5e", "limits": {"elbow_joint": sets}}
+    )
+    assert added.status_code == 201, added.text
+    wall = {"id": "wall", "shape": {"kind": "box", "size": [0.1, 1.0, 1.0]}, "pose": {"position": [1.5, 0.0, 0.5]}}
+    positions = [[0.0, -1.2, 1.4, -0.4, 1.0, 0.0], [0.2, -1.2, 1.4, -0.4, 1.0, 0.0], [0.4, -1.2, 1.4, -0.4, 1.0, 0.0]]
+    velocities = [[0.1, 0.0, 0.0, 0.0, 0.0, 0.0]] * 3
+    trajectory = {"samples": {"time": [0.0, 2.0, 4.0], "position": positions, "velocity": velocities}}
+    shared = {
+        "robot": added.json()["id"],
+        "limits": {"total_power": 1e5},
+        "scene": {"objects": [wall]},
+        "speed_zones": [{"clearance": 1.0, "speed": 0.5}],
+    }
+    motion = {"initial_velocity": velocities[0], "final_velocity": velocities[0]}
+    validated = checked(service.post(VALIDATE, shared | trajectory | motion), trajectory_operations.ValidationAnswer)
+    operated = service.post("/v1/trajectories/slice", shared | {"trajectory": trajectory})
+    assert operated.status_code == 200, operated.text
+    both = (sorted(answer["warnings"], key=str) for answer in (validated, operated.json()))
+    assert next(both) == next(both)
+    found = {warning["code"]: warning["message"] for warning in validated["warnings"]}
+    assert {"following_error_not_covered", "tolerances_not_covered", "starts_in_motion", "ends_in_motion"} < set(found)
+    assert "speed_zones" in found["following_error_not_covered"]
+    at_rest = service.post(VALIDATE, {"robot": "ur5e"} | trajectory).json()
+    assert at_rest["warnings"] == []
