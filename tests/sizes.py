@@ -5,7 +5,8 @@ The sizes apply to tests with the marks `hypothesis`, `sized`, `long_table` or `
 """
 
 import os
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,6 +42,12 @@ OVER_FIELDS = int(os.environ.get("TEST_FIELDS", SIZE.over_fields))
 """Random requests over the fields, set by `TEST_FIELDS`."""
 
 LARGER = "hypothesis or sized or long_table or large_only"
+
+
+def diagonal(*columns: Iterable[Any]) -> list[tuple[Any, ...]]:
+    """Return rows that contain every value of every column, instead of all combinations of the values."""
+    values = [list(column) for column in columns]
+    return [tuple(column[row % len(column)] for column in values) for row in range(max(map(len, values)))]
 
 
 def chosen_rows(count: int) -> set[int]:

@@ -42,7 +42,7 @@ def times_of(plan: planner.Plan, step: float) -> FloatArray:
 def test_cells_end_within_five_percent_of_the_bound_by_brute_force() -> None:
     rng = np.random.default_rng(5)
     solved = near_free_bound = 0
-    while solved < max(2, SIZE.requests // 90):
+    while solved < max(1, SIZE.requests // 90):
         first, second = (random_plan(robot, rng, 4) for robot in facing_capsule_arms(rng.uniform(0.95, 1.3)))
         step = max(own.trajectory.duration for own in (first, second)) / STEPS
         times = times_of(first, step), times_of(second, step)

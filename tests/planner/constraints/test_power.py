@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -27,7 +29,7 @@ from planner.constraints.excess import first_excess
 from planner.plans.result import Plan
 from planner.robots.payload import Payload
 from planner.spatial import FloatArray
-from tests.sizes import NAME
+from tests.sizes import NAME, diagonal
 
 SAMPLES = {"quick": 20_000, "large": 100_000, "soak": 100_000}[NAME]
 """Samples of each plan."""
@@ -72,10 +74,9 @@ def lifting() -> list[JointWaypoint | PoseWaypoint]:
     return [JointWaypoint(start), PoseWaypoint(up, motion=LinearMotion()), PoseWaypoint(pose, motion=LinearMotion())]
 
 
-@pytest.mark.parametrize("limits", LIMITS, ids=["power", "total_power"])
-@pytest.mark.parametrize("waypoints", [through(3), lifting()], ids=["through", "lifting"])
-@pytest.mark.parametrize("kind", BACKENDS)
-def test_every_back_end_keeps_limits_of_power(kind: str, waypoints: list[JointWaypoint], limits: Limits) -> None:
+@pytest.mark.parametrize(("kind", "moved"), diagonal(BACKENDS, product([through(3), lifting()], LIMITS)))
+def test_every_back_end_keeps_limits_of_power(kind: str, moved: tuple[list[JointWaypoint], Limits]) -> None:
+    waypoints, limits = moved
     robot = load_robot("ur5e")
     made = plan(PlanningProblem(robot, waypoints, limits=limits, payload=LOAD), BACKENDS[kind]())
     dense = powers(made, robot.with_payload(LOAD))

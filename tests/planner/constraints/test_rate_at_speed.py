@@ -27,6 +27,7 @@ from planner.spatial import FloatArray
 from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.polynomials import PiecewisePolynomial
 from tests.planner.problems_of_tests import backend_of
+from tests.sizes import diagonal
 
 MASSES, SPEEDS = (1.0, 5.0), (0.1, 0.4, 1.0)
 OF_ACCELERATION = ((1.0, 0.6, 0.3), (0.8, 0.4, 0.2))
@@ -63,8 +64,7 @@ def check_of(made: Plan, quantity: str) -> Check:
     return check
 
 
-@pytest.mark.parametrize("quantity", CHECKS)
-@pytest.mark.parametrize("kind", BACKENDS)
+@pytest.mark.parametrize(("kind", "quantity"), diagonal(BACKENDS, CHECKS))
 def test_every_back_end_keeps_the_tables(kind: str, quantity: str) -> None:
     backend = backend_of(kind)
     made = plan(PlanningProblem(ur5(), [JointWaypoint(q) for q in WAYPOINTS], payload=LOAD), backend)
@@ -130,7 +130,7 @@ def test_scales_and_requested_limits_hold_beside_the_tables() -> None:
 @pytest.mark.parametrize("constraint", CHECKS.values(), ids=list(CHECKS))
 def test_bounds_on_random_motions_hold_and_are_reached(constraint: RateAtSpeed) -> None:
     robot, rng = ur5(), np.random.default_rng(5)
-    for _ in range(10):
+    for _ in range(4):
         lengths = rng.uniform(0.2, 1.5, 3)
         motion = PiecewisePolynomial(lengths, rng.uniform(-0.6, 0.6, (3, 6, 6)) / (1.0 + np.arange(6)) ** 2)
         derivatives = derivatives_on_unit_time(motion, 6)

@@ -32,7 +32,7 @@ from planner.robots.varying.torque_curves import TorqueCurves
 from planner.spatial import FloatArray
 from planner.trajectories.extrema import derivatives_on_unit_time
 from planner.trajectories.polynomials import PiecewisePolynomial
-from tests.sizes import NAME
+from tests.sizes import NAME, diagonal
 
 SAMPLES = {"quick": 20_000, "large": 100_000, "soak": 100_000}[NAME]
 """Samples of each plan."""
@@ -84,9 +84,7 @@ def shares(made: Plan, robot: Robot) -> FloatArray:
     return np.abs(torques) / np.stack(allowed, axis=1)
 
 
-@pytest.mark.parametrize("waypoints", [through(3), swinging()], ids=["through", "swinging"])
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("kind", BACKENDS)
+@pytest.mark.parametrize(("kind", "shape", "waypoints"), diagonal(BACKENDS, SHAPES, [through(3), swinging()]))
 def test_every_back_end_keeps_torque_curves(kind: str, shape: str, waypoints: list[JointWaypoint]) -> None:
     robot = ur5(shape)
     made = plan(PlanningProblem(robot, waypoints, payload=LOAD), BACKENDS[kind]())

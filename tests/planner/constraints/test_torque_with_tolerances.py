@@ -25,6 +25,7 @@ from planner.robots.varying.torque_curves import TorqueCurve
 from planner.trajectories.trajectory import Trajectory
 from tests.planner.kernels.arms import random_states, robots
 from tests.planner.problems_of_tests import backend_of
+from tests.sizes import diagonal
 
 CENTER, MOMENTS = (0.05, 0.02, 0.15), (0.1, 0.2, 0.25)
 GIVEN = Payload(15.0, CENTER, MOMENTS)
@@ -116,8 +117,7 @@ def test_the_certificate_bounds_all_bodies_at_all_times(name: str, which: str) -
         assert check.ratio == pytest.approx(true, rel=0.03)
 
 
-@pytest.mark.parametrize("which", TOLERANCES)
-@pytest.mark.parametrize("kind", BACKENDS)
+@pytest.mark.parametrize(("kind", "which"), diagonal(BACKENDS, TOLERANCES))
 def test_every_back_end_keeps_the_limits_with_all_bodies_and_uses_them(kind: str, which: str) -> None:
     payload = TOLERANCES[which]
     made = plan(PlanningProblem(WEAK, [JointWaypoint(q) for q in WAYPOINTS], payload=payload), backend_of(kind))

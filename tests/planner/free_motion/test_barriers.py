@@ -30,6 +30,9 @@ HIGH = SceneObject("high", [Box([1.6, 0.1, 6.0])], Pose([1.0, 0.0, 0.0]))
 MARGIN = 0.02
 """The margin of random scenes, m."""
 
+CASES = max(1, SIZE.examples // 100)
+"""Number of random scenes of each arm."""
+
 
 def random_thing(rng: np.random.Generator, robot: Robot, position: FloatArray) -> SceneObject:
     """Return a shape near a link at a joint position."""
@@ -50,8 +53,8 @@ def test_every_joint_position_at_a_barrier_collides(arm: str) -> None:
     rng = np.random.default_rng(4)
     lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)
     turns = not np.isfinite(robot.limit("upper")[0])
-    seen, wanted = 0, 2 + SIZE.examples // 20
-    while seen < wanted:
+    seen = 0
+    while seen < CASES:
         walls = [random_wall(rng, name) for name in ("first", "second")]
         start, goal = rng.uniform(lower, upper, (2, robot.dof))
         checker = CollisionChecker(robot, Scene(walls, margin=MARGIN))
@@ -144,17 +147,17 @@ def test_no_barrier_is_found_where_a_path_exists(arm: str) -> None:
     robot = arm_of_capsules(arm)
     rng = np.random.default_rng(6)
     lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)
-    beside, motions = 0, 2 + SIZE.examples // 20
-    for _ in range(motions):
+    beside = 0
+    for _ in range(CASES):
         start, goal = rng.uniform(lower, upper, (2, robot.dof))
         way = PiecewisePolynomial(np.ones(1), np.stack([start, goal - start], axis=-1)[None])
         drawn = [replace(random_thing(rng, robot, rng.uniform(lower, upper)), id=f"thing {k}") for k in range(30)]
-        times = np.linspace(0.0, 1.0, 200)
+        times = np.linspace(0.0, 1.0, 100)
         apart = {k: distances_over_time(robot, Scene([one]), times, way) for k, one in enumerate(drawn)}  # type: ignore[arg-type]
         things = [drawn[k] for k, distances in apart.items() if np.nanmin(distances) > 0.0]
         beside += len(things)
         assert find_barrier(robot, CollisionChecker(robot, Scene(things)), start, goal[None], joints=2) is None
-    assert beside > 3 * motions
+    assert beside > 3 * CASES
 
 
 def test_a_refusal_says_that_there_is_no_way() -> None:

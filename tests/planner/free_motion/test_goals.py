@@ -128,7 +128,13 @@ def least_distance_of_bar(problem: planner.PlanningProblem, plan: planner.Plan) 
     return float(min(point_distance(plate)(points).min() for plate in problem.scene.objects))
 
 
-@pytest.mark.parametrize("after", AFTER.values(), ids=AFTER)
+@pytest.mark.parametrize(
+    "after",
+    [
+        pytest.param(after, id=name, marks=[pytest.mark.large_only] if name in ("circle", "polyline") else [])
+        for name, after in AFTER.items()
+    ],
+)
 def test_a_region_before_a_motion_of_the_tool_is_reached_at_another_pose(after: planner.CartesianMotion) -> None:
     """The nearest pose of the region is enclosed; across the caps a fixed turn is planned."""
     across = bar_between_caps(None, after, np.pi / 2.0)
@@ -144,4 +150,4 @@ def test_a_region_before_a_motion_of_the_tool_is_reached_at_another_pose(after: 
 def test_without_a_region_the_enclosed_pose_is_refused() -> None:
     """The test before therefore shows the effect of the region."""
     with pytest.raises(planner.NoPathFound):
-        planner.plan(bar_between_caps(None, AFTER["line"]), "quintic")
+        planner.plan(bar_between_caps(None, AFTER["line"]), "quintic", budget=planner.Budget(attempts=1))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 ROBOTS = ("ur5e", "fr3")
 DOWN = (0.0, 0.0, -1.0)
-SAMPLES = 10_000
+SAMPLES = 2_000
 HOME = {"ur5e": [0.0, -1.5, 1.9, -1.97, -1.57, 0.0], "fr3": [0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.8]}
 """Joint positions in which the tool points down."""
 
@@ -88,14 +88,25 @@ def kinds_around(robot: planner.Robot, position: list[float]) -> dict[str, PoseC
 
 
 KINDS = ("axis", "orientation", "plane", "line", "box", "half-space")
+DETOURS = (
+    ("fr3", "axis"),
+    ("fr3", "line"),
+    ("fr3", "box"),
+    ("fr3", "half-space"),
+    ("ur5e", "orientation"),
+    ("ur5e", "plane"),
+    ("ur5e", "axis and plane"),
+    ("ur5e", "orientation and half-space"),
+)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-@pytest.mark.parametrize("kind", [*KINDS, "axis and plane", "orientation and half-space"])
+@pytest.mark.parametrize(("name", "kind"), DETOURS)
 def test_no_sample_of_a_detour_around_a_box_breaks_a_constraint(name: str, kind: str) -> None:
     robot, rng = planner.load_robot(name), np.random.default_rng(7)
-    solved = corners = 0
+    corners = 0
     for _ in range(2):
+        if corners:
+            break
         middle = np.array(HOME[name]) + rng.uniform(-0.05, 0.05, robot.dof)
         every = kinds_around(robot, middle.tolist())
         keep = tuple(every[own] for own in kind.split(" and "))
@@ -110,7 +121,6 @@ def test_no_sample_of_a_detour_around_a_box_breaks_a_constraint(name: str, kind:
             plan = planner.plan(planner.PlanningProblem(robot, waypoints, scene=Scene([box])))
         except planner.NoPathFound:
             continue  # the search has a budget
-        solved += 1
         corners += plan.detours[0].has_corners
         for own in keep:
             worst = largest_value(own, robot, plan.trajectory)
@@ -118,7 +128,6 @@ def test_no_sample_of_a_detour_around_a_box_breaks_a_constraint(name: str, kind:
             assert worst <= check.peak + 1e-9
             assert worst <= own.limit + 2e-6
             assert check.method == "bounded"
-    assert solved
     assert corners
 
 

@@ -43,10 +43,10 @@ def test_no_joint_swings_far_beyond_its_goal(backend: BackEnd, short: float, bac
         before = PoseWaypoint(stretched.pose, transition=ThroughTransition())
         waypoints = [JointWaypoint(goal), before, line]
     trajectory = plan(PlanningProblem(robot, waypoints), backend).trajectory
-    q = trajectory.evaluate(np.linspace(0.0, trajectory.duration, 5001), [0])[0]
+    q = trajectory.evaluate(np.linspace(0.0, trajectory.duration, 1001), [0])[0]
     assert np.abs(q[:, 1]).max() < 1.0 + 2.0 * TURNED
     assert np.ptp(q[:, 0]) < 1.0 + 2.0 * TURNED
-    along = trajectory.segments[trajectory.locate(np.linspace(0.0, trajectory.duration, 5001))[0]] == int(backwards)
+    along = trajectory.segments[trajectory.locate(np.linspace(0.0, trajectory.duration, 1001))[0]] == int(backwards)
     ends = _tool_at(start).position, stretched.pose.position
     direction = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
     for row in q[along]:

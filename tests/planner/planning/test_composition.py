@@ -64,19 +64,20 @@ def test_as_many_remedies_with_a_free_motion_as_without(detour: bool) -> None:
 def test_refusals_behind_a_detour_name_waypoints_as_requested() -> None:
     """The corners of the detour were counted: `from waypoint 3 to 4`, beside a segment 1."""
     through = planner.JointWaypoint(LEFT)
-    refusal = refusal_of(planner.PlanningProblem(ARM, [*AROUND, through], scene=SCENE))
+    once = planner.Budget(attempts=1)
+    refusal = refusal_of(planner.PlanningProblem(ARM, [*AROUND, through], scene=SCENE), budget=once)
     assert isinstance(refusal, Collision)
     assert refusal.segment == 1
     assert "from waypoint 1 to 2" in refusal.message
     assert refusal.message == str(refusal)
     hurried = replace(beyond(3, 1.0), duration=0.01)
-    refusal = refusal_of(planner.PlanningProblem(ARM, [*AROUND, hurried], scene=SCENE))
+    refusal = refusal_of(planner.PlanningProblem(ARM, [*AROUND, hurried], scene=SCENE), budget=once)
     assert isinstance(refusal, InfeasibleDuration)
     assert (refusal.segment, refusal.waypoint) == (1, 2)
     assert refusal.message.startswith("segment 1 cannot be done in 0.01 s")
     far = planner.PoseWaypoint(planner.Pose([9.0, 0.0, 0.0], np.eye(3)))
     problem = planner.PlanningProblem(ARM, [*AROUND, far, replace(AROUND[1], position=LEFT)], scene=SCENE)
-    refusal = refusal_of(problem)
+    refusal = refusal_of(problem, budget=once)
     assert refusal.waypoint == 2
     assert "waypoint 2" in refusal.message
 

@@ -68,7 +68,7 @@ def test_guides_lead_along_lines() -> None:
 
 def test_guides_lead_along_circles() -> None:
     generator = np.random.default_rng(2)
-    for _ in range(20):
+    for _ in range(4):
         start, end, via = pose(generator), pose(generator), planner.Pose(generator.uniform(-1.0, 1.0, 3))
         circle = Circle.through(start, via, end)
         guide = guide_of(circle, TOLERANCE)
@@ -110,7 +110,7 @@ def guided() -> dict[str, Any]:
         planner.PoseWaypoint(side, motion=planner.LinearMotion()),
         planner.PoseWaypoint(end, motion=planner.CircularMotion(via=planner.Pose(via.position))),
     ]
-    return write_proof(planner.plan(planner.PlanningProblem(robot, waypoints), planner.Toppra()))
+    return write_proof(planner.plan(planner.PlanningProblem(robot, waypoints), planner.Trapezoidal()))
 
 
 def test_lines_circles_and_blends_are_proved(guided: dict[str, Any]) -> None:

@@ -18,15 +18,15 @@ from planner.proofs import ProofRejected, check_proof, write_proof
 from planner.proofs.checker import CLAIMS, MOST_BYTES_OF_PROOF, digest
 from tests.sizes import SIZE
 
-FILES = 3 if SIZE.examples < 100 else 20
+FILES = 3 if SIZE.examples < 100 else 6
 """Number of plans besides the varied ones."""
 
 OF_RESTS = "torque at rest while the payload or the process force changes"
 """The part of the torque limits that no claim covers."""
 
-SEEDS = range(max(1, SIZE.examples // 30))
+SEEDS = range(max(1, SIZE.examples // 250))
 
-BYTES = 300_000
+BYTES = 100_000
 """The number of bytes of changed files per proof and seed: a large proof is changed in fewer ways."""
 
 

@@ -232,7 +232,7 @@ def test_random_plans_are_clear_or_refused(kind: str) -> None:
     rng, robot = np.random.default_rng(len(kind)), load_robot("date_sorting_arm")
     lower, upper = robot.limit("lower").clip(-1.5, None), robot.limit("upper").clip(None, 1.5)
     planned = 0
-    for _ in range(max(4, SIZE.requests // 36)):
+    for _ in range(max(2, SIZE.requests // 72)):
         centers = rng.uniform([-1.0, -1.0, 0.2], [1.0, 1.0, 1.5], (4, 3))
         balls = [SceneObject(f"ball_{k}", [Sphere(0.1)], Pose(center)) for k, center in enumerate(centers)]
         scene = Scene(balls, margin=float(rng.choice([0.0, 0.01, 0.05])))

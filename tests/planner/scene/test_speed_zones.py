@@ -71,7 +71,7 @@ def slow_plan(problem: planner.PlanningProblem, kind: str = "quintic") -> planne
 
 @pytest.mark.parametrize(
     "kind",
-    [kind if kind in ("cubic", "ruckig") else IN_FULL(kind) for kind in BACKENDS],
+    [kind if kind == "ruckig" else IN_FULL(kind) for kind in BACKENDS],
 )
 def test_every_back_end_slows_down_past_a_person(kind: str) -> None:
     plan = slow_plan(PAST, kind)
@@ -170,8 +170,9 @@ def test_a_free_motion_is_slowed() -> None:
 
 @pytest.mark.parametrize("kind", ["cubic", IN_FULL("ruckig")])
 def test_durations_are_kept(kind: str) -> None:
-    shortest = slow_plan(PAST, kind).trajectory.duration
-    enough = slow_plan(replace(PAST, duration=shortest + 1.0), kind)
+    shortest = planner.plan(PAST, backend_of(kind)).trajectory.duration
+    enough = planner.plan(replace(PAST, duration=shortest + 1.0), backend_of(kind))
+    assert enough.certificate.satisfied
     assert enough.trajectory.duration == shortest + 1.0
     segment = slow_plan(replace(PAST, waypoints=[LEFT, replace(RIGHT, duration=shortest + 1.0)]), kind)
     assert segment.trajectory.duration == pytest.approx(shortest + 1.0, rel=1e-12)
@@ -292,7 +293,7 @@ def test_bounds_hold_on_random_motions(arm: str) -> None:
     rng = np.random.default_rng(ARMS.index(arm))
     robot = replace(arm_of_capsules(arm))  # a copy of its own, whose shapes are changed
     in_capsules(robot)
-    for _ in range(max(2, SIZE.examples // 25)):
+    for _ in range(max(1, SIZE.examples // 50)):
         start, end = random_positions(robot, rng)
         motion, scene = motion_between(start, end), random_scene(rng, 1.5)
         checker, clearance = CollisionChecker(robot, scene), float(rng.uniform(0.01, 0.5))

@@ -29,7 +29,7 @@ from planner.robots import DHJoint
 from planner.robots.payload import Payload
 from planner.spatial import FloatArray
 from planner.trajectories.trajectory import Trajectory
-from tests.sizes import NAME
+from tests.sizes import NAME, diagonal
 
 SAMPLES = {"quick": 40_000, "large": 100_000, "soak": 100_000}[NAME]
 """Approximate number of samples of each trajectory."""
@@ -63,8 +63,7 @@ def waypoints(seed: int) -> list[JointWaypoint]:
     return made
 
 
-@pytest.mark.parametrize("seed", [2, 5])
-@pytest.mark.parametrize("kind", BACKENDS)
+@pytest.mark.parametrize(("kind", "seed"), diagonal(BACKENDS, [2, 5]))
 def test_every_back_end_takes_longer_until_the_rms_torque_is_kept(kind: str, seed: int) -> None:
     robot = load_robot("ur5e")
     problem = PlanningProblem(robot, waypoints(seed), payload=LOAD)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 import planner
 from planner import LinearMotion, Pose
 from planner.planning.remedies.shorter_lines import nearer_ends
+from tests.sizes import diagonal
 
 STARTS = {
     "kuka_kr16_2": (0.2, -1.2, 1.4, 0.3, 0.8, 0.1),
@@ -24,9 +25,7 @@ def refusal_of(problem: planner.PlanningProblem) -> planner.PlanningError:
     return refused.value
 
 
-@pytest.mark.parametrize("frame", FRAMES)
-@pytest.mark.parametrize("start", ["joint", "pose"])
-@pytest.mark.parametrize("name", STARTS)
+@pytest.mark.parametrize(("name", "start", "frame"), diagonal(STARTS, ["joint", "pose"], FRAMES))
 def test_a_line_out_of_reach_has_a_nearer_end_on_the_same_line(name: str, start: str, frame: str) -> None:
     robot = planner.load_robot(name)
     here = planner.forward_kinematics(robot, STARTS[name])
