@@ -62,9 +62,12 @@ def read_document(model: type[R], text: bytes, changes: Mapping[str, Any]) -> tu
     if isinstance(document, dict):
         document |= changes
     try:
-        return model.model_validate_json(orjson.dumps(document)), document
+        request = model.model_validate_json(orjson.dumps(document))
     except ValidationError as error:
         raise invalid_request(error, document) from None
+    if isinstance(name := getattr(request, "scene", None), str):
+        raise invalid_at("/scene", f"must be the scene itself: only a service stores scenes; got {name!r}")
+    return request, document
 
 
 def plan_request(request: PlanRequest, robot: Robot | None = None) -> Plan:

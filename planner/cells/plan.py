@@ -278,8 +278,7 @@ def _waits(members: Sequence[_Member], margin: float, skew: float, end: float) -
         raise refusal
     for count in CELLS_OF_LONGEST:
         if monotonic() > end:
-            text = f"no waits that keep the robots apart were found in time; without waits: {refusal._text}"
-            raise refusal.with_fields(_text=text)
+            break
         step = max(member.mover.duration for member in members) / count
         axes = tuple(Axis(member.mover, step, member.rests) for member in members)
         pairs = combinations(range(len(axes)), 2)
@@ -292,8 +291,10 @@ def _waits(members: Sequence[_Member], margin: float, skew: float, end: float) -
             own[1:-1] += (axis.counts * step - np.diff(axis.rests))[:-1]
         if _refused(members, waits, margin, skew) is None:
             return _shortened(members, waits, margin, skew, end)
-    text = f"no waits where the robots rest keep them apart; without waits: {refusal._text}"
-    raise refusal.with_fields(_text=text)
+    reason = "no waits where the robots rest keep them apart"
+    if monotonic() > end:
+        reason = "no waits that keep the robots apart were found in time"
+    raise refusal.with_fields(_text=f"{reason}; without waits: {refusal._text}")
 
 
 def _refused(

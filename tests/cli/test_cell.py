@@ -37,6 +37,18 @@ def test_cell_shows_waits_and_clearances_and_writes_a_trajectory_for_each_robot(
         assert float(written[-1][0]) == pytest.approx(float(rows[name][2]), abs=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("command", "example"),
+    [("cell", "cell/over_a_table"), ("order", "tasks/drill_and_deburr"), ("plan", "blended_lines")],
+)
+def test_commands_know_no_stored_scene(tmp_path: Path, command: str, example: str) -> None:
+    request = json.loads((ROOT / f"examples/{example}.json").read_text()) | {"scene": "cell_1"}
+    (tmp_path / "request.json").write_text(json.dumps(request))
+    refused = planner(command, tmp_path / "request.json")
+    assert refused.exit_code == 1
+    assert "/scene must be the scene itself" in " ".join(refused.stderr.split())
+
+
 def test_cell_refuses_faults_and_unknown_options(tmp_path: Path) -> None:
     request = json.loads(CELL.read_text())
     left, right = request["robots"]

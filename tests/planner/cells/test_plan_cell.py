@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, count
 
 import numpy as np
 import pytest
@@ -242,12 +242,18 @@ def test_no_object_goes_from_one_robot_to_another() -> None:
         planner.plan_cell([a, taking(b, 2, "other")], scene=planner.Scene([PART]))
 
 
-def test_a_spent_budget_ends_the_search_for_waits() -> None:
+def test_a_spent_budget_ends_the_search_for_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     robots = cell_of(*crossing_plans())
     with pytest.raises(planner.Collision, match="no waits that keep the robots apart were found in time"):
         planner.plan_cell(robots, margin=MARGIN, budget=planner.Budget(seconds=1e-6))
     apart = planner.plan_cell(cell_of(*crossing_plans(3.0)), budget=planner.Budget(seconds=1e-6))
     assert len(apart.clearances) == 1
+    ticks = count()  # the budget ends while the first diagram is made
+    monkeypatch.setattr("planner.cells.plan.monotonic", lambda: float(next(ticks)))
+    monkeypatch.setattr("planner.cells.diagram.monotonic", lambda: np.inf)
+    with pytest.raises(planner.Collision, match="found in time"):
+        planner.plan_cell(robots, margin=MARGIN, budget=planner.Budget(seconds=3.5))
+    monkeypatch.undo()
     movers = [planner.Mover.of_plan(name, own) for name, own in zip("ab", crossing_plans(3.0), strict=True)]
     axes = [Axis(mover, mover.duration / 8.0, np.array([0.0, mover.duration])) for mover in movers]
     assert not Diagram.of(axes[0], axes[1], MARGIN).cells.any()
