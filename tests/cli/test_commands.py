@@ -64,6 +64,7 @@ def test_plan_shows_waypoints_and_certificate(request_file: Path) -> None:
     assert velocity.split()[2:7] == ["0.375", "3.142", "rad/s", "11.9", "%"]
 
 
+@pytest.mark.large_only
 def test_order_shows_the_order_and_writes_a_request_with_the_same_plan(tmp_path: Path) -> None:
     result = planner("order", EXAMPLES / "tasks/drill_and_deburr.json", "-o", tmp_path / "ordered.json")
     assert result.exit_code == 0, result.stderr

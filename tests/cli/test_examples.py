@@ -19,18 +19,18 @@ EXAMPLES = ROOT / "examples"
 FILES = sorted(
     str(path.relative_to(EXAMPLES)) for folder in ("", "jobs") for path in (EXAMPLES / folder).glob("*.json")
 )
-ONCE_CRASHED = ("least_effort.json", "jobs/inspection.json")
-"""Examples with quantities that once had no unit."""
 FILES_WRITTEN = {"-o": "plan.json", "--report": "report.html", "--plot": "picture.svg"}
 
 
-def planned(name: str, folder: Path) -> None:
-    """Plan an example with all output files, and check the plan against its limits again."""
+@pytest.mark.long_table
+@pytest.mark.parametrize("name", FILES)
+def test_an_example_is_planned_written_and_validated(name: str, tmp_path: Path) -> None:
+    """With all output files; quantities of `least_effort` and `inspection` once had no unit."""
     request = EXAMPLES / name
     robot_id = json.loads(request.read_text())["robot"]
     need_robot(robot_id)
     robot = EXAMPLES / "robots" / f"{robot_id}.json"
-    written = {option: folder / file for option, file in FILES_WRITTEN.items()}
+    written = {option: tmp_path / file for option, file in FILES_WRITTEN.items()}
     options = [text for option, file in written.items() for text in (option, str(file))]
     named = ["--robot", str(robot)] if robot.exists() else []
     result = CliRunner().invoke(app, ["plan", str(request), *options, *named])
@@ -38,14 +38,3 @@ def planned(name: str, folder: Path) -> None:
     assert all(file.stat().st_size > 1000 for file in written.values())
     result = CliRunner().invoke(app, ["validate", str(written["-o"]), *named])
     assert result.exit_code == 0, result.stdout + result.stderr
-
-
-@pytest.mark.parametrize("name", ONCE_CRASHED)
-def test_quantities_of_a_search_are_shown(name: str, tmp_path: Path) -> None:
-    planned(name, tmp_path)
-
-
-@pytest.mark.long_table
-@pytest.mark.parametrize("name", sorted(set(FILES) - set(ONCE_CRASHED)))
-def test_an_example_is_planned_written_and_validated(name: str, tmp_path: Path) -> None:
-    planned(name, tmp_path)

@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.locations import ROOT
 
 PAGE = (ROOT / "docs" / "contributing.md").read_text(encoding="utf-8")
@@ -25,6 +27,7 @@ def apply_diff(diff: str, folder: Path) -> None:
         file.write_text(content.replace(before, after), encoding="utf-8")
 
 
+@pytest.mark.large_only
 def test_the_worked_example_adds_an_operation(tmp_path: Path) -> None:
     """In two files, and with an example of its body it stands in the document and a worker runs it."""
     (diff,) = re.findall(r"```diff\n(.*?)```", PAGE, flags=re.DOTALL)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 PACKAGE = "planner_client_under_test"
 
+pytestmark = pytest.mark.large_only
+
 
 @pytest.fixture(scope="module")
 def client(service: RunningService, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:

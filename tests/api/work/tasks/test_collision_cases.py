@@ -141,6 +141,7 @@ def values_of(curve: dict[str, Any], times: FloatArray) -> FloatArray:
     return np.asarray((coefficients[pieces] * powers).sum(axis=1))
 
 
+@pytest.mark.large_only
 @pytest.mark.usefixtures("ur10e")
 def test_goal_region_is_planned_clear_of_the_bin(service: RunningService) -> None:
     """It was refused, though the same pose without `free` was planned."""
@@ -151,6 +152,7 @@ def test_goal_region_is_planned_clear_of_the_bin(service: RunningService) -> Non
     assert least_distance(request, answer.json()["polynomials"]) > request["scene"]["margin"] - 1e-5
 
 
+@pytest.mark.large_only
 @pytest.mark.usefixtures("ur10e")
 def test_bin_p00_is_refused_since_no_turn_of_the_palm_has_room(service: RunningService) -> None:
     """The part lies 50 mm from two walls in a corner. A palm of 140 mm by 50 mm needs more room in every turn."""
