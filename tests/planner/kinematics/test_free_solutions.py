@@ -63,7 +63,7 @@ def test_free_solutions_come_first_and_what_is_in_the_way_is_said() -> None:
     checker = CollisionChecker(ARM, scene)
     is_free = partial(planner.is_free, checker)
     counts = {"some": 0, "none": 0}
-    for pose in over_the_table(rng, 20):
+    for pose in over_the_table(rng, 10):
         reference = rng.uniform(-1.0, 1.0, ARM.dof)
         known = planner.all_solutions(ARM, pose, reference=reference)
         if not known:
@@ -91,7 +91,7 @@ def test_the_nearest_is_the_nearest_free_one_as_long_as_there_is_one() -> None:
     scene = Scene([TABLE])
     is_free = partial(planner.is_free, CollisionChecker(ARM, scene))
     counts = {"as before": 0, "another": 0, "none": 0}
-    for pose in over_the_table(rng, 20):
+    for pose in over_the_table(rng, 10):
         known = planner.all_solutions(ARM, pose)
         if not known:
             continue
