@@ -150,6 +150,16 @@ class TooManyScenes(ServiceError, code="too_many_scenes", status=409, title="No 
     """There is no room for more scenes."""
 
 
+class UnknownRoadmap(ServiceError, code="unknown_roadmap", status=404, title="There is no such roadmap"):
+    """The scene has no roadmap of this robot."""
+
+
+class TooManyRoadmaps(
+    ServiceError, code="too_many_roadmaps", status=409, title="The scene has no room for the roadmap"
+):
+    """The scene has as many roadmaps, or bytes of roadmaps, as it may have."""
+
+
 class UnknownBatch(ServiceError, code="unknown_batch", status=404, title="There is no such batch"):
     """There is no batch with this id, or it has been kept for long enough."""
 

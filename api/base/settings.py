@@ -116,6 +116,10 @@ class Settings(BaseSettings):
     """The most bytes of stored scenes in the database."""
     max_scenes_bytes_per_client: int = Field(default=16 * 1024 * 1024, ge=0)
     """The most bytes of stored scenes of one key or address."""
+    max_roadmaps_per_scene: int = Field(default=4, ge=0)
+    """The most roadmaps of one stored scene, each of another robot."""
+    max_roadmaps_bytes_per_scene: int = Field(default=1024 * 1024, ge=0)
+    """The most bytes of roadmaps of one stored scene in the database."""
     max_batch_items: int = Field(default=100_000, ge=1)
     """The most requests in one batch."""
     max_batch_bytes: int = Field(default=64 * 1024 * 1024, ge=1024)

@@ -38,6 +38,10 @@ class ServiceLimits(Answer):
     """The bytes that the scenes of all clients may take in the database."""
     max_scenes_bytes_per_client: int
     """The bytes that the scenes of one client may take of these."""
+    max_roadmaps_per_scene: int
+    """The largest number of roadmaps that are kept with one scene, each of another robot."""
+    max_roadmaps_bytes_per_scene: int
+    """The bytes that the roadmaps of one scene may take in the database."""
     max_batch_items: int
     """The largest number of requests in one batch."""
     max_batch_bytes: int

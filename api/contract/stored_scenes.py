@@ -6,7 +6,19 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from api.contract.parts.common import Answer, FrameName, Pose, Schema
+from api.contract.parts.common import (
+    DEFAULT_DEADLINE,
+    Answer,
+    Deadline,
+    FrameName,
+    JointVector,
+    Mounting,
+    NamedRobot,
+    Pose,
+    Schema,
+    SelfCollision,
+    Tool,
+)
 from api.contract.parts.scenes import (
     MOST_ATTACHED,
     MOST_OBJECTS,
@@ -20,6 +32,12 @@ from api.contract.parts.scenes import (
     SceneShape,
     SolidShape,
 )
+
+MOST_SAMPLES = 2000
+"""The most samples of a roadmap."""
+
+MOST_POSITIONS = 32
+"""The most joint positions that a request for a roadmap gives."""
 
 
 class SceneToKeep(Scene):
@@ -119,3 +137,51 @@ class ScenesAnswer(Answer):
     """The scenes, in the order of the ids."""
     next_cursor: str | None
     """The `cursor` of the next page; null: this is the last."""
+
+
+class RoadmapRequest(Schema):
+    """A roadmap of a robot in a stored scene. Plans use it that have the same robot, `tool` and `mounting`."""
+
+    robot: NamedRobot
+    tool: Tool = None
+    frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
+    """Work objects by name, each with its pose in the world (m), for the objects of the scene that stand in them."""
+    mounting: Mounting = None
+    self_collision: SelfCollision = None
+    samples: Annotated[int, Field(ge=0, le=MOST_SAMPLES)] = 600
+    """The number of sampled joint positions, without unit; collision-free ones become nodes of the roadmap."""
+    positions: Annotated[list[JointVector], Field(max_length=MOST_POSITIONS)] = Field(default_factory=list)
+    """The joint positions at which the robot works, shape (positions, joints), rad or m. They become nodes, too, with
+    short paths between them."""
+    deadline: Deadline = DEFAULT_DEADLINE
+
+
+class RoadmapDescription(Answer):
+    """A roadmap that the service keeps with a scene."""
+
+    is_current: bool
+    """Whether it was proved for the robot and the scene as they are; requests use only such a roadmap."""
+    robot: str
+    """The id of the robot."""
+    created: str
+    """The time at which it was built, or proved again (RFC 3339)."""
+    digest: str
+    """The SHA-256 of its content, `sha256:...`: equal roadmaps give equal plans."""
+    number_of_nodes: int
+    """The number of collision-free joint positions, without unit."""
+    number_of_motions: int
+    """The number of proved straight motions between them, without unit."""
+    number_of_paths: int
+    """The number of short paths between the `positions` of the request, without unit."""
+    number_of_checks: int
+    """The number of joint positions and motions that were checked to build it, without unit: few if an earlier roadmap
+    was proved again."""
+    bytes: int
+    """The size of its content, bytes."""
+
+
+class RoadmapsAnswer(Answer):
+    """The roadmaps of a scene."""
+
+    roadmaps: list[RoadmapDescription]
+    """The roadmaps, in the order of the ids of their robots."""

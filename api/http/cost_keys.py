@@ -62,6 +62,12 @@ def by_cell(document: Mapping[str, Any]) -> tuple[Any, ...]:
     return (len(keys), *map(max, zip(*keys, strict=True)))
 
 
+def by_roadmap(document: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Declare that the number of samples decides the duration of the operation."""
+    samples = document.get("samples")
+    return (samples.bit_length(),) if isinstance(samples, int) and 0 <= samples < LARGEST else ()
+
+
 def by_plan_of(index: int) -> CostKey:
     """Declare the same for the plan by one of the `backends` of a comparison."""
 
@@ -79,6 +85,11 @@ def _options(backend: Any) -> tuple[Any, ...]:
         return ()
     known = backend.get("kind") if backend.get("kind") in BACKENDS else "other"
     return (known, *(name for name in SLOW_OPTIONS if backend.get(name) is True))
+
+
+def may_have_free_motions(document: Mapping[str, Any]) -> bool:
+    """Tell whether a body has free motions, or tasks in any order, between which motions in a scene are free."""
+    return "tasks" in document or any(motion.get("kind") == "free" for motion in _motions(document.get("waypoints")))
 
 
 def _motions(waypoints: Any) -> Iterator[Mapping[str, Any]]:

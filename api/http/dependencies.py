@@ -17,9 +17,12 @@ from api.base.pages import MOST_ENTRIES
 from api.base.size import parse_json, refuse_many_rows
 from api.contract.cells import MOST_ROBOTS
 from api.contract.parts.common import DEFAULT_DEADLINE
+from api.http.cost_keys import may_have_free_motions
 from api.pool.jobs import queue_is_full
 from api.store.clients import Client
+from api.store.contents.digests import sha256
 from api.store.named_contents import ROBOTS, SCENES
+from api.store.roadmaps import find_roadmap
 
 if TYPE_CHECKING:
     from fastapi.params import Security as Dependency
@@ -107,7 +110,8 @@ class Body:
         deadline: The time that the answer may take from the arrival of the request, s.
         named: The ids of the robots to use, or to derive another `from`, that no client has added.
         contents: The definitions that the ids in the body stand for: `definition` of an added robot and `scene` of a
-            scene. `definitions` has the added robots of a cell by their ids.
+            scene. `definitions` has the added robots of a cell by their ids. With a free motion in a scene also the
+            `roadmap` of the robot there.
     """
 
     content: bytes = b""
@@ -128,7 +132,18 @@ async def read_body(request: Request) -> Body:
     """
     service = service_of(request)
     content = await _content(request)
-    document = _parse(content, service.settings.max_body_bytes)
+    return await body_of(request, content, _parse(content, service.settings.max_body_bytes))
+
+
+async def body_of(request: Request, content: bytes, document: Mapping[str, Any]) -> Body:
+    """Find the contents that the ids in a body name.
+
+    Args:
+        request: The request.
+        content: The bytes of the body.
+        document: The body as JSON.
+    """
+    service = service_of(request)
     named, of_cell = document.get("robot", document.get("from")), _robots_of_cell(document)
     contents: dict[str, Any] = {}
     namespace, scene_id = client(request).namespace, document.get("scene")
@@ -144,6 +159,10 @@ async def read_body(request: Request) -> Body:
     if isinstance(scene_id, str):
         scene = await service.database.read(SCENES.find, namespace, scene_id)
         contents |= {} if scene is None else {"scene": scene.definition}
+        if scene is not None and isinstance(named, str) and may_have_free_motions(document):
+            of_robot = sha256(definitions[named]) if named in definitions else ""
+            roadmap = await service.database.read(find_roadmap, namespace, scene_id, scene.digest, named, of_robot)
+            contents |= {} if roadmap is None else {"roadmap": roadmap}
     deadline = document.get("deadline")
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or the worker will refuse it

@@ -116,7 +116,7 @@ class NamedContents(Generic[C]):
             `changed`: it stands for something else than before by now; for the others see `add` and `delete`.
         """
         exclusively(connection, CONTENTS)
-        kept = self._owned(connection, namespace, name, owner)
+        kept = self.owned(connection, namespace, name, owner)
         if isinstance(kept, str):
             return kept
         if kept.digest != before:
@@ -142,7 +142,7 @@ class NamedContents(Generic[C]):
             owner: The client that must have added it; None: anybody may have.
         """
         exclusively(connection, CONTENTS)
-        kept = self._owned(connection, namespace, name, owner)
+        kept = self.owned(connection, namespace, name, owner)
         if isinstance(kept, str):
             return kept
         connection.execute(delete(self.ids).where(self._named(kept.namespace, name)))
@@ -163,6 +163,16 @@ class NamedContents(Generic[C]):
         rows = connection.execute(query.where(order > name).order_by(order).limit(limit))
         return [(row.id, with_id(row.id, row.summary)) for row in rows]
 
+    def owned(
+        self, connection: Connection, namespace: str, name: str, owner: str | None
+    ) -> Row[Any] | Literal["unknown", "of_another"]:
+        """Find the row of an id that a client may change, or why there is none."""
+        query = select(self.ids).where(self._seen_as(namespace, name)).order_by(self.ids.c.namespace.desc())
+        kept = connection.execute(query.limit(1)).one_or_none()
+        if kept is None:
+            return "unknown"
+        return kept if owner is None or kept.owner == owner else "of_another"
+
     def forget(self, connection: Connection, digests: Sequence[str | None]) -> None:
         """Delete contents for which no id stands, and which no batch needs."""
         unneeded = not_(self._is_needed(true()))
@@ -173,16 +183,6 @@ class NamedContents(Generic[C]):
 
     def _seen_as(self, namespace: str, name: str) -> ColumnElement[bool]:
         return and_(self.ids.c.id == name, self.ids.c.namespace.in_([namespace, FOR_ALL]))
-
-    def _owned(
-        self, connection: Connection, namespace: str, name: str, owner: str | None
-    ) -> Row[Any] | Literal["unknown", "of_another"]:
-        """Find the row of an id that a client may change, or why there is none."""
-        query = select(self.ids).where(self._seen_as(namespace, name)).order_by(self.ids.c.namespace.desc())
-        kept = connection.execute(query.limit(1)).one_or_none()
-        if kept is None:
-            return "unknown"
-        return kept if owner is None or kept.owner == owner else "of_another"
 
     def _lacking(
         self, connection: Connection, content: C, owner: str, bounds: Bounds, named: ColumnElement[bool]

@@ -9,6 +9,7 @@ from sqlalchemy import (
     Column,
     Float,
     ForeignKey,
+    ForeignKeyConstraint,
     Index,
     Integer,
     LargeBinary,
@@ -89,6 +90,25 @@ scenes = Table(
     Index("scenes_by_owner", "owner"),
 )
 """The ids of scenes, like the ids of robots."""
+
+roadmaps = Table(
+    "roadmaps",
+    metadata,
+    Column("namespace", Text, primary_key=True),
+    Column("scene", Id, primary_key=True),
+    Column("robot", Id, primary_key=True),
+    Column("definition_digest", Text, nullable=False),
+    Column("scene_digest", Text, nullable=False),
+    Column("request", LargeBinary, nullable=False),
+    Column("content", LargeBinary, nullable=False),
+    Column("summary", LargeBinary, nullable=False),
+    Column("size", Integer, nullable=False),
+    ForeignKeyConstraint(
+        ["namespace", "scene"], [scenes.c.namespace, scenes.c.id], "fk_roadmaps_scene", ondelete="CASCADE"
+    ),
+)
+"""The roadmaps of scenes (`RoadmapContent`), which go with them: the id of the robot, the digest of its definition
+(empty: a robot of the catalogue), and the digest of the scene for which the roadmap was proved."""
 
 keys = Table(
     "keys",

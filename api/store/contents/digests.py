@@ -19,12 +19,13 @@ def canonical(request: BaseModel, exclude: set[str] | None = None) -> bytes:
     return request.model_dump_json(exclude=exclude, by_alias=True).encode()
 
 
-def request_hash(request: BaseModel, robot: bytes | None = None) -> str:
+def request_hash(request: BaseModel, robot: bytes | None = None, roadmap: bytes | None = None) -> str:
     """Make what an answer quotes its request by: two requests with the same hash ask for the same plan.
 
     Args:
         request: The request, which names its robot by an id. The catalogue belongs to the version of the service.
         robot: The definition of an uploaded robot, whose id may belong to another one later; None: a catalogue robot.
+        roadmap: The bytes of the roadmap on which free motions are searched; None: there is none.
     """
     content = canonical(request, exclude={"picture"})  # the plan is the same, however it is drawn
-    return sha256(content if robot is None else content + b"\n" + robot)
+    return sha256(b"\n".join([content, *(part for part in (robot, roadmap) if part is not None)]))

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import planner
 from api.base.errors import invalid, invalid_at
 from api.contract import stored_scenes as schemas
 from api.contract.parts.scenes import MOST_ATTACHED, MOST_OBJECTS, AttachedObject, Scene, SceneObject
 from api.pool.messages import Reply
 from api.store.contents.digests import canonical, sha256
+from api.store.contents.roadmaps import RoadmapContent
 from api.store.contents.scenes import SceneContent
+from api.work.conversion.problems import frames_in_world, mounted, to_vector, with_tool
 from api.work.conversion.scenes import to_scene
 from api.work.tasks.context import JSON, scene_of, task, to_json
 from planner.errors import InvalidProblem
@@ -20,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from api.work.tasks.context import TaskContext
-    from planner import FieldPath
+    from planner import FieldPath, Pose
 
 T = TypeVar("T", SceneObject, AttachedObject)
 
@@ -54,6 +58,58 @@ def change_scene(context: TaskContext) -> Reply:
         content = _content(_changed(scene_of(context.arguments.get("kept", EMPTY)), change), change)
     body = content.described_as(context.arguments.get("id", ""))
     return Reply(200, JSON, body, context.timings, result=content)
+
+
+@task("build_roadmap")
+def build_roadmap(context: TaskContext) -> Reply:
+    """Answer POST /v1/scenes/{id}/roadmap; the argument `kept` is the definition of the scene.
+
+    The argument `earlier` has the bytes of an earlier roadmap, whose motions are proved again only against changed
+    objects. The server keeps the content that comes back in `result`.
+    """
+    with context.stage("validate"):
+        request: schemas.RoadmapRequest = context.request(schemas.RoadmapRequest)
+        robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
+        scene = _placed(scene_of(context.arguments.get("kept", EMPTY)), frames_in_world(robot, request.frames))
+        earlier = context.arguments.get("earlier")
+    with context.stage("plan"):
+        roadmap = planner.build_roadmap(
+            robot,
+            scene,
+            samples=request.samples,
+            positions=[to_vector(row, robot.dof, ("positions", i)) for i, row in enumerate(request.positions)],
+            self_collision=request.self_collision,
+            earlier=None if earlier is None else planner.Roadmap.from_bytes(earlier),
+        )
+    definition, content = context.arguments.get("definition"), roadmap.to_bytes()
+    summary = {
+        "robot": request.robot,
+        "created": datetime.now(UTC).isoformat(timespec="milliseconds"),
+        "digest": sha256(content),
+        "number_of_nodes": len(roadmap.positions),
+        "number_of_motions": len(roadmap.edges),
+        "number_of_paths": len(roadmap.ways),
+        "number_of_checks": roadmap.checked,
+        "bytes": len(content),
+    }
+    of_robot = "" if definition is None else sha256(definition)
+    result = RoadmapContent(request.robot, of_robot, canonical(request), content, to_json(summary))
+    headers = {"Location": f"/v1/scenes/{context.arguments.get('id', '')}/roadmap"}
+    return Reply(201, JSON, result.described_as(is_current=True), context.timings, headers, result)
+
+
+def _placed(scene: Scene, frames: Mapping[str, Pose]) -> planner.Scene:
+    """Place the objects of a stored scene in the frames of a request.
+
+    Raises:
+        InvalidRequest: An object stands in another frame.
+    """
+    for thing in scene.objects:
+        if thing.frame not in frames:
+            raise invalid_at(
+                "/frames", f"must have the frame {thing.frame!r}, in which {thing.id!r} of the scene stands"
+            )
+    return to_scene(scene, frames, ())
 
 
 def _content(scene: Scene, requested: Scene | schemas.SceneChange) -> SceneContent:

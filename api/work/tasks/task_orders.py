@@ -12,7 +12,7 @@ from api.work.conversion.problems import to_backend, to_motion
 from api.work.conversion.task_orders import at_field, in_request, to_plan_request, to_task_problem
 from api.work.conversion.time_budgets import attempts_until
 from api.work.tasks.context import in_scene, task, validated
-from api.work.tasks.trajectories import export_options, figures_of, refuse_too_many_rows
+from api.work.tasks.trajectories import figures_of, options_of, refuse_too_many_rows, with_roadmap
 from planner.tasks import order_tasks
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ def order(context: TaskContext) -> Reply:
         robot = context.robot(request)
         with at_field(in_request):
             problem, tasks = to_task_problem(request, robot)
+            problem = with_roadmap(problem, context.arguments.get("roadmap"))
         travel = None if request.travel is None else to_motion(request.travel, None)
     with context.stage("plan"), at_field(in_request):
         left = attempts_until(context.task.deadline).seconds
@@ -41,7 +42,7 @@ def order(context: TaskContext) -> Reply:
     refuse_too_many_rows(plan.trajectory.duration, request.sample_period, plan.path.robot.dof, context)
     planned = to_plan_request(context.document, ordered)
     ordinary = in_scene(validated(requests.PlanRequest, planned, context.caps), context.arguments.get("scene"))
-    options = export_options(ordinary, context.arguments.get("definition"))
+    options = options_of(ordinary, problem, context)
     names = [request.tasks[index].name for index in ordered.order]
     visits = zip(ordered.order, names, ordered.reversed, ordered.first, strict=True)
     answer = {

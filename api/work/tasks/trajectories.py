@@ -40,9 +40,11 @@ from planner.certificate import (
 )
 from planner.comparison import figures
 from planner.errors import PlanningError
+from planner.free_motion.roadmaps.building import is_current
 from planner.operations import trajectory_warnings
 from planner.planning import plan
 from planner.plots import joint_indices
+from planner.roadmap import Roadmap
 from planner.scene import CollisionChecker
 
 if TYPE_CHECKING:
@@ -51,6 +53,7 @@ if TYPE_CHECKING:
     from planner.certificate.checks import Certificate
     from planner.comparison import Figures
     from planner.plans.result import Plan
+    from planner.problems.problem import PlanningProblem
     from planner.robots import Robot
 
 
@@ -62,7 +65,8 @@ def plan_trajectory(context: TaskContext) -> Reply:
         form = negotiated(context.arguments["format"], context.arguments["accept"], forms)
         request = context.request(requests.PlanRequest)
         asked, backend = to_planning_problem(request, context.robot(request)), to_backend(request.backend)
-        options = export_options(request, context.arguments.get("definition"))
+        asked = with_roadmap(asked, context.arguments.get("roadmap"))
+        options = options_of(request, asked, context)
         if request.picture is not None and request.picture.joints is not None:
             joint_indices(asked.robot, request.picture.joints, ("picture", "joints"))
     with context.stage("plan"), acceptable_remedies(context, request, asked.robot.dof):
@@ -110,14 +114,15 @@ def compare_backend(context: TaskContext) -> Reply:
     entry["backend"] = request.backend.kind
     try:
         with context.stage("plan"), acceptable_remedies(context, asked, robot.dof), at_back_end(index):
-            problem = within_deadline(to_planning_problem(request, robot), context.task.deadline)
+            problem = with_roadmap(to_planning_problem(request, robot), context.arguments.get("roadmap"))
+            problem = within_deadline(problem, context.task.deadline)
             solved = plan(problem, to_backend(request.backend), attempts_until(context.task.deadline))
             refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, context)
     except (PlanningError, InvalidRequest) as error:
         _, body = problem_document(error, context.task.instance)
         return context.reply(entry | {"status": error.code, "problem": orjson.Fragment(body)})
     with context.stage("serialise"):
-        trajectory = as_dict(solved, export_options(request, context.arguments.get("definition")))
+        trajectory = as_dict(solved, options_of(request, problem, context))
         return context.reply(entry | _compared(figures(solved)) | {"status": "planned", "trajectory": trajectory})
 
 
@@ -201,9 +206,32 @@ def list_backends(context: TaskContext) -> Reply:
     return context.reply({"backends": descriptions})
 
 
-def export_options(request: requests.PlanRequest, definition: bytes | None) -> AnswerOptions:
-    """Make the options of an answer to a request, which may name an added robot with a definition."""
-    quoted = request_hash(request, definition)
+def with_roadmap(problem: PlanningProblem, content: bytes | None) -> PlanningProblem:
+    """Let free motions be searched on the roadmap in these bytes, if it is one of this robot in this scene."""
+    if content is None:
+        return problem
+    roadmap = Roadmap.from_bytes(content)
+    fits = is_current(roadmap, problem.robot, problem.scene, problem.self_collision)
+    return replace(problem, roadmap=roadmap) if fits else problem
+
+
+def options_of(request: requests.PlanRequest, problem: PlanningProblem, context: TaskContext) -> AnswerOptions:
+    """Make the options of an answer to a plan request with its problem."""
+    roadmap = None if problem.roadmap is None else context.arguments["roadmap"]
+    return export_options(request, context.arguments.get("definition"), roadmap)
+
+
+def export_options(
+    request: requests.PlanRequest, definition: bytes | None, roadmap: bytes | None = None
+) -> AnswerOptions:
+    """Make the options of an answer to a request.
+
+    Args:
+        request: The request.
+        definition: The definition of the added robot that it names; None: it names none.
+        roadmap: The bytes of the roadmap on which free motions are searched; None: there is none.
+    """
+    quoted = request_hash(request, definition, roadmap)
     return AnswerOptions(request.sample_period, frozenset(request.include), request.repeat, quoted)
 
 

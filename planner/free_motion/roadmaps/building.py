@@ -123,7 +123,7 @@ def build_roadmap(
     given = _checked(robot, samples, positions)
     checker = checker_of(robot, scene, self_collision)
     lower, upper = _range(robot)
-    of_robot, objects = digest_of_robot(checker, [lower, upper]), digests_of_objects(checker)
+    of_robot, objects = _digests(robot, checker)
     known = _Known()
     if earlier is not None and earlier.robot == of_robot:
         known = _known(earlier, robot, scene, objects, _samples(lower, upper, earlier.samples))
@@ -141,6 +141,16 @@ def build_roadmap(
     edges = np.array(sorted(legs.union(proved)), dtype=int).reshape(-1, 2)
     checked = around.checked + (0 if known.changed is None else known.changed.checked)
     return Roadmap(nodes, edges, samples, given, of_ways, of_robot, objects, checked)
+
+
+def is_current(roadmap: Roadmap, robot: Robot, scene: Scene | None, self_collision: bool | None) -> bool:
+    """Tell whether a roadmap was built for these moving bodies among these objects."""
+    return (roadmap.robot, roadmap.objects) == _digests(robot, checker_of(robot, scene, self_collision))
+
+
+def _digests(robot: Robot, checker: CollisionChecker) -> tuple[str, dict[str, str]]:
+    """Return the digest of a robot, and the digest of each object around it by its name."""
+    return digest_of_robot(checker, _range(robot)), digests_of_objects(checker)
 
 
 def _ways(robot: Robot, given: FloatArray, known: _Known, around: _Surroundings) -> list[FloatArray]:
