@@ -107,8 +107,8 @@ roadmaps = Table(
         ["namespace", "scene"], [scenes.c.namespace, scenes.c.id], "fk_roadmaps_scene", ondelete="CASCADE"
     ),
 )
-"""The roadmaps of scenes (`RoadmapContent`), which go with them: the id of the robot, the digest of its definition
-(empty: a robot of the catalogue), and the digest of the scene for which the roadmap was proved."""
+"""The roadmaps of scenes (`RoadmapContent`), which go with their scenes. `definition_digest` is that of an added robot,
+or empty for a robot of the catalogue. `scene_digest` is that of the scene for which the roadmap was proved."""
 
 keys = Table(
     "keys",

@@ -136,6 +136,13 @@ ADVICE: dict[str, dict[str, Advice]] = {
         "scene_exists": Advice("Another scene has the id.", "Change it by `PATCH`, or choose another id."),
         "scene_of_another": Advice("Another client added the scene.", "Use the key or address that added it."),
         "too_many_scenes": Advice("The service keeps no more scenes.", "Delete one, or raise `PLANNER_MAX_SCENES`."),
+        "unknown_roadmap": Advice(
+            "The scene has no roadmap of the robot.", "`GET /v1/scenes/{id}/roadmap` lists the scene's roadmaps."
+        ),
+        "too_many_roadmaps": Advice(
+            "The scene has as many roadmaps, or bytes of roadmaps, as it may have.",
+            "Lower `samples`, delete one, or raise `PLANNER_MAX_ROADMAPS_PER_SCENE`.",
+        ),
         "unknown_batch": Advice(
             "No batch has this id, or its retention has ended.", "Send it again; raise `PLANNER_BATCH_RETENTION_DAYS`."
         ),

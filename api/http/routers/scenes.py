@@ -31,8 +31,8 @@ from api.http.replies import get_reply, is_known, not_modified, respond
 from api.http.router import Router
 from api.http.transport.answer import Answer
 from api.pool.messages import Reply
+from api.store import roadmaps
 from api.store.named_contents import FOR_ALL, SCENES, Bounds
-from api.store.roadmaps import RoadmapBounds, delete_roadmap, keep_roadmap, roadmaps_of
 
 if TYPE_CHECKING:
     from api.base.settings import Settings
@@ -216,7 +216,7 @@ async def build_roadmap(request: Request, scene_id: SceneId, body: SceneBody) ->
 )
 async def list_roadmaps(request: Request, scene_id: SceneId) -> Response:
     """Answer GET /v1/scenes/{id}/roadmap."""
-    found = await service_of(request).database.read(roadmaps_of, client(request).namespace, scene_id)
+    found = await service_of(request).database.read(roadmaps.roadmaps_of, client(request).namespace, scene_id)
     if found is None:
         raise _unknown()
     entries = [kept.roadmap.described_as(kept.is_of_robot and kept.is_of_scene) for kept in found[1]]
@@ -235,13 +235,13 @@ async def list_roadmaps(request: Request, scene_id: SceneId) -> Response:
         status=204,
     ),
 )
-async def remove_roadmap(
+async def delete_roadmap(
     request: Request, scene_id: SceneId, robot: Annotated[str, Query(min_length=1, description="Id of the robot.")]
 ) -> Response:
     """Answer DELETE /v1/scenes/{id}/roadmap."""
     sender = client(request)
     outcome = await service_of(request).database.write(
-        delete_roadmap, sender.namespace, scene_id, robot, sender.changes_of
+        roadmaps.delete_roadmap, sender.namespace, scene_id, robot, sender.changes_of
     )
     match outcome:
         case "deleted":
@@ -260,24 +260,28 @@ async def _prove_again(request: Request, scene_id: str) -> None:
 
     A roadmap that is not proved in time stays as it is: no request uses it until it is built again.
     """
-    found = await service_of(request).database.read(roadmaps_of, client(request).namespace, scene_id)
+    found = await service_of(request).database.read(roadmaps.roadmaps_of, client(request).namespace, scene_id)
     for kept in [] if found is None else found[1]:
         if kept.is_of_robot and not kept.is_of_scene:
             body = await body_of(request, kept.roadmap.request, orjson.loads(kept.roadmap.request))
             try:
-                await _built(request, scene_id, body)
+                code = (await _built(request, scene_id, body)).code
             except ServiceError as refusal:
-                log.warning("roadmap_not_proved_again", scene=scene_id, robot=kept.roadmap.robot, code=refusal.code)
+                code = refusal.code
+            if code is not None:
+                log.warning("roadmap_not_proved_again", scene=scene_id, robot=kept.roadmap.robot, code=code)
+                request.state.code = None  # the change itself is made
 
 
 async def _built(request: Request, scene_id: str, body: Body) -> Reply:
     """Build a roadmap, from an earlier one of the robot if there is one, and keep it."""
     service, sender = service_of(request), client(request)
-    found = await service.database.read(roadmaps_of, sender.namespace, scene_id)
+    found = await service.database.read(roadmaps.roadmaps_of, sender.namespace, scene_id)
     if found is None:
         raise _unknown()
     scene, others = found
-    earlier = (kept.roadmap.content for kept in others if kept.is_of_robot and kept.roadmap.robot == body.named)
+    robot = body.document.get("robot")
+    earlier = (kept.roadmap.content for kept in others if kept.is_of_robot and kept.roadmap.robot == robot)
     reply = await get_reply(
         request,
         "build_roadmap",
@@ -290,9 +294,9 @@ async def _built(request: Request, scene_id: str, body: Body) -> Reply:
     if reply.result is None:
         return reply
     settings = service.settings
-    bounds = RoadmapBounds(settings.max_roadmaps_per_scene, settings.max_roadmaps_bytes_per_scene)
+    bounds = roadmaps.RoadmapBounds(settings.max_roadmaps_per_scene, settings.max_roadmaps_bytes_per_scene)
     match await service.database.write(
-        keep_roadmap, sender.namespace, scene_id, scene.digest, reply.result, sender.changes_of, bounds
+        roadmaps.keep_roadmap, sender.namespace, scene_id, scene.digest, reply.result, sender.changes_of, bounds
     ):
         case "added":
             audit(request, "roadmap_built", scene_id)

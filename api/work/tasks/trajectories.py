@@ -40,7 +40,7 @@ from planner.certificate import (
 )
 from planner.comparison import figures
 from planner.errors import PlanningError
-from planner.free_motion.roadmaps.building import is_current
+from planner.free_motion.roadmaps import is_current
 from planner.operations import trajectory_warnings
 from planner.planning import plan
 from planner.plots import joint_indices
@@ -207,7 +207,7 @@ def list_backends(context: TaskContext) -> Reply:
 
 
 def with_roadmap(problem: PlanningProblem, content: bytes | None) -> PlanningProblem:
-    """Let free motions be searched on the roadmap in these bytes, if it is one of this robot in this scene."""
+    """Let free motions be searched on the roadmap in these bytes, if it fits robot and scene."""
     if content is None:
         return problem
     roadmap = Roadmap.from_bytes(content)

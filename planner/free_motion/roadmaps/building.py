@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from planner.errors import InvalidProblem
 from planner.free_motion.free_path import find_free_path
-from planner.free_motion.roadmaps.digests import digest_of_robot, digests_of_objects
+from planner.free_motion.roadmaps.digests import digests_of, sampled_range
 from planner.roadmap import MOST_ROADMAP_POSITIONS, MOST_ROADMAP_SAMPLES, Roadmap
 from planner.robots import Robot
 from planner.scene import CONTACT_TOLERANCE, Budget, CollisionChecker, Scene, clearances, edge
@@ -41,9 +41,6 @@ MOST_WAYS = 66
 
 MOST_WAY_CHECKS = 2000
 """Largest number of motions that the search for such a path checks."""
-
-WIDEST = np.pi
-"""The largest distance of a sample from the middle of its joint's range, rad or m: whole turns lead nowhere else."""
 
 
 class _Surroundings:
@@ -122,8 +119,8 @@ def build_roadmap(
     """
     given = _checked(robot, samples, positions)
     checker = checker_of(robot, scene, self_collision)
-    lower, upper = _range(robot)
-    of_robot, objects = _digests(robot, checker)
+    lower, upper = sampled_range(robot)
+    of_robot, objects = digests_of(robot, checker)
     known = _Known()
     if earlier is not None and earlier.robot == of_robot:
         known = _known(earlier, robot, scene, objects, _samples(lower, upper, earlier.samples))
@@ -141,16 +138,6 @@ def build_roadmap(
     edges = np.array(sorted(legs.union(proved)), dtype=int).reshape(-1, 2)
     checked = around.checked + (0 if known.changed is None else known.changed.checked)
     return Roadmap(nodes, edges, samples, given, of_ways, of_robot, objects, checked)
-
-
-def is_current(roadmap: Roadmap, robot: Robot, scene: Scene | None, self_collision: bool | None) -> bool:
-    """Tell whether a roadmap was built for these moving bodies among these objects."""
-    return (roadmap.robot, roadmap.objects) == _digests(robot, checker_of(robot, scene, self_collision))
-
-
-def _digests(robot: Robot, checker: CollisionChecker) -> tuple[str, dict[str, str]]:
-    """Return the digest of a robot, and the digest of each object around it by its name."""
-    return digest_of_robot(checker, _range(robot)), digests_of_objects(checker)
 
 
 def _ways(robot: Robot, given: FloatArray, known: _Known, around: _Surroundings) -> list[FloatArray]:
@@ -215,13 +202,6 @@ def _checked(robot: Robot, samples: int, positions: ArrayLike) -> FloatArray:
         ]
         raise InvalidProblem(faults)
     return given
-
-
-def _range(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and the highest joint positions (joints,) of samples."""
-    lower, upper = robot.limit("lower"), robot.limit("upper")
-    middle = np.clip(0.0, lower, upper)
-    return np.maximum(lower, middle - WIDEST), np.minimum(upper, middle + WIDEST)
 
 
 def _samples(lower: FloatArray, upper: FloatArray, count: int) -> FloatArray:

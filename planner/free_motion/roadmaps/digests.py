@@ -8,11 +8,35 @@ from hashlib import sha256
 import numpy as np
 from numpy.typing import ArrayLike
 
-from planner.scene import CollisionChecker
+from planner.roadmap import Roadmap
+from planner.robots import Robot
+from planner.scene import CollisionChecker, Scene
 from planner.scene.arrays import core_of
+from planner.scene.checker import checker_of
 from planner.scene.obstacles import Obstacle
 from planner.scene.point_cloud import Cluster
 from planner.shapes import HalfSpace, Shape
+from planner.spatial import FloatArray
+
+WIDEST = np.pi
+"""The largest distance of a sample from the middle of its joint's range, rad or m: whole turns lead nowhere else."""
+
+
+def is_current(roadmap: Roadmap, robot: Robot, scene: Scene | None, self_collision: bool | None) -> bool:
+    """Tell whether a roadmap is proved for these moving bodies among these objects."""
+    return (roadmap.robot, roadmap.objects) == digests_of(robot, checker_of(robot, scene, self_collision))
+
+
+def digests_of(robot: Robot, checker: CollisionChecker) -> tuple[str, dict[str, str]]:
+    """Compute the digest of a robot, and the digest of each object around it by its name."""
+    return digest_of_robot(checker, sampled_range(robot)), digests_of_objects(checker)
+
+
+def sampled_range(robot: Robot) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest and the highest joint positions (joints,) of samples."""
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    middle = np.clip(0.0, lower, upper)
+    return np.maximum(lower, middle - WIDEST), np.minimum(upper, middle + WIDEST)
 
 
 def digest_of_robot(checker: CollisionChecker, within: ArrayLike) -> str:

@@ -181,6 +181,7 @@ def problems(service: RunningService) -> dict[str, Any]:
     found["header_too_large"] = _raw(service, f"GET / HTTP/1.1\r\nX: {'a' * 70_000}")
     found["robot_exists"], found["robot_of_another"] = _robots(service)
     found["scene_exists"], found["scene_of_another"] = _scenes(service)
+    found["unknown_roadmap"] = _roadmap(service)
     found["conflict"] = _conflict(service)
     found = {code: reply.json() if isinstance(reply, httpx.Response) else reply for code, reply in found.items()}
     for error in (
@@ -190,6 +191,7 @@ def problems(service: RunningService) -> dict[str, Any]:
         errors.Forbidden("The API key must have the scope `robots:write`."),
         errors.TooManyRobots("The service stores no more robots. Delete one first."),
         errors.TooManyScenes("The service stores no more scenes. Delete one first."),
+        errors.TooManyRoadmaps("A scene may have at most 4 roadmaps. Delete the roadmap of another robot first."),
         errors.TooManyBatches("This client has too many unfinished batches. Wait for one to end, or cancel one."),
         errors.MemoryExceeded(),
         errors.InternalError(),
@@ -228,6 +230,14 @@ def _scenes(service: RunningService) -> tuple[httpx.Response, httpx.Response]:
     return exists, of_another
 
 
+def _roadmap(service: RunningService) -> httpx.Response:
+    """Delete the roadmap of a scene without one."""
+    service.post(SCENES, {"id": "somebodys_cell"})
+    unknown = service.client.delete(f"{SCENES}/somebodys_cell/roadmap", params={"robot": "ur5e"})
+    service.client.delete(f"{SCENES}/somebodys_cell")
+    return unknown
+
+
 def _conflict(service: RunningService) -> httpx.Response:
     headers = {"Idempotency-Key": "recorded examples"}
     first, second = (service.post(BATCHES, {"requests": [plan_request(seed=seed)]}, headers=headers) for seed in (0, 1))
@@ -246,8 +256,8 @@ def _raw(service: RunningService, request: str) -> Any:
     return json.loads(answer.partition(b"\r\n\r\n")[2])
 
 
-OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_hash", "next_cursor"}
-"""Fields whose values differ in every run."""
+OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_hash", "next_cursor", "digest"}
+"""Fields whose values differ in every run; the digest of a roadmap is that of its numbers."""
 
 FOR_PEOPLE = {"detail", "message", "explanation"}
 """Fields whose words name the robots that are installed, or a time."""

@@ -7,7 +7,16 @@ from typing import Any
 import pytest
 
 from api.contract.parts.backends import backend_schemas
-from api.http.cost_keys import BACKENDS, by_cell, by_plan, by_plan_of, by_size, kind_of
+from api.http.cost_keys import (
+    BACKENDS,
+    by_cell,
+    by_plan,
+    by_plan_of,
+    by_roadmap,
+    by_size,
+    kind_of,
+    may_have_free_motions,
+)
 from api.pool.costs import CHEAP, Costs, Kind
 
 
@@ -50,10 +59,13 @@ def test_the_kinds_of_back_ends_are_those_that_there_are() -> None:
         {"backends": [{"kind": {}}], "backend": None},
         {"robots": 1},
         {"robots": [1, {"waypoints": [{"motion": {"kind": []}}], "backend": 1}, {}]},
+        {"samples": [600], "waypoints": [{"motion": {"kind": {}}}]},
+        {"samples": 1e300},
     ],
 )
 def test_the_kind_of_what_follows_no_schema(document: dict[str, Any]) -> None:
-    for cost_key in (by_size, by_plan, by_plan_of(0), by_cell):
+    assert not may_have_free_motions(document)
+    for cost_key in (by_size, by_plan, by_plan_of(0), by_cell, by_roadmap):
         assert hash(kind_of("plan_trajectory", document, cost_key)) is not None
 
 

@@ -213,6 +213,14 @@ def test_scenes_of_another_are_not_there_unless_they_are_public(keyed: Keyed) ->
     assert [scene["id"] for scene in keyed.ask("planner", "GET", "/v1/scenes").json()["scenes"]] == ["hall"]
     assert keyed.ask("other", "PATCH", "/v1/scenes/hall", {"margin": 1.0}).json()["code"] == "scene_of_another"
     assert keyed.ask("admin", "PATCH", "/v1/scenes/hall", {"margin": 0.0}).status_code == 200
+    roadmap, of = "/v1/scenes/hall/roadmap", {"robot": "three_dof_arm", "samples": 2}
+    refused = [keyed.ask(name, "POST", roadmap, of).json()["code"] for name in ("planner", "other")]
+    assert refused == ["forbidden", "scene_of_another"]
+    assert keyed.ask("one", "POST", roadmap, of).status_code == 201
+    assert len(keyed.ask("planner", "GET", roadmap).json()["roadmaps"]) == 1
+    path = f"{roadmap}?robot=three_dof_arm"
+    assert keyed.ask("other", "DELETE", path).json()["code"] == "scene_of_another"
+    assert keyed.ask("one", "DELETE", path).status_code == 204
     for name, path in (("one", "hall"), ("one", "cell"), ("other", "cell")):
         assert keyed.ask(name, "DELETE", f"/v1/scenes/{path}").status_code == 204
 

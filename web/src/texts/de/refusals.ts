@@ -167,6 +167,16 @@ export const refusals: Record<string, Said> = {
     cause: 'Der Dienst bewahrt nicht mehr Szenen auf.',
     remedy: 'Eine löschen oder PLANNER_MAX_SCENES erhöhen.',
   },
+  unknown_roadmap: {
+    title: 'Diese Roadmap gibt es nicht',
+    cause: 'Die Szene hat keine Roadmap dieses Roboters.',
+    remedy: 'Eine Roadmap der Szene wählen oder eine anlegen.',
+  },
+  too_many_roadmaps: {
+    title: 'Die Szene hat keinen Platz für die Roadmap',
+    cause: 'Die Szene hat so viele Roadmaps oder so große, wie sie haben darf.',
+    remedy: 'samples verringern, eine löschen oder PLANNER_MAX_ROADMAPS_PER_SCENE erhöhen.',
+  },
   unknown_batch: {
     title: 'Diesen Stapel gibt es nicht',
     cause: 'Kein Stapel hat diese Kennung, oder seine Aufbewahrung ist abgelaufen.',
