@@ -44,7 +44,7 @@ STARTS = {
 }
 """Joint positions, rad, with space for paths around them."""
 
-SAMPLES = 20 if NAME == "quick" else 100
+SAMPLES = 300 if NAME == "soak" else 20
 """Samples of each trajectory."""
 
 FRACTIONS = np.linspace(0.0, 1.0, 401)
@@ -59,7 +59,7 @@ ROUNDING = 1e-10
 FLOOR = ROUNDING + 4.0 * PARTS_KNOWN_TO
 """Accuracy of bounds whatever the deviation, m and rad: polylines and splines are known to this."""
 
-SEEDS = range({"quick": 1, "large": 2, "soak": 60}[NAME])
+SEEDS = range(60 if NAME == "soak" else 1)
 """Seeds of random paths."""
 
 BACK_ENDS = ("toppra", "cubic", "trapezoidal", "ruckig")
