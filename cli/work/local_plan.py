@@ -61,13 +61,22 @@ def read_document(model: type[R], text: bytes, changes: Mapping[str, Any]) -> tu
         raise invalid_at("", f"not JSON: {error}") from None
     if isinstance(document, dict):
         document |= changes
+    return checked_request(model, document), document
+
+
+def checked_request(model: type[R], document: Any) -> R:
+    """Check a document against the schema of requests.
+
+    Raises:
+        InvalidRequest: With everything that is wrong with it.
+    """
     try:
         request = model.model_validate_json(orjson.dumps(document))
     except ValidationError as error:
         raise invalid_request(error, document) from None
     if isinstance(name := getattr(request, "scene", None), str):
         raise invalid_at("/scene", f"must be the scene itself: only a service stores scenes; got {name!r}")
-    return request, document
+    return request
 
 
 def plan_request(request: PlanRequest, robot: Robot | None = None) -> Plan:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from planner.kinematics import FloatArray
     from planner.plans.result import Plan
     from planner.robots import Joint, Robot
+    from planner.trajectories.trajectory import PlanWarning
 
 NUMBERS = ("peak", "of limit", "share", "at (s)")
 """The columns of the certificate's table that hold numbers."""
@@ -87,11 +88,10 @@ def plan_summary(plan: Plan, seconds: float) -> Group:
         (f"{trajectory.duration:.6g} s", "bold"),
         (f"   planned in {seconds * 1e3:.1f} ms", "dim"),
     )
-    warnings = [Text.assemble(("warning  ", "yellow"), warning.message) for warning in plan.warnings]
     return Group(
         Text(),
         head,
-        *warnings,
+        *map(warning_line, plan.warnings),
         *map(_choice_line, plan.choices),
         Text(),
         _waypoint_table(plan),
@@ -226,15 +226,19 @@ def certificate_table(certificate: Certificate, robot: Robot) -> Table:
             f"{check.time:.3f}",
             check.method if check.enforced else Text("not enforced", style="dim"),
         )
-    if certificate.clearance is not None:
-        found = certificate.clearance
-        parts = [_clearance(part) for part in (found.scene, found.itself) if part is not None]
+    parts = [_speed_zone(check) for check in certificate.speed_zones]
+    if (found := certificate.clearance) is not None:
         if found.contacts is not None:
-            parts.append(f"where it takes things and puts them down {_clearance(found.contacts)}")
-        parts += [_speed_zone(check) for check in certificate.speed_zones]
-        table.caption = "\n".join(parts)
-        table.caption_justify = "left"
+            parts.insert(0, f"where it takes things and puts them down {_clearance(found.contacts)}")
+        parts = [*(_clearance(part) for part in (found.scene, found.itself) if part is not None), *parts]
+    table.caption = "\n".join(parts) or None
+    table.caption_justify = "left"
     return table
+
+
+def warning_line(warning: PlanWarning) -> Text:
+    """Show a warning."""
+    return Text.assemble(("warning  ", "yellow"), warning.message)
 
 
 def _clearance(clearance: Clearance) -> str:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 import typer
-from pydantic import ValidationError
 
-from api.base.errors import invalid, invalid_at, invalid_request
+from api.base.errors import invalid, invalid_at
 from api.contract.requests import ValidateRequest
-from api.work.tasks.trajectories import certified
+from api.work.tasks.trajectories import validated
+from cli.work.local_plan import checked_request
 from cli.work.robots.files import FileOptions, NamedRobot
 from cli.work.shared import read, refusals, robot_named
-from cli.work.terminal import certificate_table, terminal
+from cli.work.terminal import certificate_table, terminal, warning_line
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,10 +40,7 @@ def read_trajectory(text: bytes, robot: str | None = None, interpolation: str | 
     if isinstance(document, dict):
         document |= {} if robot is None else {"robot": robot}
         document |= {} if interpolation is None else {"interpolation": interpolation}
-    try:
-        return ValidateRequest.model_validate_json(orjson.dumps(document))
-    except ValidationError as error:
-        raise invalid_request(error, document) from None
+    return checked_request(ValidateRequest, document)
 
 
 def _document(text: bytes) -> Any:
@@ -95,9 +92,14 @@ def validate_file(
         named = None if robot is None else robot_named(robot, FileOptions(srdf, tip))
         asked = read_trajectory(text, None if named is None else named.id, interpolation)
         model = (named or NamedRobot(asked.robot)).load()
-        law, certificate = certified(asked, model)
+        found = validated(asked, model)
+        warnings = list(found.warnings)
     console = terminal()
-    console.print(certificate_table(certificate, model))
-    console.print(f"interpolation: {law}")
-    if not certificate.satisfied:
+    console.print(certificate_table(found.certificate, model))
+    if (collision := found.further.get("collision")) is not None:
+        console.print(collision["detail"], style="red")
+    console.print(f"interpolation: {found.interpolation}")
+    for warning in warnings:
+        console.print(warning_line(warning))
+    if not found.certificate.satisfied:
         raise typer.Exit(1)

@@ -470,6 +470,29 @@ def test_a_request_that_breaks_a_limit_ends_with_1(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("height", "speed", "shown", "code"),
+    [(9.0, 1.0, "clear by", 0), (0.0, 1.0, "ball", 1), (9.0, 1e-3, "0.001 m/s", 1)],
+    ids=["free", "collision", "speed zone"],
+)
+def test_the_scene_and_the_speed_zones_of_a_request_are_validated(
+    tmp_path: Path, height: float, speed: float, shown: str, code: int
+) -> None:
+    """They were not looked at, and a trajectory through an object was valid."""
+    samples = {"time": [0.0, 5.0], "position": [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0]]}
+    ball = {"id": "ball", "shape": {"kind": "sphere", "radius": 0.1}, "pose": {"position": [0.0, 0.0, height]}}
+    zone = {"clearance": 9.0, "speed": speed}
+    file = tmp_path / "asked.json"
+    request = {"robot": "three_dof_arm", "samples": samples, "scene": {"objects": [ball]}, "speed_zones": [zone]}
+    file.write_text(json.dumps(request))
+    result = planner("validate", file)
+    assert result.exit_code == code, result.stdout + result.stderr
+    assert shown in result.stdout
+    assert "warning" in result.stdout
+    file.write_text(json.dumps(request | {"scene": "stored"}))
+    assert "only a service stores scenes" in " ".join(planner("validate", file).stderr.split())
+
+
+@pytest.mark.parametrize(
     "text", ["", "time\n", "a,b\n1,2\n", "time,position.a\n0,x\n", "[]", "{}", "time,position.a\n0\n"]
 )
 def test_what_is_no_trajectory_is_a_problem(text: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import orjson
 
@@ -48,6 +48,8 @@ from planner.roadmap import Roadmap
 from planner.scene import CollisionChecker
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from api.work.answers.formats import Format
     from api.work.tasks.context import TaskContext
     from planner.certificate.checks import Certificate
@@ -55,6 +57,7 @@ if TYPE_CHECKING:
     from planner.plans.result import Plan
     from planner.problems.problem import PlanningProblem
     from planner.robots import Robot
+    from planner.trajectories.trajectory import PlanWarning
 
 
 @task("plan_trajectory")
@@ -140,13 +143,39 @@ def validate_trajectory(context: TaskContext) -> Reply:
         request = context.request(requests.ValidateRequest)
         robot = context.robot(request)
     with context.stage("plan"):
-        interpolation, certificate = certified(request, robot)
-        further: dict[str, Any] = {}
-        if request.scene is not None or request.self_collision or request.speed_zones:
-            certificate, further = _kept_clear(request, robot, certificate)
-        warnings = trajectory_warnings(robot, certificate, to_end_states(request, robot.dof))
-        answer = {"interpolation": interpolation, **certificate.as_dict(), **further}
-    return context.reply(answer | {"warnings": list(map(vars, warnings))})
+        found = validated(request, robot)
+        answer = {"interpolation": found.interpolation, **found.certificate.as_dict(), **found.further}
+    return context.reply(answer | {"warnings": list(map(vars, found.warnings))})
+
+
+class Validated(NamedTuple):
+    """What holds of the trajectory of a request.
+
+    Attributes:
+        interpolation: How its samples are read.
+        certificate: With the scene and the speed zones of the request.
+        further: With these, the fields `clearance` and `collision` of the answer.
+        warnings: The warnings of the trajectory, besides the certificate.
+    """
+
+    interpolation: requests.Interpolation
+    certificate: Certificate
+    further: dict[str, Any]
+    warnings: Iterable[PlanWarning]
+
+
+def validated(request: requests.ValidateRequest, robot: Robot) -> Validated:
+    """Check the trajectory of a request against everything that it names.
+
+    Raises:
+        InvalidProblem: As `certified`, or the scene or a speed zone is at fault.
+    """
+    interpolation, certificate = certified(request, robot)
+    further: dict[str, Any] = {}
+    if request.scene is not None or request.self_collision or request.speed_zones:
+        certificate, further = _kept_clear(request, robot, certificate)
+    warnings = trajectory_warnings(robot, certificate, to_end_states(request, robot.dof))
+    return Validated(interpolation, certificate, further, warnings)
 
 
 def _kept_clear(
