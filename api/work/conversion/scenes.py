@@ -9,6 +9,7 @@ import numpy as np
 from api.contract.parts import scenes
 from api.work.conversion.poses import to_pose, with_axes
 from planner.errors import InvalidProblem
+from planner.roadmap import Roadmap
 from planner.scene import AttachedObject, PointCloud, Scene, SceneObject
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, InvalidShape, Shape, Sphere
 from planner.shapes.meshes import InvalidMesh, Mesh, tight_mesh_pieces
@@ -106,3 +107,11 @@ def _mesh(requested: scenes.MeshShape) -> Mesh:
     if triangles.max() >= len(corners):
         raise InvalidShape("triangles", f"must name vertices below {len(corners)}, their number; got {triangles.max()}")
     return Mesh.checked(corners[triangles])
+
+
+def kept_roadmap(content: bytes | None) -> Roadmap | None:
+    """Read the bytes of a kept roadmap; None: there are none, or another version wrote them."""
+    try:
+        return None if content is None else Roadmap.from_bytes(content)
+    except InvalidProblem:
+        return None

@@ -15,7 +15,7 @@ from api.store.contents.digests import canonical, sha256
 from api.store.contents.roadmaps import RoadmapContent
 from api.store.contents.scenes import SceneContent
 from api.work.conversion.problems import frames_in_world, mounted, to_vector, with_tool
-from api.work.conversion.scenes import to_scene
+from api.work.conversion.scenes import kept_roadmap, to_scene
 from api.work.tasks.context import JSON, scene_of, task, to_json
 from planner.errors import InvalidProblem
 from planner.scene import HERE
@@ -71,7 +71,7 @@ def build_roadmap(context: TaskContext) -> Reply:
         request: schemas.RoadmapRequest = context.request(schemas.RoadmapRequest)
         robot = mounted(with_tool(context.robot(request), request.tool), request.mounting)
         scene = _placed(scene_of(context.arguments.get("kept", EMPTY)), frames_in_world(robot, request.frames))
-        earlier = context.arguments.get("earlier")
+        earlier = kept_roadmap(context.arguments.get("earlier"))
     with context.stage("plan"):
         roadmap = planner.build_roadmap(
             robot,
@@ -79,7 +79,7 @@ def build_roadmap(context: TaskContext) -> Reply:
             samples=request.samples,
             positions=[to_vector(row, robot.dof, ("positions", i)) for i, row in enumerate(request.positions)],
             self_collision=request.self_collision,
-            earlier=None if earlier is None else planner.Roadmap.from_bytes(earlier),
+            earlier=earlier,
         )
     definition, content = context.arguments.get("definition"), roadmap.to_bytes()
     summary = {

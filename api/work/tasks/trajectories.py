@@ -23,7 +23,7 @@ from api.work.answers.problem_documents import problem_document
 from api.work.answers.views import VIEWS, View
 from api.work.conversion.given_trajectories import to_trajectory
 from api.work.conversion.problems import frames_in_world, to_backend, to_end_states, to_limits, to_planning_problem
-from api.work.conversion.scenes import to_scene, to_speed_zones
+from api.work.conversion.scenes import kept_roadmap, to_scene, to_speed_zones
 from api.work.conversion.time_budgets import attempts_until, within_deadline
 from api.work.conversion.vibration import to_residual_vibration
 from api.work.tasks.context import task
@@ -44,7 +44,6 @@ from planner.free_motion.roadmaps import is_current
 from planner.operations import trajectory_warnings
 from planner.planning import plan
 from planner.plots import joint_indices
-from planner.roadmap import Roadmap
 from planner.scene import CollisionChecker
 
 if TYPE_CHECKING:
@@ -237,10 +236,8 @@ def list_backends(context: TaskContext) -> Reply:
 
 def with_roadmap(problem: PlanningProblem, content: bytes | None) -> PlanningProblem:
     """Let free motions be searched on the roadmap in these bytes, if it fits robot and scene."""
-    if content is None:
-        return problem
-    roadmap = Roadmap.from_bytes(content)
-    fits = is_current(roadmap, problem.robot, problem.scene, problem.self_collision)
+    roadmap = kept_roadmap(content)
+    fits = roadmap is not None and is_current(roadmap, problem.robot, problem.scene, problem.self_collision)
     return replace(problem, roadmap=roadmap) if fits else problem
 
 

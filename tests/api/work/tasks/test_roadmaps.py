@@ -5,9 +5,13 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
+import planner
 from api.contract.stored_scenes import MOST_POSITIONS, MOST_SAMPLES, RoadmapDescription, RoadmapRequest, RoadmapsAnswer
+from api.work.conversion.scenes import kept_roadmap
+from api.work.tasks.trajectories import with_roadmap
 from planner.free_motion.roadmaps.building import DEFAULT_SAMPLES
 from planner.roadmap import MOST_ROADMAP_POSITIONS, MOST_ROADMAP_SAMPLES
 from tests.api.requests import joint, plan_request
@@ -148,3 +152,13 @@ def test_scenes_and_roadmaps_that_are_not_there_are_refused(cell: RunningService
 def test_the_bounds_of_requests_are_those_of_the_library() -> None:
     assert (MOST_SAMPLES, MOST_POSITIONS) == (MOST_ROADMAP_SAMPLES, MOST_ROADMAP_POSITIONS)
     assert RoadmapRequest(robot=ROBOT).samples == DEFAULT_SAMPLES
+
+
+def test_a_roadmap_of_another_version_is_not_used() -> None:
+    """After an update of the service, it refused all plans in the scene."""
+    robot, pair = planner.load_robot("three_dof_arm"), [np.zeros(3), np.full(3, 0.2)]
+    content = planner.build_roadmap(robot, planner.Scene(), samples=4).to_bytes()
+    problem = planner.PlanningProblem(robot, [planner.JointWaypoint(row) for row in pair])
+    assert kept_roadmap(content) is not None
+    for other in (b"", content[:-1], content.replace(b"edges", b"links", 1)):
+        assert with_roadmap(problem, other) is problem
