@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 PARTS = range(2 if NAME == "quick" else 4)
 PAIRS = {"quick": 2, "large": 6}
-TRIPLES = {"quick": 2, "large": 32}
+TRIPLES = {"quick": 2, "large": 12}
 """Numbers of tried rows by the name of the size; a soak tries all."""
 
 

@@ -16,9 +16,9 @@ from benchmarks.proofs.plans import VARIED, plan_of, plans
 from benchmarks.proofs.tampering import KINDS, tampered, with_any_number_changed, with_digests
 from planner.proofs import ProofRejected, check_proof, write_proof
 from planner.proofs.checker import CLAIMS, MOST_BYTES_OF_PROOF, digest
-from tests.sizes import SIZE
+from tests.sizes import NAME, SIZE
 
-FILES = 3 if SIZE.examples < 100 else 6
+FILES = 3 if NAME == "quick" else 6
 """Number of plans besides the varied ones."""
 
 OF_RESTS = "torque at rest while the payload or the process force changes"

@@ -12,9 +12,9 @@ from planner.shapes import Box, Capsule, Sphere
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.scene.least_squares import distance, random_placed
 from tests.planner.scene.reference.bounds import ReferenceObstacles, segment_distances
-from tests.sizes import SIZE
+from tests.sizes import NAME, SIZE
 
-PAIRS = 10_000 if SIZE.examples > 100 else 150
+PAIRS = 150 if NAME == "quick" else 10_000
 """Number of pairs; larger sizes take all of them."""
 
 

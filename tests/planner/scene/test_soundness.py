@@ -17,7 +17,7 @@ from planner.trajectories.trajectory import Trajectory
 from tests.planner.capsule_arm import arm_of_capsules
 from tests.planner.scene.brute_force import least_distance
 from tests.planner.scene.random_scenes import in_capsules, motion_between, random_scene
-from tests.sizes import SIZE
+from tests.sizes import NAME, SIZE
 
 ARMS = ("kuka_kr16_2", "date_sorting_arm", "welding_arm", "ngv_refuelling_arm", "ur5e", "fr3")
 """Arms of six kinds: with prismatic joints, with seven joints, with estimates of their shapes."""
@@ -33,7 +33,7 @@ BRUTE_FORCE_ERROR = 2e-6
 @pytest.mark.parametrize("arm", ARMS)
 def test_proofs_agree_with_dense_samples(arm: str) -> None:
     rng = np.random.default_rng(len(arm))
-    for _ in range(max(1, SIZE.requests // 4 if SIZE.requests > 100 else 2)):
+    for _ in range(2 if NAME == "quick" else SIZE.requests // 4):
         robot = replace(arm_of_capsules(arm))  # a copy of its own, whose shapes are changed
         if rng.random() < 0.3:
             robot = robot.derived(mounting=Pose.from_rpy(rng.normal(size=3) * 0.2, rng.normal(size=3)))
