@@ -31,7 +31,7 @@ class Size(NamedTuple):
 
 SIZES = {
     "quick": Size(8, 15, 0, 8, 20),
-    "large": Size(120, 60, 8, 300, 1),
+    "large": Size(60, 30, 4, 150, 1),
     "soak": Size(5_000, 2_000, 150, 50_000, 1),
 }
 NAME = os.environ.get("TEST_SIZE", "quick")

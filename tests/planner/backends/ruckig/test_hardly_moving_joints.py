@@ -67,7 +67,7 @@ def test_tool_down_lists_are_planned(robot_id: str, part: int) -> None:
     robot, rng = load_robot(robot_id), np.random.default_rng(part)
     reach = 1.0 if robot_id == "kuka_kr16_2" else 0.45
     planned = 0
-    while planned < SIZE.examples // 25:
+    while planned < max(1, SIZE.examples // 25):
         count = int(rng.integers(3, 7))
         places = rng.uniform([0.6 * reach, -0.5 * reach, 0.3], [1.1 * reach, 0.5 * reach, 0.7], (count, 3))
         if planned % 2:
