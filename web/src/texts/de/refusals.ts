@@ -175,7 +175,7 @@ export const refusals: Record<string, Said> = {
   too_many_roadmaps: {
     title: 'Die Szene hat keinen Platz für die Roadmap',
     cause: 'Die Szene hat so viele Roadmaps oder so große, wie sie haben darf.',
-    remedy: 'samples verringern, eine löschen oder PLANNER_MAX_ROADMAPS_PER_SCENE erhöhen.',
+    remedy: 'Die Zahl samples verringern, eine Roadmap löschen oder PLANNER_MAX_ROADMAPS_PER_SCENE erhöhen.',
   },
   unknown_batch: {
     title: 'Diesen Stapel gibt es nicht',
