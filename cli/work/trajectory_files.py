@@ -11,7 +11,7 @@ import typer
 
 from api.base.errors import invalid, invalid_at
 from api.contract.requests import ValidateRequest
-from api.work.tasks.trajectories import validated
+from api.work.tasks.trajectories import validation_of
 from cli.work.local_plan import checked_request
 from cli.work.robots.files import FileOptions, NamedRobot
 from cli.work.shared import read, refusals, robot_named
@@ -92,7 +92,7 @@ def validate_file(
         named = None if robot is None else robot_named(robot, FileOptions(srdf, tip))
         asked = read_trajectory(text, None if named is None else named.id, interpolation)
         model = (named or NamedRobot(asked.robot)).load()
-        found = validated(asked, model)
+        found = validation_of(asked, model)
         warnings = list(found.warnings)
     console = terminal()
     console.print(certificate_table(found.certificate, model))

@@ -10,22 +10,35 @@ from planner.errors import ClearanceUnproved, Collision
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.certificate import ClearanceReport
     from planner.robots import Robot
     from planner.scene import CollisionChecker
     from planner.speed_zones import SpeedZone
     from planner.trajectories.trajectory import Trajectory
 
 
-def clearance_answer(checker: CollisionChecker, motion: Trajectory, tolerance: float) -> dict[str, Any]:
-    """Prove that a motion is free: `free`, the `clearance` within a tolerance, m, or the `collision`."""
+def proved_clearance(
+    checker: CollisionChecker, motion: Trajectory, tolerance: float
+) -> tuple[ClearanceReport | None, dict[str, Any] | None]:
+    """Prove that a motion is free.
+
+    Returns:
+        The clearance within a tolerance, m; None: nothing is checked, or the motion is not free. The `collision` of an
+        answer; None: the motion is free.
+    """
     try:
-        report = certify_clearance(checker, motion, tolerance)
+        return certify_clearance(checker, motion, tolerance), None
     except (Collision, ClearanceUnproved) as refusal:
         depth, point = (refusal.depth, refusal.point) if isinstance(refusal, Collision) else (None, None)
         found = {"code": refusal.code, "pair": refusal.pair, "time": refusal.time, "depth": depth, "point": point}
-        found["detail"] = refusal.message
-        return {"free": False, "clearance": None, "collision": found}
-    return {"free": True, "clearance": None if report is None else report.as_dict(), "collision": None}
+        return None, found | {"detail": refusal.message}
+
+
+def clearance_answer(checker: CollisionChecker, motion: Trajectory, tolerance: float) -> dict[str, Any]:
+    """Prove that a motion is free: `free`, the `clearance` within a tolerance, m, or the `collision`."""
+    report, collision = proved_clearance(checker, motion, tolerance)
+    clearance = None if report is None else report.as_dict()
+    return {"free": collision is None, "clearance": clearance, "collision": collision}
 
 
 def speed_zones_answer(

@@ -15,7 +15,7 @@ from api.contract.comparisons import ComparedBackend
 from api.contract.parts.backends import backend_schemas
 from api.pool.messages import PlanFigures, Reply
 from api.store.contents.digests import request_hash
-from api.work.answers.clearances import clearance_answer
+from api.work.answers.clearances import proved_clearance
 from api.work.answers.formats import FORMATS
 from api.work.answers.negotiation import negotiated
 from api.work.answers.plans import AnswerOptions, as_dict
@@ -31,7 +31,6 @@ from api.work.tasks.remedies import acceptable_remedies, at_back_end
 from planner.backends import BACKENDS
 from planner.certificate import (
     CLEARANCE_TOLERANCE,
-    ClearanceReport,
     certify_interpolation,
     certify_polynomials,
     certify_residual_vibration,
@@ -142,12 +141,12 @@ def validate_trajectory(context: TaskContext) -> Reply:
         request = context.request(requests.ValidateRequest)
         robot = context.robot(request)
     with context.stage("plan"):
-        found = validated(request, robot)
+        found = validation_of(request, robot)
         answer = {"interpolation": found.interpolation, **found.certificate.as_dict(), **found.further}
     return context.reply(answer | {"warnings": list(map(vars, found.warnings))})
 
 
-class Validated(NamedTuple):
+class Validation(NamedTuple):
     """What holds of the trajectory of a request.
 
     Attributes:
@@ -163,7 +162,7 @@ class Validated(NamedTuple):
     warnings: Iterable[PlanWarning]
 
 
-def validated(request: requests.ValidateRequest, robot: Robot) -> Validated:
+def validation_of(request: requests.ValidateRequest, robot: Robot) -> Validation:
     """Check the trajectory of a request against everything that it names.
 
     Raises:
@@ -174,7 +173,7 @@ def validated(request: requests.ValidateRequest, robot: Robot) -> Validated:
     if request.scene is not None or request.self_collision or request.speed_zones:
         certificate, further = _kept_clear(request, robot, certificate)
     warnings = trajectory_warnings(robot, certificate, to_end_states(request, robot.dof))
-    return Validated(interpolation, certificate, further, warnings)
+    return Validation(interpolation, certificate, further, warnings)
 
 
 def _kept_clear(
@@ -190,15 +189,15 @@ def _kept_clear(
     refuse_zone_faults(scene, zones)
     checker = CollisionChecker(robot, scene, self_collision=request.self_collision)
     _, trajectory = to_trajectory(request, robot)
-    found = clearance_answer(checker, trajectory, CLEARANCE_TOLERANCE)
+    report, collision = proved_clearance(checker, trajectory, CLEARANCE_TOLERANCE)
     checks = certify_speed_zones(zones, [checker], [robot], trajectory)
     certificate = replace(
         certificate,
-        satisfied=certificate.satisfied and found["free"] and all(check.satisfied for check in checks),
-        clearance=None if found["clearance"] is None else ClearanceReport.from_dict(found["clearance"]),
+        satisfied=certificate.satisfied and collision is None and all(check.satisfied for check in checks),
+        clearance=report,
         speed_zones=checks,
     )
-    return certificate, {"clearance": found["clearance"], "collision": found["collision"]}
+    return certificate, {"clearance": None if report is None else report.as_dict(), "collision": collision}
 
 
 def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests.Interpolation, Certificate]:
