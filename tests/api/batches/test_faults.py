@@ -1,4 +1,4 @@
-"""A batch of 2,000 on the service's own workers: each result occurs once despite failures during the batch."""
+"""A long batch on the service's own workers: each result occurs once despite failures during the batch."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ RECTANGLE = (
 )
 """Positions and velocities of the maker's position-velocity rectangle, the earlier limits of the catalogue."""
 
-PLANS = {"quick": 20, "large": 2_000, "soak": 2_000}[NAME]
+PLANS = {"quick": 20, "large": 200, "soak": 2_000}[NAME]
 """Number of plans of each back end."""
 
 CLOSED = ("cubic", "quintic", "ruckig", "toppra", "trapezoidal")

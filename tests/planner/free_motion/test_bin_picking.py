@@ -13,6 +13,7 @@ from planner.problems.regions import Free
 from planner.spatial import FloatArray, rotation_z
 from tests.planner.free_motion.cases import robot
 from tests.planner.scene.brute_force import least_distance
+from tests.sizes import NAME
 
 LENGTH, WIDTH, HEIGHT, THICKNESS = 0.6, 0.4, 0.3, 0.01
 MIDDLE = 0.75
@@ -24,6 +25,9 @@ POINTING_DOWN = np.diag([1.0, -1.0, -1.0])
 PARTS = 18
 HARD = 13
 """A part beside a wall that few turns reach, in the second configuration of the search."""
+
+TURNS, TRIED = (24, range(PARTS)) if NAME == "soak" else (8, range(2, PARTS, 3))
+"""Number of fixed turns, and the tried parts."""
 
 
 @lru_cache
@@ -105,16 +109,15 @@ def test_a_part_beside_a_wall_is_picked_by_a_turn_that_was_searched() -> None:
 
 
 @pytest.mark.large_only
-@pytest.mark.parametrize("part", range(PARTS))
+@pytest.mark.parametrize("part", TRIED)
 def test_every_part_that_any_fixed_turn_plans_is_planned_with_the_turn_left_open(part: int) -> None:
-    feasible = turns_that_plan(part, np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False))
+    feasible = turns_that_plan(part, np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False))
     assert is_planned(picking(part, "rotation_z")) or not feasible
 
 
 @pytest.mark.large_only
 def test_most_parts_are_feasible() -> None:
-    """At least ten of the parts can be picked."""
-    assert sum(is_planned(picking(part, "rotation_z")) for part in range(PARTS)) >= 10
+    assert sum(is_planned(picking(part, "rotation_z")) for part in TRIED) > len(TRIED) / 2
 
 
 def test_a_goal_region_has_a_joint_position_that_keeps_clear() -> None:

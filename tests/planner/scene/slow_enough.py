@@ -29,8 +29,11 @@ RING = np.concatenate(
 )
 """More directions, one of them within 2 degrees of any direction."""
 
-PERIOD = 5e-3 if NAME == "quick" else 1e-3
+PERIOD = {"quick": 5e-3, "large": 2e-3, "soak": 1e-3}[NAME]
 """Time between two samples, s."""
+
+MOST_SAMPLES = 20_000
+"""Number of samples of a long motion."""
 
 
 def speeds_over_time(
@@ -60,7 +63,8 @@ def speeds_in_zone(
     robot: Robot, scene: Scene, trajectory: Trajectory, clearance: float, objects: Sequence[str] | None = None
 ) -> FloatArray:
     """Return the highest speeds (N,) of a robot at samples nearer to objects than a clearance, m/s."""
-    times = np.append(np.arange(0.0, trajectory.duration, PERIOD), trajectory.duration)
+    period = max(PERIOD, trajectory.duration / MOST_SAMPLES)
+    times = np.append(np.arange(0.0, trajectory.duration, period), trajectory.duration)
     apart = distances_over_time(robot, scene, times, trajectory)
     counts = [objects is None or thing.id in objects for thing in scene.objects]
     near = np.nanmin(apart[:, :, counts], axis=(1, 2)) < clearance

@@ -59,7 +59,7 @@ UR5E = load_robot("ur5e")
 MODE = ResidualVibration(8.0, 0.02)
 HERE, THERE = (0.8, -1.2, 1.4, -1.77, -1.57, 0.0), (-0.8, -1.2, 1.4, -1.77, -1.57, 0.3)
 PLAIN = PlanningProblem(UR5E, [HERE, THERE])
-SIMULATED, RANDOM = {"quick": (1, 2), "large": (8, 10), "soak": (60, 200)}[NAME]
+SIMULATED, RANDOM = {"quick": (1, 2), "large": (8, 4), "soak": (60, 200)}[NAME]
 """Numbers of simulated plans and of random problems of each back end."""
 
 UNIT_TIMES = np.linspace(0.0, 1.0, 21)
