@@ -73,11 +73,11 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep one case in `SIZE.one_in` of a test marked `long_table`, and none of one marked `large_only`."""
+    left_out = {item for item in items if NAME == "quick" and item.get_closest_marker("large_only")}
     tables: dict[str, list[pytest.Item]] = defaultdict(list)
     for item in items:
-        if item.get_closest_marker("long_table"):
+        if item.get_closest_marker("long_table") and item not in left_out:
             tables[item.nodeid.partition("[")[0]].append(item)
-    left_out = {item for item in items if NAME == "quick" and item.get_closest_marker("large_only")}
     left_out |= {
         item for table in tables.values() for row, item in enumerate(table) if row not in chosen_rows(len(table))
     }

@@ -55,6 +55,7 @@ def test_curl_gets_the_answer_shown(example: str, service: RunningService) -> No
     assert_shown(parse_shown(answer), json.loads(real))
 
 
+@pytest.mark.large_only
 def test_command_lines_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the order in which they stand: one reads what another has written."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
@@ -66,6 +67,7 @@ def test_command_lines_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert "<svg" in (tmp_path / "refuelling.html").read_text()
 
 
+@pytest.mark.large_only
 def test_python_prints_what_is_shown() -> None:
     (code,) = (text for language, text in BLOCKS if language == "python")
     (shown,) = (text for language, text in BLOCKS if language == "text")

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 
+import pytest
+
 from benchmarks.service.agents import infeasible_requests, measure
 
 
+@pytest.mark.large_only
 def test_every_request_is_refused_as_it_is() -> None:
     figures = measure(6)
     assert figures["requests"] == 6

@@ -47,6 +47,7 @@ def test_the_judge_sees_what_an_arm_touches_on_its_way(gap: float) -> None:
     assert not judge.touches_along(start[None].repeat(2, axis=0))
 
 
+@pytest.mark.large_only
 def test_a_few_problems_become_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measure, "PEERS", {name: peer for name, peer in measure.PEERS.items() if not peer.installed})
     monkeypatch.setattr(measure, "measure_proofs", lambda robot, count: {"nothing": _nothing(robot.dof * 0 + count)})
@@ -78,6 +79,7 @@ def _nothing(count: int) -> dict[str, object]:
     return {"free": 0, "of": count, "proof": None, "clearance": None}
 
 
+@pytest.mark.large_only
 def test_an_upright_cup_is_carried_out_of_a_box_without_a_tipped_sample() -> None:
     robot = load_robot("ur5e")
     answer = upright.ours(robot, problem(robot, "box", 0, is_upright=True), 30.0)

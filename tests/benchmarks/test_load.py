@@ -39,6 +39,7 @@ async def refuse_every_other(reader: StreamReader, writer: StreamWriter) -> None
     writer.close()
 
 
+@pytest.mark.large_only
 def test_what_becomes_of_arrivals_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(load, "RATES", (1.0,))
     monkeypatch.setattr(load, "CHEAP_RATE", 100.0)

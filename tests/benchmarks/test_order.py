@@ -8,6 +8,7 @@ import pytest
 from benchmarks.tasks.holes import by_distance, measure, print_table, tour_length
 
 
+@pytest.mark.large_only
 def test_holes_in_a_block_take_less_time_than_in_the_order_by_distance(capsys: pytest.CaptureFixture[str]) -> None:
     figures = measure("block", 30, 0, "trapezoidal")
     assert figures["saved"] > 0.1

@@ -50,6 +50,7 @@ def test_a_sine_is_judged_as_it_is(off: float) -> None:
     assert judged["duration"] == duration
 
 
+@pytest.mark.large_only
 def test_two_lists_become_figures(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     ours = {"quintic": Quintic(), "toppra": Toppra()}
     ruckig = "Ruckig, stopping"

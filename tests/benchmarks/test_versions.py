@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 ARM = "kuka_kr16_l6_2"
 
 
+@pytest.mark.large_only
 def test_kinds_are_always_the_same_and_have_names_of_their_own() -> None:
     kinds = [kind for kind in requests.kinds() if kind.name.endswith(ARM)]
     names = [kind.name for kind in kinds]

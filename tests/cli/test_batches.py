@@ -36,6 +36,7 @@ def write_requests(file: Path, asked: list[Any]) -> Path:
     return file
 
 
+@pytest.mark.large_only
 def test_a_batch_is_planned_and_summed_up(service: RunningService, tmp_path: Path) -> None:
     asked = [plan_request(waypoints=[joint(0.1, 0.2, 0.3), joint(0.3 + 0.1 * k, 0.1, 0.5)]) for k in range(4)]
     file = write_requests(tmp_path / "asked.ndjson", asked)
@@ -52,6 +53,7 @@ def test_a_batch_is_planned_and_summed_up(service: RunningService, tmp_path: Pat
     assert f"{min(plan['duration'] for plan in alone):.3f} to" in result.stderr
 
 
+@pytest.mark.large_only
 def test_a_sweep_writes_a_file_for_each_plan_and_tells_of_refusals(service: RunningService, tmp_path: Path) -> None:
     template = tmp_path / "template.json"
     template.write_text(json.dumps(plan_request()))
@@ -63,6 +65,7 @@ def test_a_sweep_writes_a_file_for_each_plan_and_tells_of_refusals(service: Runn
     assert "infeasible_duration" in result.stderr and "2.000 to 2.000 s" in result.stderr
 
 
+@pytest.mark.large_only
 def test_a_sweep_varies_fields_whose_objects_the_template_leaves_out(service: RunningService, tmp_path: Path) -> None:
     """At half of the velocity limits a cubic that is limited by them takes twice as long."""
     template = tmp_path / "template.json"
@@ -75,6 +78,7 @@ def test_a_sweep_varies_fields_whose_objects_the_template_leaves_out(service: Ru
     assert durations == pytest.approx([durations[0] * times for times in (1.0, 2.0, 2.0, 4.0)])
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [

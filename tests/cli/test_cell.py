@@ -22,6 +22,7 @@ def planner(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
+@pytest.mark.large_only
 def test_cell_shows_waits_and_clearances_and_writes_a_trajectory_for_each_robot(tmp_path: Path) -> None:
     result = planner("cell", CELL, "-o", tmp_path, "--format", "csv")
     assert result.exit_code == 0, result.stderr

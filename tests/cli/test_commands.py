@@ -280,6 +280,7 @@ def test_the_clearance_of_estimated_shapes_is_told_as_an_estimate(tmp_path: Path
     assert 0.0 <= float(told) * 1e-3 - proved["uncertainty"] < 1.1e-4
 
 
+@pytest.mark.large_only
 def test_the_speeds_near_objects_are_told_that_were_proved() -> None:
     result = planner("plan", EXAMPLES / "slow_beside_a_walkway.json", "-o", "-", "--format", "json")
     assert result.exit_code == 0
@@ -320,6 +321,7 @@ XACRO = """
 """
 
 
+@pytest.mark.large_only
 def test_a_xacro_file_becomes_a_request_with_its_meshes(tmp_path: Path, service: RunningService) -> None:
     """Its shape is as long as the argument says; a plan with the request is slower than one with the file alone."""
     (tmp_path / "arm").mkdir()
@@ -437,6 +439,7 @@ def test_ik_says_why_there_is_no_solution() -> None:
     assert "nearest" in result.stderr
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS.keys() - {"min_effort"}))
 def test_a_plan_that_is_piped_into_validate_keeps_its_limits(kind: str) -> None:
     """The samples of a quintic alone break its limit of jerk where two of its pieces meet between them."""
@@ -531,6 +534,7 @@ def test_a_fault_of_the_command_line_is_one_line(
     assert told.count("\n") == 1
 
 
+@pytest.mark.large_only
 def test_a_proof_is_written_and_checked(request_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "proof.json"
     assert planner("plan", request_file, "--proof", file).exit_code == 0
@@ -547,6 +551,7 @@ def test_a_proof_is_written_and_checked(request_file: Path, tmp_path: Path) -> N
     assert planner("check", "-", stdin="{").exit_code == 1
 
 
+@pytest.mark.large_only
 def test_a_plan_is_simulated(tmp_path: Path) -> None:
     """The table and the file have the same largest following error and torque of each joint."""
     request = EXAMPLES / "past_a_switch.json"

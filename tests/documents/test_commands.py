@@ -33,6 +33,7 @@ def print_what_they_show(page: Path, folder: Path, service: RunningService) -> N
     run_page(text, folder, service.url)
 
 
+@pytest.mark.large_only
 @needs_curl
 def test_commands_of_the_tutorial_print_the_shown_output(tmp_path: Path, service: RunningService) -> None:
     print_what_they_show(DOCS / "tutorial.md", tmp_path, service)

@@ -130,6 +130,7 @@ def test_jacobian_with_e27_and_e28_corrected(robot: Robot, point: dict[str, Any]
     assert jacobian(robot, q) == pytest.approx(document_jacobian(q), abs=1e-12)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("figure", "key", "axes"),
     [

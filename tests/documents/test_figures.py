@@ -228,6 +228,7 @@ def rate(time: FloatArray) -> FloatArray:
 START, END = (np.array(TRANSITIONS[0][key], dtype=float) for key in ("start_mm", "end_mm"))
 
 
+@pytest.mark.large_only
 def test_figures_17_22_23_and_27_are_the_line_and_the_trapezoid(tmp_path: Path) -> None:
     request = BY_NUMBER["004", "22"].command[1]
     quantities = ("tcp_position", "tcp_orientation", "tcp_velocity", "tcp_speed")

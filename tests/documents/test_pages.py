@@ -35,6 +35,7 @@ def test_pages_with_examples_are_found() -> None:
     assert {"README.md", "docs/index.md", "docs/library.md"} <= set(RUN)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("page", RUN)
 def test_examples_print_what_is_shown(page: str) -> None:
     examples = examples_of(text_of(page))

@@ -64,6 +64,7 @@ def test_plans_are_certified_with_half_and_double_of_an_accuracy(
     plan_all()
 
 
+@pytest.mark.large_only
 def test_a_change_reaches_every_module_that_imports_the_constant(monkeypatch: pytest.MonkeyPatch) -> None:
     from planner import tolerances
     from planner.certificate import checks

@@ -31,6 +31,7 @@ print(json.dumps({"before": before, "after": sorted(sys.modules), "plan": repr(p
 """
 
 
+@pytest.mark.large_only
 def test_importing_it_loads_nothing_else() -> None:
     ran = subprocess.run([sys.executable, "-c", IN_A_NEW_PROCESS], check=True, capture_output=True, cwd=ROOT, text=True)
     found = json.loads(ran.stdout)

@@ -176,6 +176,7 @@ def test_splines_share_their_time_as_brute_force_does(backend: BackEnd, degree: 
     assert found.duration <= min(times) * 1.006
 
 
+@pytest.mark.large_only
 def test_least_effort_uses_the_wider_side_where_the_narrower_one_would_be_too_slow() -> None:
     """In 1 s all joints accelerate at 0.3 of their limits at most in one direction, and at 0.8 in the other."""
     ranges = Limits(

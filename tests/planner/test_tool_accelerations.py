@@ -63,6 +63,7 @@ def _turns(poses: list[Pose], others: list[Pose]) -> FloatArray:
     return np.array([[r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]] for r in turns]) / 2.0
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("waypoints", [JOINTS, CORNER], ids=["joints", "corner"])
 @pytest.mark.parametrize("backend", ALL, ids=repr)
 def test_finite_differences_are_within_the_limits(backend: BackEnd, waypoints: list[JointWaypoint]) -> None:
@@ -99,6 +100,7 @@ def test_a_circle_is_driven_at_the_speed_that_its_radius_allows() -> None:
         assert np.median(speeds) > 0.98 * np.sqrt(0.8 * 0.1)
 
 
+@pytest.mark.large_only
 def test_a_tool_that_almost_rests_keeps_its_centripetal_limit() -> None:
     """Samples missed the corner where the tightest bend begins to bound it: a plan was refused for 0.006 %."""
     robot, rng = load_robot("kuka_kr16_2"), np.random.default_rng(64)

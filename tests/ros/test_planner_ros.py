@@ -40,6 +40,7 @@ def run_plan(tmp_path: Path, bridge: Rosbridge, *arguments: str | Path) -> Resul
     return CliRunner().invoke(app, ["ros", str(path), *options])
 
 
+@pytest.mark.large_only
 def test_ros_runs_the_plan_and_finds_delay_and_error_of_the_robot(tmp_path: Path) -> None:
     robot = Robot(JOINTS[::-1], START[::-1], delay=0.08, bias=0.002)  # the order of the controller, not the planner's
     file = tmp_path / "run.csv"
@@ -60,6 +61,7 @@ def test_ros_runs_the_plan_and_finds_delay_and_error_of_the_robot(tmp_path: Path
     np.testing.assert_allclose(np.array(lines[-1][1:7], dtype=float), REQUEST["waypoints"][1]["position"], atol=1e-6)
 
 
+@pytest.mark.large_only
 def test_ros_takes_joint_states_between_messages_of_a_gripper(tmp_path: Path) -> None:
     robot = Robot(JOINTS, START, other_joints=["finger_joint"])
     with rosbridge(robot) as bridge:
@@ -78,6 +80,7 @@ def test_ros_sends_nothing_to_an_arm_that_stands_elsewhere(tmp_path: Path) -> No
     assert robot.goals == []
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("robot", "message"),
     [
@@ -105,6 +108,7 @@ def test_ros_names_a_silent_topic(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert "no joint state came on /other/joint_states within 0.3 s" in " ".join(result.output.split())
 
 
+@pytest.mark.large_only
 def test_ros_cancels_a_goal_without_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cli.work.runs.executed.RESULT_SECONDS", 0.2)
     robot = Robot(JOINTS, START, delay=1.0)
@@ -134,6 +138,7 @@ def test_ros_refuses_an_address_without_host_or_port(bridge: str, tmp_path: Path
     assert "must be HOST:PORT" in result.output
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("delay", [0.0, 0.003, 0.0471, 0.4, 0.93])
 def test_compare_finds_the_delay_of_noisy_states(delay: float) -> None:
     solved = plan(

@@ -54,6 +54,7 @@ HOSTILE = {
 }
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", HOSTILE)
 def test_the_work_on_a_hostile_body_is_bounded(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     schema, document = HOSTILE[name]

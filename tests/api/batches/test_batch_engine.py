@@ -97,6 +97,7 @@ async def until(condition: Callable[[], Awaitable[bool]]) -> None:
             await asyncio.sleep(0.01)
 
 
+@pytest.mark.large_only
 def test_the_database_goes_away_in_the_middle(postgres: PostgresServer) -> None:
     url = make_url(postgres.new_database("goes_away")).set(drivername="postgresql+psycopg")
 
@@ -229,6 +230,7 @@ def test_the_end_of_a_batch_does_not_wait_for_a_beat(monkeypatch: pytest.MonkeyP
     asyncio.run(run())
 
 
+@pytest.mark.large_only
 def test_a_batch_has_its_turn_though_items_of_another_were_claimed_while_all_were_quick(tmp_path: Path) -> None:
     """Five hundred slow items of one client were claimed at once and delayed all other clients."""
 

@@ -296,6 +296,7 @@ def test_clients_that_come_at_once_with_one_key_get_one_batch(service: RunningSe
     assert {answer.json()["code"] for answer in answers if answer.status_code != 202} <= {"conflict"}
 
 
+@pytest.mark.large_only
 def test_a_batch_leaves_a_worker_to_other_requests(service: RunningService) -> None:
     """Slow plans use one of two workers: nine plans of milliseconds do not each wait for one of seconds."""
     location = service.post(BATCHES, {"requests": slow_requests(16)}).headers["Location"]
@@ -310,6 +311,7 @@ def test_a_batch_leaves_a_worker_to_other_requests(service: RunningService) -> N
         service.client.delete(location)
 
 
+@pytest.mark.large_only
 def test_a_cancelled_batch_takes_no_worker_any_more(service: RunningService) -> None:
     """Each plan takes a minute: the service aborts the running plan, then plans the requests behind the batch."""
     wait_until(lambda: service.busy_workers() == 0)
@@ -324,6 +326,7 @@ def test_a_cancelled_batch_takes_no_worker_any_more(service: RunningService) -> 
     assert status(service, location) == batch and results(service, location) == []
 
 
+@pytest.mark.large_only
 def test_a_cancelled_batch_keeps_what_is_done(service: RunningService) -> None:
     location = service.post(BATCHES, {"requests": requests(2) + slow_requests(8)}).headers["Location"]
     wait_until(lambda: status(service, location)["counts"]["planned"] >= 2)

@@ -97,11 +97,13 @@ HARMLESS: dict[str, Callable[[Document], Any]] = {
 }
 
 
+@pytest.mark.large_only
 def test_a_document_does_not_break_its_own_clients() -> None:
     whole = openapi_document(1000)
     assert breaking_changes(whole, deepcopy(whole)) == []
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", BREAKING)
 def test_what_breaks_clients_is_found(document: Document, name: str) -> None:
     changed = deepcopy(document)
@@ -109,6 +111,7 @@ def test_what_breaks_clients_is_found(document: Document, name: str) -> None:
     assert breaking_changes(document, changed)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", HARMLESS)
 def test_what_is_added_breaks_nobody(document: Document, name: str) -> None:
     changed = deepcopy(document)

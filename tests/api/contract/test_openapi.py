@@ -285,6 +285,7 @@ def test_a_format_is_required_where_nothing_is_answered_without(document: dict[s
     assert {"download_batch_results", "stream_batch_results", "get_batch_results"} < set(formats)
 
 
+@pytest.mark.large_only
 def test_an_operation_without_an_example_of_its_body_is_documented(monkeypatch: pytest.MonkeyPatch) -> None:
     """The new operation of docs/contributing.md, in two files, had no document: GET /openapi.json answered 500."""
     known = {name: examples for name, examples in request_examples().items() if name != "inverse_dynamics"}

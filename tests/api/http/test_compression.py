@@ -59,6 +59,7 @@ def receive(service: RunningService, accept: str, path: str, body: Any = None, *
 COMPARED = {name: value for name, value in LONG_PLAN.items() if name != "backend"}
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("path", "body"),
     [

@@ -286,6 +286,7 @@ def test_whatever_the_answer_follows_from_changes_the_tag() -> None:
     assert all(tag.startswith('W/"') and tag.endswith('"') and len(tag) == 68 for tag in tags)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("operation", SHARED, ids=lambda operation: operation.id)
 def test_only_get_answers_304_to_a_client_that_has_the_answer(service: RunningService, operation: Any) -> None:
     kept = "kept_scene" if operation.path.startswith("/v1/scenes") else "three_dof_arm"
@@ -318,6 +319,7 @@ def test_an_answer_is_computed_afresh_where_that_is_asked(service: RunningServic
     assert "ETag" not in refused.headers
 
 
+@pytest.mark.large_only
 def test_a_robot_that_has_become_another_gets_other_answers() -> None:
     asked = {"robot": "planar_arm", "positions": [[0.0, 0.0]]}
     with made_up_service() as client:

@@ -108,6 +108,7 @@ def test_robots_that_were_added_before_there_were_keys_are_everybodys(tmp_path: 
     engine.dispose()
 
 
+@pytest.mark.large_only
 def test_the_command_line_upgrades_and_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def planner(*arguments: str) -> int:
         return CliRunner().invoke(app, ["db", *arguments]).exit_code
@@ -161,6 +162,7 @@ def test_so_many_threads_read_at_the_same_time_as_the_setting_says(tmp_path: Pat
     database.close()
 
 
+@pytest.mark.large_only
 def test_a_database_that_is_gone_is_a_problem_and_comes_back(postgres: PostgresServer) -> None:
     database = Database(make_url(postgres.new_database("comes_and_goes")).set(drivername="postgresql+psycopg"))
     database.open()
@@ -394,6 +396,7 @@ def test_a_service_whose_database_cannot_be_read_is_not_ready(tmp_path: Path, da
         assert client.get("/livez").status_code == 200
 
 
+@pytest.mark.large_only
 def test_nobody_else_reads_the_file(tmp_path: Path) -> None:
     """It was for all users of the machine to read."""
     with made_up_service(data_directory=tmp_path) as client:

@@ -70,6 +70,7 @@ def tools(service: RunningService) -> dict[str, Tool]:
     return {tool.name: tool for tool in listed(planner_server(service.url, None)).tools}
 
 
+@pytest.mark.large_only
 def test_tools_are_the_operations_that_compute_or_read(service: RunningService, tools: dict[str, Tool]) -> None:
     operations = {
         operation["operationId"]: (method, operation)
@@ -125,6 +126,7 @@ def test_short_lists_stay_whole() -> None:
     assert shortened(answer) == answer
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("name", "arguments", "text"),
     [
@@ -142,6 +144,7 @@ def test_bad_calls_say_what_is_wrong(name: str, arguments: dict[str, Any], text:
     assert text in text_of(result)
 
 
+@pytest.mark.large_only
 def test_pictures_come_as_pictures(service: RunningService) -> None:
     arguments = {"body": {"robot": "three_dof_arm"}, "accept": "image/png"}
     (content,) = called(planner_server(service.url, None), "workspace", arguments).content
@@ -172,6 +175,7 @@ def test_the_key_of_the_caller_goes_before_that_of_the_server(service: RunningSe
     assert seen == [None, "Bearer secret"]
 
 
+@pytest.mark.large_only
 def test_the_command_serves_stdio(service: RunningService) -> None:
     command = StdioServerParameters(
         command=sys.executable, args=["-m", "cli", "mcp", "--url", service.url], cwd=str(ROOT)

@@ -39,6 +39,7 @@ def retime(count: int) -> PlanningProblem:
     return through("ur5", np.column_stack(joints))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("count", [51, 201])
 def test_case_auto_retime(count: int) -> None:
     """`auto` took 2.35 s, and 9.04 s for more of the same points; a time scaling along their curve takes 1.31 s."""

@@ -106,6 +106,7 @@ def test_crossing_robots_wait_and_never_touch_for_any_skew(skew: float) -> None:
     assert between.skew == skew
 
 
+@pytest.mark.large_only
 def test_a_larger_skew_takes_no_less_time() -> None:
     durations = [planner.plan_cell(cell_of(*crossing_plans()), skew=skew).duration for skew in (0.0, 0.3)]
     assert durations[0] + 0.15 < durations[1]
@@ -155,6 +156,7 @@ def test_robots_wait_on_paths_of_optimised_duration() -> None:
     assert any(map(any, cell.waits))
 
 
+@pytest.mark.large_only
 def test_ends_that_touch_are_refused() -> None:
     first, second = facing_capsule_arms(0.9)
     problems = [planner.PlanningProblem(robot, [AWAY, REACH]) for robot in (first, second)]

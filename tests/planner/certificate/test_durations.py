@@ -39,6 +39,7 @@ def test_min_effort_keeps_a_minimum_duration_within_a_duration_of_the_whole(whol
     assert check.satisfied and check.enforced
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 @pytest.mark.parametrize("passed", [StopTransition(), ThroughTransition()], ids=["stop", "through"])
 def test_every_back_end_keeps_all_kinds_of_durations_at_once(

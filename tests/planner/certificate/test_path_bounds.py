@@ -217,6 +217,7 @@ def test_no_sample_is_farther_from_its_path_than_the_bound(seed: int, name: str,
                 assert uses.max() <= 1.0 + 1e-6, (kind, segment)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["lines", "circle", "on the spot", "polyline", "spline"])
 def test_a_bound_is_reached_at_its_time(kind: str) -> None:
     robot = load_robot("ur5e")

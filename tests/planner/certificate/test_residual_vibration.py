@@ -43,6 +43,7 @@ def test_no_frequency_exceeds_the_bound_for_random_motions(damping: float) -> No
         bound_against_dense([made], mode, rng.normal(size=6))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"])
 def test_no_frequency_exceeds_the_bound_for_plans_of_any_duration(kind: str) -> None:
     """Slow motions leave a tiny part of their accelerations, which the bound has to resolve."""

@@ -48,6 +48,7 @@ def energies(made: Plan, count: int = 2000) -> FloatArray:
     return np.array([pin.computeKineticEnergy(robot.model, data, q, v) for q, v in rates])
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 def test_a_quantity_that_only_this_file_knows_is_kept_and_certified(kind: str) -> None:
     problem, backend = problem_of("kuka_kr16_l6_2", 3, 3), BACKENDS[kind]()

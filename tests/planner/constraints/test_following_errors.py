@@ -94,6 +94,7 @@ def check_of(made: Plan | Robot, name: str = NAME, trajectory: Trajectory | None
     return check
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", robots())
 def test_the_values_bound_the_torques_at_all_actual_positions(name: str) -> None:
     robot = robots()[name]
@@ -143,6 +144,7 @@ def test_the_certificate_bounds_all_actual_positions_at_all_times(name: str) -> 
     assert check.lower <= true.max() * check.limit * (1.0 + 1e-4)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", BACKENDS)
 def test_every_back_end_keeps_torque_limits_at_all_actual_positions(kind: str) -> None:
     robot = with_errors(WEAK, ERROR)
@@ -156,6 +158,7 @@ def test_every_back_end_keeps_torque_limits_at_all_actual_positions(kind: str) -
     assert true.max() == pytest.approx(1.0, rel=0.03)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", BACKENDS)
 def test_every_back_end_keeps_torque_limits_with_all_friction(kind: str) -> None:
     robot = with_friction(KUKA).derived(limits={j.name: {"torque": 0.16 * j.torque} for j in KUKA.joints})
@@ -220,6 +223,7 @@ def test_the_values_of_the_tools_jerk_bound_all_actual_positions() -> None:
                 assert (TOOL[quantity].values(actual) <= most).all()
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", BACKENDS)
 def test_every_back_end_keeps_limits_of_the_tool_at_all_actual_positions(kind: str) -> None:
     robot = with_errors(load_robot("ur5e"), ERROR)
@@ -253,6 +257,7 @@ def test_position_limits_hold_at_all_actual_positions() -> None:
         plan(PlanningProblem(robot, [JointWaypoint(WAYPOINTS[0]), JointWaypoint((KUKA.joints[0].upper, *rest))]))
 
 
+@pytest.mark.large_only
 def test_velocity_limits_by_position_hold_at_all_actual_positions() -> None:
     fr3 = load_robot("fr3")
     robot = with_errors(fr3, ERROR)
@@ -268,6 +273,7 @@ def test_velocity_limits_by_position_hold_at_all_actual_positions() -> None:
         assert check_of(made, "velocity_at_position").ratio == pytest.approx(1.0, rel=1e-3)
 
 
+@pytest.mark.large_only
 def test_clearances_hold_at_all_actual_positions() -> None:
     """The margin of 5 mm is that of the actual positions; a detour without following errors breaks it."""
     robot = with_errors(KUKA, 5e-3, 3)
@@ -290,6 +296,7 @@ def test_clearances_hold_at_all_actual_positions() -> None:
     assert (checker.margins_of(np.arange(checker.own_pairs)) >= 0.0).all()
 
 
+@pytest.mark.large_only
 def test_displacements_of_pairs_are_bounded_by_their_margins() -> None:
     """At random positions, the distances of all pairs change by no more than the margins grow."""
     robot = with_errors(KUKA, 5e-3, 3)

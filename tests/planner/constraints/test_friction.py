@@ -138,6 +138,7 @@ def test_lines_of_the_tool_keep_torque_limits_with_friction(backend: planner.Bac
     assert (np.abs(planner.inverse_dynamics(robot, *states)) <= scale * robot.limit("torque") * (1.0 + 1e-9)).all()
 
 
+@pytest.mark.large_only
 def test_slower_motions_keep_the_limits_too() -> None:
     robot, scale = robot_of(2), 0.55
     problem = PlanningProblem(robot, waypoints_of(2), limits=Limits(torque_scale=scale))
@@ -168,6 +169,7 @@ def _with_curves(robot: planner.Robot) -> planner.Robot:
     return replace(robot, joints=tuple(joints))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("constraint", [TORQUE, POWER, TORQUE_AT_SPEED, TORQUE_WITH_TOLERANCES])
 def test_factors_are_those_at_which_a_slower_motion_reaches_its_limit(constraint: object) -> None:
     """Bisection among paces finds the same first excess; with payload tolerances, a factor is never too small."""

@@ -74,6 +74,7 @@ def lifting() -> list[JointWaypoint | PoseWaypoint]:
     return [JointWaypoint(start), PoseWaypoint(up, motion=LinearMotion()), PoseWaypoint(pose, motion=LinearMotion())]
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("kind", "moved"), diagonal(BACKENDS, product([through(3), lifting()], LIMITS)))
 def test_every_back_end_keeps_limits_of_power(kind: str, moved: tuple[list[JointWaypoint], Limits]) -> None:
     waypoints, limits = moved
@@ -96,6 +97,7 @@ def test_a_time_scaling_along_the_path_is_faster_than_a_uniform_stretch() -> Non
     assert along < 0.75 * stretched
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("factor", [1.05, 1.7, 6.0])
 @pytest.mark.parametrize("kind", ["quintic", "ruckig", "toppra"])
 def test_longer_durations_keep_limits_of_power_as_the_shortest_do(kind: str, factor: float) -> None:

@@ -64,6 +64,7 @@ def check_of(made: Plan, quantity: str) -> Check:
     return check
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("kind", "quantity"), diagonal(BACKENDS, CHECKS))
 def test_every_back_end_keeps_the_tables(kind: str, quantity: str) -> None:
     backend = backend_of(kind)
@@ -79,6 +80,7 @@ def test_every_back_end_keeps_the_tables(kind: str, quantity: str) -> None:
         assert true <= 1.0 + 2e-9
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["quintic", "ruckig", "toppra", "trapezoidal"])
 def test_the_tables_are_used(kind: str) -> None:
     made = plan(PlanningProblem(ur5(), [JointWaypoint(q) for q in WAYPOINTS], payload=LOAD), kind)

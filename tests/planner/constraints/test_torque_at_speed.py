@@ -84,6 +84,7 @@ def shares(made: Plan, robot: Robot) -> FloatArray:
     return np.abs(torques) / np.stack(allowed, axis=1)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("kind", "shape", "waypoints"), diagonal(BACKENDS, SHAPES, [through(3), swinging()]))
 def test_every_back_end_keeps_torque_curves(kind: str, shape: str, waypoints: list[JointWaypoint]) -> None:
     robot = ur5(shape)
@@ -110,6 +111,7 @@ def test_a_time_scaling_along_the_path_is_faster_than_a_uniform_stretch(shape: s
     assert plan(problem, "ruckig").trajectory.duration < 0.95 * plan(problem, "quintic").trajectory.duration
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("factor", [1.05, 1.7, 6.0])
 @pytest.mark.parametrize("kind", ["quintic", "ruckig", "toppra"])
 def test_longer_durations_keep_torque_curves_as_the_shortest_do(kind: str, factor: float) -> None:
@@ -157,6 +159,7 @@ def random_curves(rng: np.random.Generator) -> list[TorqueCurve | None]:
     return curves
 
 
+@pytest.mark.large_only
 def test_the_first_pace_beyond_a_curve_is_that_of_dense_samples() -> None:
     rng = np.random.default_rng(27)
     for _ in range(20):

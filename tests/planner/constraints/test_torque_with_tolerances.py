@@ -98,6 +98,7 @@ def test_the_values_bound_those_of_all_bodies(name: str, which: str) -> None:
     assert found == pytest.approx(largest, abs=1e-9 * size.max() if which in ("mass", "inertia") else 0.05 * size.max())
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("which", TOLERANCES)
 @pytest.mark.parametrize("name", ["kuka", "on a rail", "on a wall"])
 def test_the_certificate_bounds_all_bodies_at_all_times(name: str, which: str) -> None:
@@ -117,6 +118,7 @@ def test_the_certificate_bounds_all_bodies_at_all_times(name: str, which: str) -
         assert check.ratio == pytest.approx(true, rel=0.03)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("kind", "which"), diagonal(BACKENDS, TOLERANCES))
 def test_every_back_end_keeps_the_limits_with_all_bodies_and_uses_them(kind: str, which: str) -> None:
     payload = TOLERANCES[which]

@@ -139,6 +139,7 @@ TABLES = (
 """The curve rises and falls, so that limits between points are neither the least nor the largest of lines."""
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 def test_every_back_end_keeps_tables_in_both_directions(kind: str) -> None:
     robot = arm((TABLES[0],), (TABLES[1],))

@@ -59,6 +59,7 @@ def test_a_recording_has_the_trajectory_and_the_joint_states_at_their_times() ->
     assert np.abs(np.array(stamped) - times).max() < 1e-9
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ["kuka_kr16_2", "welding_arm", "ur5e", "fr3"])
 def test_a_viewer_finds_the_robot_and_the_transforms_of_its_links(robot_id: str) -> None:
     solved = plan(problem_of(robot_id, 2, 3), Quintic())

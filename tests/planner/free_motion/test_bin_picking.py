@@ -120,6 +120,7 @@ def test_most_parts_are_feasible() -> None:
     assert sum(is_planned(picking(part, "rotation_z")) for part in TRIED) > len(TRIED) / 2
 
 
+@pytest.mark.large_only
 def test_a_goal_region_has_a_joint_position_that_keeps_clear() -> None:
     """No motion follows: in the bin the nearest turn of the gripper is in a wall, and others are not."""
     x, _, _ = parts()[0]

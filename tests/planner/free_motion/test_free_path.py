@@ -107,6 +107,7 @@ def test_how_far_it_got_where_there_is_no_way() -> None:
     assert 0.0 < path.left < np.linalg.norm(goal - start)
 
 
+@pytest.mark.large_only
 def test_through_a_slit() -> None:
     """The forearm leaves a slit between two plates, goes up and enters the one above."""
     plates = [SceneObject(f"plate {k}", [Box([0.7, 1.6, 0.03])], Pose([1.6, 0.0, 0.3 + 0.75 * k])) for k in range(3)]
@@ -118,6 +119,7 @@ def test_through_a_slit() -> None:
     assert least_distance(path, plates) > -CONTACT_TOLERANCE
 
 
+@pytest.mark.large_only
 @pytest.mark.sized
 def test_random_ways_are_free_where_dense_samples_look() -> None:
     rng = np.random.default_rng(5)

@@ -100,6 +100,7 @@ DETOURS = (
 )
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("name", "kind"), DETOURS)
 def test_no_sample_of_a_detour_around_a_box_breaks_a_constraint(name: str, kind: str) -> None:
     robot, rng = planner.load_robot(name), np.random.default_rng(7)
@@ -131,6 +132,7 @@ def test_no_sample_of_a_detour_around_a_box_breaks_a_constraint(name: str, kind:
     assert corners
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_bound_of_random_motions_is_above_dense_samples_and_near_them_at_the_limit(name: str, kind: str) -> None:

@@ -49,6 +49,7 @@ def is_same(first: planner.Roadmap, second: planner.Roadmap) -> bool:
     return first.to_bytes() == second.to_bytes()
 
 
+@pytest.mark.large_only
 def test_every_edge_is_free_at_dense_samples_and_the_scene_blocks_others() -> None:
     roadmap, without = built([WALL, FLOOR]), built([], samples=12)
     assert least_distances(roadmap, [WALL, FLOOR]).min() > 0.01 - CONTACT_TOLERANCE
@@ -95,6 +96,7 @@ def test_an_added_object_leaves_no_blocked_edge_and_no_blocked_way() -> None:
     assert len(kept) > len(roadmap.edges) / 3
 
 
+@pytest.mark.large_only
 def test_equal_histories_give_equal_bytes_and_equal_plans() -> None:
     def history() -> planner.Roadmap:
         roadmap = built([WALL])

@@ -77,6 +77,7 @@ def test_the_kinds_are_the_constraints() -> None:
     assert named == {name: name for name in (*NAMES, *OF_ROBOTS)}
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", robots())
 @pytest.mark.parametrize(("way", "seconds"), [(1.0, 0.8), (3.0, 3.0), (0.01, 0.05)])
 def test_no_sample_exceeds_a_bound_and_each_bound_is_reached(name: str, way: float, seconds: float) -> None:
@@ -99,6 +100,7 @@ def test_no_sample_exceeds_a_bound_and_each_bound_is_reached(name: str, way: flo
         assert peaks.reached[k] * (1.0 - ROUNDING_OF_SAMPLES) <= reached, constraint.name
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", NAMES)
 def test_whether_a_limit_is_kept_is_decided_to_a_billionth(name: str) -> None:
     robot = robots()["loaded"]
@@ -123,6 +125,7 @@ def test_whether_a_limit_is_kept_is_decided_to_a_billionth(name: str) -> None:
     assert peaks(peak * (1.0 - 2e-9)).reached[0] > 1.0 + 1e-9
 
 
+@pytest.mark.large_only
 def test_unequal_limits_of_torque_count_from_their_middle() -> None:
     robot = robots()["loaded"]
     motion = quintics(robot, 8)
@@ -137,6 +140,7 @@ def test_unequal_limits_of_torque_count_from_their_middle() -> None:
     assert worst * (1.0 - ROUNDING_OF_SAMPLES) <= bound <= worst * (1.0 + 1e-5)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("of_pieces", [[0, 0, 1, 1, 1, 1], [0, 0, 0, 0, 0, 1]])
 @pytest.mark.parametrize("names", [("kuka", "loaded"), ("loaded", "kuka")])
 def test_a_payload_counts_on_its_own_segments_only(names: tuple[str, str], of_pieces: list[int]) -> None:

@@ -57,6 +57,7 @@ def deep_as_it_is(scene: Scene, position: FloatArray, left: float, collision: pl
         assert collision.pair[0] == bodies[int(np.nanargmin(apart[:, 0]))][0]
 
 
+@pytest.mark.large_only
 def test_free_solutions_come_first_and_what_is_in_the_way_is_said() -> None:
     rng = np.random.default_rng(8)
     scene = Scene([TABLE], margin=0.01)
@@ -86,6 +87,7 @@ def test_free_solutions_come_first_and_what_is_in_the_way_is_said() -> None:
     assert min(counts.values()) > 0, counts
 
 
+@pytest.mark.large_only
 def test_the_nearest_is_the_nearest_free_one_as_long_as_there_is_one() -> None:
     rng = np.random.default_rng(9)
     scene = Scene([TABLE])

@@ -67,6 +67,7 @@ def test_whole_turns_of_joints_are_solutions_of_their_own() -> None:
     assert [list(other) for other in with_whole_turns(robot, (q,), q, 2)] == [list(other) for other in turned[:2]]
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("fixed", [True, False])
 @pytest.mark.parametrize("beyond", [1e-13, 3e-11, 1e-9, 1e-7])
 def test_a_solution_at_a_limit_is_found_though_rounding_puts_it_outside(beyond: float, fixed: bool) -> None:

@@ -96,6 +96,7 @@ def reach(points: FloatArray) -> FloatArray:
     return np.sqrt((points**2).sum(axis=1))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ARMS)
 def test_the_figures_depend_neither_on_the_seed_nor_on_the_number_of_points(robot_id: str) -> None:
     robot = load_robot(robot_id)

@@ -108,6 +108,7 @@ def test_any_center_of_mass_within_the_tolerance_is_carried() -> None:
     assert found.mass < exact
 
 
+@pytest.mark.large_only
 def test_the_mass_is_carried_with_all_tolerances_and_is_that_of_bisection() -> None:
     trajectory = moved("quintic")
     whole = Payload(0.0, CENTER, INERTIA, 0.0, (0.04, 0.05, 0.06), 0.3)

@@ -69,6 +69,7 @@ def distances(trajectory: Trajectory, points: FloatArray) -> tuple[float, float]
     return from_lines(points[:: max(1, len(points) // 50)], path), from_lines(path[::30], points)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", POINTS)
 def test_it_stays_near_the_points_and_within_limits(name: str) -> None:
     made, most = POINTS[name]
@@ -162,6 +163,7 @@ def test_points_that_do_not_move_are_a_rest() -> None:
         assert done.deviation <= 1e-8
 
 
+@pytest.mark.large_only
 def test_pairs_of_points_that_are_all_but_one() -> None:
     """The stiffest curves near them exceed the precision of numbers."""
     rng = np.random.default_rng(1)

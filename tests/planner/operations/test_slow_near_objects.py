@@ -134,6 +134,7 @@ def operations(given: Trajectory) -> dict[str, Callable[[], CertifiedTrajectory]
     }
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", ["reverse", "slice", "join", "resample", "stop_on_path", "stop_joints"])
 def test_what_is_made_of_slow_motions_is_slow_and_of_quick_ones_refused(
     quick: Trajectory, slow: planner.RetimedTrajectory, name: str
@@ -185,6 +186,7 @@ def test_what_cannot_be_kept_is_refused(quick: Trajectory) -> None:
 ARMS = ("kuka_kr16_2", "date_sorting_arm", "welding_arm", "ngv_refuelling_arm")
 
 
+@pytest.mark.large_only
 @pytest.mark.sized
 @pytest.mark.parametrize("arm", [ARMS[0], *map(IN_FULL, ARMS[1:])])
 def test_random_walks_among_random_things_are_slow_near_them(arm: str) -> None:

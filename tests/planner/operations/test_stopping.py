@@ -40,6 +40,7 @@ def is_possible(state: tuple[float, float, float], duration: float, limits: list
     return bool(program.status == 0)
 
 
+@pytest.mark.large_only
 def test_each_joint_stops_as_fast_as_ruckig_stops_it() -> None:
     robot, random = kuka(), np.random.default_rng(7)
     velocity, acceleration = robot.limit("velocity"), robot.limit("acceleration")

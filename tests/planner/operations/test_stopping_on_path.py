@@ -105,6 +105,7 @@ def test_the_search_for_any_curve_is_nearly_as_fast_on_a_straight_line(
     assert least * (1.0 - 1e-6) <= stop.trajectory.duration <= 1.03 * least
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5])
 @pytest.mark.parametrize("backend", [Toppra(), Toppra(jerk_limited=True)], ids=["C1", "C2"])
 def test_a_stop_is_found_where_the_trajectory_uses_all_of_its_limits(backend: BackEnd, share: float) -> None:

@@ -52,6 +52,7 @@ def flattened(document: Any, unit: float = 1e-3) -> FloatArray:
     return np.concatenate(points)
 
 
+@pytest.mark.large_only
 @pytest.mark.sized
 def test_random_polylines_with_bulges_have_ezdxfs_own_curve(tmp_path: Path) -> None:
     for seed in range(SIZE.examples):

@@ -197,6 +197,7 @@ def test_a_line_in_two_parts_is_passed_at_speed_and_as_fast_as_one(robot: Robot,
     assert two.trajectory.duration <= 1.05 * one.trajectory.duration
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("radius", [1e-6, 1e-4])
 def test_a_tiny_blend_costs_little_more_than_stopping(robot: Robot, kind: str, radius: float) -> None:
@@ -254,6 +255,7 @@ def test_a_line_to_another_branch_is_a_configuration_change(robot: Robot) -> Non
     assert fraction_followed(error) == 1.0
 
 
+@pytest.mark.large_only
 def test_a_line_just_past_the_wrist_singularity_is_singular(robot: Robot) -> None:
     """With axis 5 at zero, axes 4 and 6 coincide: 0.01 mrad past it, axis 4 would have to turn at once."""
     near = np.array((0.0, -1.2, 1.4, 0.0, 0.3, 0.0))
@@ -327,6 +329,7 @@ def test_three_points_on_a_line_are_no_circle(robot: Robot) -> None:
     assert refusal.value.faults[0][0] == ("waypoints", 1, "motion", "via")
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("backend", [Cubic(), Quintic(), Trapezoidal(), Trapezoidal(acceleration_time=0.4)])
 def test_durations_along_a_line_are_kept_or_refused_with_one_that_works(
     robot: Robot, backend: Cubic | Quintic | Trapezoidal

@@ -22,6 +22,7 @@ def two_links() -> Robot:
     return Robot.from_dh([DHJoint(kind="continuous", theta=0.0, d=0.0, a=length, alpha=0.0) for length in LINKS])
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("backend", [Quintic(), Toppra(), Ruckig()], ids=lambda backend: backend.kind)
 @pytest.mark.parametrize("short", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10])
 @pytest.mark.parametrize("backwards", [False, True])

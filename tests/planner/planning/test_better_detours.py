@@ -217,6 +217,7 @@ def test_better_than_the_first_way_and_as_free(objective: Objective, plain: plan
     assert gain.last < (0.95 if objective != "effort" else 1.0) * gain.first
 
 
+@pytest.mark.large_only
 def test_equal_requests_have_equal_plans_and_other_seeds_other_ones() -> None:
     motion = planner.FreeMotion(optimise="duration", optimise_checks=600)
     first, again, other = (planned(ARM, SCENE, LEFT, RIGHT, motion, seed) for seed in (1, 1, 2))
@@ -278,6 +279,7 @@ def test_the_budget_is_kept_by_the_real_clock(monkeypatch: pytest.MonkeyPatch) -
     assert made.detours[0].gain is not None
 
 
+@pytest.mark.large_only
 def test_two_ways_each_in_its_turn() -> None:
     """There and back: the second path begins where the first one ends, and each has its own budget."""
     waypoints = [
@@ -297,6 +299,7 @@ def test_two_ways_each_in_its_turn() -> None:
     assert least_distance(ARM, SCENE, made.trajectory) > 0.01 - 2e-5
 
 
+@pytest.mark.large_only
 def test_of_the_configurations_of_a_pose_any_may_be_taken() -> None:
     goal = planner.PoseWaypoint(
         planner.tool_pose(ARM, RIGHT), motion=planner.FreeMotion(optimise="duration", optimise_checks=1500)

@@ -133,6 +133,7 @@ def test_what_no_smaller_blend_helps_is_refused(
     assert refusal.value.time == requested.value.time
 
 
+@pytest.mark.large_only
 def test_each_compared_plan_has_the_radius_taken(problem: planner.PlanningProblem, plan: planner.Plan) -> None:
     (compared,) = planner.compare(problem, [planner.Trapezoidal()])
     assert compared.plan is not None

@@ -33,6 +33,7 @@ def beyond(joint: int, by: float) -> planner.JointWaypoint:
     return planner.JointWaypoint(position)
 
 
+@pytest.mark.large_only
 def test_blends_become_smaller_beside_a_free_motion() -> None:
     problem = along_a_rectangle(ball_at(*BESIDE_A_LINE), planner.LinearMotion())
     alone = planner.plan(problem)
@@ -91,6 +92,7 @@ def test_warnings_behind_a_detour_name_waypoints_as_requested() -> None:
     assert repeated.startswith("waypoint 2:")
 
 
+@pytest.mark.large_only
 def test_remedies_are_applied_to_the_requested_waypoint() -> None:
     """A remedy behind a detour applies to the request and leads to a plan."""
     through = planner.JointWaypoint(LEFT)
@@ -103,6 +105,7 @@ def test_remedies_are_applied_to_the_requested_waypoint() -> None:
         assert remedy.duration is not None
 
 
+@pytest.mark.large_only
 def test_one_budget_bounds_all_attempts() -> None:
     """With a budget of one attempt nothing else is tried, and the refusal is that of the request."""
     problem = along_a_rectangle(ball_at(*BESIDE_A_LINE), planner.LinearMotion())

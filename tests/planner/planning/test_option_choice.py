@@ -167,6 +167,7 @@ def test_options_in_a_collision_are_refused_with_that_reason() -> None:
     assert plan.choices[0].option == 1
 
 
+@pytest.mark.large_only
 def test_an_option_whose_motion_collides_gives_way_to_the_next() -> None:
     """The way to the nearer option leads straight through the post; both ends are free."""
     start, behind, away = turned(0.0), turned(0.9), turned(-1.5)

@@ -40,6 +40,7 @@ def speeds_at(made: Plan, times: FloatArray) -> FloatArray:
     return speeds
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("backend", [Toppra(), Ruckig(), Cubic()], ids=lambda backend: backend.kind)
 @pytest.mark.parametrize("speed", [0.1, 0.5])
 def test_the_parts_are_where_the_tool_is_slow_by_differences(backend: BackEnd, speed: float) -> None:

@@ -128,6 +128,7 @@ def test_a_robot_whose_frames_coincide_is_drawn_as_one_dot(view: str) -> None:
     fromstring(moved.animate(view=view).svg)
 
 
+@pytest.mark.large_only
 @pytest.mark.filterwarnings("ignore:Glyph")
 def test_pictures_are_well_formed_whatever_titles_and_names_hold(slowed: Plan) -> None:
     first, *others = slowed.problem.waypoints

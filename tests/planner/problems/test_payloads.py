@@ -133,6 +133,7 @@ def test_the_effort_is_that_of_what_is_carried() -> None:
     assert figures(planned).effort == pytest.approx(effort, rel=1e-3)
 
 
+@pytest.mark.large_only
 def test_least_effort_is_found_for_each_payload() -> None:
     """Of two equal moves, the one with the part is the same as in a problem of its own."""
     there = JointWaypoint(ABOVE)

@@ -153,6 +153,7 @@ def test_a_force_beyond_the_torque_limits_is_refused() -> None:
         plan(drilling(Limits(), ProcessForce((0.0, 0.0, 20_000.0))))
 
 
+@pytest.mark.large_only
 def test_a_proof_covers_torque_with_a_process_force() -> None:
     for force in (None, DRILL):
         proof = write_proof(plan(drilling(Limits(), force)))

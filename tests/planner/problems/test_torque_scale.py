@@ -28,6 +28,7 @@ def _robot(scale: float, *, has_curves: bool) -> planner.Robot:
     return arm.derived(id="arm", limits=limits)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("backend", ALL_BACK_ENDS, ids=BACK_END_NAMES)
 @pytest.mark.parametrize("has_curves", [False, True])
 def test_a_scale_is_a_weaker_robot(backend: planner.BackEnd, has_curves: bool) -> None:

@@ -49,6 +49,7 @@ def angle_between(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(one, other)), np.dot(one, other)))
 
 
+@pytest.mark.large_only
 def test_conditions_are_met_where_constraints_are() -> None:
     generator, met = np.random.default_rng(1), 0
     for _ in range(600):

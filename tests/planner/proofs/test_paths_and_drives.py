@@ -66,6 +66,7 @@ def test_guides_lead_along_lines() -> None:
             np.testing.assert_allclose(rotation, expected, atol=1e-12)
 
 
+@pytest.mark.large_only
 def test_guides_lead_along_circles() -> None:
     generator = np.random.default_rng(2)
     for _ in range(4):
@@ -199,6 +200,7 @@ def torques(plan: planner.Plan, times: FloatArray) -> FloatArray:
     return bare + 6.0 * np.sign(v) + 3.0 * v + 0.4 * a
 
 
+@pytest.mark.large_only
 def test_torques_with_friction_and_rotors_are_proved(driven: tuple[planner.Plan, dict[str, Any]]) -> None:
     plan, proof = driven
     assert {"torque"} <= set(check_proof(proof))

@@ -23,6 +23,7 @@ def factor(mass: float, factors: tuple[float, ...] | None) -> float:
     return float(np.interp(mass, TABLE.masses, factors))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", BACKENDS)
 def test_every_back_end_keeps_the_limits_of_the_payload_on_each_segment(kind: str) -> None:
     robot = load_robot("ur5e").derived(payload_table=TABLE)

@@ -20,13 +20,10 @@ from tests.sizes import NAME
 DIRECTIONS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
 """Directions of the checked points of a ball."""
 
-TURNS = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)
-RING = np.concatenate(
-    [
-        [[np.cos(t) * np.cos(u), np.cos(t) * np.sin(u), np.sin(t)] for u in TURNS]
-        for t in np.linspace(-np.pi / 2.0, np.pi / 2.0, 101)
-    ]
-)
+HEIGHTS, TURNS = np.linspace(-1.0, 1.0, 101)[:, None] * np.pi / 2.0, np.arange(200) * np.pi / 100.0
+RING = np.stack(
+    np.broadcast_arrays(np.cos(HEIGHTS) * np.cos(TURNS), np.cos(HEIGHTS) * np.sin(TURNS), np.sin(HEIGHTS)), axis=-1
+).reshape(-1, 3)
 """More directions, one of them within 2 degrees of any direction."""
 
 PERIOD = {"quick": 5e-3, "large": 2e-3, "soak": 1e-3}[NAME]

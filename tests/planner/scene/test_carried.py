@@ -189,6 +189,7 @@ def carried_over(height: float, **changes: Any) -> planner.PlanningProblem:
     return replace(planner.PlanningProblem(DATE_ARM, waypoints, scene=scene), **changes)
 
 
+@pytest.mark.large_only
 def test_a_part_may_stand_on_what_it_is_taken_from_and_put_on() -> None:
     """The ball touches its tray and its holder there; everything else keeps 10 mm, also the wall from the ball.
 
@@ -210,6 +211,7 @@ def test_a_part_may_stand_on_what_it_is_taken_from_and_put_on() -> None:
     assert planner.ClearanceReport.from_dict(clearance.as_dict()) == clearance
 
 
+@pytest.mark.large_only
 def test_what_is_put_down_about_links_is_not_entered_deeper_unseen() -> None:
     """Links deeper inside than their radius could go anywhere, and the clearance exceeded the one of the samples."""
     arm = load_robot("three_dof_arm")
@@ -254,6 +256,7 @@ def test_without_a_touch_there_are_no_contacts() -> None:
     assert clearance is not None and clearance.scene is not None and clearance.contacts is None
 
 
+@pytest.mark.large_only
 def test_a_margin_that_is_kept_beside_what_touches_is_offered() -> None:
     """The wall is 40 mm away, not 60: the remedy offers that margin, though the ball touches its trays."""
     problem = carried_over(0.3)
@@ -309,6 +312,7 @@ def test_what_was_put_down_stays_there() -> None:
     assert planner.plan(replace(whole, waypoints=[*idle[3:4], *idle[5:]])).certificate.satisfied
 
 
+@pytest.mark.large_only
 def test_checkers_are_prepared_once_however_often_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """Speed zones and the certificate use the same checkers of segments; another list of waypoints has its own."""
     made: list[CollisionChecker] = []

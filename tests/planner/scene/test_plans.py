@@ -38,6 +38,7 @@ def in_scene(*objects: SceneObject, margin: float = 0.0) -> planner.PlanningProb
     return planner.PlanningProblem(KUKA, [LEFT, RIGHT], scene=Scene(objects, margin=margin))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     "kind",
     [pytest.param(kind, marks=pytest.mark.large_only if kind == "min_effort" else ()) for kind in BACKENDS],
@@ -159,6 +160,7 @@ def test_a_margin_that_is_kept_is_offered() -> None:
     planner.plan(remedy.applied_to(problem))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", ["one waypoint", "one waypoint twice", "rests at the end", "taken at the end"])
 def test_where_a_robot_rests_in_a_collision_its_remedies_are_of_its_waypoints(name: str) -> None:
     """Where nothing moves before it, a collision is `start_in_collision`; at the end of a motion it names a segment."""

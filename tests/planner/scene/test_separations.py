@@ -65,6 +65,7 @@ def test_leaves_of_a_tree_have_every_point_once(count: int, kinds: int) -> None:
         assert np.median(sides) < 0.4 * kinds
 
 
+@pytest.mark.large_only
 def test_a_cluster_is_as_near_as_its_nearest_ball() -> None:
     rng = np.random.default_rng(5)
     cloud = PointCloud(rng.uniform(-1.0, 1.0, (500, 3)), radius=0.01)

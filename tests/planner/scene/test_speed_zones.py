@@ -69,6 +69,7 @@ def slow_plan(problem: planner.PlanningProblem, kind: str = "quintic") -> planne
     return plan
 
 
+@pytest.mark.large_only
 @pytest.mark.parametrize(
     "kind",
     [kind if kind == "ruckig" else IN_FULL(kind) for kind in BACKENDS],
@@ -98,6 +99,7 @@ def test_the_path_is_that_of_the_plain_plan() -> None:
     assert one.upper == pytest.approx(other.upper, abs=2e-3)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("waypoints", "zones"),
     [
@@ -148,6 +150,7 @@ def test_what_is_carried_belongs_to_the_robot() -> None:
     assert carrying.trajectory.duration > 1.2 * empty.trajectory.duration
 
 
+@pytest.mark.large_only
 def test_a_tool_counts_where_it_has_no_shape() -> None:
     long = KUKA.with_tool(Pose([0.4, 0.0, 0.3]))
     start, end = (planner.JointWaypoint([0.3, -1.2, 1.4, 0.0, 1.0, turn]) for turn in (-1.5, 1.5))
@@ -157,6 +160,7 @@ def test_a_tool_counts_where_it_has_no_shape() -> None:
     assert speeds_over_time(long, times, plan.trajectory).max() == pytest.approx(1.0, rel=0.015)
 
 
+@pytest.mark.large_only
 def test_a_free_motion_is_slowed() -> None:
     wall = SceneObject("wall", [Box([0.8, 0.1, 1.2])], Pose([1.3, 0.0, 0.6]))
     scene, zones = Scene([wall], margin=0.02), [SpeedZone(0.2, 0.3)]
@@ -168,6 +172,7 @@ def test_a_free_motion_is_slowed() -> None:
     assert plan.certificate.speed_zones[0].ratio > 0.98
 
 
+@pytest.mark.large_only
 @pytest.mark.parametrize("kind", ["cubic", IN_FULL("ruckig")])
 def test_durations_are_kept(kind: str) -> None:
     shortest = planner.plan(PAST, backend_of(kind)).trajectory.duration

@@ -58,6 +58,7 @@ def slide(carried: Shape, surface: tuple[Shape, Pose], gap: float, margin: float
     return planner.PlanningProblem(KUKA, waypoints, scene=Scene([table], [held], margin=margin))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("surface", SURFACES)
 @pytest.mark.parametrize("carried", CARRIED)
 def test_what_slides_at_its_margin_is_proved(carried: str, surface: str) -> None:

@@ -47,6 +47,7 @@ def test_pieces_are_as_far_away_as_the_triangles(name: str) -> None:
         assert apart == pytest.approx(truth - 1e-6, abs=2e-7) or is_inside
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", [*MESHES, *bodies()])
 def test_tight_pieces_cover_the_surface(name: str) -> None:
     triangles = (MESHES | bodies())[name]

@@ -156,6 +156,7 @@ def assert_proved_and_near(first: Placed, second: Placed) -> float:
     return (truth.upper - truth.lower) / scale
 
 
+@pytest.mark.large_only
 def test_random_pairs() -> None:
     rng = np.random.default_rng(11)
     widths = [assert_proved_and_near(*random_pair(rng)) for _ in range(PAIRS)]

@@ -86,6 +86,7 @@ def gap(shape: Shape, ball: Sphere, at: FloatArray) -> float:
     return separation(Placed(ball, np.eye(3), at), Placed(shape, np.eye(3), np.zeros(3))).proved
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", SOLIDS)
 def test_a_hull_contains_its_points_and_little_more(name: str) -> None:
     """The check covers its triangles, which are closed, and its support."""
@@ -140,6 +141,7 @@ def test_a_mesh_with_a_fine_tip_has_pieces() -> None:
     )
 
 
+@pytest.mark.large_only
 def test_a_tip_that_is_too_fine_and_flat_is_refused() -> None:
     points = np.concatenate([ring(5000, 0.0), [[0.0, 0.0, 1e-6], [0.0, 0.0, -0.2]]])
     with pytest.raises(InvalidShape, match="more than 200 faces at one of them"):

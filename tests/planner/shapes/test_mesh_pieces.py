@@ -26,6 +26,7 @@ def outside(points: np.ndarray, pieces: tuple) -> np.ndarray:
     return nearest
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", BODIES)
 def test_pieces_cover_the_surface(name: str) -> None:
     triangles = BODIES[name]

@@ -16,6 +16,7 @@ BODIES = bodies()
 BOX = box((0, 0, 0), (0.3, 0.2, 0.1))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", BODIES)
 def test_what_is_written_is_read(name: str) -> None:
     triangles = BODIES[name]

@@ -66,6 +66,7 @@ def test_no_point_cloud_is_made_of_nonsense(points: list[list[float]]) -> None:
         PointCloud(points, 0.01)
 
 
+@pytest.mark.large_only
 def test_a_quick_look_outlives_what_it_was_made_from() -> None:
     """The kernels read arrays by their addresses: the process would end if these were freed."""
     robot = load_robot("kuka_kr16_2")

@@ -59,6 +59,7 @@ def test_heavier_arms_have_larger_torques() -> None:
     np.testing.assert_allclose(heavier.acceleration(), a, atol=1e-9)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("backend", ALL_BACK_ENDS, ids=BACK_END_NAMES)
 def test_the_arm_follows_a_plan_with_its_torques(backend: planner.BackEnd) -> None:
     """With known masses and fine cycles the servo has next to nothing to do."""
@@ -76,6 +77,7 @@ def test_finer_cycles_leave_smaller_errors() -> None:
     assert (fine < 0.5 * coarse).all()
 
 
+@pytest.mark.large_only
 def test_an_arm_that_is_heavier_than_known_lags_behind_and_needs_more_torque() -> None:
     plan = planner.plan(_problem(planner.load_robot("ur5e")), planner.Quintic())
     known, heavier = (planner.simulate(plan, Servo(mass_error=error)) for error in (0.0, 0.2))
@@ -83,6 +85,7 @@ def test_an_arm_that_is_heavier_than_known_lags_behind_and_needs_more_torque() -
     np.testing.assert_allclose(heavier.torque_ratio, 1.2, atol=0.08)
 
 
+@pytest.mark.large_only
 def test_torques_are_cut_at_their_limits() -> None:
     robot = planner.load_robot("ur5e")
     held = np.abs(planner.inverse_dynamics(robot, HOME, np.zeros(6), np.zeros(6)))
@@ -140,6 +143,7 @@ def test_a_robot_without_masses_and_a_cycle_longer_than_the_trajectory_are_refus
         planner.simulate(short, Servo(cycle=0.09, frequency=0.5))
 
 
+@pytest.mark.large_only
 def test_pictures_show_all_joints_and_both_units() -> None:
     robot = _robots()["on_a_rail"]
     plan = planner.plan(_problem(robot, (0.5, *HOME), 2), planner.Quintic())

@@ -108,6 +108,7 @@ def test_plan_visits_the_seams_in_the_directions_of_the_order() -> None:
     assert found.bound <= found.plan.trajectory.duration
 
 
+@pytest.mark.large_only
 def test_closed_contour_is_entered_where_it_is_near_and_left_there() -> None:
     corners = [(0.3, -0.1), (0.5, -0.1), (0.5, 0.1), (0.3, 0.1)]
     contour = planner.Task(
@@ -134,6 +135,7 @@ def test_estimate_counts_the_dwell_at_the_entry_of_a_contour_twice(dwells: tuple
     assert found.bound <= found.plan.trajectory.duration * (1.0 + 1e-9)
 
 
+@pytest.mark.large_only
 def test_many_tasks_with_all_rules_of_one_order_are_in_this_order() -> None:
     count = 100
     random = np.random.default_rng(3)
@@ -151,6 +153,7 @@ def test_many_tasks_with_all_rules_of_one_order_are_in_this_order() -> None:
     assert rank[list(found.order)].tolist() == list(range(count))
 
 
+@pytest.mark.large_only
 def test_equal_requests_have_equal_orders() -> None:
     random = np.random.default_rng(7)
     tasks = [

@@ -113,6 +113,7 @@ def test_refusal_of_an_unreachable_task_names_it() -> None:
         planner.order_tasks(START, [task(), task(far, name="far")])
 
 
+@pytest.mark.large_only
 def test_refusal_of_a_seam_that_leaves_the_workspace_names_its_waypoint() -> None:
     start = planner.PoseWaypoint(over_table(0.5, 0.0))
     end = planner.PoseWaypoint(over_table(1.5, 0.0), motion=LINE)
@@ -120,6 +121,7 @@ def test_refusal_of_a_seam_that_leaves_the_workspace_names_its_waypoint() -> Non
         planner.order_tasks(START, [task(start, end)])
 
 
+@pytest.mark.large_only
 def test_straight_travel_that_would_collide_leads_to_another_order() -> None:
     wall = planner.SceneObject("wall", [planner.Box((0.2, 0.02, 0.5))], planner.Pose(np.array([0.5, 0.0, 0.2])))
     scene = planner.Scene([wall])

@@ -198,6 +198,7 @@ def fine_optimum(path: JointPath, group: SegmentGroup, count: int) -> float:
     return float(opti.solve().value(casadi.sum1(h)))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("robot_id", "kind", "seed", "count"),
     [
@@ -269,6 +270,7 @@ def test_gravity_beyond_a_torque_limit_is_refused() -> None:
         time_group(path, group)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["straight", "linear", "circular"])
 def test_an_asked_duration_is_kept_exactly_and_refused_below_the_shortest(kind: str) -> None:
     path, group = random_group("kuka_kr16_l6_2", kind, 8)

@@ -63,6 +63,7 @@ def waypoints(seed: int) -> list[JointWaypoint]:
     return made
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("kind", "seed"), diagonal(BACKENDS, [2, 5]))
 def test_every_back_end_takes_longer_until_the_rms_torque_is_kept(kind: str, seed: int) -> None:
     robot = load_robot("ur5e")
@@ -85,6 +86,7 @@ def test_every_back_end_takes_longer_until_the_rms_torque_is_kept(kind: str, see
     np.testing.assert_allclose(*rests, atol=1e-12)
 
 
+@pytest.mark.large_only
 def test_rest_in_the_cycle_counts_with_the_torque_that_holds_the_arm() -> None:
     robot = load_robot("ur5e")
     made = plan(PlanningProblem(robot, waypoints(5), payload=LOAD), "ruckig")

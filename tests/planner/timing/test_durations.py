@@ -72,6 +72,7 @@ def test_the_whole_takes_so_long_and_is_the_fastest_plan_slower(kind: str, passe
         assert worst(whole)[quantity] == pytest.approx(worst(fastest)[quantity] / factor**power)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 def test_the_whole_of_one_segment_is_the_segments_own_duration(kind: str) -> None:
     start, end = JointWaypoint(POSITIONS[0], dwell=0.5), JointWaypoint(POSITIONS[1])
@@ -82,6 +83,7 @@ def test_the_whole_of_one_segment_is_the_segments_own_duration(kind: str) -> Non
         np.testing.assert_allclose(one, other, atol=1e-9)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", EVENLY)
 def test_a_whole_that_is_too_short_is_refused_with_the_least_one(kind: str, passed: Transition) -> None:
     backend = BACKENDS[kind]()
@@ -119,6 +121,7 @@ def test_a_least_duration_is_kept_and_no_other_segment_waits_for_it(kind: str) -
     assert times_of(plan(problem_with(minimum_duration=0.9 * free[1]), backend)) == pytest.approx(free)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", QUICK)
 def test_a_least_duration_of_what_is_passed_without_stopping(kind: str) -> None:
     """The other segments are not stretched with it: that would take three times as long."""
@@ -129,6 +132,7 @@ def test_a_least_duration_of_what_is_passed_without_stopping(kind: str) -> None:
     assert held.sum() <= 1.7 + 2.0 * (free[0] + free[2])
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("segment", "seconds"), [(0, 1.7), (1, 1.7), (2, 1.7), (1, 0.9)])
 @pytest.mark.parametrize("kind", ["trapezoidal", "toppra"])
 def test_only_the_segment_with_a_least_duration_is_slowed_on_the_path(kind: str, segment: int, seconds: float) -> None:
@@ -143,6 +147,7 @@ def test_only_the_segment_with_a_least_duration_is_slowed_on_the_path(kind: str,
     assert least * (1.0 - 1e-6) <= times_of(held).sum() <= 1.03 * least
 
 
+@pytest.mark.large_only
 def test_least_durations_along_a_blended_corner() -> None:
     start = (0.3, -1.2, 1.4, 0.2, 0.6, 0.1)
     pose = plan(PlanningProblem(ROBOT, [JointWaypoint(start)])).path.waypoints[0].pose

@@ -337,6 +337,7 @@ def line(tolerance: float) -> PlanningProblem:
     return PlanningProblem(UR5E, [start, move], residual_vibration=ResidualVibration(12.0, 0.02))
 
 
+@pytest.mark.large_only
 def test_a_line_is_shaped_within_its_tolerance_or_refused_with_proved_remedies() -> None:
     made = plan(line(2e-3), "toppra")
     (deviation,) = (check for check in made.certificate.checks if check.quantity == "path_position_deviation")
@@ -370,6 +371,7 @@ def test_a_shaped_motion_too_fast_in_a_speed_zone_is_refused_or_slowed_slightly(
     assert refused.value.remedies[-1].field == ("residual_vibration", "suppress")
 
 
+@pytest.mark.large_only
 def test_detours_are_shaped_where_they_stay_clear() -> None:
     scene = Scene([SceneObject("fixture", [Box((0.1, 0.1, 1.2))], Pose((-0.65, -0.1, 0.6)))], margin=0.02)
     waypoints = [JointWaypoint(HERE), JointWaypoint(THERE, motion=FreeMotion())]
@@ -399,6 +401,7 @@ def test_shaped_motions_that_exceed_a_torque_limit_slightly_are_a_little_slower(
     assert stretched
 
 
+@pytest.mark.large_only
 def test_torque_limits_are_certified_and_slower_motions_offered_where_they_are_exceeded() -> None:
     limits = Limits(torque_scale=0.45)
     for seed in range(12):

@@ -118,6 +118,7 @@ def test_the_chain_ends_before_a_singularity() -> None:
     assert len(found.curves) == 1
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("arm", ["kuka_kr16_2", "ur5", "panda"])
 def test_a_contour_with_joint_waypoints_is_solved_as_one_by_one(arm: str, monkeypatch: pytest.MonkeyPatch) -> None:
     robot = robot_of(arm)
@@ -159,6 +160,7 @@ def pieced(kind: str, poses: list[Pose]) -> Polyline | PoseSpline:
     return Polyline.through(poses[0], poses[1:-1], poses[-1], 0.002)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["polyline", "spline"])
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("count", [4, 30])

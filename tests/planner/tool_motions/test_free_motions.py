@@ -184,6 +184,7 @@ def test_the_certificate_finds_what_is_outside_of_a_region() -> None:
         assert angle - 0.02 <= found[1][0] <= 1.1 * angle + 0.02
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["quintic", "ruckig", "toppra"])
 @pytest.mark.parametrize(
     "free", ["rotation_z", Region(rotation_z=(-0.8, 0.8)), Region(x=(-0.01, 0.02), rotation_y=(-0.3, 0.2))]

@@ -154,6 +154,7 @@ def test_refused_where_a_joint_would_all_but_jump_with_remedies_that_help(name: 
         assert plan(remedy.applied_to(problem), Toppra()).certificate.satisfied
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("missed", [2e-2, 1e-2, 1e-3, 1e-4, 1e-5, 3e-6])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_deviate_goes_right_through_within_the_tolerance(name: str, missed: float) -> None:
@@ -171,6 +172,7 @@ def test_deviate_goes_right_through_within_the_tolerance(name: str, missed: floa
     assert [warning.code for warning in made.warnings] == ["orientation_deviates"]
 
 
+@pytest.mark.large_only
 def test_deviate_where_the_tolerance_is_less_than_it_takes() -> None:
     """A feasible line is followed exactly; an infeasible one is refused."""
     made = planned("kuka_kr16_l6_2", 1e-2, "deviate", Toppra())
@@ -212,6 +214,7 @@ def test_a_circle_near_a_straight_wrist(singularity: Singularity) -> None:
         plan(replace(problem, waypoints=refused), Toppra())
 
 
+@pytest.mark.large_only
 def test_random_lines_past_singular_wrists() -> None:
     """Each goes through a random stretched joint position, off by a random angle, in a random direction of the tool."""
     robot, rng, tried = load_robot("kuka_kr16_l6_2"), np.random.default_rng(3), 0

@@ -198,6 +198,7 @@ def planned(kind: str, backend: BackEnd) -> Plan:
     return plan(PlanningProblem(robot, [JointWaypoint(HOME), goal], Limits(tcp_linear_velocity=SPEED)), backend)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", MOTIONS)
 @pytest.mark.parametrize("backend", BACK_ENDS, ids=lambda backend: backend.kind)
 def test_a_closed_way_is_driven_at_one_speed_from_end_to_end(kind: str, backend: BackEnd) -> None:
@@ -215,6 +216,7 @@ def test_a_closed_way_is_driven_at_one_speed_from_end_to_end(kind: str, backend:
     assert np.linalg.norm(tools[-1] - tools[0]) < 1e-9
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", MOTIONS)
 @pytest.mark.parametrize("arm", ["kuka_kr16_l6_2", "panda", "three_dof_arm"])
 def test_the_joints_are_where_dense_inverse_kinematics_lead(kind: str, arm: str) -> None:
@@ -280,6 +282,7 @@ def test_a_polyline_between_blends_goes_on_at_speed() -> None:
     assert (np.abs(velocities).max(axis=1) > 0.01).all()
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("size", "radius"), [(3e-4, None), (3e-4, 2e-4), (0.05, 0.03), (0.05, None)])
 def test_ways_that_wander_about_their_ends_are_certified(size: float, radius: float | None) -> None:
     """By distance alone, the tool could be anywhere on a path as small as its tolerance, or as a blend."""

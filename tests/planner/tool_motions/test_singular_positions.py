@@ -87,6 +87,7 @@ def is_traced(robot: Robot, motion: ToolMotion, poses: Sequence[Pose], start: Fl
     assert np.abs(second).max() < 100.0
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("way", SHIFTS)
 @pytest.mark.parametrize("name", HOMES)
 def test_a_line_out_of_a_stretched_wrist_and_back(name: str, way: str) -> None:
@@ -130,6 +131,7 @@ def test_a_line_out_of_a_straight_wrist_of_a_ur5(way: str) -> None:
         assert np.abs(second).max() < 100.0
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("way", SHIFTS)
 def test_a_line_from_the_pose_of_a_stretched_wrist(way: str) -> None:
     """The pose has a continuum of solutions, and few of them lead along the line."""

@@ -47,6 +47,7 @@ def times_of(trajectory: Trajectory) -> np.ndarray:
     return np.concatenate([trajectory.breakpoints, inside])
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("trajectory", RANDOM)
 def test_evaluates_as_scipy_does(trajectory: Trajectory) -> None:
     times, reference = times_of(trajectory), in_scipy(trajectory)
@@ -64,6 +65,7 @@ def test_one_time_is_a_row_of_many(trajectory: Trajectory) -> None:
             assert (one == all_rows[row]).all()
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"])
 def test_plans_evaluate_as_scipy_does(kind: str) -> None:
     trajectory = plan(problem_of("kuka_kr16_2", 4, 5), backend_of(kind)).trajectory

@@ -44,6 +44,7 @@ def some_of(full: Configuration, rng: np.random.Generator) -> Configuration:
     return full.of_parts([part for part in full.names if rng.random() < 0.6])
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ["kuka_kr16_2", "ngv_refuelling_arm", "date_sorting_arm", "three_dof_arm", "ur5"])
 def test_random_plans_end_in_the_configuration_asked(robot_id: str) -> None:
     robot, rng = load_robot(robot_id), np.random.default_rng(11)

@@ -41,6 +41,7 @@ def is_same(first: FloatArray, second: FloatArray) -> bool:
     return bool(np.abs(turns - np.round(turns)).max() < 1e-6)
 
 
+@pytest.mark.large_only
 def test_what_is_chosen_is_free_wherever_one_of_all_configurations_is() -> None:
     rng = np.random.default_rng(6)
     counts = {"as before": 0, "another": 0, "none": 0}

@@ -111,6 +111,7 @@ def test_what_cannot_be_reached_at_any_turn_and_what_has_no_axis() -> None:
         plan(PlanningProblem(robot, [PoseWaypoint(Pose([1.0, 0.0, 0.5]), free="rotation_z")]))
 
 
+@pytest.mark.large_only
 def test_a_motion_with_freedom_is_given_up_after_some_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     """A spline at the edge of reach, from a pose without orientation, was followed in vain from 300 joint positions."""
     robot = load_robot("kuka_kr16_2")

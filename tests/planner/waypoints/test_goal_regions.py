@@ -118,6 +118,7 @@ def test_a_pose_out_of_reach_is_reached_at_the_near_end_of_its_range() -> None:
     is_in(region, far, reached.pose)
 
 
+@pytest.mark.large_only
 def test_the_configuration_asked_is_kept() -> None:
     robot, start = robot_of("kuka_kr16_l6_2"), np.array(ARMS["kuka_kr16_l6_2"])
     requested, region = somewhere(robot, start, 1), Region(rotation_z=(-1.0, 1.0), z=(-0.02, 0.02))

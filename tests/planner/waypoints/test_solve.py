@@ -370,6 +370,7 @@ def test_where_no_branch_can_be_followed_the_best_ones_error_comes() -> None:
     assert {tuple(start.round(3)) for _, start in follow.calls} == {(0.4, -1.0), (-0.6, 1.0)}
 
 
+@pytest.mark.large_only
 def test_lines_through_a_list_of_a_six_axis_arm_are_all_followed() -> None:
     """On joint motion, two lines, joint motion and line, every line starts and ends on the followed joint path."""
     robot = load_robot("kuka_kr16_l6_2")

@@ -154,6 +154,7 @@ def lognormal(mean: float, spread: float = 0.5) -> Callable[[np.random.Generator
     return lambda rng: rng.lognormal(math.log(mean) - spread**2 / 2.0, spread)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("times", "goodput"),
     [(0.5, 0.9), (1.0, 0.8), (2.0, 0.9), (5.0, 0.9), (10.0, 0.9)],

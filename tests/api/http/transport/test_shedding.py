@@ -103,6 +103,7 @@ def test_refused_requests_are_counted_and_logged(busy: RunningService) -> None:
     assert "requests_shed" in busy.log.read_text()
 
 
+@pytest.mark.large_only
 def test_the_liveness_is_answered_beyond_the_bound_of_connections(busy: RunningService) -> None:
     with ExitStack() as stack:
         for number in range(8):

@@ -83,6 +83,7 @@ PROBLEMS = {
 }
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_a_loaded_plan_has_what_the_planner_found(name: str) -> None:
     problem = PROBLEMS[name]

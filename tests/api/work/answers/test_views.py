@@ -92,6 +92,7 @@ def test_a_report_without_its_program_is_refused(tmp_path: Path, monkeypatch: py
         report_of(plan_request(request), request, "welding")
 
 
+@pytest.mark.large_only
 def test_a_picture_shows_what_is_asked(service: RunningService) -> None:
     picture = {"show": ["velocity", "tcp_position"], "joints": ["joint_2"], "axes": ["z"], "title": "Up"}
     request = requests.plan_request()
@@ -123,6 +124,7 @@ def test_a_picture_of_nothing_is_refused(
     assert pointer is None or [error["pointer"] for error in problem["errors"]] == [pointer]
 
 
+@pytest.mark.large_only
 def test_workspaces_and_robots_are_drawn(service: RunningService) -> None:
     """The arm with three joints reaches from 70 to 270 mm, and lies along x at zero."""
     body = {"robot": "three_dof_arm", "samples": 300, "view": "xz"}

@@ -40,6 +40,7 @@ def cell(**changes: Any) -> dict[str, Any]:
     return {"robots": [member("a", 0.0), member("b", 3.0)], "deadline": 60, **changes}
 
 
+@pytest.mark.large_only
 def test_each_trajectory_is_that_of_its_robot_with_the_waits_as_dwells(service: RunningService) -> None:
     request = json.loads((ROOT / "examples/cell/over_a_table.json").read_text()) | {"deadline": 60}
     answer = checked(service.post(CELLS, request), CellAnswer)

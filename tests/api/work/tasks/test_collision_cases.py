@@ -171,6 +171,7 @@ def test_bin_p00_is_refused_since_no_turn_of_the_palm_has_room(service: RunningS
     assert (refused.status_code, refused.json()["code"]) == (422, "collision")
 
 
+@pytest.mark.large_only
 def test_segment_numbers_are_those_of_the_request(service: RunningService) -> None:
     """The corners of the detour before counted as waypoints. The nozzle meets a clamp on the line to waypoint 3."""
     request = case("segment_numbers")

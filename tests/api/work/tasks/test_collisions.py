@@ -219,6 +219,7 @@ def test_comparing_in_a_scene(service: RunningService) -> None:
     assert [result["status"] for result in results] == ["start_in_collision"] * 2
 
 
+@pytest.mark.large_only
 def test_a_date_is_taken_and_put_on_another_tray(service: RunningService) -> None:
     """The example of document 004; without the stop, or without the date, the fault is at its field."""
     request = json.loads((ROOT / "examples" / "pick_and_place_dates.json").read_text(encoding="utf-8"))

@@ -50,6 +50,7 @@ def test_both_solvers_of_toppra_are_compared_and_named(service: RunningService) 
         assert service.post(PLAN, plan_request(waypoints=waypoints, backend=backend)).json() == result["trajectory"]
 
 
+@pytest.mark.large_only
 def test_the_figures_are_those_of_the_samples(service: RunningService) -> None:
     """By numerical integration of dense samples, torques by the service's own inverse dynamics."""
     request = compare_request({"kind": "quintic"}, robot="kuka_kr16_2", include=["jerk", "torque"], sample_period=1e-3)

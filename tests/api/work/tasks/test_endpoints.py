@@ -257,6 +257,7 @@ def test_reachability_answers_each_waypoint(service: RunningService) -> None:
     assert good["reachable"] is True
 
 
+@pytest.mark.large_only
 def test_workspace_of_the_published_arm(service: RunningService) -> None:
     """Section 4 of document 004: 43.93, 800, 1450 and 650 mm."""
     request = {"robot": "date_sorting_arm", "samples": 50}

@@ -59,6 +59,7 @@ def test_a_request_without_goal_sets_has_no_choices(service: RunningService) -> 
     assert "choices" not in answer
 
 
+@pytest.mark.large_only
 def test_every_compared_back_end_chooses(service: RunningService) -> None:
     request = _request()
     del request["backend"]

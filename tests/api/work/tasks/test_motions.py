@@ -46,6 +46,7 @@ def test_a_line_past_a_singular_wrist_is_planned_as_asked(service: RunningServic
     assert plan["certificate"]["satisfied"]
 
 
+@pytest.mark.large_only
 def test_tool_and_joints_leave_straight_motions_by_no_more_than_is_asked(service: RunningService) -> None:
     request = json.loads((ROOT / "examples" / "least_effort.json").read_text(encoding="utf-8"))
     plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)

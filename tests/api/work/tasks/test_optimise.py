@@ -30,6 +30,7 @@ def test_the_answer_has_both_durations_and_the_moved_waypoints(service: RunningS
     assert after["waypoints"][1]["position_error"] < 1e-5
 
 
+@pytest.mark.large_only
 def test_a_time_budget_ends_before_the_deadline(service: RunningService) -> None:
     """The budget is longer than the deadline, and the answer comes in time."""
     body = WITHOUT | {"optimise": "duration", "time_budget": 100.0, "deadline": 2.0}

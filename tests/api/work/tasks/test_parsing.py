@@ -78,6 +78,7 @@ def nodes(value: Any) -> Iterator[dict[str, Any]]:
         yield from nodes(child)
 
 
+@pytest.mark.large_only
 def test_no_schema_of_a_request_needs_a_type_that_parsed_json_has_not() -> None:
     """Strict validation takes no list for a tuple or a set, and no text for a date, but in its own parser of JSON."""
     assert SUBJECTS and backend_schemas()  # all modules with schemas are loaded

@@ -65,6 +65,7 @@ def roadmaps(service: RunningService) -> list[RoadmapDescription]:
     return RoadmapsAnswer.model_validate_json(service.client.get(ROADMAP).content, strict=True).roadmaps
 
 
+@pytest.mark.large_only
 def test_plans_that_fit_a_roadmap_use_it_until_it_is_deleted(cell: RunningService) -> None:
     """The hash and the tag of the answer quote the roadmap; they do so for no other request."""
     straight = plan_request(robot=ROBOT, scene="around_a_wall", waypoints=[joint(*LEFT), joint(0.8, *LEFT[1:])])

@@ -266,6 +266,7 @@ def test_changes_at_the_same_time_are_all_made_or_refused(
     assert there == {f"ball_{k}" for k, status in enumerate(statuses) if status == 200}
 
 
+@pytest.mark.large_only
 def test_the_example_is_a_scene_that_requests_may_name(
     service: RunningService, keep: Callable[..., httpx.Response]
 ) -> None:

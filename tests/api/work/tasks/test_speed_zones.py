@@ -84,6 +84,7 @@ def test_a_check_says_when_and_by_how_much_a_zone_is_broken(service: RunningServ
     assert not hit["speed_zones"][0]["satisfied"], "that is told of what collides, too"
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", ["reverse", "slice", "join", "resample", "stop"])
 def test_operations_keep_zones_or_are_refused(
     service: RunningService, slow: dict[str, Any], quick: dict[str, Any], name: str

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 VALIDATE = "/v1/trajectories/validate"
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", BACKENDS)
 @pytest.mark.parametrize("sample_period", [0.01, 0.2])
 def test_a_plan_says_what_its_samples_are_validated_as(

@@ -70,6 +70,7 @@ def by_differences(function: Any, x: FloatArray, step: float = 1e-6) -> FloatArr
     return np.array(columns).T
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("limited", [(False, False, False), (True, True, True)])
 @pytest.mark.parametrize("objective", ["effort", "mechanical_work", "jerk"])
 def test_derivatives_by_differences(objective: Objective, limited: tuple[bool, bool, bool]) -> None:
@@ -165,6 +166,7 @@ def test_a_second_formulation_finds_the_same_optimum(seed: int) -> None:
     assert found.fun == pytest.approx(1.0, rel=0.01)
 
 
+@pytest.mark.large_only
 def test_limits_by_dense_samples() -> None:
     """Torque and tool speed are limited too, both narrow enough to bind."""
     limits = Limits(
@@ -217,6 +219,7 @@ def test_where_nothing_takes_a_torque_nothing_is_saved() -> None:
     assert result.trajectory.duration == pytest.approx(plan(problem, Quintic()).trajectory.duration, rel=0.2)
 
 
+@pytest.mark.large_only
 def test_a_payload_changes_the_motion() -> None:
     problem = with_durations(arm_problem(2, 2, 0.5), [3.0])
     empty, loaded = plan(problem, QUICK), plan(replace(problem, payload=Payload(5.0, (0.0, 0.0, 0.1))), QUICK)
@@ -375,6 +378,7 @@ def test_nothing_is_printed(capfd: pytest.CaptureFixture[str]) -> None:
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.large_only
 def test_a_tool_that_is_nearly_at_its_speed_limit_all_the_way_does_not_ask_for_ever_more_intervals() -> None:
     start = (1.8083773728974482, -2.704238176858446, 1.3282889853551905, 0.7462329409973796, -2.2505425693, -2.46108980)
     end = (-2.321607366040192, -0.1793599262010157, 2.4834490832868843, -2.3401206791464437, 0.361912734, -1.16440979)
@@ -384,6 +388,7 @@ def test_a_tool_that_is_nearly_at_its_speed_limit_all_the_way_does_not_ask_for_e
     assert len(result.trajectory.lengths) <= 4 * 8
 
 
+@pytest.mark.large_only
 def test_more_intervals_after_narrower_limits() -> None:
     """A repair with a coarse excess used more intervals, but margins for fewer: an error of array shapes."""
     speeds = Limits(

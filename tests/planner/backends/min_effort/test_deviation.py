@@ -103,6 +103,7 @@ def test_the_deviation_of_joints_is_what_is_said_and_what_is_allowed(most: float
         assert check.joint in farthest_joints(planned)
 
 
+@pytest.mark.large_only
 @settings(max_examples=max(3, settings.default.max_examples // 20))
 @given(
     robot_id=st.sampled_from(["kuka_kr16_l6_2", "ur5", "panda"]),
@@ -117,6 +118,7 @@ def test_random_motions_keep_near(robot_id: str, seed: int, tool: float | None, 
     assert true_joint_deviation(planned) <= (joints or np.inf)
 
 
+@pytest.mark.large_only
 def test_the_tool_stays_within_0_1_m_unless_it_is_let_go() -> None:
     assert MinEffort().max_deviation == 0.1
     assert true_deviation(plan(REACHING, MinEffort(knots=KNOTS))) <= 0.1

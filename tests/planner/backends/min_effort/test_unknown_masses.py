@@ -41,6 +41,7 @@ def energy_and_jerk(made: Plan) -> tuple[float, float, float]:
     return float(energy), float(np.trapezoid((jerk**2).sum(axis=1), SAMPLES)), float(np.abs(jerk).max())
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("objective", ["effort", "mechanical_work"])
 @pytest.mark.parametrize("arm", sorted(ARMS))
 def test_without_masses_the_motion_costs_no_more_energy_and_is_as_smooth_as_the_quintic(

@@ -53,6 +53,7 @@ print("planned")
     assert (result.returncode, result.stdout) == (0, "planned\n"), result.stderr
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("folder", ["planner", "api", "cli", "benchmarks"])
 def test_no_waypoints_are_handed_to_the_library(folder: str) -> None:
     for file in (ROOT / folder).rglob("*.py"):

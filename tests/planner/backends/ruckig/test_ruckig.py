@@ -136,6 +136,7 @@ def test_a_failing_call_of_the_library_has_no_name() -> None:
     assert durations_of(plan(problem, Ruckig()))[0] == pytest.approx(1e4, rel=1e-12)
 
 
+@pytest.mark.large_only
 def test_the_library_leaves_the_box_and_its_extrema_miss_it() -> None:
     """See library-pitfalls.md, 10: where accelerations are not 0, its `position_extrema` do not even show it."""
     target, output = ruckig.InputParameter(1), ruckig.Trajectory(1)
@@ -184,6 +185,7 @@ def test_a_line_with_the_motion_along_it_stays_straight() -> None:
     assert np.abs(position - start - along[:, None] * (end - start)).max() < 1e-9
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("motion", "named"),
     [

@@ -169,6 +169,7 @@ def test_no_slower_than_the_plain_package_on_a_densely_sampled_line(robot_id: st
     assert plan(problem, Toppra()).trajectory.duration <= densely(solve_path(problem)) * TOLERANCE
 
 
+@pytest.mark.large_only
 def test_no_slower_where_a_least_duration_slows_a_motion_whose_acceleration_jumps() -> None:
     """Rows of the tool's limits were interpolated over the jumps: 8 % slower than `trapezoidal`."""
     start = JointWaypoint((0.6023889629772804, -1.012530916317465, -2.018903887007366))

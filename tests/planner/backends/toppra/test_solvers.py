@@ -101,11 +101,13 @@ STRUCTURED = {
 }
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", STRUCTURED)
 def test_structured_paths_take_the_same_time(kind: str) -> None:
     assert planned_alike(STRUCTURED[kind]) is not None
 
 
+@pytest.mark.large_only
 def test_dense_points_take_the_same_time() -> None:
     """Every run of the tests has 200 waypoints, CI has 1,000.
 

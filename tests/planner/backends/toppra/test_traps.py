@@ -32,6 +32,7 @@ from tests.planner.backends.toppra.toppra_problems import (
 )
 
 
+@pytest.mark.large_only
 def test_trap_accelerations_are_kept_where_the_plain_library_breaks_them() -> None:
     """Trap 1: on 100 gridpoints its spline exceeds the acceleration limit. The test has a process of its own."""
     code = """
@@ -164,6 +165,7 @@ def test_trap_no_overshoot_of_a_position_limit() -> None:
     assert worst_ratio(result) <= 1.0 + 1e-6
 
 
+@pytest.mark.large_only
 def test_trap_the_package_is_imported_by_the_first_plan_that_needs_it() -> None:
     """Trap 8: importing it takes a second and 80 MB, 30 of them for matplotlib; a worker's warm-up pays for it."""
     code = """

@@ -123,11 +123,13 @@ def test_each_waypoint_is_one_instruction_at_its_pose(form: str) -> None:
     np.testing.assert_allclose(via, moved(0.0, 0.0, 0.2).position, atol=1e-6)
 
 
+@pytest.mark.large_only
 def test_a_module_has_the_grammar_of_abb() -> None:
     assert check_format(render(mixed("rapid_moves"), "rapid_moves").decode()) == []
     assert check_format("MODULE Wrong\r\n  PROC move()\r\n    MoveAbsJ start,;\r\n  ENDPROC\r\nENDMODULE\r\n")
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("repeat", [0, 3])
 @pytest.mark.parametrize("form", ["rapid", "rapid_moves"])
 def test_a_loop_has_the_grammar_of_abb(form: str, repeat: int) -> None:
@@ -159,6 +161,7 @@ def test_blends_and_rests_stand_at_their_waypoints(form: str) -> None:
     assert outputs == [(LANGUAGES[form].output, True)]
 
 
+@pytest.mark.long_table
 @every_language
 def test_speeds_are_within_those_of_the_certified_segments(form: str) -> None:
     solved, robot, step = mixed(form), arm(form)[0], 1e-6
@@ -184,6 +187,7 @@ def test_speeds_are_within_those_of_the_certified_segments(form: str) -> None:
                 assert value >= expected[name] * 0.998 - resolution, name
 
 
+@pytest.mark.long_table
 @every_language
 @pytest.mark.parametrize("seed", range(3))
 def test_joint_points_follow_a_curve_that_no_language_has(form: str, seed: int) -> None:

@@ -32,6 +32,7 @@ def test_the_estimate_is_shorter_without_stops_and_longer_with_jerk_limits() -> 
     assert LegTimes(stops.path, keeps_jerk=True)(stops.path.positions).total > totals[0]
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("name", "free"), [("fr3", None), ("ur5e", REGION), (PANDA, REGION)])
 def test_open_waypoints_move_within_their_poses(name: str, free: planner.Region | None) -> None:
     """Tangents keep the pose to first order, and returned coordinates keep it within the tolerances."""
@@ -62,6 +63,7 @@ def test_open_waypoints_move_within_their_poses(name: str, free: planner.Region 
             )
 
 
+@pytest.mark.large_only
 def test_nothing_is_open_with_joint_waypoints_isolated_poses_or_a_preference() -> None:
     """Six joints leave nothing of a pose open, and a preference decides the joint position itself."""
     isolated = through_poses(UR5E, 0, 2)

@@ -30,6 +30,7 @@ def optimised(problem: planner.PlanningProblem, backend: str, iterates: int = 10
     return planner.plan(replace(problem, optimise="duration", optimise_iterates=iterates), backend)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("backend", "transition"),
     [
@@ -167,6 +168,7 @@ def test_contradictory_options_are_refused(more: dict[str, object], field: str) 
     assert [fault.field for fault in refused.value.faults] == [(field,)]
 
 
+@pytest.mark.large_only
 def test_relative_waypoints_follow_a_moved_one() -> None:
     """A relative waypoint behind a region starts from the pose to which its waypoint moved."""
     problem = through_poses(UR5E, 3, 1, ThroughTransition(), REGION)

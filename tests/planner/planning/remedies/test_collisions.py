@@ -106,6 +106,7 @@ def wall(name: str, x: tuple[float, float], z: tuple[float, float]) -> planner.S
     return planner.SceneObject(name, [Box([x[1] - x[0], 0.1, z[1] - z[0]])], middle)
 
 
+@pytest.mark.large_only
 def test_where_no_detour_keeps_the_margin_a_smaller_one_is_offered() -> None:
     """The straight motion goes through a slot, 0.2 m from its upper edge."""
     walls = [wall("low", (0.5, 4.0), (-2.0, 0.35)), wall("high", (0.5, 4.0), (1.55, 5.0))]

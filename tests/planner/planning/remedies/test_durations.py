@@ -113,6 +113,7 @@ def test_auto_says_what_the_nearest_of_its_back_ends_needs(robot: Robot) -> None
     assert auto == ruckig < quintic
 
 
+@pytest.mark.large_only
 def test_a_tool_speed_on_a_line(robot: Robot) -> None:
     start = plan(hurried(robot, 3.0)).path.waypoints[0].pose
     end = PoseWaypoint(pose=replace(start, position=start.position + np.array([0.0, 0.3, 0.0])), motion=LinearMotion())

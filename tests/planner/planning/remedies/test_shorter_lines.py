@@ -25,6 +25,7 @@ def refusal_of(problem: planner.PlanningProblem) -> planner.PlanningError:
     return refused.value
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("name", "start", "frame"), diagonal(STARTS, ["joint", "pose"], FRAMES))
 def test_a_line_out_of_reach_has_a_nearer_end_on_the_same_line(name: str, start: str, frame: str) -> None:
     robot = planner.load_robot(name)

@@ -50,6 +50,7 @@ def unreachable_list(seed: int) -> PlanningProblem:
     return PlanningProblem(robot, waypoints)
 
 
+@pytest.mark.large_only
 @pytest.mark.sized
 def test_every_remedy_of_an_unreachable_list_leads_to_a_plan() -> None:
     refused = told = 0

@@ -117,6 +117,7 @@ def test_outlines_are_where_the_shapes_are_seen(plans: dict[str, Plan], name: st
     assert any(key.startswith("speck.scene.grain.") for key in groups) == (name == "tiny, thin")
 
 
+@pytest.mark.large_only
 def test_what_is_before_the_robot_is_drawn_over_it_thinly(plans: dict[str, Plan]) -> None:
     """The view onto xz looks along y, and the view onto yz against x."""
     picture = draw_plan(plans["behind and before the robot"], ["robot"], view="xz")
@@ -131,6 +132,7 @@ def test_what_is_before_the_robot_is_drawn_over_it_thinly(plans: dict[str, Plan]
     assert order.index("robot.1") < next(k for k, key in enumerate(order) if key.startswith("scene.before"))
 
 
+@pytest.mark.large_only
 def test_a_huge_floor_leaves_the_robot_large() -> None:
     """A shape larger than the space around the robot is cut at the edges of the picture, and has no lines there."""
     solved = planned([SceneObject("floor", [Box([1000.0, 1000.0, 500.0])], Pose([0.0, 0.0, -250.0]))])
@@ -190,6 +192,7 @@ def test_clouds_are_dots_at_some_of_their_points() -> None:
     assert off.max() < POINT + 0.01 * np.ptp(truth, axis=0).max()  # a ball stands for the points of a voxel of 5 mm
 
 
+@pytest.mark.large_only
 def test_what_is_carried_is_at_the_tool_at_every_waypoint() -> None:
     part = AttachedObject("part", [Box([0.1, 0.2, 0.3])], Pose.from_rpy([0.0, 0.05, 0.2], TURNED))
     solved = planned([SceneObject("post", [Cylinder(0.1, 1.0)], Pose([0.2, 1.2, 0.5]))], attached=[part])
@@ -209,6 +212,7 @@ def test_what_is_carried_is_at_the_tool_at_every_waypoint() -> None:
             assert_same_outline(nearest, truth, POINT)
 
 
+@pytest.mark.large_only
 def test_things_of_the_world_are_drawn_in_the_base_frame() -> None:
     mounting = Pose.from_rpy([2.0, 1.0, 0.5], (0.0, 0.0, 0.7))
     shape, pose = Box([0.4, 0.2, 0.3]), Pose.from_rpy([1.2, 0.3, 0.4], (0.1, 0.2, 0.3))
@@ -260,6 +264,7 @@ def test_margins_are_told() -> None:
             assert re.search(rf"<!-- .*{text} -->", svg)
 
 
+@pytest.mark.large_only
 def test_names_are_drawn_as_they_are() -> None:
     """A name is never read as a formula or a tag."""
     name = r'$\frac{<g id="1">$'
@@ -268,6 +273,7 @@ def test_names_are_drawn_as_they_are() -> None:
     assert f"scene.{name}.0" in drawn_groups(svg)
 
 
+@pytest.mark.large_only
 def test_pictures_without_a_scene_tell_nothing_of_one() -> None:
     robot = load_robot("three_dof_arm")
     solved = plan(PlanningProblem(robot, [JointWaypoint((0.0, 0.5, 0.5)), JointWaypoint((1.0, 1.0, 0.0))]))
