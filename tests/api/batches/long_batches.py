@@ -12,7 +12,7 @@ from tests.api.conftest import RunningService, running_service, wait_until
 from tests.api.requests import joint, plan_request
 from tests.sizes import NAME
 
-ITEMS = 2000 if NAME == "soak" else 800
+ITEMS = 2000 if NAME == "soak" else 1200
 SLOW = {"robot": "kuka_kr16_2", "backend": {"kind": "min_effort"}, "deadline": 60.0}
 """Fields of a request that takes a second or more."""
 
