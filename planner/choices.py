@@ -12,7 +12,7 @@ class OptionOutcome:
 
     Attributes:
         status: `chosen`: the plan has it. `longer`: its estimated duration is longer, or equal and it comes later.
-            `refused`: it has no plan, see `code`. `untried`: the budget of attempts ended before.
+            `refused`: it has no plan, see `code`. `untried`: the time or the attempts ended before.
         estimated_duration: Estimated duration of the whole trajectory with this option, s, at the limits of velocity
             and acceleration and with straight free motions. The other goal sets have their chosen options. None: the
             option is refused.

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from planner.choices import Choice
     from planner.errors import Finding
     from planner.kinematics import FloatArray
+    from planner.plans.optimisation import Optimisation
     from planner.plans.result import Plan
     from planner.robots import Joint, Robot
     from planner.trajectories.trajectory import PlanWarning
@@ -93,6 +94,7 @@ def plan_summary(plan: Plan, seconds: float) -> Group:
         head,
         *map(warning_line, plan.warnings),
         *map(_choice_line, plan.choices),
+        *([] if plan.optimisation is None else [_optimisation_line(plan.optimisation)]),
         Text(),
         _waypoint_table(plan),
         Text(),
@@ -189,6 +191,23 @@ def _choice_line(choice: Choice) -> Text:
     counts = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in others.items()) or "no other option"
     chosen = f"waypoint {choice.waypoint}: option {choice.option} of {len(choice.options)} "
     return Text.assemble(("chosen  ", "green"), chosen, (f"({counts})", "dim"))
+
+
+def _optimisation_line(report: Optimisation) -> Text:
+    """Show the duration without and with the optimisation, and the number of trajectories that it tried."""
+    tried = f"{report.iterates} tried"
+    if report.last == report.first:
+        return Text.assemble(("optimised  ", "green"), "no shorter trajectory found ", (f"({tried})", "dim"))
+    percent = 100.0 * (1.0 - report.last / report.first)
+    shorter = f"{report.first:.4g} s before, {report.last:.4g} s now: {percent:.1f} % shorter "
+    moved = f"{_counted(len(report.moved), 'waypoint')} moved" if report.moved else ""
+    shrunk = f"{_counted(len(report.radii), 'blend')} changed" if report.radii else ""
+    details = ", ".join(filter(None, (tried, moved, shrunk)))
+    return Text.assemble(("optimised  ", "green"), shorter, (f"({details})", "dim"))
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _waypoint_table(plan: Plan) -> Table:

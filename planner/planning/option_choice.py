@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from math import inf
 
 import numpy as np
 
@@ -51,15 +52,19 @@ AT_ONE_WAYPOINT = (UnreachableWaypoint, JointPositionLimit, PayloadExceeded, Sta
 """Refusals that depend on no other waypoint than their own."""
 
 
-def with_chosen_options(attempt: Attempt) -> Proposals[Plan]:
+def with_chosen_options(attempt: Attempt, until: float = inf) -> Proposals[Plan]:
     """Plan with the options of the shortest estimate; where they are refused, with the next ones.
+
+    Args:
+        attempt: The attempt at the problem with its goal sets.
+        until: The time on the monotonic clock, s, from which no further option is compared.
 
     Raises:
         PlanningError: No option has a plan: the refusal of the first one that was planned, with remedies.
     """
     problem = attempt.problem
     check_options(problem, attempt.backend)
-    estimates = OptionEstimates(problem)
+    estimates = OptionEstimates(problem, until)
     refusals: dict[tuple[int, int], PlanningError] = {}
     first: tuple[dict[int, int], Expansion, Refused] | None = None
     ranked = options = estimates.best()
@@ -83,7 +88,8 @@ def with_chosen_options(attempt: Attempt) -> Proposals[Plan]:
     refusal = outcome.refusal.with_remedies(remedies, hints).moved(requested_paths(expansion.problem))
     if ranked is None:
         where = " and ".join(f"option {option} of waypoint {k}" for k, option in options.items())
-        refusal = refusal.with_fields(_text=f"no option has a plan; with {where}: {refusal._text}")
+        none = "no option" if estimates.are_all_solved else "no option compared in time"
+        refusal = refusal.with_fields(_text=f"{none} has a plan; with {where}: {refusal._text}")
     raise refusal.with_fields(choices=_choices(problem, estimates, options, refusals, is_planned=False))
 
 
@@ -152,12 +158,14 @@ def _choices(
     choices = []
     for k in estimates.goal_sets:
         outcomes = []
-        for option, duration in enumerate(estimates.estimates(k, options).tolist()):
+        durations = estimates.estimates(k, options)
+        is_longer = is_planned & (durations >= durations[options[k]])
+        for option, duration in enumerate(durations.tolist()):
             refusal = refusals.get((k, option))
             if is_planned and option == options[k]:
                 outcome = OptionOutcome("chosen", duration if np.isfinite(duration) else None)
             elif np.isfinite(duration):
-                outcome = OptionOutcome("longer" if is_planned else "untried", duration)
+                outcome = OptionOutcome("longer" if is_longer[option] else "untried", duration)
             elif refusal is not None:
                 outcome = OptionOutcome("refused", code=refusal.code, message=refusal.message)
             elif estimates.is_unreachable(k, option):

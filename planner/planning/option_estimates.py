@@ -7,6 +7,8 @@ timed at once. The estimates decide the order in which options are planned.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import inf
+from time import monotonic
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +22,9 @@ from planner.spatial import FloatArray
 
 NONE = -1
 """The number of the node in a layer through which a path does not lead."""
+
+TIMED_TOGETHER = 2**18
+"""The number of joint travels timed at once: their arrays stay in the cache of a processor."""
 
 MOST_CHECKED = 8
 """The most options whose shortest paths are checked for collisions at once: as long as one search takes."""
@@ -44,13 +49,34 @@ class _Paths(NamedTuple):
         times = np.where(layer.is_usable, 0.0, np.inf)[None]
         return cls(times, layer.positions[None], np.full((*times.shape, layers), NONE))
 
-    def through(self, layer: Layer, closed: np.ndarray | None) -> _Paths:
+    def through(self, layer: Layer, closed: np.ndarray | None, until: float) -> _Paths:
         """Extend each path to the same option of the next layer; from one option alone, to all.
 
         Args:
             layer: The next layer.
             closed: (groups, origins, options), bool: steps that are ruled out; None: none.
+            until: The time on the monotonic clock, s, from which no path leads to further options, if one leads on.
         """
+        (groups, own, origins), (count, candidates, joints) = self.times.shape, layer.positions.shape
+        together = max(1, TIMED_TOGETHER // (groups * origins * candidates * joints))
+        parts: list[_Paths] = []
+        for begin in range(0, count, together):
+            some = np.arange(begin, min(begin + together, count))
+            if monotonic() > until and any(np.isfinite(part.times).any() for part in parts):
+                parts.append(self._unreached(layer.of(np.arange(begin, count))))
+                break
+            paths = self if own == 1 else _Paths(*(values[:, some] for values in self))
+            parts.append(paths._to(layer.of(some), None if closed is None else closed[..., some]))
+        return _Paths(*(np.concatenate(values, axis=1) for values in zip(*parts, strict=True)))
+
+    def _unreached(self, layer: Layer) -> _Paths:
+        """Return paths that take forever to each node of a layer."""
+        shape = (len(self.times), *layer.exists.shape)
+        positions = np.broadcast_to(layer.positions, (*shape, layer.positions.shape[-1]))
+        return _Paths(np.full(shape, np.inf), positions, np.full((*shape, self.nodes.shape[-1]), NONE))
+
+    def _to(self, layer: Layer, closed: np.ndarray | None) -> _Paths:
+        """Extend each path, see `through`, to all options of the layer at once."""
         times, positions, nodes = (np.moveaxis(values, 2, 1) for values in self)
         between, ends = layer.times_from(positions)
         is_open = np.broadcast_to(layer.is_usable, between.shape)
@@ -89,9 +115,15 @@ class OptionEstimates:
         goal_sets: Indices of the goal sets.
     """
 
-    def __init__(self, problem: PlanningProblem) -> None:
-        """Solve the poses of all options at once."""
-        self._solved = OptionLayers(problem)
+    def __init__(self, problem: PlanningProblem, until: float = inf) -> None:
+        """Solve the poses of all options.
+
+        Args:
+            problem: The problem.
+            until: The time on the monotonic clock, s, from which no further option is solved or timed. The first
+                option of each waypoint is always solved, and the first that can be reached always timed.
+        """
+        self._solved, self._until = OptionLayers(problem, until), until
         self.goal_sets = [k for k in self._solved.first if isinstance(problem.waypoints[k], AnyOf)]
         self._layers = [(k, step) for k in self._solved.first for step in range(len(self._solved.layers[k]))]
         self._refused = {k: np.zeros(len(self._solved.nodes[k]), dtype=bool) for k in self.goal_sets}
@@ -148,16 +180,25 @@ class OptionEstimates:
     def estimates(self, goal_set: int, options: Mapping[int, int]) -> FloatArray:
         """Return the estimated durations (options,), s, of the options of a goal set, with given others elsewhere.
 
-        They are infinite for options that are ruled out.
+        They are infinite for options that are ruled out, or not timed so far.
         """
         return self._shortest(goal_set, {k: option for k, option in options.items() if k != goal_set})[0]
 
+    @property
+    def are_all_solved(self) -> bool:
+        """Whether the poses of all options were solved in time."""
+        return all(self._solved.is_solved[k].all() for k in self.goal_sets)
+
     def is_unreachable(self, goal_set: int, option: int) -> bool:
-        """Tell whether a waypoint of an option has no solution."""
+        """Tell whether a waypoint of an option has no solution; not so if the time ended before."""
+        if not self._solved.is_solved[goal_set][option]:
+            return False
         return any(not layer.exists[option].any() for layer in self._solved.layers[goal_set])
 
     def is_colliding(self, goal_set: int, option: int) -> bool:
         """Tell whether all solutions of a waypoint of an option are known to collide."""
+        if not self._solved.is_solved[goal_set][option]:
+            return False
         return any(not layer.is_usable[option].any() for layer in self._solved.layers[goal_set])
 
     def _option(self, k: int, nodes: np.ndarray) -> int:
@@ -194,7 +235,7 @@ class OptionEstimates:
                 if paths is None:
                     paths = _Paths.beginning(of_these, len(self._layers))
                 else:
-                    paths = paths.through(of_these, closed if step == 0 else None)
+                    paths = paths.through(of_these, closed if step == 0 else None, self._until)
                 width = layer.exists.shape[1]
                 paths.nodes[..., self._layers.index((k, step))] = which[:, None] * width + np.arange(width)
             assert paths is not None  # noqa: S101 - each waypoint has a layer

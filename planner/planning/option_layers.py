@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import inf
+from time import monotonic
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +34,9 @@ from planner.waypoints.targets import wanted_poses
 
 MOST_CANDIDATES = 16
 """The most joint positions of one waypoint of an option that are estimated."""
+
+SOLVED_TOGETHER = 64
+"""The number of poses solved at once: many are faster, but the time is only looked at between them."""
 
 
 class Node(NamedTuple):
@@ -108,16 +113,29 @@ class Layer:
 
 
 class OptionLayers:
-    """The layers of all waypoints of a problem; relative waypoints belong to the options before them."""
+    """The layers of all waypoints of a problem; relative waypoints belong to the options before them.
 
-    def __init__(self, problem: PlanningProblem) -> None:
-        """Solve the poses of all options at once."""
+    Attributes:
+        first: Indices of the waypoints that are not relative.
+        nodes: The waypoints of each option of each of these, and of the relative waypoints after it.
+        candidates: The joint positions (candidates, joints) at each node, rad or m.
+        is_solved: (options,), bool: whether all poses of an option were solved in time.
+        layers: The layers.
+    """
+
+    def __init__(self, problem: PlanningProblem, until: float = inf) -> None:
+        """Solve the poses of all options.
+
+        Args:
+            problem: The problem.
+            until: The time on the monotonic clock, s, from which no option but the first ones is solved.
+        """
         self._problem = problem
         self._expansion = Expansion.of(problem, {})
         waypoints = problem.waypoints
         self.first = [k for k, waypoint in enumerate(waypoints) if not isinstance(waypoint, RelativeWaypoint)]
         self.nodes = self._nodes()
-        self.candidates = self._candidates()
+        self.candidates = self._candidates(until)
         self.layers = {k: self._layers_of(self.nodes[k], self.candidates[k]) for k in self.first}
 
     def _nodes(self) -> dict[int, list[list[Node]]]:
@@ -147,22 +165,42 @@ class OptionLayers:
                 begin += length
         return found
 
-    def _candidates(self) -> dict[int, list[list[FloatArray]]]:
+    def _candidates(self, until: float) -> dict[int, list[list[FloatArray]]]:
         """Return the joint positions (candidates, joints) of all waypoints of all options."""
-        options, near = self._problem.inverse_kinematics, self._near
-        every = [node for k in self.first for option in self.nodes[k] for node in option]
+        every = [
+            (k, option, step)
+            for k in self.first
+            for option, nodes in enumerate(self.nodes[k])
+            for step in range(len(nodes))
+        ]
+        every.sort(key=lambda at: at[1])  # the first option of each goal set, then the second of each
+        nowhere = np.zeros((0, self._problem.robot.dof))
+        found = {k: [[nowhere for _ in option] for option in self.nodes[k]] for k in self.first}
+        self.is_solved = {k: np.zeros(len(self.nodes[k]), dtype=bool) for k in self.first}
+        for begin in range(0, len(every), SOLVED_TOGETHER):
+            some = every[begin : begin + SOLVED_TOGETHER]
+            solved = self._solutions([self.nodes[k][option][step] for k, option, step in some])
+            for row, (k, option, step) in enumerate(some):
+                if option and monotonic() > until:
+                    return found
+                node = self.nodes[k][option][step]
+                found[k][option][step] = self._positions(node, solved.get(row, ()))
+                self.is_solved[k][option] = step == len(self.nodes[k][option]) - 1
+        return found
+
+    def _solutions(self, nodes: Sequence[Node]) -> dict[int, Sequence[FloatArray]]:
+        """Return the solutions (joints,) at the poses of nodes, by the indices of these."""
         solved: dict[int, Sequence[FloatArray]] = {}
-        for pinned in dict.fromkeys(node.pinned for node in every):
+        for pinned in dict.fromkeys(node.pinned for node in nodes):
             rows = [
                 row
-                for row, node in enumerate(every)
+                for row, node in enumerate(nodes)
                 if node.pinned is pinned and node.pose is not None and not isinstance(node.waypoint, JointWaypoint)
             ]
-            poses = [pose for row in rows if (pose := every[row].pose) is not None]
-            layers = solution_layers(pinned.robot, poses, pinned.options(options), pinned.own(near))
-            solved |= dict(zip(rows, layers, strict=True))
-        found = iter([self._positions(node, solved.get(row, ())) for row, node in enumerate(every)])
-        return {k: [[next(found) for _ in option] for option in self.nodes[k]] for k in self.first}
+            poses = [pose for row in rows if (pose := nodes[row].pose) is not None]
+            options, near = pinned.options(self._problem.inverse_kinematics), pinned.own(self._near)
+            solved |= dict(zip(rows, solution_layers(pinned.robot, poses, options, near), strict=True))
+        return solved
 
     @property
     def _near(self) -> FloatArray:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from math import inf
+from time import monotonic
+
 from planner.backends import as_backend
 from planner.backends.base import BackEnd
 from planner.backends.splines.cubic import Cubic
@@ -31,7 +34,10 @@ def plan(problem: PlanningProblem, backend: BackEnd | str = Cubic(), budget: Bud
         ValueError: No back end is of this kind.
     """
     attempt = Attempt(problem, as_backend(backend))
-    return run(with_chosen_options(attempt) if goal_sets(problem) else _attempts(attempt), budget)
+    if not goal_sets(problem):
+        return run(_attempts(attempt), budget)
+    seconds = min(inf if limit is None else limit for limit in (budget.seconds, problem.time_budget))
+    return run(with_chosen_options(attempt, monotonic() + seconds), budget)
 
 
 def _attempts(attempt: Attempt) -> Proposals[Plan]:

@@ -159,6 +159,17 @@ def check_position_limits(joint: Joint, findings: Findings) -> Joint:
     return replace(joint, lower=lower, upper=upper)
 
 
+def held_joints(joints: Iterable[Joint], findings: Findings) -> dict[str, float]:
+    """Return the positions, rad or m, of joints whose position limits are equal: they count as fixed there."""
+    held = {}
+    for joint in joints:
+        if joint.kind != "continuous" and joint.lower == joint.upper and abs(joint.lower) <= MAX_NUMBER:
+            name, held[joint.name] = shown(joint.name), joint.lower
+            text = f"both position limits of {name} are {joint.lower:g}: it is fixed there and is no joint of the arm"
+            findings.warning("fixed_by_limits", name, text)
+    return held
+
+
 def check_limits(joint: Joint, findings: Findings) -> Joint:
     """Return a joint with plausible motion limits, and default limits for missing ones.
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from itertools import repeat
 from typing import Literal, get_args
 
 import numpy as np
 import pinocchio as pin
 
-from planner.robots.build import Body, Link, MovingJoint, build_model
+from planner.robots.build import Body, Link, MovingJoint, build_model, joint_motion
 from planner.robots.chain_checks import check_chain
 from planner.robots.checks import (
     MAX_JOINTS,
@@ -20,6 +19,7 @@ from planner.robots.checks import (
     check_limits,
     check_names,
     check_position_limits,
+    held_joints,
     with_checked_drives,
     with_torque_curve,
     with_velocity_curves,
@@ -38,6 +38,9 @@ BASE_FRAME = "base"
 
 TIP_FRAME = "flange"
 """Name of the frame to which the last row of a table leads."""
+
+Z_AXIS = np.array([0.0, 0.0, 1.0])
+"""The axis of every joint in its own frame."""
 
 LIMITS = ("lower", "upper", "velocity", "acceleration", "jerk", "torque", "rms_torque")
 """Names of the limits that a row of a table may have."""
@@ -142,26 +145,37 @@ def read_dh(model: DHModel, *, id: str, source: str) -> RobotDescription:
     tip = _placement(TIP_FRAME, model.tip, findings)
     findings.raise_errors()
     bodies = [_body(shown(name), row, findings) for name, row in zip(names, model.joints, strict=True)]
-    joints = with_checked_drives(map(_joint, names, model.joints, repeat(findings)), findings)
+    rows = list(zip(map(_joint, names, model.joints), model.joints, bodies, strict=True))
+    fixed = held_joints((joint for joint, _, _ in rows), findings)
+    moving = [_with_limits(joint, row, findings) for joint, row, _ in rows if joint.name not in fixed]
+    if not moving:
+        findings.error("no_joints", None, "no joint of the table moves")
+    findings.raise_errors()
+    joints = {joint.name: joint for joint in with_checked_drives(moving, findings)}
     findings.raise_errors()
 
-    chain = []
-    before = base  # from the frame that carries the joint to the frame of the row before
-    for number, (row, joint, body) in enumerate(zip(model.joints, joints, bodies, strict=True), 1):
+    base_links, chain = [Link(BASE_FRAME, pin.SE3.Identity())], []
+    before, carried = base, base_links  # from the frame that carries the joint to the frame of the row before
+    for number, (joint, row, body) in enumerate(rows, 1):
         twist = pin.SE3(rotation_x(row.alpha), np.array([row.a, 0.0, 0.0]))
         screw = pin.SE3(rotation_z(row.theta), np.array([0.0, 0.0, row.d]))
         # The joint's own motion, about or along z, commutes with the constant part of the screw.
         placement, after = (before, screw * twist) if model.convention == "standard" else (before * twist, screw)
-        links = [Link(f"link_{number}", after, body)]
-        if number == len(model.joints):
-            links.append(Link(TIP_FRAME, after * tip))
-        chain.append(MovingJoint(joint, placement, links))
+        if joint.name in fixed:
+            after = placement * joint_motion(Z_AXIS, joint.is_angle, fixed[joint.name]) * after
+        else:
+            carried = []
+            chain.append(MovingJoint(joints[joint.name], placement, carried))
+        carried.append(Link(f"link_{number}", after, body))
         before = after
+    carried.append(Link(TIP_FRAME, before * tip))
     check_chain(chain, TIP_FRAME, findings)
-    pin_model = build_model(id, [Link(BASE_FRAME, pin.SE3.Identity())], chain)
-    collision = CollisionGeometry(pin_model, TIP_FRAME, [joint.travel for joint in joints])
+    pin_model = build_model(id, base_links, chain)
+    collision = CollisionGeometry(pin_model, TIP_FRAME, [joint.travel for joint in joints.values()])
     remarks = tuple(findings.items)
-    return RobotDescription(id, source, pin_model, joints, TIP_FRAME, collision=collision, findings=remarks)
+    return RobotDescription(
+        id, source, pin_model, tuple(joints.values()), TIP_FRAME, collision=collision, findings=remarks
+    )
 
 
 def _check_row(name: str, row: DHJoint, findings: Findings) -> None:
@@ -181,11 +195,15 @@ def _check_row(name: str, row: DHJoint, findings: Findings) -> None:
     check_angles(name, (row.theta, row.alpha), findings)
 
 
-def _joint(name: str, row: DHJoint, findings: Findings) -> Joint:
-    """Return the joint of a row, with checked and completed limits."""
+def _joint(name: str, row: DHJoint) -> Joint:
+    """Return the joint of a row, with the limits of the row."""
     names = (*LIMITS, *DRIVE_VALUES)
     given = {each: getattr(row, each) for each in names if getattr(row, each) is not None}
-    joint = Joint(name, row.kind, **given)
+    return Joint(name, row.kind, **given)
+
+
+def _with_limits(joint: Joint, row: DHJoint, findings: Findings) -> Joint:
+    """Return the joint of a row with checked and completed limits."""
     joint = check_limits(check_position_limits(joint, findings), findings)
     joint = with_velocity_curves(joint, row.velocity_curves, findings)
     return joint if row.torque_curve is None else with_torque_curve(joint, row.torque_curve, findings)

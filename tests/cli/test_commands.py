@@ -7,18 +7,23 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import orjson
 import pinocchio as pin
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner, Result
 
 from cli import app, commands
 from cli.options import robot_ids
+from cli.work.local_plan import plan_request, read_request
+from cli.work.terminal import plan_summary
 from planner.backends import BACKENDS
 from planner.kinematics import forward_kinematics
+from planner.plans.optimisation import Optimisation
 from planner.robots import load_robot
 from tests.api.conftest import RunningService
 from tests.locations import ROOT
@@ -62,6 +67,21 @@ def test_plan_shows_waypoints_and_certificate(request_file: Path) -> None:
     (velocity,) = (line for line in lines if line.startswith("velocity"))
     # The cubic's peak is 1.5 times the mean: 1.5 * 0.5 rad / 2 s, of 180 degrees a second.
     assert velocity.split()[2:7] == ["0.375", "3.142", "rad/s", "11.9", "%"]
+
+
+def test_plan_shows_the_gain_of_a_requested_optimisation(request_file: Path) -> None:
+    request = json.loads(request_file.read_text())
+    del request["waypoints"][1]["duration"]
+    request_file.write_text(json.dumps(request | {"optimise": "duration"}))
+    lines = planner("plan", request_file).stdout.splitlines()
+    assert "optimised  no shorter trajectory found (0 tried)" in lines
+    plan = plan_request(read_request(request_file.read_bytes()))
+    gained = replace(plan, optimisation=Optimisation(2.0, 1.75, 30, {1: np.zeros(3), 2: np.zeros(3)}, {3: 0.01}))
+    console = Console(width=100)
+    with console.capture() as shown:
+        console.print(plan_summary(gained, 0.0))
+    expected = "optimised  2 s before, 1.75 s now: 12.5 % shorter (30 tried, 2 waypoints moved, 1 blend changed)"
+    assert expected in shown.get().splitlines()
 
 
 @pytest.mark.large_only

@@ -31,8 +31,8 @@ def read_robot_files(
     the file or beside a folder above it. A xacro file is a program: expand only files that you trust.
 
     Args:
-        path: The file. `.xacro` is expanded (package xacro); an XML document `<mujoco>` is compiled by MuJoCo (package
-            mujoco-core); any other file is a URDF document.
+        path: The file. The package xacro expands `.xacro` files and documents with elements of xacro. MuJoCo (package
+            mujoco-core) compiles an XML document `<mujoco>`. Any other file is a URDF document.
         arguments: Arguments of a xacro file, by name.
         packages: Folders that have the folders of ROS packages.
         calibration: The calibration file of an arm of Universal Robots, as `ur_calibration` extracts it.
@@ -42,13 +42,13 @@ def read_robot_files(
         OSError: A file cannot be read.
         InvalidRobotModel: A file cannot be expanded or compiled, or a package for it is not installed.
     """
-    if path.suffix == ".xacro":
+    text = path.read_text(encoding="utf-8")
+    root = _root(text)
+    if path.suffix == ".xacro" or (root is not None and _has_xacro(root)):
         from planner.robots.files.xacro_files import expand_xacro
 
         text = expand_xacro(path, arguments or {}, packages)
-    else:
-        text = path.read_text(encoding="utf-8")
-    root = _root(text)
+        root = _root(text)
     if root is not None and root.tag == "mujoco":
         from planner.robots.files.mjcf import read_mjcf
 
@@ -67,6 +67,11 @@ def _root(text: str) -> Element | None:
     except (ParseError, ValueError):
         return None
     return element
+
+
+def _has_xacro(root: Element) -> bool:
+    """Tell whether a document has elements of xacro; the namespace alone stays behind in expanded ones, too."""
+    return any(str(element.tag).partition("}")[0].endswith("xacro") for element in root.iter())
 
 
 def _meshes(root: Element, file: Path, packages: Sequence[Path]) -> dict[str, bytes]:

@@ -21,6 +21,7 @@ from planner.robots.checks import (
     check_limits,
     check_names,
     check_position_limits,
+    held_joints,
     with_checked_drives,
 )
 from planner.robots.collision.geometry import CollisionGeometry
@@ -83,6 +84,8 @@ def read_urdf(
     findings.raise_errors()
     finder = ArmFinder(root, arrivals, groups, findings)
     tip, chain = finder.find(requested)
+    fixed = held_joints((joint.moving for joint in chain if joint.moving is not None), findings)
+    chain = [joint for joint in chain if joint.name not in fixed]
     limits = {joint.name: _limits(joint.moving, findings) for joint in chain if joint.moving is not None}
     if len(chain) > MAX_JOINTS:
         findings.error("too_many_joints", None, f"the arm has {len(chain)} joints, more than {MAX_JOINTS}")
@@ -93,7 +96,7 @@ def read_urdf(
 
     on_the_way = {joint.name for joint in finder.path(tip)}
     configuration = WholeConfiguration(arrivals, limits, findings)
-    held = configuration.positions(requested.locked, on_the_way)
+    held = configuration.positions({**requested.locked, **fixed}, on_the_way)
     findings.raise_errors()
     model = _build(id, root, tip, arrivals, bodies, limits, held, findings)
     return RobotDescription(

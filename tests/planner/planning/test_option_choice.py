@@ -12,6 +12,7 @@ import pytest
 import planner
 from planner.fields import with_field
 from planner.kinematics import tool_pose
+from planner.planning import option_estimates, option_layers
 from tests.sizes import NAME
 
 if TYPE_CHECKING:
@@ -259,6 +260,50 @@ def test_a_redundant_arm_chooses_among_poses_and_named_positions() -> None:
     plan = planner.plan(planner.PlanningProblem(arm, [here, planner.AnyOf(options)]))
     assert plan.choices[0].option == 1
     assert statuses(plan) == ["longer", "chosen", "longer", "refused"]
+
+
+def turned_regions(count: int, x: float) -> planner.AnyOf:
+    """Return poses on a circle about a point, which the tool may reach with any turn."""
+    angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    poses = [pointing_down(x + 0.1 * np.cos(angle), 0.1 * np.sin(angle), 0.2) for angle in angles]
+    return planner.AnyOf([planner.PoseWaypoint(pose, free="rotation_z") for pose in poses])
+
+
+BUDGETS = ({"optimise": "duration", "time_budget": 1e-9}, planner.Budget()), ({}, planner.Budget(seconds=1e-9))
+
+
+@pytest.mark.parametrize(("fields", "budget"), BUDGETS, ids=["time budget", "deadline"])
+def test_the_time_ends_the_comparison_of_many_regions(fields: dict[str, object], budget: planner.Budget) -> None:
+    """Three goal sets of 300 regions took 20 s where one option takes 0.2 s."""
+    request = problem(HOME, *[turned_regions(100, x) for x in (0.5, 0.4, 0.6)], **fields)
+    plan = planner.plan(request, "trapezoidal", budget)
+    assert plan.certificate.satisfied
+    assert [choice.option for choice in plan.choices] == [0, 0, 0]
+    durations = [outcome.estimated_duration or np.inf for outcome in plan.choices[0].options]
+    for outcome, duration in zip(plan.choices[0].options[1:], durations[1:], strict=True):
+        assert outcome.status == ("longer" if durations[0] <= duration < np.inf else "untried")
+    assert "untried" in statuses(plan)
+
+
+def test_the_time_ends_the_search_in_regions_out_of_reach() -> None:
+    """Each of them takes 10 ms of search; the first option of each goal set has it, the others are not tried."""
+    request = problem(HOME, *[turned_regions(60, 3.0)] * 3)
+    with pytest.raises(planner.UnreachableWaypoint) as caught:
+        planner.plan(request, "trapezoidal", planner.Budget(seconds=1e-9))
+    assert "no option compared in time has a plan; with option 0 of waypoint 1" in str(caught.value)
+    for k in range(3):
+        assert statuses(caught.value, k) == ["refused", *["untried"] * 59]
+
+
+def test_options_compared_one_by_one_have_the_same_estimates(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(3)
+    picks, places = random_grasps(rng, 20), [*random_grasps(rng, 9), planner.WaypointSequence([turned(0.3)])]
+    region = planner.PoseWaypoint(pointing_down(1.1, 0.0, 0.3), free=planner.Region(x=(-0.6, 0.0)))
+    request = problem(HOME, planner.AnyOf([FAR, region, *picks]), LIFT, planner.AnyOf(places), HOME)
+    together = planner.plan(request, "trapezoidal").choices
+    monkeypatch.setattr(option_layers, "SOLVED_TOGETHER", 1)
+    monkeypatch.setattr(option_estimates, "TIMED_TOGETHER", 1)
+    assert planner.plan(request, "trapezoidal").choices == together
 
 
 WRONG = {

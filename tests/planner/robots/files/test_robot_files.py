@@ -75,6 +75,15 @@ def test_a_xacro_file_is_expanded_with_its_packages_and_meshes(
     assert [(shape.link, shape.source) for shape in arm.collision_shapes] == [("one", "model"), ("two", "model")]
 
 
+def test_a_urdf_file_with_elements_of_xacro_is_expanded(xacro_file: Path) -> None:
+    as_urdf = xacro_file.rename(xacro_file.with_suffix(".urdf"))
+    expanded = read_robot_files(as_urdf, arguments={"length": "0.25"})
+    assert len(Robot.from_urdf(expanded.urdf).joint_names) == 2
+    plain = as_urdf.with_name("expanded.urdf")
+    plain.write_text(expanded.urdf.replace("<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ', 1))
+    assert read_robot_files(plain).urdf == plain.read_text()  # the namespace alone makes no xacro file
+
+
 def test_packages_elsewhere_are_found_in_the_folders_that_are_named(xacro_file: Path, tmp_path: Path) -> None:
     away = tmp_path / "elsewhere" / "deep"
     away.mkdir(parents=True)
