@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from planner.plans.result import Plan
     from planner.problems.problem import PlanningProblem
     from planner.robots import Robot
-    from planner.trajectories.trajectory import PlanWarning
+    from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 
 @task("plan_trajectory")
@@ -166,18 +166,19 @@ def validation_of(request: requests.ValidateRequest, robot: Robot) -> Validation
     """Check the trajectory of a request against everything that it names.
 
     Raises:
-        InvalidProblem: As `certified`, or the scene or a speed zone is at fault.
+        InvalidProblem: It lacks columns to check, or makes no trajectory of the robot, or its scene is at fault.
     """
-    interpolation, certificate = certified(request, robot)
+    interpolation, trajectory = to_trajectory(request, robot)
+    certificate = _certified(request, robot, interpolation, trajectory)
     further: dict[str, Any] = {}
     if request.scene is not None or request.self_collision or request.speed_zones:
-        certificate, further = _kept_clear(request, robot, certificate)
+        certificate, further = _kept_clear(request, robot, trajectory, certificate)
     warnings = trajectory_warnings(robot, certificate, to_end_states(request, robot.dof))
     return Validation(interpolation, certificate, further, warnings)
 
 
 def _kept_clear(
-    request: requests.ValidateRequest, robot: Robot, certificate: Certificate
+    request: requests.ValidateRequest, robot: Robot, trajectory: Trajectory, certificate: Certificate
 ) -> tuple[Certificate, dict[str, Any]]:
     """Check the trajectory of a request against its scene.
 
@@ -188,7 +189,6 @@ def _kept_clear(
     zones = to_speed_zones(request.speed_zones)
     refuse_zone_faults(scene, zones)
     checker = CollisionChecker(robot, scene, self_collision=request.self_collision)
-    _, trajectory = to_trajectory(request, robot)
     report, collision = proved_clearance(checker, trajectory, CLEARANCE_TOLERANCE)
     checks = certify_speed_zones(zones, [checker], [robot], trajectory)
     certificate = replace(
@@ -200,23 +200,20 @@ def _kept_clear(
     return certificate, {"clearance": None if report is None else report.as_dict(), "collision": collision}
 
 
-def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests.Interpolation, Certificate]:
-    """Hold the trajectory of a request against limits, by the interpolation that it asks for or its columns allow.
-
-    Raises:
-        InvalidProblem: It lacks columns to check, or the samples or polynomials make no trajectory of the robot.
-    """
+def _certified(
+    request: requests.ValidateRequest, robot: Robot, interpolation: requests.Interpolation, trajectory: Trajectory
+) -> Certificate:
+    """Hold the trajectory of a request against its limits."""
     limits, ends = to_limits(request.limits), to_end_states(request, robot.dof)
-    interpolation, trajectory = to_trajectory(request, robot)
     if interpolation == "polynomials":
         certificate = certify_polynomials(robot, trajectory, limits=limits, ends=ends)
     else:
         certificate = certify_interpolation(robot, trajectory, interpolation, limits, ends)
     if (mode := to_residual_vibration(request.residual_vibration)) is None:
-        return interpolation, certificate
+        return certificate
     around = ends.initial_velocity, ends.final_velocity
     left = certify_residual_vibration(mode, robot.joint_names, [trajectory], trajectory.breakpoints[-1:], around)
-    return interpolation, replace(certificate, checks=(*certificate.checks, *left))
+    return replace(certificate, checks=(*certificate.checks, *left))
 
 
 @task("list_backends")
