@@ -13,6 +13,13 @@ from planner.spatial import FloatArray
 TOOL_SHARES = (0.25, 0.5, 0.75)
 """Shares of an interval at which the tool's speed and its deviation are limited."""
 
+DENSE_ENOUGH = 16
+"""Number of intervals on a segment from which breakpoints alone limit the deviation.
+
+Between them it exceeds a limit by about 1 / intervals^2. The first margin covers 0.3 % (`optimum.py`); another search
+covers more.
+"""
+
 
 class Layout(NamedTuple):
     """The layout that a program is built for; motions of the same layout differ in numbers only.
@@ -63,8 +70,10 @@ class Layout(NamedTuple):
 
     @property
     def path_instants(self) -> int:
-        """The number of instants with a limited deviation from a path: the same."""
-        return self.dense_instants if self.holds_tool or self.holds_joints else 0
+        """The number of instants with a limited deviation: the breakpoints, or the dense ones if these are few."""
+        if not (self.holds_tool or self.holds_joints):
+            return 0
+        return self.instants if self.intervals >= DENSE_ENOUGH else self.dense_instants
 
 
 class Numbers(NamedTuple):

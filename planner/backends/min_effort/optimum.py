@@ -203,7 +203,7 @@ class OnCurve(Optimum):
         parts = np.eye(len(durations), dtype=bool)[~self.free]
         if self.free.any() and weight is None:
             parts = np.vstack([parts, self.free])
-        knots = max(self.options.knots, LEAST_SPLINE_INTERVALS * len(durations))
+        knots = max(self.options.knots_for(float(durations.sum())), LEAST_SPLINE_INTERVALS * len(durations))
         (positions,) = self.group.curve.evaluate(self.group.curve.breakpoints, [0])
         if self.turn(positions).sum(axis=0).max(initial=0.0) > MOST_TURN * knots:
             return None
@@ -285,7 +285,7 @@ class ThroughWaypoints(Optimum):
             TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool
         ):
             return None  # the program knows no accelerations of the tool, and no further quantities
-        intervals = max(-(-self.options.knots // segments), LEAST_SPLINE_INTERVALS)
+        intervals = max(-(-self.options.knots_for(float(first.lengths.sum())) // segments), LEAST_SPLINE_INTERVALS)
         if self.turn(self.positions).max(initial=0.0) > MOST_TURN * intervals:
             return None  # between its instants torques would come and go unseen
         tool = np.hstack([limits.magnitudes(quantity) for quantity in VELOCITIES])

@@ -9,6 +9,19 @@ from planner.backends.min_effort.cost import Objective
 LEAST_DEVIATION = 0.001
 """The least deviation that can be requested, m, rad."""
 
+KNOTS_PER_SECOND = 25.0
+"""Intervals of the spline from stop to stop for each second of its duration.
+
+Against 50 intervals for every duration, motions of a UR5e have up to 0.4 % more effort. With 32 for every duration, a
+motion of 9 s had 2 % more.
+"""
+
+FEWEST_SPLINE_KNOTS = 20
+"""Least number of these intervals."""
+
+MOST_SPLINE_KNOTS = 50
+"""Largest number of these intervals."""
+
 
 @dataclass(frozen=True)
 class MinEffortOptions:
@@ -18,7 +31,8 @@ class MinEffortOptions:
         objective: The integral that is minimised, s. `effort`: the sum over joints of (torque / limit)^2;
             `mechanical_work`: the sum of |torque x velocity|, by the largest power of any joint; `jerk`: the sum of
             (jerk / limit)^2.
-        knots: Intervals of the spline from stop to stop; at least 8 on each segment.
+        knots: Intervals of the spline from stop to stop; at least 8 on each segment. None: as many as the duration
+            takes (`knots_for`).
         slowdown: How many times the duration of the shortest quintic a motion without a requested duration takes.
         time_weight: Cost of a second; None: durations are not traded against the cost.
         iterations: The largest number of iterations of the search from stop to stop. It then returns the best motion
@@ -36,10 +50,11 @@ class MinEffortOptions:
             "mechanical power, or of the squared jerk."
         },
     )
-    knots: int = field(
-        default=50,
+    knots: int | None = field(
+        default=None,
         metadata={
-            "description": "The number of intervals of the spline between two stops; at least 8 on each segment.",
+            "description": "The number of intervals of the spline between two stops; at least 8 on each segment. "
+            "Omitted: one for each 0.04 s, from 20 to 50.",
             "ge": 8,
             "le": 200,
         },
@@ -89,3 +104,9 @@ class MinEffortOptions:
             "ge": LEAST_DEVIATION,
         },
     )
+
+    def knots_for(self, duration: float) -> int:
+        """Return the number of intervals of the spline for a duration, s, from stop to stop."""
+        if self.knots is not None:
+            return self.knots
+        return int(min(max(duration * KNOTS_PER_SECOND, FEWEST_SPLINE_KNOTS), MOST_SPLINE_KNOTS))

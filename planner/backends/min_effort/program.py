@@ -250,7 +250,7 @@ class Program:
             return []
         return [
             np.tile(1.0 / m.near[:, None], self.layout.path_instants),
-            m.reference.constants(*self.layout.dense_shares).T,
+            m.reference.constants(*(own[: self.layout.path_instants] for own in self.layout.dense_shares)).T,
         ]
 
     def _box(self, m: Numbers, length: float) -> tuple[FloatArray, FloatArray]:

@@ -19,6 +19,7 @@ from planner.backends.min_effort import optimum
 from planner.backends.min_effort.cost import Objective
 from planner.backends.min_effort.numbers import Layout
 from planner.backends.min_effort.optimum import MOST_WORK
+from planner.backends.min_effort.options import MOST_SPLINE_KNOTS
 from planner.backends.min_effort.program import Motion, Program, program_of
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, MissingDynamics
@@ -304,6 +305,13 @@ def test_without_a_search_it_is_the_quintic(through: bool) -> None:
     begun, quintic = plan(problem, QUICK.without_search()), plan(problem, Quintic())
     assert begun.trajectory.coefficients == pytest.approx(quintic.trajectory.coefficients, rel=1e-12, abs=1e-9)
     assert [warning.code for warning in begun.warnings] == ["suboptimal"]
+
+
+def test_fewer_intervals_for_a_short_duration_cost_little_effort() -> None:
+    problem = arm_problem(2, 2, 0.8)
+    default, fine = (plan(problem, MinEffort(knots=knots)) for knots in (None, MOST_SPLINE_KNOTS))
+    assert len(default.trajectory.lengths) < MOST_SPLINE_KNOTS
+    assert effort(default) <= 1.005 * effort(fine)
 
 
 def test_programs_are_kept_for_robots_of_equal_content() -> None:
