@@ -64,7 +64,7 @@ def serve(
     from pydantic import ValidationError
 
     from api.base.settings import Settings, faults_of
-    from api.left_out import leave_out
+    from api.pool.left_out import leave_out
 
     given = {"host": host, "port": port, "workers": workers}
     try:

@@ -14,6 +14,7 @@ from api.base.codings import NAMES, Coding, compress
 from api.base.logs import where_from
 from api.base.problem_documents import MEDIA_TYPE
 from api.contract.examples.request_examples import request_examples
+from api.contract.parts.common import Schema
 from api.pool.messages import Reply, Task
 from api.store.items import CHUNK_BYTES, CHUNK_SECONDS, PLAN_ITEMS, decompressed
 from api.work.answers.problem_documents import problem_document
@@ -38,7 +39,7 @@ from planner.errors import PlanningError
 from planner.robots import load_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
+    from collections.abc import Callable, Generator, Iterator
 
     from api.pool.messages import Caps
 
@@ -173,17 +174,30 @@ def wants_memory(error: BaseException) -> bool:
 
 
 def warm_up(caps: Caps) -> None:
-    """Plan once with every back end and run an example of every operation: no request pays for first-time work."""
+    """Plan once with every back end and run an example of every operation: no request pays for first-time work.
+
+    Schemas are built in the order of their definition: one that is part of several is built once. Searches end after
+    one iteration, as further ones repeat its work.
+    """
+    for schema in _schemas_of(Schema):
+        schema.model_rebuild()
     middle = load_robot(WARM_UP_ROBOT).middle
     waypoints = [{"kind": "joint", "position": (middle + step).tolist()} for step in (0.0, 0.01, 0.03)]
     waypoints[1]["transition"] = {"kind": "through"}
-    for kind in BACKENDS:
-        request = {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": {"kind": kind}}
+    for kind, backend in BACKENDS.items():
+        options = {"iterations": 1} if hasattr(backend, "iterations") else {}
+        request = {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": {"kind": kind, **options}}
         _execute_example("plan_trajectory", request, caps)
     for name in NAMES:
         compress(b"", Coding(name, 0))
     for operation, examples in request_examples().items():
         _execute_example(operation, next(iter(examples.values())), caps)
+
+
+def _schemas_of(base: type[Schema]) -> Iterator[type[Schema]]:
+    for schema in base.__subclasses__():
+        yield schema
+        yield from _schemas_of(schema)
 
 
 def _execute_example(operation: str, request: Any, caps: Caps) -> None:

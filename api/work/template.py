@@ -8,10 +8,13 @@ import gc
 import math
 import warnings
 
+from api.pool.left_out import leave_out
 from api.pool.messages import Caps
-from api.work.execution import warm_up
 
+leave_out()
 with warnings.catch_warnings(action="ignore"):  # there is no log yet
+    from api.work.execution import warm_up
+
     warm_up(Caps(max_deadline=math.inf, max_waypoints=1000, max_samples=1_000_000, memory_mib=0))
 gc.collect()
 gc.freeze()

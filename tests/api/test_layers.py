@@ -10,7 +10,7 @@ from functools import cache
 
 import pytest
 
-from api.left_out import LEFT_OUT
+from api.pool.left_out import LEFT_OUT
 from tests.locations import ROOT
 
 FOLDERS = (
@@ -167,7 +167,7 @@ def test_the_server_loads_no_robotics() -> None:
 def test_the_server_loads_nothing_for_consoles_and_no_old_pydantic() -> None:
     """They took 9 MB of its memory: more than all routes."""
     by_default = "import api.process, api.app\nassert api.app.create_app(pool=object()).routes"
-    modules = loaded(f"from api.left_out import leave_out\nleave_out()\n{by_default}")
+    modules = loaded(f"from api.pool.left_out import leave_out\nleave_out()\n{by_default}")
     assert {"structlog.dev", "mako.exceptions", "fastapi.routing"} <= modules  # these import them
     assert not {name for name in modules if name.startswith(LEFT_OUT)}
     assert set(LEFT_OUT) <= loaded(by_default)  # one that no library imports any more need not be named

@@ -38,7 +38,6 @@ class Schema(BaseModel):
         frozen=True,
         allow_inf_nan=False,
         hide_input_in_errors=True,
-        use_attribute_docstrings=True,
         defer_build=True,
     )
 
@@ -46,7 +45,7 @@ class Schema(BaseModel):
 class Answer(BaseModel):
     """The base of answers: they are described by these models, not built through them. Fields may be added one day."""
 
-    model_config = ConfigDict(frozen=True, use_attribute_docstrings=True, defer_build=True)
+    model_config = ConfigDict(frozen=True, defer_build=True)
 
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]

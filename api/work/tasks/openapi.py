@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import pkgutil
+import sys
 from functools import cache
 from importlib import import_module
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter
@@ -26,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from pydantic.json_schema import JsonSchemaValue
-    from pydantic_core.core_schema import FloatSchema, TaggedUnionSchema, WithDefaultSchema
+    from pydantic_core.core_schema import FloatSchema, ModelSchema, TaggedUnionSchema, WithDefaultSchema
 
     from api.pool.messages import Reply
     from api.work.tasks.context import TaskContext
@@ -106,8 +110,32 @@ def _text_or_bytes(media_type: str) -> dict[str, Any]:
     return {"type": "string"} | binary
 
 
+@cache
+def _docstrings(module: str) -> dict[tuple[str, str], str]:
+    """Read the docstrings after the fields of all classes of a module, by class and field."""
+    return {
+        (model.name, field.target.id): inspect.cleandoc(text.value.value)
+        for model in ast.parse(inspect.getsource(sys.modules[module])).body
+        if isinstance(model, ast.ClassDef)
+        for field, text in pairwise(model.body)
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)
+        if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant) and isinstance(text.value.value, str)
+    }
+
+
 class _Schemas(GenerateJsonSchema):
     """JSON schemas from which generators for typed languages make code that compiles."""
+
+    @override
+    def model_schema(self, schema: ModelSchema) -> JsonSchemaValue:
+        """Describe fields by the docstrings after them; pydantic would read them at the start of every process."""
+        made = super().model_schema(schema)
+        for model in reversed(schema["cls"].__mro__):
+            for name in inspect.get_annotations(model).keys() & schema["cls"].model_fields.keys():
+                described = _docstrings(model.__module__).get((model.__name__, name))
+                if described:
+                    made["properties"][schema["cls"].model_fields[name].alias or name]["description"] = described
+        return made
 
     @override
     def float_schema(self, schema: FloatSchema) -> JsonSchemaValue:
