@@ -96,12 +96,12 @@ def fastest_scaling(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial
         LimitsUnsatisfiable: Gravity exceeds a torque limit.
     """
     scaling, limits = _quintic(group), limits_on(path, group)
-    if not np.isfinite(limits.along(scaling).scale(np.array([[1.0], [0.0], [0.0]]))):
-        return limits.on_segments(scaling)  # nothing limits: any time scaling will do
     counts = [count + each * len(group.segments) for count, each, _ in TIME_ROUNDS]
     is_dense = len(scaling.lengths) > max(counts)
     if is_dense:  # a time scaling that has nothing to do with its limits would be cut everywhere, time and again
         within = limits.along(scaling)
+        if not within.binds:
+            return limits.on_segments(scaling)
         scaling = retimed(scaling, fastest_retiming(scaling.lengths, within, TIME_ROUNDS[0][2]))
         scaling = scaling.split(np.full(len(scaling.lengths), DENSE_PARTS))
         scaling = retimed(
@@ -111,7 +111,10 @@ def fastest_scaling(path: JointPath, group: SegmentGroup) -> SegmentedPolynomial
         if wanted < len(scaling.lengths):
             continue
         scaling = scaling.split(np.ceil(scaling.lengths / scaling.lengths.sum() * wanted).astype(int))
-        within = near_limits(limits.along(scaling)) if number else limits.along(scaling)
+        within = limits.along(scaling)
+        if not within.binds:
+            return limits.on_segments(scaling)  # any time scaling will do
+        within = near_limits(within) if number else within
         scaling = retimed(scaling, fastest_retiming(scaling.lengths, within, gap))
     enough, gap = (ENOUGH_OF_DENSE, TIME_ROUNDS[1][2]) if is_dense else (ENOUGH, TIME_ROUNDS[-1][2])
     return limits.on_segments(refined(limits, scaling, gap, enough))

@@ -62,6 +62,11 @@ class LinearLimits:
         """Return the largest factor on b with which the limits are kept."""
         return float(self.scales(states).min())
 
+    @property
+    def binds(self) -> bool:
+        """Whether anything limits the factor on b."""
+        return bool(np.isfinite(self.scale(np.array([[1.0], [0.0], [0.0]]))))
+
     def used(self) -> FloatArray:
         """Return the shares (limits, points) that are used of each limit when nothing is changed: b is 1."""
         return np.abs(self.by_b + self.offset) / (self.constant + self.inverse)

@@ -206,5 +206,9 @@ def time_through_waypoints(path: JointPath, group: SegmentGroup) -> SegmentedPol
     passing = time_group(path, smoothed(path, group))
     if not group.is_spline or len(group.segments) == 1:
         return passing
-    stopping = along_lines(path.straight_motions(group.segments))
-    return min(passing, stopping, key=lambda motion: float(motion.lengths.sum()))
+    motions, duration = path.straight_motions(group.segments), float(passing.lengths.sum())
+    velocity, acceleration, jerk = (np.abs(motions.limits.bounds(own)).max(axis=0) for own in JOINT_DERIVATIVES[1:])
+    if least_times(motions.travels, velocity, acceleration, jerk).max(axis=1).sum() >= duration:
+        return passing
+    stopping = along_lines(motions)
+    return stopping if stopping.lengths.sum() < duration else passing

@@ -53,8 +53,10 @@ class PolynomialScaling:
     acceleration: float
     jerk: float | None = None
 
-    def time(self, motions: StraightMotions) -> SegmentedPolynomial:
-        """Time motions by this time scaling, at the requested durations or the shortest."""
+    def time(self, motions: StraightMotions) -> list[SegmentedPolynomial]:
+        """Time motions, if there are any, by this time scaling, at the requested durations or the shortest."""
+        if not len(motions.segments):
+            return []
         travels, limits = np.abs(motions.travels), motions.limits
         bounds = {
             "velocity": self.velocity * travels / limits.velocity.upper,
@@ -64,7 +66,7 @@ class PolynomialScaling:
             bounds["jerk"] = np.cbrt(self.jerk * travels / limits.jerk.upper)
         count = len(travels)
         scalings = unit_scalings(np.ones((count, 1)), np.tile(self.coefficients, (count, 1, 1)))
-        return time_straight_motions(motions, bounds, lambda _durations: scalings)
+        return [time_straight_motions(motions, bounds, lambda _durations: scalings)]
 
 
 def time_straight_motions(

@@ -43,9 +43,11 @@ def time_lines(
         InfeasibleDuration: Requested durations are too short; the error has feasible ones.
         LimitsUnsatisfiable: Nothing limits a duration, or gravity exceeds a torque limit.
     """
+    if not len(motions.segments):
+        return []
     limits, sampled = motions.limits, SampledLimits(motions.dynamics, motions.limits)
     if not sampled.limited.any():
-        return [closed_form(motions)] if len(motions.segments) else []
+        return [closed_form(motions)]
     try:
         pieces = closed_form(
             replace(motions, limits=limits.without([constraint.name for constraint, _ in limits.constraints]))

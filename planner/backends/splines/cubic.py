@@ -35,4 +35,4 @@ class Cubic:
         kept = enforced(self)
         path = path.keeping(kept)
         groups = [time_group(path, group, 3, kept) for group in path.groups]
-        return assemble(path, [self.scaling.time(path.straight), *groups])
+        return assemble(path, [*self.scaling.time(path.straight), *groups])

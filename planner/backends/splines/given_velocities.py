@@ -64,8 +64,8 @@ def timed_spline(
     motion.refuse_overshoot()
     factor = float(motion.ratios.max())
     if free.all():
-        motion = assess(motion.durations * factor)
-    elif factor > 1.0 + DURATION_TOLERANCE:
+        return interpolate(positions, motion.durations * factor, degree).curve
+    if factor > 1.0 + DURATION_TOLERANCE:
         raise motion.too_short_error()
     return motion.spline.curve
 

@@ -36,4 +36,4 @@ class Quintic:
     def parametrize(self, path: JointPath) -> Trajectory:
         """Put the quintic on each segment, at the requested durations or the shortest."""
         groups = [time_group(path, group, 5, enforced(self)) for group in path.groups]
-        return assemble(path, [self.scaling.time(path.straight), *groups])
+        return assemble(path, [*self.scaling.time(path.straight), *groups])
