@@ -25,6 +25,7 @@ app.add_typer(runs.app)
 app.command()(batches.batch)
 app.command()(batches.sweep)
 app.command()(plots.plot)
+app.command()(plots.view)
 app.command("import")(paths.import_)
 
 

@@ -1,4 +1,4 @@
-"""The command line of pictures: `planner plot`."""
+"""The command line of pictures: `planner plot` and `planner view`."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from pathlib import Path  # noqa: TC003 - typer evaluates the annotations
 from typing import Annotated
 
 import typer
+
+from cli.options import BackEndOption, RobotOption, SrdfOption, TipOption  # noqa: TC001 - typer evaluates the annotations
 
 
 def plot(
@@ -45,3 +47,24 @@ def plot(
     from cli.work.pictures import draw_file
 
     draw_file(drawn, output, show, joint, axis, view, title)
+
+
+def view(
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE",
+            help="JSON file with a request of POST /v1/trajectories (- reads stdin), or a plan that `plan.save` wrote.",
+        ),
+    ],
+    port: Annotated[int, typer.Option(metavar="NUMBER", help="Port, or the next free one.", min=1, max=65535)] = 8080,
+    backend: BackEndOption = None,
+    robot: RobotOption = None,
+    srdf: SrdfOption = None,
+    tip: TipOption = None,
+) -> None:
+    """Show a plan in a browser on this machine: the robot moves in its scene (extra view)."""
+    from cli.work.pictures import view_file
+    from cli.work.robots.files import FileOptions
+
+    view_file(file, port, backend, robot, FileOptions(srdf, tip))

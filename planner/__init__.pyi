@@ -122,6 +122,7 @@ from planner.plots.picture import Picture as Picture
 from planner.plots.picture import draw_plan as draw_plan
 from planner.plots.picture import draw_robot_at as draw_robot_at
 from planner.plots.picture import draw_workspace as draw_workspace
+from planner.plots.viewer import Viewer as Viewer
 from planner.problems.actions import Action as Action
 from planner.problems.actions import AtDistance as AtDistance
 from planner.problems.actions import AtTime as AtTime

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING
@@ -13,18 +14,23 @@ from cli.work.local_plan import plan_request, read_request
 from cli.work.shared import read, refusals, robot_named, write
 from cli.work.terminal import FILE_WIDTH, plan_summary, terminal
 from planner.kinematics import workspace
+from planner.plans.result import load
 from planner.plots.picture import draw_plan, draw_robot_at, draw_workspace
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from api.contract.requests import PlanRequest
+    from cli.work.robots.files import FileOptions
     from planner.plans.result import Plan
     from planner.plots.picture import Picture
     from planner.robots import Robot
 
 SUFFIXES = (".png", ".svg", ".html")
 """The suffixes of the files that `planner plan --plot` can draw into."""
+
+SAVED_PLAN = b"planner-plan/"
+"""The beginning of a file of `plan.save`."""
 
 WORKSPACE = "workspace"
 """The value of `--show` that draws the workspace of a robot."""
@@ -70,6 +76,25 @@ def draw_file(
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
     write(output, picture.svg() if output.suffix == ".svg" else picture.png(), terminal())
+
+
+def view_file(file: str, port: int, backend: str | None, robot: str | None, options: FileOptions) -> None:
+    """Show the plan of a request, or a saved plan, in a browser until Ctrl-C; see `planner view`."""
+    text = read(file, "FILE")
+    with refusals():
+        if text.startswith(SAVED_PLAN):
+            plan = load(file)
+        else:
+            named = None if robot is None else robot_named(robot, options)
+            asked = read_request(text, backend, None if named is None else named.id)
+            plan = plan_request(asked, None if named is None else named.load())
+    try:
+        viewer = plan.view(port=port)
+    except ModuleNotFoundError as error:
+        raise typer.BadParameter(str(error)) from None
+    with viewer, suppress(KeyboardInterrupt):
+        terminal().print(f"{viewer.url} shows the plan. Ctrl-C ends it.")
+        viewer.wait()
 
 
 def _picture_of_robot(robot: Robot, show: list[str] | None, view: str, title: str | None) -> Picture:

@@ -55,6 +55,7 @@ if TYPE_CHECKING:  # matplotlib is loaded by the first picture
 
     from planner.plots.animation import Animation
     from planner.plots.picture import Picture
+    from planner.plots.viewer import Viewer
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,6 +163,22 @@ class Plan:
         from planner.plots.animation import animate
 
         return animate(self, view=view, speed=speed)
+
+    def view(self, *, port: int = 8080) -> Viewer:
+        """Show the robot in its scene, with the path of its tool, in a browser on this machine.
+
+        Args:
+            port: The port of the viewer's address; if another program has it, the next free one.
+
+        Returns:
+            The viewer, which serves its `url` until `close`. A notebook shows it.
+
+        Raises:
+            ModuleNotFoundError: viser is not installed (extra `view`).
+        """
+        from planner.plots.viewer import Viewer
+
+        return Viewer(self, port)
 
     def save(self, path: str | Path) -> None:
         """Write the plan with everything that it has to a file, for `planner.load`.

@@ -15,14 +15,15 @@ if TYPE_CHECKING:
 
 WEB = {"fastapi", "starlette", "uvicorn"}
 DRAWING = {"matplotlib", "mpl_toolkits"}
+VIEWING = {"viser"}
 FORBIDDEN = {
-    "planner": WEB | DRAWING | {"api", "cli", "pydantic", "httpx", "socket", "rich"},
+    "planner": WEB | DRAWING | VIEWING | {"api", "cli", "pydantic", "httpx", "socket", "rich"},
     "api": {"cli", "pinocchio", "casadi", "ruckig", "toppra"},
     "benchmarks": {"tests", "docs"},
     "docs": {"tests"},
     "tests/planner": {"api", "cli"},
 }
-ALLOWED = {"planner/plots": DRAWING}
+ALLOWED = {"planner/plots": DRAWING | VIEWING}
 """Packages that a folder must not import, and exceptions for folders inside."""
 
 STRANGERS = [
