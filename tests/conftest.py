@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
 
     from xdist.remote import Producer
+
+# Each start of a service compiles 1 s long otherwise.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # The same cases each time, so that what passes here passes in CI; a soak tries new ones.
 settings.register_profile(
