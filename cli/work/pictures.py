@@ -83,7 +83,7 @@ def view_file(file: str, port: int, backend: str | None, robot: str | None, opti
     text = read(file, "FILE")
     with refusals():
         if text.startswith(SAVED_PLAN):
-            plan = load(file)
+            plan = _saved_plan(file)
         else:
             named = None if robot is None else robot_named(robot, options)
             asked = read_request(text, backend, None if named is None else named.id)
@@ -95,6 +95,15 @@ def view_file(file: str, port: int, backend: str | None, robot: str | None, opti
     with viewer, suppress(KeyboardInterrupt):
         terminal().print(f"{viewer.url} shows the plan. Ctrl-C ends it.")
         viewer.wait()
+
+
+def _saved_plan(file: str) -> Plan:
+    if file == "-":
+        raise typer.BadParameter("a saved plan is read from a file, not from stdin", param_hint="FILE")
+    try:
+        return load(file)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="FILE") from None
 
 
 def _picture_of_robot(robot: Robot, show: list[str] | None, view: str, title: str | None) -> Picture:

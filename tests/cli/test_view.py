@@ -32,6 +32,24 @@ def test_without_the_extra_a_sentence_says_how_to_install_it(tmp_path: Path, mon
     assert 'pip install "trajectory-planner[view]"' in " ".join(result.stderr.split())
 
 
+@pytest.mark.parametrize(
+    ("file", "content", "told"),
+    [
+        ("plan.planner", "planner-plan/1 0\n[]", "is damaged"),
+        ("plan.planner", "planner-plan/0 0\n[]", "has the format planner-plan/0"),
+        ("-", "planner-plan/1 0\n[]", "not from stdin"),
+    ],
+)
+def test_saved_plans_that_cannot_be_read_are_refused_in_a_sentence(
+    file: str, content: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("plan.planner").write_text(content)
+    result = CliRunner().invoke(app, ["view", file], input=content)
+    assert result.exit_code == 2
+    assert told in result.stderr
+
+
 def test_requests_and_saved_plans_are_shown_until_ctrl_c(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     pages: list[int] = []
