@@ -97,7 +97,7 @@ class Viewer:
         self._tool = self._scene.add_frame("tool", axes_length=0.06 * diagonal, axes_radius=0.004 * diagonal)
         self._plays, self._is_closed = Event(), Event()
         self._add_controls()
-        self.show(0.0)
+        self._show()
         self._player = Thread(target=self._play, daemon=True)
         self._player.start()
 
@@ -108,15 +108,16 @@ class Viewer:
     def show(self, time: float) -> None:
         """Show the robot and its attached objects at a time, s."""
         self._time.value = time
-        self._show(time)
 
-    def _show(self, time: float) -> None:
+    def _show(self) -> None:
+        """Move the drawings to where they are at the time of the slider; viser leaves out moves of a few micrometres."""
         trajectory, dynamics = self._plan.trajectory, self._plan.path.dynamics
-        segments = trajectory.segments[trajectory.locate(np.array([time]))[0]]
-        positions = trajectory.evaluate([time], (0,))[0]
-        checker = self._checkers[min(int(segments[0]), len(self._checkers) - 1)]
-        points, rotations = tool_poses_on(dynamics, segments, positions)
         with self._is_shown, self._server.atomic():
+            time = min(self._time.value, trajectory.duration)
+            segments = trajectory.segments[trajectory.locate(np.array([time]))[0]]
+            positions = trajectory.evaluate([time], (0,))[0]
+            checker = self._checkers[min(int(segments[0]), len(self._checkers) - 1)]
+            points, rotations = tool_poses_on(dynamics, segments, positions)
             pin.forwardKinematics(self._model, self._data, positions[0])
             for frame, placement in zip(self._joints, self._data.oMi.tolist(), strict=True):
                 _put(frame, placement.rotation, placement.translation)
@@ -234,7 +235,7 @@ class Viewer:
         steps = max(1, math.ceil(duration / TIME_STEP))
         self._time = gui.add_slider("Time (s)", 0.0, round(steps * TIME_STEP, 3), TIME_STEP, 0.0)
         self._button = gui.add_button("Play")
-        self._time.on_update(lambda _: self._show(min(self._time.value, duration)))
+        self._time.on_update(lambda _: self._show())
         self._button.on_click(lambda _: self.play(not self.is_playing))
 
     def _play(self) -> None:

@@ -41,7 +41,7 @@ class Running:
 
     async def ask(self, name: str, kind: Kind = QUICK, deadline: float = 10.0) -> asyncio.Task[Reply]:
         """Send a request and run all events that are due at once."""
-        now = time.monotonic()
+        now = pool_module.time.monotonic()
         task = Task(name, "/", now, now + deadline)
         asked = asyncio.create_task(self.pool.run(task, kind, lambda size: None))
         await settle()
@@ -49,7 +49,7 @@ class Running:
 
     async def put_behind(self, name: str, seconds: float = 10.0) -> asyncio.Task[Reply]:
         """Submit a background request to the pool."""
-        task = Task(name, "/", time.monotonic(), math.inf)
+        task = Task(name, "/", pool_module.time.monotonic(), math.inf)
         asked = asyncio.create_task(self.pool.run_behind(task, NEW, seconds))
         await settle()
         return asked

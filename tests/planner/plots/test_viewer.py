@@ -143,8 +143,9 @@ def test_the_trajectory_plays_to_its_end(plan: planner.Plan) -> None:
         while viewer.is_playing and monotonic() < ends:
             sleep(0.02)
         assert not viewer.is_playing
+        # viser leaves out moves below 1e-5 of the distance: the last picture may have been that near to the end
         tool = browse(viewer.url).placement("/tool")
-        np.testing.assert_allclose(tool.translation, tool_pose(plan.problem.robot, START).position, atol=1e-9)
+        np.testing.assert_allclose(tool.translation, tool_pose(plan.problem.robot, START).position, atol=2e-5)
 
 
 def test_without_viser_a_sentence_says_how_to_install_it(plan: planner.Plan, monkeypatch: pytest.MonkeyPatch) -> None:
