@@ -37,9 +37,9 @@ WIDE = dict.fromkeys(TCP_ORDERS, 1000.0)
 
 
 def random_problem(seed: int) -> PlanningProblem:
-    """Make a motion of a loaded UR5 through random positions, with limits of torque and of the tool."""
+    """Make a motion of a loaded UR5e through random positions, with limits of torque and of the tool."""
     rng = np.random.default_rng(seed)
-    robot = load_robot("ur5")
+    robot = load_robot("ur5e")
     count = int(rng.integers(3, 7))
     through = rng.random() < 0.6
     waypoints = [
