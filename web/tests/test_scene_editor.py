@@ -1,4 +1,4 @@
-"""The scene editor: objects are added, moved, sized, named, imported and kept by the service."""
+"""The scene editor: objects are added, attached, moved, sized, named, imported and kept by the service."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 import trimesh
 from playwright.sync_api import expect
@@ -115,6 +116,49 @@ def test_an_object_in_the_way_is_refused_and_stays_in_its_place_in_another_frame
     page.keyboard.press("Tab")
     expect(editor.get_by_role("alert")).to_have_text("Another object has the name “post”.")
     assert [one["id"] for one in objects(page)] == ["post", "sphere"]
+
+
+def pose_in_base(service: RunningService, attached: dict[str, Any], link: str) -> np.ndarray:
+    """Return the matrix (4, 4) of an object on a link at the start, by the service's forward kinematics."""
+    asked = {"robot": "ur5e", "positions": [TURN["waypoints"][0]["position"]], "include": ["links"]}
+    links = service.client.post("/v1/kinematics/forward", json=asked).json()["links"]
+    found = next(one for one in links[0] if one["link"] == link)
+    return matrix(found) @ matrix(attached["pose"])
+
+
+def matrix(pose: dict[str, Any]) -> np.ndarray:
+    quaternion = pose["orientation"]["xyzw"]
+    matrix = np.eye(4)
+    matrix[:3, :3] = pin.Quaternion(np.array(quaternion)).matrix()
+    matrix[:3, 3] = pose["position"]
+    return matrix
+
+
+def test_an_object_is_attached_to_a_link_and_may_touch_another(page: Page, service: RunningService) -> None:
+    """The service says where the object is, before and after another link holds it, and refuses contacts."""
+    editor = open_editor(page)
+    page.get_by_role("button", name="+ Attach object").click()
+    with page.expect_response("**/v1/trajectories"):
+        page.get_by_role("menuitem", name="box").click()
+    write(page, editor.get_by_label("Name", exact=True), "gripper")
+    write(page, editor.get_by_label("z", exact=True).first, "-60")
+    expect(page.get_by_role("alert", name="Refusal")).to_contain_text("gripper")
+    with page.expect_response("**/v1/trajectories"):
+        editor.get_by_label("Allow contact with").select_option("link_5")
+    planned(page)
+    [on_tool] = shown_request(page)["scene"]["attached"]
+    assert (on_tool["id"], on_tool["touch_links"]) == ("gripper", ["link_5"])
+    with page.expect_response("**/v1/trajectories"):
+        editor.get_by_label("Moves with").select_option("link_6")
+    [on_link] = shown_request(page)["scene"]["attached"]
+    before, after = pose_in_base(service, on_tool, "flange"), pose_in_base(service, on_link, on_link["link"])
+    np.testing.assert_allclose(after, before, atol=1e-6)
+    editor.get_by_label("Link or object").select_option("link_2")
+    editor.get_by_label("and", exact=True).select_option("link_4")
+    with page.expect_response("**/v1/trajectories"):
+        editor.get_by_role("button", name="Allow this pair").click()
+    assert shown_request(page)["scene"]["allowed_pairs"] == [["link_2", "link_4"]]
+    assert violations(page) == []
 
 
 def test_files_become_objects(page: Page, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ import { Menu } from './Menu';
 import type { MenuGroup } from './Menu';
 import { MoreOfRequest } from './MoreFields';
 import { PathImport } from './PathImport';
-import { ScenePanel } from './ScenePanel';
+import { ScenePanel } from './scene/ScenePanel';
 import { SpeedZones } from './SpeedZones';
 import { Units } from './Units';
 import { WaypointEditor } from './WaypointEditor';

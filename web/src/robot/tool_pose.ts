@@ -4,12 +4,18 @@ import type { Pose, Robot } from '../service/types';
 
 // In the base frame; `tool` is the tool centre point in the tip frame, null: the robot's own.
 export function toolPose(robot: Robot, position: readonly number[], tool: Pose | null): Pose {
-  const tip = robot.placements.find(({ frame }) => frame === robot.tip_frame)!;
-  const joints = robot.chain.slice(0, tip.after).flatMap((joint, index) => {
+  return composed(framePose(robot, position, robot.tip_frame), tool ?? poseOf(robot.tool));
+}
+
+// The pose of a frame of the model in the base frame; of one that it has not: of the base.
+export function framePose(robot: Robot, position: readonly number[], name: string): Pose {
+  const placement = robot.placements.find(({ frame }) => frame === name);
+  if (!placement) return shift([0, 0, 1], 0);
+  const joints = robot.chain.slice(0, placement.after).flatMap((joint, index) => {
     const value = position[index] ?? 0;
     return [poseOf(joint), robot.joints[index]!.kind === 'prismatic' ? shift(joint.axis, value) : turn(joint.axis, value)];
   });
-  return [...joints, poseOf(tip), tool ?? poseOf(robot.tool)].reduce(composed);
+  return [...joints, poseOf(placement)].reduce(composed);
 }
 
 export function shift(axis: readonly number[], distance: number): Pose {

@@ -5,7 +5,7 @@ import type { Pose } from '../service/types';
 import { edit, sketch } from './draft';
 import { reach } from './reaching';
 import type { Reach } from './reaching';
-import { objectPose, placeObject, shownObject, sketchObject } from './scene_editing';
+import { objectPose, placeObject, shownThing, sketchObject } from './scene_editing';
 import { draft, request, robot, selected } from './store';
 
 export interface Dragging {
@@ -18,15 +18,15 @@ export interface Dragging {
 
 export const dragging: Dragging = {
   pose: () => {
-    if (shownObject.value) return objectPose.value;
+    if (shownThing.value) return objectPose.value;
     const [shown, arm] = [request.value, robot.value];
     const waypoint = draft.value ?? shown?.waypoints[selected.value];
     return shown && arm && waypoint?.kind === 'pose' ? poseInBase(waypoint, shown, arm) : null;
   },
-  tool: () => (shownObject.value ? undefined : request.value && toolAt(request.value, selected.value)),
+  tool: () => (shownThing.value ? undefined : request.value && toolAt(request.value, selected.value)),
   reach: () => reach.value,
-  onDrag: (pose) => (shownObject.value ? sketchObject(pose) : sketch({ pose: inItsFrame(pose) })),
-  onDrop: (pose) => (shownObject.value ? placeObject(pose) : edit({ pose: inItsFrame(pose) })),
+  onDrag: (pose) => (shownThing.value ? sketchObject(pose) : sketch({ pose: inItsFrame(pose) })),
+  onDrop: (pose) => (shownThing.value ? placeObject(pose) : edit({ pose: inItsFrame(pose) })),
 };
 
 function inItsFrame(pose: Pose): Pose {

@@ -1,11 +1,25 @@
 // The scene as it is edited: the chosen object, what a hand moves, and the scenes that the service keeps.
 import { computed, effect, signal } from '@preact/signals';
-import { objectInBase, renamed, withAnother, withNewName, withObject, withoutObject, withScene } from '../request/scenes';
+import {
+  attachedInBase,
+  objectInBase,
+  onLink,
+  renamed,
+  withAnother,
+  withAttached,
+  withNewName,
+  withObject,
+  withoutObject,
+  withScene,
+} from '../request/scenes';
+import type { Thing } from '../request/scenes';
 import { withoutEmpty } from '../request/edits';
 import { poseInFrame } from '../request/frames';
 import { client, outcome } from '../service/client';
-import type { Pose, Problem, Scene, SceneObject, SceneShape, SceneSummary } from '../service/types';
+import { handledNames } from '../request/handled';
+import type { AttachedObject, Pose, Problem, Scene, SceneObject, SceneShape, SceneSummary } from '../service/types';
 import { show } from './actions';
+import { jointPosition } from './jointPosition';
 import { chosenObject, request, robot } from './store';
 import { movedObject, scene } from './surroundings';
 
@@ -20,11 +34,15 @@ effect(() => {
 });
 
 export const shownObject = computed(() => scene.value?.objects?.find(({ id }) => id === chosenObject.value) ?? null);
+export const shownAttached = computed(() => scene.value?.attached?.find(({ id }) => id === chosenObject.value) ?? null);
+export const shownThing = computed<Thing | null>(() => shownObject.value ?? shownAttached.value);
 
-// Where the chosen object is, in the base frame; null: none is chosen.
+// Where the chosen object is, in the base frame; null: none is chosen, or it is put down on the way.
 export const objectPose = computed(() => {
-  const [shown, arm, object] = [request.value, robot.value, shownObject.value];
-  return shown && arm && object ? objectInBase(object, shown, arm) : null;
+  const [shown, arm, object, held] = [request.value, robot.value, shownObject.value, shownAttached.value];
+  if (!shown || !arm) return null;
+  if (object) return objectInBase(object, shown, arm);
+  return held && !handledNames(shown).includes(held.id) ? attachedInBase(held, shown, arm, jointPosition.value) : null;
 });
 
 export function chooseObject(id: string | null): void {
@@ -35,7 +53,7 @@ export function editScene(next: Scene): void {
   if (request.value) show(withScene(request.value, next));
 }
 
-export function editObject(id: string, changes: Partial<SceneObject>): void {
+export function editObject(id: string, changes: Partial<Thing>): void {
   if (scene.value) editScene(withObject(scene.value, id, changes));
 }
 
@@ -54,6 +72,18 @@ export function addObject(name: string, shape: SceneShape): void {
   editScene(next);
 }
 
+export function attachObject(name: string, shape: AttachedObject['shape']): void {
+  const [next, added] = withAttached(scene.value ?? EMPTY, name, shape);
+  chosenObject.value = added.id;
+  editScene(next);
+}
+
+// Has another link hold the chosen object, null: the tool. Where the arm stands, the object stays in its place.
+export function holdBy(link: string | null): void {
+  const [held, at] = [shownAttached.value, objectPose.value];
+  if (held) editObject(held.id, { link: link ?? undefined, ...(at ? { pose: heldAt(at, link) } : {}) });
+}
+
 export function removeObject(id: string): void {
   chosenObject.value = null;
   if (scene.value) editScene(withoutObject(scene.value, id));
@@ -61,13 +91,20 @@ export function removeObject(id: string): void {
 
 // Shows the chosen object at a pose in the base frame, which the request does not have yet.
 export function sketchObject(pose: Pose): void {
-  const object = shownObject.value;
-  if (object) movedObject.value = { ...object, pose: inItsFrame(object, pose) };
+  if (shownThing.value) movedObject.value = { ...shownThing.value, pose: inItsPlace(pose) };
 }
 
 export function placeObject(pose: Pose): void {
+  if (shownThing.value) editObject(shownThing.value.id, { pose: inItsPlace(pose) });
+}
+
+function inItsPlace(pose: Pose): Pose {
   const object = shownObject.value;
-  if (object) editObject(object.id, { pose: inItsFrame(object, pose) });
+  return object ? inItsFrame(object, pose) : heldAt(pose, shownAttached.value?.link);
+}
+
+function heldAt(pose: Pose, link: string | null | undefined): Pose {
+  return request.value && robot.value ? onLink(pose, link, request.value, robot.value, jointPosition.peek()) : pose;
 }
 
 function inItsFrame({ frame }: SceneObject, pose: Pose): Pose {

@@ -3,10 +3,11 @@ import { computed, effect, signal } from '@preact/signals';
 import { positionAt } from '../plan/samples';
 import { toolAt, toolAtTime } from '../plan/tools';
 import { withObject } from '../request/scenes';
+import type { Thing } from '../request/scenes';
 import type { Setting } from '../scene/objects';
 import type { Pair } from '../scene/pair';
 import { client, outcome } from '../service/client';
-import type { Clearance, Scene, SceneObject } from '../service/types';
+import type { Clearance, Scene } from '../service/types';
 import { seek, time } from './playback';
 import { isStale, plan, problem, request, shownPlan } from './store';
 
@@ -19,7 +20,7 @@ const preferred = signal<Kind>('scene');
 const kept = signal<Scene | null>(null);
 
 // An object of the scene while a hand moves it.
-export const movedObject = signal<SceneObject | null>(null);
+export const movedObject = signal<Thing | null>(null);
 
 // A report, which has no service, does without.
 export function followScenes(): void {

@@ -1,49 +1,73 @@
 // The scene: its objects with their forms, files that become objects, and scenes that the service keeps.
 import { useEffect, useState } from 'preact/hooks';
-import { FIRST_SHAPES } from '../request/scenes';
-import type { PlanRequest, Robot } from '../service/types';
-import { importFault, importObject } from '../state/importing';
-import { addObject, chooseObject, editScene, listScenes, openScene, saveScene, sceneProblem, storedScenes } from '../state/scene_editing';
-import { chosenObject } from '../state/store';
-import { scene } from '../state/surroundings';
-import { LENGTHS, lengthUnit } from '../state/units';
-import type { Length } from '../state/units';
-import { texts } from '../texts';
-import { Choice, NumberField, TextField } from './fields';
-import { Menu } from './Menu';
-import { ProblemText } from './Message';
-import { More } from './MoreFields';
-import { SceneObjectForm } from './SceneObjectForm';
-import { wordOf } from './SimpleField';
+import { FIRST_ATTACHED, FIRST_SHAPES } from '../../request/scenes';
+import type { PlanRequest, Robot } from '../../service/types';
+import { importFault, importObject } from '../../state/importing';
+import {
+  addObject,
+  attachObject,
+  chooseObject,
+  editScene,
+  listScenes,
+  openScene,
+  saveScene,
+  sceneProblem,
+  storedScenes,
+} from '../../state/scene_editing';
+import { chosenObject } from '../../state/store';
+import { scene } from '../../state/surroundings';
+import { LENGTHS, lengthUnit } from '../../state/units';
+import type { Length } from '../../state/units';
+import { texts } from '../../texts';
+import { Choice, NumberField, TextField } from '../fields';
+import { Menu } from '../Menu';
+import { ProblemText } from '../Message';
+import { More } from '../MoreFields';
+import { wordOf } from '../SimpleField';
+import { AllowedPairs } from './AllowedPairs';
+import { AttachedForm } from './AttachedForm';
+import { ObjectForm } from './ObjectForm';
 
 const KINDS = Object.keys(FIRST_SHAPES) as (keyof typeof FIRST_SHAPES)[];
+const ATTACHED_KINDS = Object.keys(FIRST_ATTACHED) as (keyof typeof FIRST_ATTACHED)[];
 
 export function ScenePanel({ request, robot }: { request: PlanRequest; robot: Robot }) {
-  const objects = scene.value?.objects ?? [];
+  const { objects = [], attached = [] } = scene.value ?? {};
+  const shown = [
+    ...objects.map(({ id, shape }) => ({ id, what: wordOf(shape.kind) })),
+    ...attached.map(({ id, shape, link }) => ({ id, what: texts.scene.heldBy(wordOf(shape.kind), link ?? null) })),
+  ];
   return (
-    <More label={texts.scene.label(objects.length)} onClose={endScene}>
+    <More label={texts.scene.label(shown.length)} onClose={endScene}>
       {() => (
         <>
           <Stored request={request} />
           <ul class="objects" aria-label={texts.scene.objects}>
-            {objects.slice(0, MOST_LISTED).map(({ id, shape }) => (
+            {shown.slice(0, MOST_LISTED).map(({ id, what }) => (
               <li key={id}>
                 <button
                   type="button"
                   aria-pressed={chosenObject.value === id}
                   onClick={() => chooseObject(chosenObject.value === id ? null : id)}
                 >
-                  {id} <small>{wordOf(shape.kind)}</small>
+                  {id} <small>{what}</small>
                 </button>
               </li>
             ))}
           </ul>
-          {objects.length > MOST_LISTED && <p class="hint">{texts.scene.more(objects.length - MOST_LISTED)}</p>}
-          <SceneObjectForm request={request} robot={robot} />
+          {shown.length > MOST_LISTED && <p class="hint">{texts.scene.more(shown.length - MOST_LISTED)}</p>}
+          <ObjectForm request={request} robot={robot} />
+          <AttachedForm robot={robot} />
           <div class="buttons wrap">
             <Menu
               label={texts.scene.add}
               groups={[{ items: KINDS.map((kind) => ({ text: wordOf(kind), onChoose: () => addObject(kind, FIRST_SHAPES[kind]) })) }]}
+            />
+            <Menu
+              label={texts.scene.attach}
+              groups={[
+                { items: ATTACHED_KINDS.map((kind) => ({ text: wordOf(kind), onChoose: () => attachObject(kind, FIRST_ATTACHED[kind]) })) },
+              ]}
             />
           </div>
           <Import />
@@ -57,6 +81,7 @@ export function ScenePanel({ request, robot }: { request: PlanRequest; robot: Ro
               onValue={(margin) => scene.value && editScene({ ...scene.value, margin })}
             />
           )}
+          {scene.value && <AllowedPairs scene={scene.value} robot={robot} />}
           {scene.value && <Save key={typeof request.scene === 'string' ? request.scene : ''} request={request} />}
         </>
       )}
