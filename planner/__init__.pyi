@@ -183,10 +183,12 @@ from planner.samples import Samples as Samples
 from planner.scene import Attach as Attach
 from planner.scene import AttachedObject as AttachedObject
 from planner.scene import CollisionChecker as CollisionChecker
+from planner.scene import ConstantVelocity as ConstantVelocity
 from planner.scene import PointCloud as PointCloud
 from planner.scene import PositionCollision as PositionCollision
 from planner.scene import Scene as Scene
 from planner.scene import SceneObject as SceneObject
+from planner.scene import TimedPoses as TimedPoses
 from planner.scene import collisions_at as collisions_at
 from planner.scene import is_free as is_free
 from planner.shapes import BoundingCapsule as BoundingCapsule

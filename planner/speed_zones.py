@@ -110,6 +110,7 @@ def speed_zone_faults(scene: Scene | None, zones: Sequence[SpeedZone]) -> Iterat
             yield ("speed_zones",), "there is no scene with objects to be near to"
         return
     known = {thing.id for thing in scene.objects} | {held.id for held in scene.attached}
+    moving = [thing.id for thing in scene.objects if thing.motion is not None]
     for i, zone in enumerate(zones):
         for name in ("clearance", "speed"):
             if not 0.0 < getattr(zone, name) < np.inf:
@@ -122,6 +123,10 @@ def speed_zone_faults(scene: Scene | None, zones: Sequence[SpeedZone]) -> Iterat
         for k, name in enumerate(zone.objects or ()):
             if name not in known:
                 yield ("speed_zones", i, "objects", k), f"nothing in the scene is called {name!r}"
+            elif name in moving:
+                yield ("speed_zones", i, "objects", k), f"must be a static object: {name!r} has a `motion`"
+        if zone.objects is None and moving:
+            yield ("speed_zones", i, "objects"), f"must name static objects: {moving[0]!r} has a `motion`"
 
 
 def moving_bodies(robot: Robot, checker: CollisionChecker) -> Bodies:

@@ -14,20 +14,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from planner.cells.movers import Mover, Phase, side_by_side
+from planner.cells.movers import Mover
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, Clearance
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, StartInCollision
 from planner.kernels.clearance import FREE_BLOCK
 from planner.scene.between import CheckerBetween
+from planner.scene.blocks import BLOCKS_AT_ONCE
 from planner.scene.checker import CONTACT_TOLERANCE, ITSELF
 from planner.scene.continuous import Clearances, Nearest, clearances
+from planner.scene.phases import Phase, side_by_side
 from planner.spatial import FloatArray
 
 MOST_BLOCKS = 100_000
 """The largest number of blocks of times and skews that are decided for one pair of movers."""
-
-BLOCKS_AT_ONCE = 512
-"""The number of blocks that are decided together: enough for array operations."""
 
 
 @dataclass(frozen=True)

@@ -8,24 +8,16 @@ blocks, which are cut in four where they are neither proved free nor proved bloc
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
-from time import monotonic
 
 import numpy as np
 
-from planner.cells.movers import Mover, Phase
-from planner.kernels.clearance import BLOCKED_BLOCK, FREE_BLOCK
+from planner.cells.movers import Mover
 from planner.scene.between import CheckerBetween
+from planner.scene.blocks import not_free
 from planner.spatial import FloatArray
-
-BLOCKS_AT_ONCE = 512
-"""The number of blocks that are decided together: enough for array operations."""
-
-LEAST_BLOCKED = 4
-"""The least number of rows and columns of a block that is tried to be proved blocked: smaller ones are cut sooner."""
 
 ROUNDED_CELL = 1e-6
 """The share of a cell by which a motion may be longer than a whole number of cells."""
@@ -123,42 +115,6 @@ def _blocked(
             margins = margin + one.displacements[:, None] + other.displacements
             checker = CheckerBetween(one.bodies, other.bodies, margins)
             block = [(int(those[0]), int(those[-1]) + 1) for those in meets]
-            for a, b in _not_free(checker, one, other, rows, columns, (*block[0], *block[1]), end):
+            for a, b in not_free(checker, one, other, rows, columns, (*block[0], *block[1]), end):
                 blocked[a, b] = True
     return blocked
-
-
-def _not_free(
-    checker: CheckerBetween,
-    first: Phase,
-    second: Phase,
-    rows: FloatArray,
-    columns: FloatArray,
-    whole: tuple[int, int, int, int],
-    end: float,
-) -> Iterator[tuple[slice, slice]]:
-    """Yield blocks of entries that are not proved free until an end; ranges of rows and of columns."""
-    waiting = [whole]
-    while waiting:
-        if monotonic() > end:
-            yield from ((slice(a, b), slice(c, d)) for a, b, c, d in waiting)
-            return
-        now, waiting = waiting[:BLOCKS_AT_ONCE], waiting[BLOCKS_AT_ONCE:]
-        ranges = np.array(now)
-        middles, reach = zip(
-            *(
-                phase.within(intervals[ranges[:, k], 0], intervals[ranges[:, k + 1] - 1, 1])
-                for phase, intervals, k in ((first, rows, 0), (second, columns, 2))
-            ),
-            strict=True,
-        )
-        is_large = np.minimum(ranges[:, 1] - ranges[:, 0], ranges[:, 3] - ranges[:, 2]) >= LEAST_BLOCKED
-        decisions = checker.distances.decide(np.hstack(middles), np.hstack(reach), is_large)
-        for k in np.flatnonzero(decisions != FREE_BLOCK).tolist():
-            a, b, c, d = now[k]
-            if decisions[k] == BLOCKED_BLOCK or (b - a == 1 and d - c == 1):
-                yield slice(a, b), slice(c, d)
-                continue
-            halves = [(a, (a + b) // 2), ((a + b) // 2, b)] if b - a > 1 else [(a, b)]
-            others = [(c, (c + d) // 2), ((c + d) // 2, d)] if d - c > 1 else [(c, d)]
-            waiting += [(*half, *other) for half in halves for other in others]

@@ -15,69 +15,16 @@ from planner.errors import InvalidProblem
 from planner.fields import FieldPath
 from planner.plans.result import Plan
 from planner.robots import Robot
-from planner.scene.bodies import Bodies, Body, JointTree, excursions
+from planner.scene.bodies import Bodies, Body
 from planner.scene.checker import CollisionChecker, checker_of, displacements_by_following
+from planner.scene.motions import Leg
+from planner.scene.phases import Phase, moved_bodies
 from planner.scene.point_cloud import Cluster
 from planner.scene.scene import HERE, Scene, SceneObject
 from planner.shapes import Shape
 from planner.spatial import FloatArray, Pose, as_pose
-from planner.trajectories.polynomials import PiecewisePolynomial, joined, shifted
+from planner.trajectories.polynomials import PiecewisePolynomial, joined
 from planner.trajectories.trajectory import Trajectory
-
-
-@dataclass(frozen=True, eq=False)
-class Phase:
-    """The bodies of a mover in an interval of time in which they stay the same.
-
-    Before the interval the bodies rest where it begins; after it, where it ends.
-
-    Attributes:
-        bodies: The bodies, in the world.
-        motion: The motion of their joints, from time 0 on, rad or m.
-        start: When the motion starts, s.
-        begin: When the phase begins, s; negative infinity: it is the first.
-        end: When it ends, s; infinite: it is the last.
-        displacements: (bodies,), m, by following errors.
-        uncertainty: Largest distance of the machine outside its estimated shapes, m.
-    """
-
-    bodies: Bodies
-    motion: PiecewisePolynomial
-    start: float
-    begin: float
-    end: float
-    displacements: FloatArray
-    uncertainty: float = 0.0
-
-    @property
-    def stop(self) -> float:
-        """When the motion stops, s."""
-        return self.start + float(self.motion.breakpoints[-1])
-
-    def between(self, begin: float, end: float) -> PiecewisePolynomial:
-        """Return the motion of the joints in an interval of time, s, which may be longer than the phase."""
-        whole = float(self.motion.breakpoints[-1])
-        low, high = (min(max(at - self.start, 0.0), whole) for at in (begin, end))
-        parts = []
-        if begin < self.start:
-            parts.append(self._rest(0.0, min(end, self.start) - begin))
-        if high > low:
-            parts.append(self.motion.between(low, high))
-        if end > self.stop:
-            parts.append(self._rest(whole, end - max(begin, self.stop)))
-        if not parts:
-            return self._rest(low, 0.0)
-        return parts[0].followed_by(*parts[1:])
-
-    def _rest(self, at: float, length: float) -> PiecewisePolynomial:
-        (position,) = self.motion.evaluate(np.array([at]), [0])[0]
-        return PiecewisePolynomial(np.array([length]), position[None, :, None])
-
-    def within(self, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return joint positions (N, joints) in intervals of time (N,), s, and the largest excursions from there."""
-        low, high = (np.clip(at - self.start, 0.0, self.motion.breakpoints[-1]) for at in (begin, end))
-        positions = self.motion.evaluate((low + high) / 2.0, [0])[0]
-        return positions, excursions(self.motion, low, high, positions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,15 +84,9 @@ class Mover:
                 faults.append((("shapes", k), "must be bounded; a half space is not"))
         if faults:
             raise InvalidProblem(faults)
-        speed = float(np.linalg.norm(v))
-        along = v / speed if speed else np.array([0.0, 0.0, 1.0])
-        across = np.eye(3)[np.abs(along).argmin()]
-        x = np.cross(across, along) / np.linalg.norm(np.cross(across, along))
-        frame = np.column_stack([x, np.cross(along, x), along])
-        tree = JointTree(np.array([False]), (0,), frame[None], pose.position[None])
-        turn = frame.T if pose.rotation is None else frame.T @ pose.rotation
-        bodies = Bodies(tree, [Body(name, 1, turn, np.zeros(3), shape) for shape in shapes])
-        motion = PiecewisePolynomial(np.array([duration]), np.array([[[0.0, speed]]]))
+        rotation = np.eye(3) if pose.rotation is None else pose.rotation
+        bodies, rates = moved_bodies(name, shapes, Leg(0.0, duration, pose.position, rotation, v, np.zeros(3)), None)
+        motion = PiecewisePolynomial(np.array([duration]), np.column_stack([np.zeros(len(rates)), rates])[None])
         return cls(name, (Phase(bodies, motion, start, -np.inf, np.inf, np.zeros(len(shapes))),))
 
     @classmethod
@@ -210,17 +151,3 @@ class Mover:
                     parts.append(phase.between(low, high))
             phases.append(replace(phase, motion=joined(parts), start=start, begin=begin, end=end))
         return replace(self, phases=tuple(phases))
-
-
-def side_by_side(first: PiecewisePolynomial, second: PiecewisePolynomial) -> PiecewisePolynomial:
-    """Return two curves of one length as one curve of all joints, on common breakpoints."""
-    whole = min(first.breakpoints[-1], second.breakpoints[-1])
-    inner = np.union1d(first.breakpoints[1:-1], second.breakpoints[1:-1])
-    knots = np.concatenate([[0.0], inner[(inner > 0.0) & (inner < whole)], [whole]])
-    order = max(first.coefficients.shape[2], second.coefficients.shape[2])
-    rows = []
-    for curve in (first.padded(order), second.padded(order)):
-        pieces, local = curve.locate((knots[:-1] + knots[1:]) / 2.0)
-        local = np.maximum(local - np.diff(knots) / 2.0, 0.0)
-        rows.append(shifted(curve.coefficients[pieces], local[:, None]))
-    return PiecewisePolynomial(np.diff(knots), np.concatenate(rows, axis=1))

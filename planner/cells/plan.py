@@ -195,6 +195,9 @@ def _faults(robots: Sequence[CellRobot], scene: Scene, margin: float, skew: floa
     for name in ("attached", "allowed_pairs", "pair_margins"):
         if getattr(scene, name):
             yield ("scene", name), "must be empty: each robot has its own"
+    for i, thing in enumerate(scene.objects):
+        if thing.motion is not None:
+            yield ("scene", "objects", i, "motion"), "must be left out: the objects of a cell are static"
     takers: dict[str, str] = {}
     for k, robot in enumerate(robots):
         if robot.problem.scene is not None and robot.problem.scene.objects:

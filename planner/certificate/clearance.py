@@ -9,23 +9,19 @@ from typing import Any, Literal
 
 import numpy as np
 
+from planner.certificate.moving_objects import clearances_of_objects, first_contact
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.problems.problem import PlanningProblem
 from planner.scene.carried import checkers_of_segments
-from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, CollisionChecker, checker_of
+from planner.scene.checker import AMONG_OBJECTS, CONTACTS, ITSELF, CollisionChecker, checker_of
 from planner.scene.continuous import Clearances, Nearest, clearances, edge
+from planner.scene.scene import SceneObject
 from planner.shapes.meshes.mesh import distance_from_mesh
 from planner.spatial import FloatArray
 from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 CLEARANCE_TOLERANCE = 1e-3
 """Default accuracy of clearances, m: the measuring accuracy of cells."""
-
-SAMPLES_BEFORE_CONTACT = 256
-"""Number of times at which a pair that is too near is looked at to tell when it first is."""
-
-CONTACT_TIME_HALVINGS = 30
-"""Number of halvings of the time of first contact: to a billionth of a step between two samples."""
 
 
 @dataclass(frozen=True)
@@ -127,14 +123,18 @@ def segment_checkers(problem: PlanningProblem, positions: FloatArray) -> tuple[C
 
 
 def certify_clearance_along(
-    checkers: Sequence[CollisionChecker], trajectory: Trajectory, tolerance: float | None = CLEARANCE_TOLERANCE
+    checkers: Sequence[CollisionChecker],
+    trajectory: Trajectory,
+    tolerance: float | None = CLEARANCE_TOLERANCE,
+    given: Sequence[SceneObject] | None = None,
 ) -> ClearanceReport | None:
-    """Prove that a trajectory keeps every margin while the carried objects change.
+    """Prove that a trajectory keeps every margin while the carried objects change, and others move.
 
     Args:
         checkers: The robot and its obstacles on each segment; one: on all of them.
         trajectory: A trajectory from any source.
         tolerance: See `certify_clearance`.
+        given: The objects of the scene before the robot takes or puts down any; None: the objects of the first segment.
 
     Raises:
         PlanningError: See `certify_clearance`; times, segments and waypoints refer to the whole.
@@ -143,6 +143,11 @@ def certify_clearance_along(
     for checker, part, begin in parts_of(checkers, trajectory):
         if not checker.is_empty:
             report = _nearer(report, _later(_certified_part(checker, part, begin, tolerance), begin))
+        if checker.moving:
+            objects = checkers[0].scene.objects if given is None else given
+            for meeting, found in clearances_of_objects(checker, objects, part, begin, tolerance):
+                near = report_of(meeting.checker, found, checker.largest_uncertainty).itself
+                report = _nearer(report, _later(ClearanceReport(None, near), meeting.begin))
     return report
 
 
@@ -214,14 +219,14 @@ def _nearer_of(one: Clearance | None, other: Clearance | None) -> Clearance | No
     return replace(nearest, lower=min(one.lower, other.lower), shapes=shapes, uncertainty=uncertainty)
 
 
-def report_of(checker: CollisionChecker, found: Clearances) -> ClearanceReport:
-    """Build the report of the clearances of each kind of pairs."""
+def report_of(checker: CollisionChecker, found: Clearances, least_uncertainty: float = 0.0) -> ClearanceReport:
+    """Build the report of the clearances of each kind of pairs, with at least an uncertainty, m."""
 
     def part(kind: int) -> Clearance | None:
         near, lower = found.nearest[kind], float(found.lower[kind])
         if not np.isfinite(lower):
             return None
-        uncertainty = checker.uncertainty(kind)
+        uncertainty = max(checker.uncertainty(kind), least_uncertainty)
         found_part = Clearance(
             lower, None, None, None, "certified", "estimate" if uncertainty else "model", uncertainty
         )
@@ -243,7 +248,7 @@ def _collision(checker: CollisionChecker, part: Trajectory, begin: float, hit: N
         waypoint = int(part.segments[0])
         message = f"from waypoint {{waypoint}} on, {nearness}"
         return Collision(message, **known, segment=waypoint, waypoint=waypoint)
-    time = _first_contact(checker, part, hit)
+    time = first_contact(checker, part, hit)
     segment = int(part.segments[part.locate(np.array([time]))[0][0]])
     (there,) = part.evaluate(np.array([hit.time]), [0])
     nearness, when = _nearness(checker, hit, there[0]), begin + time
@@ -304,27 +309,6 @@ def _fields(checker: CollisionChecker, hit: Nearest, position: FloatArray, time:
         "value": hit.distance,
         "limit": hit.margin,
     }
-
-
-def _first_contact(checker: CollisionChecker, trajectory: Trajectory, hit: Nearest) -> float:
-    """Return the first sampled time, s, at which a pair is below its margin."""
-    times = np.linspace(0.0, hit.time, SAMPLES_BEFORE_CONTACT)
-    placements = checker.bodies.at(trajectory.evaluate(times, [0])[0])
-
-    def is_near(distance: float) -> bool:
-        return hit.margin - distance > CONTACT_TOLERANCE
-
-    seen = (k for k in range(1, len(times)) if is_near(checker.separate(placements, k, hit.pair).distance))
-    near = next(seen, len(times) - 1)  # rounding may put a pair on the other side of the tolerance there
-    low, high = times[near - 1], times[near]
-    for _ in range(CONTACT_TIME_HALVINGS):
-        middle = (low + high) / 2.0
-        placement = checker.bodies.at(trajectory.evaluate(np.array([middle]), [0])[0])
-        if is_near(checker.separate(placement, 0, hit.pair).distance):
-            high = middle
-        else:
-            low = middle
-    return float(high)
 
 
 def at_rest(position: FloatArray) -> Trajectory:

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.backends.base import searches
 from planner.certificate.clearance import segment_checkers
-from planner.errors import ClearanceUnproved, Collision, InvalidProblem
+from planner.errors import ClearanceUnproved, Collision, InvalidProblem, PlanningError
 from planner.planning.attempts import Attempt, Outcome, Planned, Proposals, Refused, is_unmade
 from planner.planning.half_spaces import half_spaces_between
 from planner.problems.any_of import requested_indices
@@ -22,6 +22,13 @@ DEVIATION_SHARES = (0.3, 0.1)
 
 EXTRA_MARGINS = (0.001, 0.002, 0.004, 0.008)
 """Distances, m, by which pairs that were too near are kept further away than their margins, search after search."""
+
+
+def is_of_moving_object(problem: PlanningProblem, refusal: PlanningError) -> bool:
+    """Tell whether a refusal is about the clearance from an object that moves."""
+    if problem.scene is None or not isinstance(refusal, Collision | ClearanceUnproved):
+        return False
+    return refusal.pair[1] in {thing.id for thing in problem.scene.moving}
 
 
 def kept_clear(attempt: Attempt) -> Proposals[Outcome]:
@@ -41,9 +48,10 @@ def kept_clear(attempt: Attempt) -> Proposals[Outcome]:
     first = yield replace(outcome.attempt, backend=without)
     if isinstance(first, Refused):
         return outcome
-    cut_off = yield from _in_half_spaces(outcome, first)
-    if cut_off is not None:
-        return cut_off
+    if not is_of_moving_object(attempt.problem, outcome.refusal):
+        cut_off = yield from _in_half_spaces(outcome, first)
+        if cut_off is not None:
+            return cut_off
     for share in DEVIATION_SHARES:
         nearer = yield replace(outcome.attempt, backend=backend.held_nearer(share))
         if isinstance(nearer, Planned):
@@ -151,6 +159,8 @@ def _variant_of(refused: Refused, blamed: Blamed) -> Attempt | None:
     refusal, attempt = refused.refusal, refused.attempt
     if isinstance(refusal, InvalidProblem) or is_unmade(refused) or attempt.detours is None:
         return None
+    if is_of_moving_object(attempt.problem, refusal):
+        return None  # other corners and blends would be as near to it, some milliseconds earlier or later
     ends = () if refusal.segment is None else (refusal.segment, refusal.segment + 1)
     slower = {detour: detour.slower() for detour in attempt.detours}
     able = {detour: other for detour, other in slower.items() if other is not None}

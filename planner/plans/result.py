@@ -283,7 +283,8 @@ def certified(
     if problem.scene is not None or problem.self_collision:
         tolerance = None if problem.scene is None else CLEARANCE_TOLERANCE  # the margins alone are proved faster
         checkers = segment_checkers(problem, path.positions)
-        clearance = certify_clearance_along(checkers, trajectory, tolerance)
+        given = () if problem.scene is None else problem.scene.objects
+        clearance = certify_clearance_along(checkers, trajectory, tolerance, given)
     speed_zones = _speed_zones(problem, path, trajectory)
     certificate = with_binding_limits(certificate, problem, trajectory)
     certificate = replace(certificate, clearance=clearance, speed_zones=speed_zones)

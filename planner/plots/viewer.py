@@ -110,7 +110,7 @@ class Viewer:
         self._time.value = time
 
     def _show(self) -> None:
-        """Move the drawings to where they are at the time of the slider; viser leaves out moves of a few micrometres."""
+        """Move the drawings to the time of the slider; viser leaves out moves of a few micrometres."""
         trajectory, dynamics = self._plan.trajectory, self._plan.path.dynamics
         with self._is_shown, self._server.atomic():
             time = min(self._time.value, trajectory.duration)

@@ -12,6 +12,7 @@ from planner.scene.continuous import (
     edge,
     is_free,
 )
+from planner.scene.motions import ConstantVelocity, ObjectMotion, TimedPoses
 from planner.scene.point_cloud import PointCloud
 from planner.scene.scene import HERE, Attach, AttachedObject, Handling, Scene, SceneObject
 
@@ -23,12 +24,15 @@ __all__ = [
     "Budget",
     "Clearances",
     "CollisionChecker",
+    "ConstantVelocity",
     "Handling",
     "Nearest",
+    "ObjectMotion",
     "PointCloud",
     "PositionCollision",
     "Scene",
     "SceneObject",
+    "TimedPoses",
     "checker_at_waypoints",
     "clearances",
     "collisions_at",

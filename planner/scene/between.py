@@ -1,4 +1,4 @@
-"""The pairs of bodies of two machines that move in one world."""
+"""The pairs of bodies of two machines or objects that move in one world."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from planner.spatial import FloatArray
 
 
 class CheckerBetween(CollisionChecker):
-    """All pairs of a body of one machine and a body of another.
+    """Pairs of a body of one machine and a body of another.
 
     The joints of both machines are the joints of one tree, so that the proofs of one robot hold for both.
     """
@@ -23,15 +23,17 @@ class CheckerBetween(CollisionChecker):
         Args:
             first: The bodies of one machine, in the world.
             second: The bodies of the other machine.
-            margins: (first, second), the least distance of each pair, m.
+            margins: (first, second), the least distance of each pair, m; negative infinity: the pair may touch.
         """
         self.scene, self.bodies = Scene(), first.beside(second)
+        self.base, self.moving = None, ()
         self.dof = len(self.bodies.tree.parents)
         self.obstacles = Obstacles((), None)
         count = len(first.pieces)
-        pairs = np.indices((count, len(second.pieces))).reshape(2, -1)
+        pairs = np.argwhere(margins > -np.inf).T
         self.first, self.second = pairs[0], pairs[1] + count
         self.margins = np.empty((len(self.bodies.pieces), 0))
         self._may_be_near = np.zeros(self.margins.shape, dtype=bool)
-        self.own_margins, self.requested = margins.ravel(), {}
+        self.own_margins, self.requested = margins[pairs[0], pairs[1]], {}
+        self.displacements = np.zeros(len(self.bodies.pieces))
         self._uncertainties = np.zeros(len(self.bodies.pieces))

@@ -14,7 +14,7 @@ from planner.scene.arrays import piece_arrays
 from planner.scene.bodies import Bodies, Body, JointTree, Placements
 from planner.scene.obstacles import Obstacles
 from planner.scene.point_cloud import Cluster
-from planner.scene.scene import AttachedObject, Scene, refuse_faults
+from planner.scene.scene import AttachedObject, Scene, SceneObject, refuse_faults
 from planner.scene.separations import Placed, Separation, cluster_separation, separation
 from planner.spatial import FloatArray
 
@@ -66,8 +66,12 @@ class CollisionChecker:
         False
 
     Attributes:
-        bodies: The pieces that move.
+        base: The mounting of the robot; None: it stands at the origin of the world.
+        bodies: The pieces that move with the joints.
         obstacles: The pieces that stand still.
+        moving: The objects that move by themselves. No pair has a piece of theirs: see
+            `planner.certificate.moving_objects`.
+        displacements: (bodies,), m: by following errors.
         first: (own pairs,): number of the body that moves less, of each pair of bodies.
         second: (own pairs,): number of the other one.
         margins: (bodies, obstacles), m: the margin; negative infinity without one. It contains the displacement of the
@@ -98,7 +102,12 @@ class CollisionChecker:
         ]
         carried = [body for thing in self.scene.attached for body in _bodies_of(robot, thing)]
         self.bodies = Bodies(JointTree.of(robot), [*links, *carried])
-        self.obstacles = Obstacles(self.scene.objects, robot.mounting)
+        self.base = robot.mounting
+        self.moving = self.scene.moving
+        static = self.scene.objects
+        if self.moving:
+            static = tuple(thing for thing in static if thing not in self.moving)
+        self.obstacles = Obstacles(static, robot.mounting)
         self._allowed = {frozenset(pair) for pair in self.scene.allowed_pairs}
         fine = {k for k, shape in enumerate(shapes) if self_collision or not shape.is_coarse}
         pairs = [] if self_collision is False else list(self._own_pairs(robot, len(links), fine))
@@ -107,6 +116,7 @@ class CollisionChecker:
         self._uncertainties[: len(shapes)] = [shape.uncertainty for shape in shapes]
         self.margins, self._may_be_near = self._margins()
         self.own_margins = np.zeros(len(pairs))
+        self.displacements = np.zeros(len(self.bodies.pieces))
         if robot.following_errors is not None:
             self._widen_margins(robot)
         requested = np.isfinite(self.margins)
@@ -239,6 +249,15 @@ class CollisionChecker:
                 ):
                     yield first, second
 
+    def margin_to(self, name: str, other: SceneObject) -> float | None:
+        """Return the margin of a link or a carried object to an object, m; None: they may touch."""
+        if self._may_touch(name, other.id):
+            return None
+        held = next((thing.margin for thing in self.scene.attached if thing.id == name), None)
+        margin = max(self.scene.margin if other.margin is None else other.margin, held or 0.0)
+        least = (least for moving, standing, least in self.scene.pair_margins if (moving, standing) == (name, other.id))
+        return min([margin, *least])
+
     def _may_touch(self, first: str, second: str) -> bool:
         return frozenset((first, second)) in self._allowed
 
@@ -272,7 +291,8 @@ class CollisionChecker:
     def _widen_margins(self, robot: Robot) -> None:
         """Add the displacements by following errors to the margins, except of pairs that may touch."""
         moved = displacements_by_following(self.bodies, robot)
-        self.margins += np.where(self._may_be_near, 0.0, moved.sum(axis=1)[:, None])
+        self.displacements = moved.sum(axis=1)
+        self.margins += np.where(self._may_be_near, 0.0, self.displacements[:, None])
         once = self.bodies.is_moved[self.first] != self.bodies.is_moved[self.second]
         self.own_margins = np.where(once, moved[self.first] + moved[self.second], 0.0).sum(axis=1)
 

@@ -1,4 +1,4 @@
-"""The scene: static objects and attached objects, as immutable values."""
+"""The scene: objects and attached objects, as immutable values."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from planner.errors import InvalidProblem
 from planner.fields import FieldPath
 from planner.robots import Robot
+from planner.scene.motions import ObjectMotion
 from planner.scene.point_cloud import PointCloud
 from planner.shapes import Shape
 from planner.shapes.meshes.mesh import Mesh
@@ -21,15 +22,16 @@ HERE = Pose(np.zeros(3), np.eye(3))
 
 @dataclass(frozen=True, eq=False)
 class SceneObject:
-    """A static object.
+    """An object that stands still, or moves on a known trajectory.
 
     Attributes:
         id: Name of the object, which no other object, attached object or link has.
         shapes: The shapes that it is made of, in its own frame.
-        pose: Pose of the object in the world; without a rotation, it has the axes of the world.
+        pose: Pose of the object in the world, at time 0 if it moves; without a rotation, it has the axes of the world.
         margin: Least distance that the robot keeps from it, m; None: that of the scene.
         mesh: The mesh in its frame, of which `shapes` are convex pieces. A refusal tells where the pieces are coarser.
             None: the shapes are the object.
+        motion: Its motion, on the clock of the robot's trajectory; None: it stands still.
 
     Examples:
         >>> import planner
@@ -43,11 +45,19 @@ class SceneObject:
     pose: Pose = HERE
     margin: float | None = None
     mesh: Mesh | None = None
+    motion: ObjectMotion | None = None
 
     def __post_init__(self) -> None:
         """Convert other types of poses; keep the shapes in a tuple, which cannot change."""
         convert_poses(self, "pose")
         object.__setattr__(self, "shapes", tuple(self.shapes))
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves: an object whose motion leads nowhere stands still."""
+        return self.motion is not None and any(
+            leg.velocity.any() or leg.spin.any() for leg in self.motion.legs(self.pose)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,11 +146,11 @@ class Scene:
     """The surroundings of a robot.
 
     Attributes:
-        objects: The static objects.
+        objects: The objects, which stand still or move on known trajectories.
         attached: The objects that move with the robot.
         allowed_pairs: Pairs of names, of links, objects or attached objects, that may touch.
-        margin: Least distance of the robot and its carried objects from static objects, m.
-        pair_margins: Least distances of single pairs instead, m: name of the moving link or object, name of the static
+        margin: Least distance of the robot and its carried objects from objects, m.
+        pair_margins: Least distances of single pairs instead, m: name of the link or carried object, name of the
             object.
 
     Examples:
@@ -156,6 +166,11 @@ class Scene:
     allowed_pairs: Sequence[tuple[str, str]] = field(default_factory=tuple)
     margin: float = 0.0
     pair_margins: Sequence[tuple[str, str, float]] = ()
+
+    @property
+    def moving(self) -> tuple[SceneObject, ...]:
+        """The objects that move on trajectories of their own."""
+        return tuple(thing for thing in self.objects if thing.moves)
 
     def __post_init__(self) -> None:
         """Keep lists in tuples, which cannot change."""
@@ -207,8 +222,20 @@ def scene_faults(robot: Robot, scene: Scene) -> Iterator[tuple[FieldPath, str]]:
     for i, (_, _, least) in enumerate(scene.pair_margins):
         if not np.isfinite(least):
             yield ("scene", "pair_margins", i), "the least distance of a pair is a number"
+    for i, thing in enumerate(scene.objects):
+        yield from ((("scene", "objects", i, *field), message) for field, message in _motion_faults(thing))
     yield from _thing_faults(scene.objects, "objects")
     yield from _thing_faults(scene.attached, "attached")
+
+
+def _motion_faults(thing: SceneObject) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults of the motion of an object, and shapes that cannot move."""
+    if thing.motion is None:
+        return
+    yield from ((("motion", *field), message) for field, message in thing.motion.faults())
+    for k, shape in enumerate(thing.shapes):
+        if not _has_end(shape):
+            yield ("shapes", k), "must be a bounded solid: a half space or a point cloud cannot have a `motion`"
 
 
 def _thing_faults(things: Sequence[SceneObject | AttachedObject], kind: str) -> Iterator[tuple[FieldPath, str]]:
@@ -227,6 +254,7 @@ def _thing_faults(things: Sequence[SceneObject | AttachedObject], kind: str) -> 
 def handling_faults(robot: Robot, scene: Scene, handling: Sequence[Handling]) -> Iterator[tuple[FieldPath, str]]:
     """Find what cannot be taken or put down at the waypoints of a robot, in their order."""
     shapes = {thing.id: thing.shapes for thing in scene.objects} | {held.id: held.shapes for held in scene.attached}
+    moving = {thing.id for thing in scene.objects if thing.motion is not None}
     links = {frame.name for frame in robot.model.frames}
     carried = {held.id for held in scene.attached}
     for i, done in enumerate(handling):
@@ -242,6 +270,8 @@ def handling_faults(robot: Robot, scene: Scene, handling: Sequence[Handling]) ->
                 yield (*field, "id"), f"the robot carries {take.id!r} already"
             elif not all(map(_has_end, shapes[take.id])):
                 yield (*field, "id"), f"{take.id!r} cannot be carried: it is no solid with an end"
+            elif take.id in moving:
+                yield (*field, "id"), f"must be a static object: {take.id!r} has a `motion`"
             if take.link is not None and take.link not in links:
                 yield (*field, "link"), f"{robot.id} has no link called {take.link!r}"
             for j, name in enumerate(take.touch_links):

@@ -86,6 +86,9 @@ def _faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motion) -> 
         yield ("travel",), "must be a joint motion or a free motion"
     if isinstance(travel, FreeMotion) and travel.time_budget is not None:
         yield ("travel", "time_budget"), "must be omitted; limit the time of the whole search instead"
+    for i, thing in enumerate(() if problem.scene is None else problem.scene.objects):
+        if thing.motion is not None:
+            yield ("scene", "objects", i, "motion"), "must be left out: tasks in any order need static objects"
     if not tasks:
         yield ("tasks",), "must have at least one task"
     for i, task in enumerate(tasks):

@@ -14,6 +14,7 @@ from planner.free_motion.detours import last_of
 from planner.kinematics.configurations import BEHIND, POSITIVE_NAMES, Configuration, named_parts
 from planner.planning.attempts import Attempt, Planned, Proposals, Refused
 from planner.planning.proofs import QUICK_CHECKS, first_proved, plan_with, proved
+from planner.planning.remedies.waits import waits_for_objects
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import JointMotion, JointWaypoint, PlanningProblem, PolylineMotion, PoseWaypoint
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
@@ -41,7 +42,7 @@ MOST_HELPING = 3
 
 def collision_remedies(refused: Refused, refusal: Collision | ClearanceUnproved) -> Proposals[list[Remedy]]:
     """Find changes with each of which the problem has been planned."""
-    helping: list[Remedy] = []
+    helping: list[Remedy] = yield from first_proved(waits_for_objects(refused), refused.attempt)
     tried = 0
     for alternatives in _candidates(refused, refusal):
         if tried >= MOST_TRIED_CHANGES or len(helping) >= MOST_HELPING:

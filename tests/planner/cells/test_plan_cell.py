@@ -252,7 +252,7 @@ def test_a_spent_budget_ends_the_search_for_waits(monkeypatch: pytest.MonkeyPatc
     assert len(apart.clearances) == 1
     ticks = count()  # the budget ends while the first diagram is made
     monkeypatch.setattr("planner.cells.plan.monotonic", lambda: float(next(ticks)))
-    monkeypatch.setattr("planner.cells.diagram.monotonic", lambda: np.inf)
+    monkeypatch.setattr("planner.scene.blocks.monotonic", lambda: np.inf)
     with pytest.raises(planner.Collision, match="found in time"):
         planner.plan_cell(robots, margin=MARGIN, budget=planner.Budget(seconds=3.5))
     monkeypatch.undo()
