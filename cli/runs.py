@@ -41,14 +41,14 @@ def simulate(
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write positions and torques as .csv.")
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw following errors and torques into a .png or .svg file.")
+        Path | None, typer.Option(metavar="FILE", help="Draw errors, torques and contacts into a .png or .svg file.")
     ] = None,
     backend: BackEndOption = None,
     robot: RobotOption = None,
     srdf: SrdfOption = None,
     tip: TipOption = None,
 ) -> None:
-    """Plan a request here and run the plan in MuJoCo: following errors and torques (extra models)."""
+    """Plan a request here and run the plan in MuJoCo: following errors, torques and contacts (extra models)."""
     from cli.work.robots.files import FileOptions
     from cli.work.runs.simulated import simulate_file
 

@@ -200,6 +200,7 @@ from planner.shapes import HalfSpace as HalfSpace
 from planner.shapes import InvalidShape as InvalidShape
 from planner.shapes import Shape as Shape
 from planner.shapes import Sphere as Sphere
+from planner.simulation import Contact as Contact
 from planner.simulation import Servo as Servo
 from planner.simulation import Simulation as Simulation
 from planner.simulation import simulate as simulate

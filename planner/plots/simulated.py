@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,10 +20,20 @@ RUN_WIDTH = 11.0
 """Width of the picture, inches."""
 
 
+CONTACT_COLOUR = "#C0392B"
+"""Colour of the lines where contacts begin."""
+
+
 def draw_simulated(
-    plan: Planned, facts: str, time: FloatArray, errors: FloatArray, torques: FloatArray, planned: FloatArray
+    plan: Planned,
+    facts: str,
+    time: FloatArray,
+    errors: FloatArray,
+    torques: FloatArray,
+    planned: FloatArray,
+    contacts: Mapping[str, float],
 ) -> Picture:
-    """Draw the following errors and the torques of a simulated run, the planned torques dashed.
+    """Draw the following errors, torques and contacts of a simulated run; planned torques are dashed.
 
     Args:
         plan: The plan.
@@ -30,6 +42,7 @@ def draw_simulated(
         errors: (N, joints), the simulated less the planned positions, rad or m.
         torques: (N, joints), N m or N.
         planned: (N, joints), the torques of the planned motion, N m or N.
+        contacts: The begin of each contact by its text in the legend, s.
     """
     robot = plan.path.robot
     kinds = [(turns, rows) for turns in (True, False) if len(rows := np.flatnonzero(robot.is_angle == turns))]
@@ -50,6 +63,9 @@ def draw_simulated(
                 axis.set_xlim(0.0, time[-1])
                 for stop in stops_of(plan):
                     axis.axvline(stop.arrival, color="#BBBBBB", linewidth=0.8, zorder=0)
+                for text, begin in contacts.items():
+                    label = text if axis is axes[0, 0] else None
+                    axis.axvline(begin, color=CONTACT_COLOUR, linewidth=1.2, linestyle=":", label=label)
         figure.legend(loc="outside right upper", fontsize=8, frameon=False)
         figure.suptitle(f"{robot.id}, {plan.backend.kind}, simulated\n", x=0.01, ha="left", fontweight="bold")
         figure.text(0.01, 1.0 - 0.35 / figure.get_figheight(), facts, va="top", fontsize=8, color="#555555")

@@ -35,7 +35,7 @@ class Plant:
             # Inertias are written into the compiled model: the compiler refuses some that many published arms have.
             body = body.add_body(
                 pos=placement.translation,
-                quat=_quaternion(placement.rotation),
+                quat=mujoco_quaternion(placement.rotation),
                 mass=1.0,
                 inertia=np.ones(3),
                 explicitinertial=True,
@@ -61,7 +61,7 @@ class Plant:
             axes = axes * np.sign(np.linalg.det(axes))
             self.model.body_mass[number] = self.mass_factor * inertia.mass
             self.model.body_ipos[number] = inertia.lever
-            self.model.body_iquat[number] = _quaternion(axes)
+            self.model.body_iquat[number] = mujoco_quaternion(axes)
             self.model.body_inertia[number] = self.mass_factor * moments
         mujoco.mj_setConst(self.model, mujoco.MjData(self.model))  # it moves the arm of the data to zero
         self.tool, self.force = robot.model.frames[robot.tool_frame_id], robot.process_force
@@ -101,7 +101,7 @@ class Plant:
         return matrix / self.mass_factor
 
 
-def _quaternion(rotation: FloatArray) -> FloatArray:
-    """Return the quaternion (w, x, y, z) of a rotation."""
+def mujoco_quaternion(rotation: FloatArray) -> FloatArray:
+    """Return the quaternion (w, x, y, z) of a rotation (3, 3), in MuJoCo's order."""
     x, y, z, w = pin.Quaternion(rotation).coeffs()
     return np.array([w, x, y, z])

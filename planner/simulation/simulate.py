@@ -8,9 +8,11 @@ from typing import Literal
 
 import numpy as np
 
+from planner.certificate.clearance import segment_checkers
 from planner.errors import InvalidProblem, MissingDynamics
 from planner.plans.result import Plan
 from planner.plots.picture import Picture
+from planner.simulation.contacts import Contact, find_contacts
 from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
 
@@ -78,6 +80,7 @@ class Simulation:
         torque: (N, joints), set by the controller, within the robot's own torque limits, N m or N.
         planned_torque: (N, joints), the torques of the planned motion.
         limited: (N, joints), whether the robot's torque limit cut the torque.
+        contacts: The overlaps of the arm with itself and its surroundings, in the order of their begin.
     """
 
     plan: Plan
@@ -88,6 +91,7 @@ class Simulation:
     torque: FloatArray
     planned_torque: FloatArray
     limited: np.ndarray
+    contacts: tuple[Contact, ...]
 
     @cached_property
     def following_error(self) -> FloatArray:
@@ -111,21 +115,23 @@ class Simulation:
         return ratio
 
     def plot(self) -> Picture:
-        """Draw the following errors, and the torques beside the planned ones."""
+        """Draw the following errors, the torques beside the planned ones, and the contacts."""
         from planner.plots.simulated import draw_simulated
 
         servo = self.servo
         fed = f"feed-forward: {servo.feed_forward}; servo of {servo.frequency:g} Hz"
         facts = f"{fed}; masses {servo.mass_error:+.0%}; dashed: planned"
         errors = self.position - self.planned
-        return draw_simulated(self.plan, facts, self.time, errors, self.torque, self.planned_torque)
+        contacts = {f"contact: {' and '.join(contact.pair)}": contact.time for contact in self.contacts}
+        return draw_simulated(self.plan, facts, self.time, errors, self.torque, self.planned_torque, contacts)
 
 
 def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
     """Run a plan in MuJoCo.
 
     The arm has the robot's inertias, friction, rotors, payloads, tools and process forces, as they change along the
-    plan. It has no elasticity or backlash, and its links pass through each other: the certificate has the clearance.
+    plan. It has no elasticity or backlash. It passes through itself and objects: contacts are found, and exert no
+    forces.
 
     Args:
         plan: The plan.
@@ -167,4 +173,6 @@ def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
         torque[k] = np.clip(needed, lower, upper)
         limited[k] = torque[k] != needed
         plant.move(torque[k], servo.steps)
-    return Simulation(plan, servo, time, position, planned[0], torque, moving, limited.astype(bool))
+    checkers = segment_checkers(plan.problem, plan.path.positions)
+    contacts = find_contacts([checkers[min(segment, len(checkers) - 1)] for segment in segments], time, position)
+    return Simulation(plan, servo, time, position, planned[0], torque, moving, limited.astype(bool), contacts)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import orjson
@@ -20,11 +21,13 @@ from typer.testing import CliRunner, Result
 from cli import app, commands
 from cli.options import robot_ids
 from cli.work.local_plan import plan_request, read_request
+from cli.work.runs.simulated import contact_lines
 from cli.work.terminal import plan_summary
 from planner.backends import BACKENDS
 from planner.kinematics import forward_kinematics
 from planner.plans.optimisation import Optimisation
 from planner.robots import load_robot
+from planner.simulation import Contact
 from tests.api.conftest import RunningService
 from tests.locations import ROOT
 
@@ -592,6 +595,13 @@ def test_a_plan_is_simulated(tmp_path: Path) -> None:
         assert float(line[1]) == pytest.approx(np.degrees(error), abs=1e-4)
         assert float(line[8]) == pytest.approx(torque, rel=1e-3)
     assert picture.read_bytes().startswith(b"<?xml")
+    assert "no contacts" in result.stdout
+
+
+def test_contacts_of_a_run_are_told_with_time_and_depth() -> None:
+    run = SimpleNamespace(contacts=(Contact(("hand", "table"), 0.12, 0.00312, 0.4),))
+    [line] = contact_lines(run)  # type: ignore[arg-type]
+    assert line == "contact of hand and table from 0.12 s, at most 3.12 mm deep at 0.4 s"
 
 
 @pytest.mark.parametrize(

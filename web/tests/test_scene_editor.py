@@ -123,12 +123,13 @@ def pose_in_base(service: RunningService, attached: dict[str, Any], link: str) -
     asked = {"robot": "ur5e", "positions": [TURN["waypoints"][0]["position"]], "include": ["links"]}
     links = service.client.post("/v1/kinematics/forward", json=asked).json()["links"]
     found = next(one for one in links[0] if one["link"] == link)
-    return matrix(found) @ matrix(attached["pose"])
+    placed: np.ndarray = matrix(found) @ matrix(attached["pose"])
+    return placed
 
 
 def matrix(pose: dict[str, Any]) -> np.ndarray:
     quaternion = pose["orientation"]["xyzw"]
-    matrix = np.eye(4)
+    matrix: np.ndarray = np.eye(4)
     matrix[:3, :3] = pin.Quaternion(np.array(quaternion)).matrix()
     matrix[:3, 3] = pose["position"]
     return matrix

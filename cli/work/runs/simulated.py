@@ -47,6 +47,8 @@ def simulate_file(
             raise typer.BadParameter('needs MuJoCo: pip install "trajectory-planner[models]"') from None
     console = terminal()
     console.print(simulation_table(run))
+    for line in contact_lines(run):
+        console.print(line, markup=False)
     if output is not None:
         columns = {
             "position": run.position,
@@ -58,6 +60,17 @@ def simulate_file(
     if plot is not None:
         picture = run.plot()
         write(plot, picture.png() if plot.suffix == ".png" else picture.svg(), console)
+
+
+def contact_lines(run: Simulation) -> list[str]:
+    """Say what touches in a run, when first, and how deep."""
+    if not run.contacts:
+        return ["no contacts"]
+    return [
+        f"contact of {' and '.join(contact.pair)} from {contact.time:.4g} s, "
+        f"at most {contact.depth * 1e3:.3g} mm deep at {contact.depth_time:.4g} s"
+        for contact in run.contacts
+    ]
 
 
 def simulation_table(run: Simulation) -> Table:

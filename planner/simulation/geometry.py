@@ -1,0 +1,124 @@
+"""The shapes of a robot and its surroundings in MuJoCo, whose collision detection is not the planner's."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from planner.scene.carried import DEEPEST_SUPPORT
+from planner.scene.checker import CONTACT_TOLERANCE, CONTACTS, CollisionChecker
+from planner.scene.point_cloud import Cluster
+from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from planner.simulation.plant import mujoco_quaternion
+from planner.spatial import FloatArray
+
+MOVING = {"contype": 1, "conaffinity": 0}
+"""The masks of shapes that move: MuJoCo compares them with standing shapes only."""
+
+STANDING = {"contype": 0, "conaffinity": 1}
+"""The masks of objects that stand still."""
+
+FIXED = {"contype": 0, "conaffinity": 0}
+"""The masks of shapes of the base: only pairs that the model names compare them."""
+
+
+class Geometry:
+    """The shapes of a robot and its surroundings: they have no masses and exert no forces.
+
+    Attributes:
+        checker: The robot and its surroundings, with the pairs to check. Of a pair that may touch, an overlap counts
+            that is `DEEPEST_SUPPORT` deeper than where the robot takes the object or puts it down.
+    """
+
+    def __init__(self, checker: CollisionChecker) -> None:
+        self.checker = checker
+        self._model: Any = None
+        if checker.is_empty:
+            return
+        self._spec = mujoco.MjSpec()
+        tree, bodies = checker.bodies.tree, [self._spec.worldbody]
+        for k, parent in enumerate(tree.parents):
+            body = bodies[parent].add_body(pos=tree.shifts[k], quat=mujoco_quaternion(tree.turns[k]))
+            kind = mujoco.mjtJoint.mjJNT_HINGE if tree.is_angle[k] else mujoco.mjtJoint.mjJNT_SLIDE
+            body.add_joint(type=kind, axis=[0.0, 0.0, 1.0])
+            body.mass, body.inertia, body.explicitinertial = 1.0, np.ones(3), True
+            bodies.append(body)
+        self._count = len(checker.bodies.pieces)
+        touching = checker.requested.get(CONTACTS, False)
+        self._least = np.minimum(checker.margins, 0.0) - np.where(touching, DEEPEST_SUPPORT, 0.0)
+        for number, piece in enumerate(checker.bodies.pieces):
+            masks = MOVING if piece.joint else FIXED
+            self._add(bodies[piece.joint], number, piece.shape, piece.rotation, piece.translation, masks)
+        for number, obstacle in enumerate(checker.obstacles.all, self._count):
+            pose = obstacle.rotation, obstacle.translation
+            self._add(self._spec.worldbody, number, obstacle.shape, *pose, STANDING)
+        for first, second in zip(checker.first.tolist(), checker.second.tolist(), strict=True):
+            self._spec.add_pair(geomname1=f"{first}", geomname2=f"{second}")
+        self._model = self._spec.compile()
+        self._data: Any = mujoco.MjData(self._model)
+        names = (self._model.geom(k).name for k in range(self._model.ngeom))
+        self._numbers = np.array([int(name.partition(".")[0]) for name in names], dtype=int)
+
+    def overlaps(self, position: FloatArray) -> list[tuple[tuple[str, str], float]]:
+        """Return the names of pairs that overlap at a joint position (joints,), rad or m, with their depth, m."""
+        if self._model is None:
+            return []
+        self._data.qpos[:] = position
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_collision(self._model, self._data)
+        contacts = self._data.contact
+        if not len(contacts.dist):
+            return []
+        pairs = np.sort(self._numbers[contacts.geom], axis=1)
+        found = []
+        for (first, second), distance in zip(pairs.tolist(), contacts.dist.tolist(), strict=True):
+            least = 0.0 if second < self._count else self._least[first, second - self._count]
+            if distance < least - CONTACT_TOLERANCE:
+                found.append(((self._name(first), self._name(second)), -distance))
+        return found
+
+    def _name(self, number: int) -> str:
+        bodies, obstacles = self.checker.bodies.pieces, self.checker.obstacles.all
+        return bodies[number].name if number < self._count else obstacles[number - self._count].name
+
+    def _add(
+        self,
+        body: Any,
+        number: int,
+        shape: Shape | Cluster,
+        rotation: FloatArray,
+        translation: FloatArray,
+        masks: dict[str, int],
+    ) -> None:
+        """Add a shape to a body at a pose in its frame; a cloud becomes a ball for each point."""
+        if not isinstance(shape, Cluster):
+            body.add_geom(name=f"{number}", **self._geom(f"{number}", shape, rotation, translation), **masks)
+            return
+        for k, (center, radius) in enumerate(zip(shape.centers, shape.radii.tolist(), strict=True)):
+            ball = self._geom("", Sphere(radius), rotation, rotation @ center + translation)
+            body.add_geom(name=f"{number}.{k}", **ball, **masks)
+
+    def _geom(self, name: str, shape: Shape, rotation: FloatArray, translation: FloatArray) -> dict[str, Any]:
+        """Return MuJoCo's description of a shape at a pose."""
+        pose = {"pos": translation, "quat": mujoco_quaternion(rotation)}
+        kinds = mujoco.mjtGeom
+        match shape:
+            case Sphere():
+                return {"type": kinds.mjGEOM_SPHERE, "size": [shape.radius, 0.0, 0.0], **pose}
+            case Box():
+                return {"type": kinds.mjGEOM_BOX, "size": shape.size / 2.0, **pose}
+            case Cylinder():
+                return {"type": kinds.mjGEOM_CYLINDER, "size": [shape.radius, shape.length / 2.0, 0.0], **pose}
+            case Capsule():
+                return {"type": kinds.mjGEOM_CAPSULE, "size": [shape.radius, shape.length / 2.0, 0.0], **pose}
+            case HalfSpace():
+                normal = rotation @ shape.normal
+                pose = {"pos": translation + shape.offset * normal, "zaxis": normal}
+                return {"type": kinds.mjGEOM_PLANE, "size": [0.0, 0.0, 1.0], **pose}
+            case ConvexHull():
+                mesh = self._spec.add_mesh(name=name, uservert=shape.vertices.ravel())
+                mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+                return {"type": kinds.mjGEOM_MESH, "meshname": name, **pose}
+        raise TypeError(f"MuJoCo has no {type(shape).__name__}")
