@@ -31,6 +31,9 @@ SHARE_OF_FORCES = 0.3
 SHARE_AT_SPEED = 0.2
 """Share of the plans whose limits depend on the speed of the joints."""
 
+SHARE_OF_ZONES = 0.5
+"""Share of the plans in a scene with a speed zone, at speeds that hardly slow the robot."""
+
 DRIVE = ("friction", "damping", "rotor_inertia")
 """Names of the values of drives."""
 
@@ -107,6 +110,9 @@ def varied(plain: planner.PlanningProblem, generator: np.random.Generator) -> pl
         waypoints[-1] = replace(waypoints[-1], process_force=exerted)
     if generator.random() < SHARE_AT_SPEED:
         changes["robot"] = slower_when_fast(robot)
+    if plain.scene is not None and generator.random() < SHARE_OF_ZONES:
+        clearance, speed = generator.uniform([0.5, 0.5], [1.5, 2.0]).tolist()
+        changes["speed_zones"] = [planner.SpeedZone(clearance, speed, ["box"])]
     return replace(plain, waypoints=waypoints, **changes)
 
 

@@ -20,7 +20,7 @@ from benchmarks.proofs.false_limits import (
     change_limit,
     change_line,
 )
-from planner.proofs.checker import BOUNDED_CLAIMS, CLAIMS, DIGESTED, JOINT_CLAIMS, digest
+from planner.proofs.checker import BOUNDED_CLAIMS, CLAIMS, DIGESTED, DISTANCE_CLAIMS, JOINT_CLAIMS, digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -81,7 +81,7 @@ def change_object(content: Content, generator: np.random.Generator) -> bool:
         return False
     at, segment = at_some_time(content, generator)
     scene = statement["scenes"][statement["scene_of_segment"][segment]]
-    first, second, _ = scene["pairs"][int(generator.integers(len(scene["pairs"])))]
+    first, second, _ = scene["clearance"][int(generator.integers(len(scene["clearance"])))]
     standing, moving = scene["shapes"][first], scene["shapes"][second]
     if standing["joint"] > 0:
         return False
@@ -131,8 +131,9 @@ def change_waypoint(content: Content, generator: np.random.Generator) -> bool:
 def change_interval(content: Content, generator: np.random.Generator) -> bool:
     """Leave a part of the time without evidence."""
     evidence = content["evidence"]
-    if evidence["clearance"] and generator.random() < 0.5:
-        node = evidence["clearance"][int(generator.integers(len(evidence["clearance"])))]
+    nodes = [node for name in DISTANCE_CLAIMS for node in evidence[name]]
+    if nodes and generator.random() < 0.5:
+        node = nodes[int(generator.integers(len(nodes)))]
         if generator.random() < 0.5:
             node[2].pop(int(generator.integers(len(node[2]))))
         else:
@@ -146,7 +147,8 @@ def change_interval(content: Content, generator: np.random.Generator) -> bool:
 
 def change_plane(content: Content, generator: np.random.Generator) -> bool:
     """Turn the normal of a plane round."""
-    planes = [plane for node in content["evidence"]["clearance"] for plane in node[2] if plane[1] is not None]
+    nodes = [node for name in DISTANCE_CLAIMS for node in content["evidence"][name]]
+    planes = [plane for node in nodes for plane in node[2] if isinstance(plane[1], list)]
     if not planes:
         return False
     plane = planes[int(generator.integers(len(planes)))]
@@ -160,11 +162,25 @@ def change_size(content: Content, generator: np.random.Generator) -> bool:
     if "clearance" not in statement["claims"]:
         return False
     scene = statement["scenes"][statement["scene_of_segment"][0]]
-    pair = scene["pairs"][int(generator.integers(len(scene["pairs"])))]
+    pair = scene["clearance"][int(generator.integers(len(scene["clearance"])))]
     if generator.random() < 0.5:
         pair[2] += 10.0 ** generator.uniform(1, 3)
     else:
         scene["shapes"][pair[1]]["ball"] += 10.0 ** generator.uniform(1, 3)
+    return True
+
+
+def change_zone(content: Content, generator: np.random.Generator) -> bool:
+    """Widen a speed zone to the whole cell, and lower its speed below that of the tool."""
+    statement = content["statement"]
+    if "speed_zones" not in statement["claims"]:
+        return False
+    at, segment = at_some_time(content, generator)
+    speed = at.tool_squares()["tcp_linear_velocity"][0] ** 0.5
+    pairs = statement["scenes"][statement["scene_of_segment"][segment]]["speed_zones"]
+    if not pairs or speed < NOTICEABLE:
+        return False
+    pairs[int(generator.integers(len(pairs)))][2:] = [1e3, speed * generator.uniform(0.1, 0.999)]
     return True
 
 
@@ -228,6 +244,7 @@ KINDS: tuple[Callable[[Content, np.random.Generator], bool], ...] = (
     change_bounded_limit,
     change_object,
     change_size,
+    change_zone,
     change_duration,
     change_arrival,
     change_waypoint,
@@ -278,8 +295,9 @@ def loosened(content: Content, generator: np.random.Generator) -> Content:
                     side[:] = [x if x is None else x + sign * abs(x) * generator.random() for x in side]
             elif row is not None:
                 rows[segment] = row * (1.0 + generator.random())
-    for pair in (pair for scene in statement["scenes"] for pair in scene["pairs"]):
+    for pair in (pair for scene in statement["scenes"] for name in DISTANCE_CLAIMS for pair in scene[name]):
         pair[2] -= NOTICEABLE * generator.random()
+        pair[3:] = [speed * (1.0 + generator.random()) for speed in pair[3:]]
     return with_digests(changed)
 
 

@@ -14,8 +14,8 @@ import (
 	"strings"
 )
 
-// check returns the claims of a file, or why it is rejected.
-func check(text []byte, expected []string) (claims []string, rejected error) {
+// check returns a file whose claims are proved, or why it is rejected.
+func check(text []byte, expected []string) (checked *proof, rejected error) {
 	defer func() {
 		switch fault := recover().(type) {
 		case nil:
@@ -32,7 +32,7 @@ func check(text []byte, expected []string) (claims []string, rejected error) {
 		require(i >= len(expected) || p.digests[name] == expected[i], "the "+name+" has another digest than expected")
 	}
 	p.check()
-	return p.claims, nil
+	return p, nil
 }
 
 func main() {
@@ -62,9 +62,12 @@ func main() {
 		text, err = io.ReadAll(io.LimitReader(file, mostBytes+1))
 	}
 	if err == nil {
-		var claims []string
-		if claims, err = check(text, os.Args[2:]); err == nil {
-			fmt.Println("accepted:", strings.Join(claims, ", "))
+		var p *proof
+		if p, err = check(text, os.Args[2:]); err == nil {
+			fmt.Println("accepted:", strings.Join(p.claims, ", "))
+			for _, each := range p.notCovered {
+				fmt.Println("not covered:", each)
+			}
 			return
 		}
 	}

@@ -6,29 +6,36 @@ import (
 	"sort"
 )
 
-const format = "planner-proof/3"
+const format = "planner-proof/4"
 
 var (
-	parts         = []string{"statement", "trajectory", "evidence"}
-	jointClaims   = []string{"position", "velocity", "acceleration", "jerk"}
-	torqueClaims  = []string{"torque", "power", "total_power", "torque_at_speed"}
-	boundedClaims = append(append(append(torqueClaims, atSpeedClaims[1:]...), "path_deviation", "tool_pose"), toolClaims...)
-	exactExcess   = big.NewRat(1_000_000_001, 1_000_000_000) // factor on limits of the joints
-	boundedExcess = 1e-6                                     // relative, over limits of torque, power and the tool
-	jump          = big.NewRat(1, 10_000_000)                // of a derivative, relative to its largest value
-	miss          = big.NewRat(1, 1_000_000)                 // distance of a joint from its waypoint
+	parts          = []string{"statement", "trajectory", "evidence"}
+	jointClaims    = []string{"position", "velocity", "acceleration", "jerk"}
+	torqueClaims   = []string{"torque", "power", "total_power", "torque_at_speed"}
+	boundedClaims  = append(append(append(torqueClaims, atSpeedClaims[1:]...), "path_deviation", "tool_pose"), toolClaims...)
+	distanceClaims = []string{"clearance", "speed_zones"}
+	exactExcess    = big.NewRat(1_000_000_001, 1_000_000_000) // factor on limits of the joints
+	boundedExcess  = 1e-6                                     // relative, over limits of torque, power and the tool
+	jump           = big.NewRat(1, 10_000_000)                // of a derivative, relative to its largest value
+	miss           = big.NewRat(1, 1_000_000)                 // distance of a joint from its waypoint
 )
 
 type scene struct {
 	shapes []shape
-	pairs  [][2]int
-	margin []float64
+	pairs  map[string][]pair // by claim
+}
+
+// A pair of shapes is to be apart by a margin, or the robot is to be slow, if the pair has a speed.
+type pair struct {
+	one, other    int
+	margin, speed float64
+	hasSpeed      bool
 }
 
 type proof struct {
 	statement, evidence any
 	digests             map[string]string
-	claims              []string
+	claims, notCovered  []string
 	claimed             map[string]bool
 	lengths, begins     []*big.Rat
 	rows                [][][]float64
@@ -55,10 +62,11 @@ func readProof(content any) *proof {
 		require(text(field(given, name)) == p.digests[name], "a digest does not match")
 	}
 	p.readTrajectory(field(content, "trajectory"))
-	all := append(append([]string{"continuity", "waypoints", "velocity_at_position", "clearance"}, jointClaims...), boundedClaims...)
-	known := map[string]bool{}
-	for _, name := range all {
-		known[name] = true
+	known := map[string]bool{"continuity": true, "waypoints": true, "velocity_at_position": true}
+	for _, names := range [][]string{jointClaims, boundedClaims, distanceClaims} {
+		for _, name := range names {
+			known[name] = true
+		}
 	}
 	for _, each := range list(field(p.statement, "claims")) {
 		name := text(each)
@@ -66,11 +74,14 @@ func readProof(content any) *proof {
 		p.claimed[name] = true
 		p.claims = append(p.claims, name)
 	}
+	for _, each := range list(field(p.statement, "not_covered")) {
+		p.notCovered = append(p.notCovered, text(each))
+	}
 	for _, each := range list(field(p.statement, "robots")) {
 		p.robots = append(p.robots, readRobot(each, p.joints))
 	}
 	for _, each := range list(field(p.statement, "scenes")) {
-		p.scenes = append(p.scenes, readScene(each, p.joints))
+		p.scenes = append(p.scenes, p.readScene(each))
 	}
 	for _, each := range list(field(p.statement, "robot_of_segment")) {
 		p.robotOf = append(p.robotOf, index(each, len(p.robots)))
@@ -139,16 +150,24 @@ func (p *proof) readTrajectory(value any) {
 	require(len(p.segment) == p.pieces, "segments are malformed")
 }
 
-func readScene(value any, joints int) scene {
-	var s scene
+func (p *proof) readScene(value any) scene {
+	s := scene{pairs: map[string][]pair{}}
 	for _, each := range list(field(value, "shapes")) {
-		s.shapes = append(s.shapes, readShape(each, joints))
+		s.shapes = append(s.shapes, readShape(each, p.joints))
 	}
-	for _, each := range list(field(value, "pairs")) {
-		row := list(each)
-		require(len(row) == 3, "a pair is malformed")
-		s.pairs = append(s.pairs, [2]int{index(row[0], len(s.shapes)), index(row[1], len(s.shapes))})
-		s.margin = append(s.margin, number(row[2]))
+	for _, name := range distanceClaims {
+		if !p.claimed[name] {
+			continue
+		}
+		for _, each := range list(field(value, name)) {
+			row := list(each)
+			require(len(row) == 3 && name == "clearance" || len(row) == 4 && name != "clearance", "a pair is malformed")
+			found := pair{one: index(row[0], len(s.shapes)), other: index(row[1], len(s.shapes)), margin: number(row[2])}
+			if len(row) == 4 {
+				found.speed, found.hasSpeed = number(row[3]), true
+			}
+			s.pairs[name] = append(s.pairs[name], found)
+		}
 	}
 	return s
 }
@@ -174,8 +193,10 @@ func (p *proof) check() {
 			break
 		}
 	}
-	if p.claimed["clearance"] {
-		p.checkClearance()
+	for _, name := range distanceClaims {
+		if p.claimed[name] {
+			p.checkDistances(name)
+		}
 	}
 }
 
@@ -506,7 +527,8 @@ func (p *proof) onSeveral(first, last int) *motion {
 	return newMotion(&p.robots[robotNumber], q)
 }
 
-func (p *proof) checkClearance() {
+// checkDistances checks that at all times a plane keeps each pair of shapes apart, or the robot is slow.
+func (p *proof) checkDistances(name string) {
 	require(len(p.sceneOf) > 0, "a segment has no scene")
 	var begins, ends []int // of pieces with the same scene and robot
 	for k := range p.segment {
@@ -517,7 +539,7 @@ func (p *proof) checkClearance() {
 		ends[len(ends)-1] = k + 1
 	}
 	reached := map[[2]int]float64{}
-	for _, each := range list(field(p.evidence, "clearance")) {
+	for _, each := range list(field(p.evidence, name)) {
 		node := list(each)
 		require(len(node) == 3, "an interval is malformed")
 		start, end := number(node[0]), number(node[1])
@@ -533,15 +555,10 @@ func (p *proof) checkClearance() {
 		for _, plane := range list(node[2]) {
 			row := list(plane)
 			require(len(row) == 2, "a plane is malformed")
-			pair := index(row[0], len(s.pairs))
-			one, other := &s.shapes[s.pairs[pair][0]], &s.shapes[s.pairs[pair][1]]
-			normal := one.normal
-			if !one.isHalfSpace {
-				normal = vector3(row[1])
-			}
-			require(m.keepsApart(one, other, normal, s.margin[pair]), "a clearance is not proved")
+			number := index(row[0], len(s.pairs[name]))
+			require(m.isSafe(s, &s.pairs[name][number], row[1]), "not proved: "+name)
 			stretch := sort.Search(len(begins), func(i int) bool { return begins[i] > first }) - 1
-			key := [2]int{stretch, pair}
+			key := [2]int{stretch, number}
 			before, known := reached[key]
 			if !known {
 				before = float64(begins[stretch])
@@ -551,8 +568,8 @@ func (p *proof) checkClearance() {
 		}
 	}
 	for stretch, begin := range begins {
-		for pair := range p.scenes[p.sceneOf[p.segment[begin]]].pairs {
-			require(reached[[2]int{stretch, pair}] == float64(ends[stretch]), "a clearance lacks evidence")
+		for number := range p.scenes[p.sceneOf[p.segment[begin]]].pairs[name] {
+			require(reached[[2]int{stretch, number}] == float64(ends[stretch]), name+" lacks evidence")
 		}
 	}
 }

@@ -85,7 +85,7 @@ def test_both_agree_on_any_changed_number(program: Path, proofs: list[dict[str, 
     assert set(found) == {True, False}
 
 
-@pytest.mark.parametrize("file", [{}, [], None, 1, {"format": "planner-proof/3", "digests": {}}])
+@pytest.mark.parametrize("file", [{}, [], None, 1, {"format": "planner-proof/4", "digests": {}}])
 def test_both_reject_anything_else(program: Path, file: Any) -> None:
     assert verdicts(program, [file]) == [is_accepted(file)] == [False]
 

@@ -11,14 +11,14 @@ from bisect import bisect_right
 from fractions import Fraction
 from functools import cached_property
 from itertools import accumulate, chain, pairwise, product
-from operator import mul
+from operator import add, mul
 from pathlib import Path
 from typing import Any
 
 Model = tuple[float, ...]  # f on [-1, 1]: six coefficients of a polynomial p, and r with |f(x) - p(x)| <= r
 Vector = list[Model]  # three coordinates
 Values = dict[str, Any]  # a JSON object
-FORMAT = "planner-proof/3"
+FORMAT = "planner-proof/4"
 """Name and version of the format."""
 DIGESTED = ("statement", "trajectory", "evidence")
 """Parts of a file that have a digest."""
@@ -32,7 +32,9 @@ AT_SPEED_CLAIMS = ("torque_at_speed", "acceleration_at_speed", "jerk_at_speed")
 """Claims with limits that depend on the speed of the joint."""
 BOUNDED_CLAIMS = ("torque", "power", "total_power", *AT_SPEED_CLAIMS, *TOOL_CLAIMS, "path_deviation", "tool_pose")
 """Claims that Taylor models prove on the intervals under `bounded`."""
-CLAIMS = ("continuity", "waypoints", *JOINT_CLAIMS, "velocity_at_position", *BOUNDED_CLAIMS, "clearance")
+DISTANCE_CLAIMS = ("clearance", "speed_zones")
+"""Claims about pairs of shapes: they are apart, or the robot is slow."""
+CLAIMS = ("continuity", "waypoints", *JOINT_CLAIMS, "velocity_at_position", *BOUNDED_CLAIMS, *DISTANCE_CLAIMS)
 """All claims of the format."""
 EXACT_EXCESS = Fraction(1, 10**9)
 """Relative excess over limits of joints, and velocity at which friction has no sign, that count as rounding."""
@@ -98,13 +100,6 @@ def _object(pairs: list[tuple[str, Any]]) -> Values:
     return dict(pairs)
 
 
-def polynomial(coefficients: list[Any], length: Fraction, order: int) -> list[Fraction]:
-    """Return a derivative by time of a piece's polynomial, as a polynomial of u."""
-    terms = [(k - order, c * math.perm(k, order)) for k, c in enumerate(coefficients)][order:]
-    above, below = length.as_integer_ratio()
-    return [Fraction(c.numerator * above**k, c.denominator * below**k) for k, c in terms] or [Fraction(0)]
-
-
 def bernstein(coefficients: list[Fraction]) -> tuple[list[int], int]:
     """Return Bernstein coefficients on [0, 1], between whose extremes the polynomial lies, and their denominator."""
     n = len(coefficients) - 1
@@ -123,13 +118,9 @@ def is_one_nonnegative(*polynomials: list[Fraction]) -> bool:
             continue
         if all(row[0] < 0 for row in rows) or all(row[-1] < 0 for row in rows) or depth == 80:
             return False
-        halves = []
-        for row in rows:
-            levels = [row]
-            while len(levels[-1]) > 1:
-                levels.append([a + b for a, b in pairwise(levels[-1])])
-            halves.append([[x[0] << len(x) - 1 for x in levels], [x[-1] << len(x) - 1 for x in levels[::-1]]])
-        waiting += [([half[k] for half in halves], depth + 1) for k in (0, 1)]
+        levels = [[*accumulate(row[1:], lambda x, _: [*map(add, x, x[1:])], initial=row)] for row in rows]
+        waiting.append(([[x[0] << len(x) - 1 for x in level] for level in levels], depth + 1))
+        waiting.append(([[x[-1] << len(x) - 1 for x in level[::-1]] for level in levels], depth + 1))
     return True
 
 
@@ -199,8 +190,7 @@ def is_below(f: Model, limit: float) -> bool:
 def sine_and_cosine(x: float) -> tuple[float, float]:
     """Compute sine and cosine of a number, rounded once, by their series in integers."""
     require(abs(x) <= 64, "a joint turns too far")
-    above, below = x.as_integer_ratio()
-    fixed = (above << 256) // below
+    fixed = math.floor(Fraction(x) * 2**256)
     sums, term, k = [0, 0], 1 << 256, 0
     while term not in (0, -1):
         sums[k % 2] += term if k % 4 < 2 else -term
@@ -216,7 +206,7 @@ def turn_of(q: Model) -> tuple[Model, Model]:
     size = sum(map(abs, d)) * UP
     d2 = multiply(d, d)
     d3, d4 = multiply(d2, d), multiply(d2, d2)
-    beyond = (size**7 / 5040.0, size**6 / 720.0, UNIT * (size**3 + size**5))  # at last the rounding of 1/6, 1/120, 1/24
+    beyond = size**7 / 5040.0, size**6 / 720.0, UNIT * (size**3 + size**5)  # at last the rounding of 1/6, 1/120, 1/24
     tails = [(0.0,) * 6 + (x * UP,) for x in beyond]
     s = combine([1.0, -1.0 / 6.0, 1.0 / 120.0, 1.0, 1.0], [d, d3, multiply(d4, d), tails[0], tails[2]])
     c = combine([1.0, -0.5, 1.0 / 24.0, 1.0, 1.0], [ONE, d2, d4, tails[1], tails[2]])
@@ -248,9 +238,9 @@ class Motion:
         self.robot, self.links, self.q, (self.v, self.a, self.j) = robot, robot["links"], q, rates or ([], [], [])
         self.tip = index(robot["tool"]["joint"], len(self.links) + 1)
         self.point = _constants(numbers(robot["tool"]["translation"], 3))
-        pairs = zip(q, self.links, strict=True)
-        self.turns = [turn_of(x) if link["motion"] == "revolute" else (ZERO, ONE) for x, link in pairs]
-        self.known: dict[int, list[tuple[list[Vector], Vector]]] = {}
+        turning = [link["motion"] == "revolute" for link in self.links]
+        self.turns = [turn_of(x) if turns else (ZERO, ONE) for x, turns in zip(q, turning, strict=True)]
+        self.known, self.speeds = dict[int, list[tuple[list[Vector], Vector]]](), list[float]()
 
     def shift(self, k: int) -> Vector:
         """Return the origin of a joint's frame in the frame before."""
@@ -311,8 +301,8 @@ class Motion:
             ends = -upper(combine([-1.0], [v])), -upper(v)
             low, high = ((x >= -EXACT_EXCESS) + (x >= EXACT_EXCESS) - 1.0 for x in ends)
             sign = ((low - high) / 2.0, *ZERO[1:6], (-low - high) / 2.0)  # which is between low and -high
-            weights = [1.0, link["rotor_inertia"], link["damping"], link["friction"]]
-            found.append(combine(weights, [own, self.a[k], v, sign]))
+            drive = link["rotor_inertia"], link["damping"], link["friction"]
+            found.append(combine([1.0, *drive], [own, self.a[k], v, sign]))
             force, moment = self.carry(k, force, 1.0), self.carry(k, moment, 1.0)
             moment = list(map(_add, moment, _cross(self.shift(k), force)))
         return found[::-1]
@@ -373,9 +363,22 @@ class Motion:
             found.append((_add(*map(multiply, apart, apart)), numbers([limit], 1)[0]))
         return found
 
-    def keeps_apart(self, scene: Values, pair: int, normal: list[float] | None) -> bool:
-        """Tell whether a plane that moves with the first shape of a pair keeps both apart by their margin."""
-        one, other, margin = scene["pairs"][pair]
+    def top_speed(self, scene: Values) -> float:
+        """Return an upper bound of the speeds of a scene's moving shapes and of the tool centre point."""
+        tool = {"joint": self.tip, "points": [self.robot["tool"]["translation"]], "disc": 0.0, "ball": 0.0}
+        for shape in () if self.speeds else [tool, *(x for x in scene["shapes"] if x["joint"])]:
+            (v, _, w, *_), points = self.rates[int(shape["joint"])], shape["points"]
+            at = ([combine([1.0, x[i - 1], -x[i - 2]], [v[i], w[i - 2], w[i - 1]]) for i in range(3)] for x in points)
+            turning, *speeds = (math.sqrt(max(upper(_add(*map(multiply, x, x))), 0.0)) * UP for x in (w, *at))
+            require(math.isfinite(turning + sum(speeds)), "a speed is too large")
+            self.speeds.append(max(speeds) + (shape["disc"] + shape["ball"]) * turning * UP)
+        return max(self.speeds)
+
+    def is_safe(self, scene: Values, pair: list[Any], normal: Any) -> bool:
+        """Tell whether a plane moving with the first shape keeps a pair apart, or the robot is `slow`."""
+        if normal == "slow":
+            return self.top_speed(scene) <= numbers(pair[3:], 1)[0] * (1.0 + BOUNDED_EXCESS)
+        one, other, margin, *_ = pair
         first, second = (scene["shapes"][index(x, len(scene["shapes"]))] for x in (one, other))
         start, end = int(first["joint"]), int(second["joint"])
         require(start <= end and "offset" not in second, "a pair is in the wrong order")
@@ -384,8 +387,7 @@ class Motion:
         require(0.5 <= size <= 2.0, "a normal has no direction")  # noqa: PLR2004
         rows, origin = self.frames(start)[end - start]
         turned, offset = [combine(n, [*column]) for column in zip(*rows, strict=True)], combine(n, origin)
-        points = [] if "offset" in first else first["points"]
-        far = [sum(map(mul, n, x)) + 1e-14 * size * sum(map(abs, x)) for x in points]
+        far = [sum(map(mul, n, x)) + 1e-14 * size * sum(map(abs, x)) for x in first.get("points", [])]
         parts = [max(far, default=0.0), rolled(first, _constants(n), size), rolled(second, turned, size), margin * size]
         needed = sum(parts) + (UP - 1.0) * sum(map(abs, parts))
         weights = ([-1.0, *(-x for x in point)] for point in second["points"])
@@ -429,8 +431,10 @@ class Proof:
         self.hulls = {(i, j): [c / common for c in row] for i, j, (row, common) in rows_of}
 
     def derivative(self, piece: int, joint: int, order: int) -> list[Fraction]:
-        """Return a derivative of a joint's position on a piece, as a polynomial of u."""
-        return polynomial(self.rows[piece][joint], self.lengths[piece], order)
+        """Return a derivative by time of a joint's position on a piece, as a polynomial of u."""
+        above, below = self.lengths[piece].as_integer_ratio()
+        terms = [(k - order, c * math.perm(k, order)) for k, c in enumerate(self.rows[piece][joint])][order:]
+        return [Fraction(c.numerator * above**k, c.denominator * below**k) for k, c in terms] or [Fraction(0)]
 
     def motion(self, start: float, end: float) -> tuple[Motion, int]:
         """Return the motion between two times, each the number of a piece and a share of it, and its segment."""
@@ -475,8 +479,8 @@ class Proof:
             largest = max(Fraction(max(map(abs, b)), common) for piece in rows for b, common in map(bernstein, piece))
             starts = [[row[0] for row in piece] for piece in rows]
             stops = [[sum(row, Fraction(0)) for row in piece] for piece in rows]
-            ends = [self.statement["ends"][name][order] for name in ("initial", "final")]
-            before, after = ([Fraction(x) for x in numbers(end, self.joints)] for end in ends)
+            ends = (numbers(self.statement["ends"][name][order], self.joints) for name in ("initial", "final"))
+            before, after = (map(Fraction, end) for end in ends)
             pairs = zip(chain(before, *stops), chain(*starts, after), strict=True)
             require(max(abs(x - y) for x, y in pairs) <= JUMP * largest, f"derivative {order} of the position jumps")
 
@@ -521,12 +525,11 @@ class Proof:
                 p = [sign * c for c in self.derivative(piece, joint, 0)]
                 w = [sign * c / scale for c in self.derivative(piece, joint, 1)]
                 square, linear, constant, slope = map(Fraction, numbers(curve["coefficients"], 4))
-                room = [slope * c for c in p] + [Fraction(0)] * len(w)
-                for k, c in enumerate(w):
-                    room[k] -= linear * c
-                    for i, d in enumerate(w):
-                        room[k + i] -= square * c * d
-                room[0] += constant
+                room = [constant] + [Fraction(0)] * (2 * len(w))
+                for k, c in enumerate(p):
+                    room[k] += slope * c - (linear * w[k] if k < len(w) else 0)
+                for (k, c), (i, d) in product(enumerate(w), repeat=2):
+                    room[k + i] -= square * c * d
                 choices = [room, [EXACT_EXCESS - w[0], *(-c for c in w[1:])]]
                 ends = [(side, curve[end]) for end, side in (("low", -1), ("high", 1)) if curve[end] is not None]
                 choices += [[side * (p[0] - Fraction(end)), *(side * c for c in p[1:])] for side, end in ends]
@@ -542,34 +545,29 @@ class Proof:
             missing = motion.unproved(claims, self.limits, segment, along)
             require(not missing, f"not proved: {', '.join(sorted(missing))}")
 
-    def check_clearance(self) -> None:
-        """Check that a plane keeps each pair of shapes apart at all times."""
+    def check_distances(self) -> None:
+        """Check that at all times a plane keeps each pair of shapes apart, or the robot is slow."""
         stretches, scenes = self.stretches(), self.statement["scenes"]
-        begins, reached = [*stretches], dict[tuple[int, int], float]()
-        for start, end, planes in self.evidence["clearance"]:
-            motion, _ = self.motion(start, end)
-            begin = begins[bisect_right(begins, start) - 1]
-            scene = scenes[stretches[begin][0]]
-            for pair, normal in planes:
-                key = begin, index(pair, len(scene["pairs"]))
-                require(reached.get(key, begin) == start < end <= stretches[begin][1], "there is a gap or an overlap")
-                reached[key] = end
-                require(motion.keeps_apart(scene, key[1], normal), "a clearance is not proved")
-        all_pairs = ((begin, end, range(len(scenes[number]["pairs"]))) for begin, (number, end) in stretches.items())
-        wanted = {(begin, pair): end for begin, end, pairs in all_pairs for pair in pairs}
-        require(reached == wanted, "a clearance lacks evidence")
+        begins = [*stretches]
+        for name, size in [x for x in zip(DISTANCE_CLAIMS, (3, 4), strict=True) if x[0] in self.claims]:
+            counts = ((begin, len(scenes[number][name])) for begin, (number, _) in stretches.items())
+            reached = {(begin, pair): float(begin) for begin, count in counts for pair in range(count)}
+            for start, end, planes in self.evidence[name]:
+                motion, _ = self.motion(start, end)
+                begin = begins[bisect_right(begins, start) - 1]
+                scene = scenes[stretches[begin][0]]
+                for number, normal in planes:
+                    key = begin, index(number, len(scene[name]))
+                    require(reached[key] == start < end <= stretches[begin][1], "there is a gap or an overlap")
+                    reached[key] = end
+                    require(motion.is_safe(scene, scene[name][key[1]][:size], normal), f"not proved: {name}")
+            require(all(stretches[k][1] == end for (k, _), end in reached.items()), f"{name} lacks evidence")
 
     def stretches(self) -> dict[int, tuple[int, int]]:
         """Return scene and piece after the last, by the first, of consecutive pieces with the same scene and robot."""
         of_pieces = [(self.scene_of[segment], self.robot_of[segment]) for segment in self.segments]
         cuts = [k for k in range(1, self.pieces) if of_pieces[k] != of_pieces[k - 1]]
         return {a: (of_pieces[a][0], b) for a, b in pairwise([0, *cuts, self.pieces])}
-
-    def check(self) -> None:
-        """Check all claims; raise ProofRejected unless each is proved."""
-        groups = dict.fromkeys(JOINT_CLAIMS, "joints") | dict.fromkeys(BOUNDED_CLAIMS, "bounded")
-        for name in sorted({groups.get(claim, claim) for claim in self.claims}, reverse=True):
-            getattr(self, f"check_{name}")()
 
 
 def check_file(file: bytes, expected: Any = None) -> Proof:
@@ -579,7 +577,9 @@ def check_file(file: bytes, expected: Any = None) -> Proof:
         proof = Proof(json.loads(file.decode(), object_pairs_hook=_object))
         for name, value in dict(expected or {}).items():
             require(value in (None, proof.digests[name]), f"the {name} has another digest than expected")
-        proof.check()
+        groups = {JOINT_CLAIMS: "joints", BOUNDED_CLAIMS: "bounded", DISTANCE_CLAIMS: "distances"}
+        for own in sorted({next((x for of, x in groups.items() if name in of), name) for name in proof.claims})[::-1]:
+            getattr(proof, f"check_{own}")()
     except (ArithmeticError, AttributeError, IndexError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise ProofRejected(f"the file is malformed ({type(error).__name__}: {error})") from None
     return proof

@@ -18,7 +18,7 @@ from planner.plans.result import Plan
 from planner.problems.motion_around import KeptMotion
 from planner.problems.problem import CartesianMotion
 from planner.problems.transitions import BlendTransition
-from planner.proofs.checker import BOUNDED_CLAIMS, JOINT_CLAIMS, TOOL_CLAIMS
+from planner.proofs.checker import BOUNDED_CLAIMS, DISTANCE_CLAIMS, JOINT_CLAIMS, TOOL_CLAIMS
 from planner.proofs.conditions import Condition, conditions_at, conditions_of
 from planner.proofs.guides import guide_of
 from planner.robots import Robot
@@ -27,6 +27,7 @@ from planner.scene.arrays import core_of
 from planner.scene.checker import CollisionChecker
 from planner.scene.point_cloud import Cluster
 from planner.spatial import FloatArray, Pose
+from planner.speed_zones import SpeedZone
 
 LIMITED = (*JOINT_CLAIMS, VELOCITY_AT_POSITION.name, *BOUNDED_CLAIMS)
 """The limited quantities that a proof can cover."""
@@ -65,15 +66,13 @@ def statement_of(plan: Plan) -> dict[str, Any]:
         not_covered.append("following errors: the claims are about planned positions")
     if path.dynamics.changes:
         not_covered.append("torque at rest while the payload or the process force changes")
-    if plan.certificate.speed_zones:
-        not_covered.append("speed zones")
     scenes, scene_of_segment = _scenes(plan, segments)
-    if plan.certificate.clearance is not None:
-        has_clouds = any(isinstance(piece.shape, Cluster) for one in scenes for piece in one.obstacles.all)
-        reasons = ["clearance: the scene has a point cloud"] if has_clouds else []
-        reasons += ["clearance: objects of the scene move"] if any(one.moving for one in scenes) else []
-        claims += [] if reasons else ["clearance"]
-        not_covered += reasons
+    has_clouds = any(isinstance(piece.shape, Cluster) for one in scenes for piece in one.obstacles.all)
+    reasons = ["the scene has a point cloud"] if has_clouds else []
+    reasons += ["objects of the scene move"] if any(one.moving for one in scenes) else []
+    distances = [name for name in DISTANCE_CLAIMS if getattr(plan.certificate, name)]
+    claims += [] if reasons else distances
+    not_covered += [f"{name}: {reason}" for name in distances for reason in reasons]
     ends, still = end_states(plan.backend, path.robot.dof), np.zeros(path.robot.dof)
 
     def ends_of(name: str, time: float) -> list[list[float]]:
@@ -95,8 +94,8 @@ def statement_of(plan: Plan) -> dict[str, Any]:
         "continuity": max(0, int(plan.certificate.continuity[1:])),
         "ends": {"initial": ends_of("initial", 0.0), "final": ends_of("final", plan.trajectory.duration)},
         "waypoints": list(_waypoints(plan, met, robots)),
-        "scenes": [_scene(checker) for checker in scenes] if "clearance" in claims else [],
-        "scene_of_segment": scene_of_segment if "clearance" in claims else [],
+        "scenes": [_scene(checker, problem.speed_zones) for checker in scenes] if {*claims} & {*distances} else [],
+        "scene_of_segment": scene_of_segment if {*claims} & {*distances} else [],
     }
 
 
@@ -274,26 +273,36 @@ def _scenes(plan: Plan, segments: int) -> tuple[list[CollisionChecker], list[int
     return distinct, [distinct.index(checkers[min(k, len(checkers) - 1)]) for k in range(segments)]
 
 
-def pairs_of(checker: CollisionChecker) -> list[int]:
-    """Return the numbers of all pairs that are checked."""
-    return [*range(checker.own_pairs), *(np.flatnonzero(np.isfinite(checker.margins)) + checker.own_pairs).tolist()]
+def pairs_of(checker: CollisionChecker, zones: Sequence[SpeedZone]) -> dict[str, list[tuple[int, list[float]]]]:
+    """Return the pairs of each claim about distances: their numbers, and their margins or clearance and speed."""
+    among = np.flatnonzero(np.isfinite(checker.margins)) + checker.own_pairs
+    numbers = np.concatenate([np.arange(checker.own_pairs), among])
+    margins = [[margin] for margin in checker.margins_of(numbers).tolist()]
+    objects = [obstacle.name for obstacle in checker.obstacles.all]
+    of_zones = [
+        (number, [zone.clearance, zone.speed])
+        for zone in zones
+        for number in among.tolist()
+        if zone.objects is None or objects[(number - checker.own_pairs) % len(objects)] in zone.objects
+    ]
+    return {"clearance": list(zip(numbers.tolist(), margins, strict=True)), "speed_zones": of_zones}
 
 
-def _scene(checker: CollisionChecker) -> dict[str, Any]:
-    """Return the shapes of a scene in the frames of their joints, and the pairs with their margins."""
+def _scene(checker: CollisionChecker, zones: Sequence[SpeedZone]) -> dict[str, Any]:
+    """Return the shapes of a scene in the frames of their joints, and the pairs of each claim about distances."""
     bodies, obstacles = checker.bodies.pieces, checker.obstacles
     placed = [(body, body.joint) for body in bodies] + [(obstacle, 0) for obstacle in obstacles.pieces]
     shapes = [{"name": piece.name, "joint": joint, **_shape(piece)} for piece, joint in placed]
     planes = zip(obstacles.half_spaces, obstacles.normals.tolist(), obstacles.offsets.tolist(), strict=True)
     shapes += [{"name": own.name, "joint": 0, "normal": normal, "offset": offset} for own, normal, offset in planes]
-    numbers = np.array(pairs_of(checker), dtype=int)
-    pairs = []
-    for (one, other), margin in zip(
-        checker.numbers_of(numbers).tolist(), checker.margins_of(numbers).tolist(), strict=True
-    ):
-        first, second = (one, other) if shapes[one]["joint"] <= shapes[other]["joint"] else (other, one)
-        pairs.append([first, second, margin])
-    return {"shapes": shapes, "pairs": pairs}
+    joints = [shape["joint"] for shape in shapes]
+    found: dict[str, Any] = {"shapes": shapes}
+    for name, rows in pairs_of(checker, zones).items():
+        both = checker.numbers_of(np.array([number for number, _ in rows], dtype=int)).tolist()
+        found[name] = [
+            [*sorted(pair, key=joints.__getitem__), *limits] for pair, (_, limits) in zip(both, rows, strict=True)
+        ]
+    return found
 
 
 def _shape(piece: Any) -> dict[str, Any]:

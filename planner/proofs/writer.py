@@ -11,7 +11,17 @@ import numpy as np
 from planner.certificate.clearance import segment_checkers
 from planner.kinematics.forward import tool_poses
 from planner.plans.result import Plan
-from planner.proofs.checker import BOUNDED_CLAIMS, DIGESTED, FORMAT, Motion, Proof, check_file, digest
+from planner.proofs.checker import (
+    BOUNDED_CLAIMS,
+    CONTACT,
+    DIGESTED,
+    DISTANCE_CLAIMS,
+    FORMAT,
+    Motion,
+    Proof,
+    check_file,
+    digest,
+)
 from planner.proofs.guides import NODES, shares_of
 from planner.proofs.statement import met_waypoints, motion_of, pairs_of, paths_of, statement_of
 from planner.scene.checker import CollisionChecker
@@ -23,6 +33,9 @@ MOST_HALVINGS_OF_PIECE = 14
 
 PATH = {"path_deviation"}
 """The claim that needs the share of the path by time."""
+
+SLOW = "slow"
+"""The evidence of a pair of a speed zone in an interval in which the robot keeps the speed of the zone."""
 
 SHORT_NORMAL = 3
 """Decimal places of normals that prove enough."""
@@ -49,7 +62,7 @@ def write_proof(plan: Plan) -> dict[str, Any]:
     content = _unproved(statement_of(plan), motion_of(plan))
     finder = _Finder(plan, Proof(content))
     content["evidence"] |= finder.bounded()
-    content["evidence"]["clearance"] = finder.clearance()
+    content["evidence"] |= {name: finder.distances(name) for name in DISTANCE_CLAIMS}
     for claim, reason in finder.left_out.items():
         content["statement"]["claims"].remove(claim)
         content["statement"]["not_covered"].append(f"{claim}: {reason}")
@@ -59,7 +72,8 @@ def write_proof(plan: Plan) -> dict[str, Any]:
 
 def _unproved(statement: dict[str, Any], motion: dict[str, Any]) -> dict[str, Any]:
     """Return a proof without evidence."""
-    parts = {"statement": statement, "trajectory": motion, "evidence": {"bounded": [], "along": [], "clearance": []}}
+    evidence: dict[str, Any] = {name: [] for name in ("bounded", "along", *DISTANCE_CLAIMS)}
+    parts = {"statement": statement, "trajectory": motion, "evidence": evidence}
     return {"format": FORMAT, "digests": {name: digest(part) for name, part in parts.items()}, **parts}
 
 
@@ -88,6 +102,7 @@ class _Finder:
         self.left_out: dict[str, str] = {}
         self._plan, self._proof = plan, proof
         self._checkers = segment_checkers(plan.problem, plan.path.positions)
+        self._pairs = {checker: pairs_of(checker, plan.problem.speed_zones) for checker in self._checkers}
         self._paths = paths_of(plan, met_waypoints(plan))
 
     def bounded(self) -> dict[str, Any]:
@@ -126,24 +141,24 @@ class _Finder:
         choices = [shares_of(path, *poses), *blends]
         return next((x for x in choices if not motion.unproved(PATH, limits, segment, x)), None)
 
-    def clearance(self) -> list[Any]:
-        """Return intervals with the planes that keep pairs apart on them."""
-        if "clearance" not in self._proof.claims:
+    def distances(self, name: str) -> list[Any]:
+        """Return intervals with the planes that keep pairs apart on them, or with slow robots."""
+        if name not in self._proof.claims:
             return []
         scenes, nodes = self._proof.statement["scenes"], []
         waiting = [
-            (float(first), float(last), 0, list(range(len(scenes[scene]["pairs"]))))
+            (float(first), float(last), 0, list(range(len(scenes[scene][name]))))
             for first, (scene, last) in self._proof.stretches().items()
         ]
         while waiting:
             start, end, depth, pairs = waiting.pop()
-            found, left = self._planes(start, end, pairs)
+            found, left = self._evidence(name, start, end, pairs)
             if found:
                 nodes.append([start, end, found])
             if left and depth == MOST_HALVINGS_OF_PIECE:
                 checker = self._checker(start)
-                first, second = checker.names(pairs_of(checker)[left[0]])
-                self.left_out["clearance"] = f"{first} and {second} need too many intervals"
+                first, second = checker.names(self._pairs[checker][name][left[0]][0])
+                self.left_out[name] = f"{first} and {second} need too many intervals"
                 return []
             if left:
                 several = end - start > 1.0
@@ -157,30 +172,33 @@ class _Finder:
         """Return the collision checker at a time, the number of a piece and a share of it."""
         return self._checkers[min(self._proof.segments[int(time)], len(self._checkers) - 1)]
 
-    def _planes(self, start: float, end: float, pairs: Sequence[int]) -> tuple[list[Any], list[int]]:
-        """Return the planes that keep pairs apart on an interval, and the pairs for which none is found."""
+    def _evidence(self, name: str, start: float, end: float, pairs: Sequence[int]) -> tuple[list[Any], list[int]]:
+        """Return the evidence of pairs on an interval, and the pairs for which none is found."""
         motion, segment = self._proof.motion(start, end)
         checker, scene = self._checker(start), self._proof.statement["scenes"][self._proof.scene_of[segment]]
-        trajectory, numbers, middle = self._plan.trajectory, pairs_of(checker), (start + end) / 2.0
+        trajectory, numbers, middle = self._plan.trajectory, self._pairs[checker][name], (start + end) / 2.0
         piece = np.array([int(middle)])
         (position,) = trajectory.evaluate_on(piece, (middle - piece) * trajectory.lengths[piece], [0])
         placements = checker.bodies.at(position)
         found: list[Any] = []
         left: list[int] = []
         for pair in pairs:
-            number = scene["pairs"][pair][0]
-            first = scene["shapes"][number]
-            if "offset" in first:
-                normals: list[list[float] | None] = [None]
-            else:
-                away = checker.separate(placements, 0, numbers[pair]).normal
-                is_first = number == checker.numbers_of(np.array([numbers[pair]]))[0, 0]
-                normals = _in_frame(placements.rotations[0, first["joint"]], away if is_first else -away)
-            normal = next((n for n in normals if motion.keeps_apart(scene, pair, n)), left)
-            if normal is left:
+            first, limits = scene["shapes"][scene[name][pair][0]], numbers[pair][1]
+            choices: list[Any] = []
+            if name == "speed_zones" and end - start <= 1.0 and motion.is_safe(scene, scene[name][pair], SLOW):
+                choices = [SLOW]
+            elif "offset" in first:
+                choices = [None]
+            elif (apart := checker.separate(placements, 0, numbers[pair][0])).distance >= limits[0] - CONTACT:
+                is_first = scene[name][pair][0] == checker.numbers_of(np.array([numbers[pair][0]]))[0, 0]
+                choices = _in_frame(
+                    placements.rotations[0, first["joint"]], apart.normal if is_first else -apart.normal
+                )
+            evidence = next((own for own in choices if motion.is_safe(scene, scene[name][pair], own)), left)
+            if evidence is left:
                 left.append(pair)
             else:
-                found.append([pair, normal])
+                found.append([pair, evidence])
         return found, left
 
 

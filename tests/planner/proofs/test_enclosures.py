@@ -101,6 +101,7 @@ def test_no_plane_proves_more_than_the_distance(made: list[tuple[planner.Plan, P
             continue
         checker = checker_of(plan.path.robot, plan.problem.scene, plan.problem.self_collision)
         scene = proof.statement["scenes"][0]
+        numbers = [number for number, _ in pairs_of(checker, plan.problem.speed_zones)["clearance"]]
         for start, end, planes in proof.evidence["clearance"]:
             motion, _ = proof.motion(start, end)
             first = int(start)
@@ -112,12 +113,11 @@ def test_no_plane_proves_more_than_the_distance(made: list[tuple[planner.Plan, P
             for pair, normal in planes:
                 if generator.random() > 0.2:
                     continue
-                number = pairs_of(checker)[pair]
+                number = numbers[pair]
                 nearest = min(checker.separate(placements, row, number).distance for row in range(5))
-                own = [row.copy() for row in scene["pairs"]]
-                assert motion.keeps_apart(scene, pair, normal)
-                own[pair][2] = nearest + 2.0 * CONTACT
-                assert not motion.keeps_apart(scene | {"pairs": own}, pair, normal)
+                own = scene["clearance"][pair]
+                assert motion.is_safe(scene, own, normal)
+                assert not motion.is_safe(scene, [*own[:2], nearest + 2.0 * CONTACT], normal)
                 tried += 1
     assert tried > 50
 
