@@ -26,6 +26,7 @@ from api.contract.parts.scenes import (
     AttachedObject,
     Margin,
     Name,
+    ObjectMotion,
     Scene,
     SceneId,
     SceneObject,
@@ -63,6 +64,8 @@ class ObjectChange(Schema):
     """The frame of the pose: one of a request's `frames`, `base` or `world`; of a new object `world` if omitted."""
     margin: Margin | None = None
     """The least distance that the robot keeps from it, m; null: that of the scene."""
+    motion: ObjectMotion | None = None
+    """Its motion in the time of a trajectory; null: it is static."""
 
 
 class AttachedChange(Schema):

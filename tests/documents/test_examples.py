@@ -37,6 +37,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "around_a_wall.json": (2, None),
     "around_a_wall_faster.json": (2, None),
     "at_teach_speed.json": (4, None),
+    "behind_a_crate_on_a_belt.json": (2, None),
     "blend_beside_a_post.json": (3, None),
     "blended_lines.json": (4, None),
     "brakes_gently.json": (3, None),

@@ -28,6 +28,8 @@ Size = Annotated[float, Field(ge=1e-6, le=1e3)]
 Margin = Annotated[float, Field(ge=0.0, le=10.0)]
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Coordinate = Annotated[float, Field(ge=-1e3, le=1e3)]
+ObjectSpeed = Annotated[float, Field(ge=-100.0, le=100.0)]
+MotionTime = Annotated[float, Field(ge=1e-3, le=1e5)]
 Point = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 SceneId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
 AllowedPairs = Annotated[list[Annotated[list[Name], Field(min_length=2, max_length=2)]], Field(max_length=10_000)]
@@ -137,19 +139,61 @@ SceneShape = TypeAliasType(
 )
 
 
+class LinearObjectMotion(Schema):
+    """A motion on a straight line from time 0 on, such as that of a part on a belt."""
+
+    kind: Literal["linear"]
+    """The kind of motion: a straight line at constant velocity."""
+    velocity: Annotated[list[ObjectSpeed], Field(min_length=3, max_length=3)]
+    """The velocity along the axes of the object's frame, shape (3,), m/s."""
+    end: MotionTime | None = None
+    """The time at which the object stops, s; omitted: it moves on without end."""
+
+
+class TimedPose(Schema):
+    """A pose of an object at a time."""
+
+    time: MotionTime
+    """The time from the start of the trajectory, s."""
+    pose: Pose
+    """The pose in the frame of the object (m); without an orientation, it keeps the one before."""
+
+
+class TimedObjectMotion(Schema):
+    """A motion through poses at given times, such as that of a door. After the last pose the object rests."""
+
+    kind: Literal["timed_poses"]
+    """The kind of motion: from pose to pose, with constant velocities between two of them."""
+    poses: Annotated[list[TimedPose], Field(min_length=1, max_length=1000)]
+    """The poses after the start, with strictly ascending times. The object turns by the shortest rotations."""
+
+
+ObjectMotion = TypeAliasType(
+    "ObjectMotion",
+    Annotated[
+        LinearObjectMotion | TimedObjectMotion,
+        Field(discriminator="kind", description="The motion of an object, from its pose at time 0 on."),
+    ],
+)
+
+
 class SceneObject(Schema):
-    """A fixed object."""
+    """A static object, or with `motion` a moving object."""
 
     id: Name
     """Its name, which no other object, attached object or link has."""
     shape: SceneShape
     """Its shapes."""
     pose: Pose | None = None
-    """Its pose in its frame (m); without an orientation it has the axes of the frame. Omitted: the origin."""
+    """Its pose in its frame (m), of a moving object at time 0. Without an orientation it has the axes of the frame.
+    Omitted: the origin."""
     frame: FrameName = "world"
     """The frame of the pose: one of the request's `frames`, `base` or `world`."""
     margin: Margin | None = None
     """The margin: the least distance of the robot from it, m; omitted: the margin of the scene."""
+    motion: ObjectMotion | None = None
+    """Its motion in the time of the trajectory, whose start is time 0; omitted: it is static. A moving object has a
+    bounded shape. Checks without a time, such as solutions of a pose, leave it out."""
 
 
 class AttachedObject(Schema):
@@ -174,7 +218,7 @@ class Scene(Schema):
     """The objects around a robot, its attached objects, and allowed contacts."""
 
     objects: Annotated[list[SceneObject], Field(max_length=MOST_OBJECTS)] = Field(default_factory=list)
-    """The fixed objects."""
+    """The static and moving objects."""
     attached: Annotated[list[AttachedObject], Field(max_length=MOST_ATTACHED)] = Field(default_factory=list)
     """The attached objects."""
     allowed_pairs: AllowedPairs = Field(default_factory=list)
@@ -195,7 +239,7 @@ class SpeedZone(Schema):
     speed: Annotated[float, Field(ge=1e-3, le=100.0)]
     """The speed limit of every point of the robot, its attached objects, and the tool centre point, m/s."""
     objects: Annotated[list[Name], Field(min_length=1, max_length=MOST_OBJECTS)] | None = None
-    """The ids of the objects with this zone; omitted: all fixed objects."""
+    """The ids of the objects with this zone; omitted: all, if all are static."""
 
 
 SpeedZones = Annotated[list[SpeedZone], Field(max_length=MOST_SPEED_ZONES)]
@@ -244,7 +288,7 @@ class SpeedZoneAnswer(Answer):
     clearance: float
     """The extent of the zone: the distance from its objects, m."""
     objects: list[str] | None
-    """The ids of its objects; null: all fixed objects."""
+    """The ids of its objects; null: all."""
     peak: float
     """The upper bound of the speed of every point of the robot in the zone, m/s, proved for all times. It is 0 if the
     robot never enters the zone."""

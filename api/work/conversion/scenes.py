@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +12,7 @@ from api.contract.parts import scenes
 from api.work.conversion.poses import to_pose, with_axes
 from planner.errors import InvalidProblem
 from planner.roadmap import Roadmap
-from planner.scene import AttachedObject, PointCloud, Scene, SceneObject
+from planner.scene import AttachedObject, ConstantVelocity, PointCloud, Scene, SceneObject, TimedPoses
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, InvalidShape, Shape, Sphere
 from planner.shapes.meshes import InvalidMesh, Mesh, tight_mesh_pieces
 from planner.spatial import Pose
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
     from api.contract.parts import common
     from planner import FieldPath
+    from planner.scene import ObjectMotion
 
 
 def to_scene(requested: scenes.Scene | str, in_world: Mapping[str, Pose], field: FieldPath = ("scene",)) -> Scene:
@@ -46,7 +49,8 @@ def to_scene(requested: scenes.Scene | str, in_world: Mapping[str, Pose], field:
         pose = _to_pose(thing.pose).from_frame(with_axes(in_world[thing.frame]))
         shapes = _shapes(thing.shape, at, faults)
         mesh = _mesh(thing.shape) if isinstance(thing.shape, scenes.MeshShape) and len(shapes) else None
-        objects.append(SceneObject(thing.id, shapes, pose, thing.margin, mesh))
+        motion = None if thing.motion is None else _motion(thing, in_world[thing.frame], at, faults)
+        objects.append(SceneObject(thing.id, shapes, pose, thing.margin, mesh, motion))
     for i, held in enumerate(requested.attached):
         shapes = _shapes(held.shape, (*field, "attached", i), faults)
         solid = tuple(shape for shape in shapes if isinstance(shape, Shape))
@@ -55,6 +59,41 @@ def to_scene(requested: scenes.Scene | str, in_world: Mapping[str, Pose], field:
         raise InvalidProblem(faults)
     pairs = tuple((first, second) for first, second in requested.allowed_pairs)
     return Scene(tuple(objects), tuple(attached), pairs, requested.margin)
+
+
+def _motion(
+    thing: scenes.SceneObject, frame: Pose, field: FieldPath, faults: list[tuple[FieldPath, str]]
+) -> ObjectMotion | None:
+    """Make the motion of an object in a frame, and add its faults to the list."""
+    if isinstance(thing.shape, scenes.HalfSpace | scenes.PointCloudShape):
+        message = f"must be a bounded solid, since the object has a `motion`; got {thing.shape.kind!r}"
+        faults.append(((*field, "shape", "kind"), message))
+        return None
+    axes = with_axes(frame)
+    if isinstance(thing.motion, scenes.LinearObjectMotion):
+        velocity = Pose(np.array(thing.motion.velocity)).from_frame(replace(axes, position=np.zeros(3))).position
+        return ConstantVelocity(velocity, thing.motion.end)
+    if not isinstance(thing.motion, scenes.TimedObjectMotion):
+        return None
+    poses = thing.motion.poses
+    for k, (before, after) in enumerate(pairwise(poses), 1):
+        if after.time <= before.time:
+            message = f"must be after the time before, {before.time:g} s; got {after.time:g} s"
+            faults.append(((*field, "motion", "poses", k, "time"), message))
+            return None
+    return TimedPoses([one.time for one in poses], [to_pose(one.pose).from_frame(axes) for one in poses])
+
+
+def refuse_motions(scene: Scene | None) -> None:
+    """Refuse moving objects in a check without a time.
+
+    Raises:
+        InvalidProblem: The scene has one.
+    """
+    moving = [i for i, thing in enumerate(() if scene is None else scene.objects) if thing.motion is not None]
+    if moving:
+        message = "must be left out: `positions` have no time. Give a trajectory, or the object without its motion."
+        raise InvalidProblem([(("scene", "objects", i, "motion"), message) for i in moving])
 
 
 def to_speed_zones(requested: Sequence[scenes.SpeedZone]) -> list[SpeedZone]:

@@ -11,7 +11,7 @@ from api.contract import collisions as schemas
 from api.work.answers.clearances import clearance_answer, speed_zones_answer
 from api.work.conversion.given_trajectories import to_trajectory
 from api.work.conversion.problems import frames_in_world, mounted, to_matrix, with_tool
-from api.work.conversion.scenes import to_scene, to_speed_zones
+from api.work.conversion.scenes import refuse_motions, to_scene, to_speed_zones
 from api.work.tasks.context import task
 from planner.certificate import at_rest, refuse_zone_faults
 from planner.scene import CollisionChecker
@@ -37,6 +37,8 @@ def check_collisions(context: TaskContext) -> Reply:
         if request.speed_zones and not has_trajectory:
             raise invalid_at("/speed_zones", "must be given only with a trajectory: `positions` do not move")
         scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
+        if not has_trajectory:
+            refuse_motions(scene)
         zones = to_speed_zones(request.speed_zones)
         refuse_zone_faults(scene, zones)
         checker = CollisionChecker(robot, scene, self_collision=request.self_collision)

@@ -57,6 +57,15 @@ LEFT_OUT = {
     "Scene.allowed_pairs": "the random requests have it",
     "Scene.content": "answers have it, and requests ignore it",
     "Scene.id": "answers have it, and requests ignore it",
+    **dict.fromkeys(
+        (
+            "SceneObject.motion",
+            *(f"LinearObjectMotion.{name}" for name in ("kind", "velocity", "end")),
+            *(f"TimedObjectMotion.{name}" for name in ("kind", "poses")),
+            *(f"TimedPose.{name}" for name in ("time", "pose")),
+        ),
+        "few plans meet a moving object; test_moving_objects has them",
+    ),
     "SceneObject.frame": "the random requests have it",
     "WaypointBase.process_force": "it may not change without a stop; test_process_forces has it with every back end",
 }
