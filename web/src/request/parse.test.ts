@@ -118,7 +118,11 @@ const FULL = {
   duration: 9,
   self_collision: true,
   scene: {
-    objects: shapes.map((shape, index) => ({ id: `thing ${index}`, shape, pose: about, frame: 'table', margin: 0.1 })),
+    objects: [
+      ...shapes.map((shape, index) => ({ id: `thing ${index}`, shape, pose: about, frame: 'table', margin: 0.1 })),
+      { id: 'crate', shape: shapes[0], motion: { kind: 'linear', velocity: [0, 1, 0], end: 2 } },
+      { id: 'door', shape: shapes[0], motion: { kind: 'timed_poses', poses: [{ time: 1, pose: about }] } },
+    ],
     attached: [{ id: 'ball', shape: shapes[1], pose: about, link: 'tip', touch_links: ['tip'], margin: 0 }],
     allowed_pairs: [['ball', 'thing 1']],
     margin: 0.01,

@@ -102,11 +102,15 @@ function mesh(value: unknown, at: string): string | null {
   return wrong < 0 ? null : `${at}/triangles/${wrong} must have indices of vertices; got ${JSON.stringify(triangles[wrong])}`;
 }
 
+const objectMotion = byKind({
+  linear: object({ velocity: vector }, { end: nullable(number) }),
+  timed_poses: object({ poses: list(object({ time: number, pose }), { least: 1 }) }),
+});
 const ofThing = { pose: nullable(pose), margin: nullable(number) };
 const scene = object(
   {},
   {
-    objects: list(object({ id: text, shape }, { ...ofThing, frame: text })),
+    objects: list(object({ id: text, shape }, { ...ofThing, frame: text, motion: nullable(objectMotion) })),
     attached: list(object({ id: text, shape }, { ...ofThing, link: nullable(text), touch_links: list(text) })),
     allowed_pairs: list(list(text)),
     margin: number,

@@ -42,7 +42,8 @@ function moved(one: Placed, after: number | null, joints: readonly Matrix4[]): P
   return { ...one, after, matrix: after === null ? inBase : joints[after]!.clone().invert().multiply(inBase) };
 }
 
-// Where things are at a time, s.
+// Where things are at a time, s; the same array until something is taken or put down, unless there are moving objects.
 export function placedAt(stretches: readonly Stretch[], time: number): readonly Placed[] {
-  return stretches.findLast(({ from }) => from <= time)?.placed ?? [];
+  const placed = stretches.findLast(({ from }) => from <= time)?.placed ?? [];
+  return placed.some(({ at }) => at) ? placed.map((one) => (one.at ? { ...one, matrix: one.at(time) } : one)) : placed;
 }

@@ -3,13 +3,15 @@ import { Matrix4, Quaternion, Vector3 } from 'three';
 import type { PlanRequest, Pose, Robot, Scene, SceneShape } from '../service/types';
 import { matrixOf } from '../robot/chain';
 import { quaternionOf } from '../request/rotations';
+import { movedPose } from './motions';
 
 export interface Placed {
   id: string;
   shape: SceneShape;
   margin: number; // m
   matrix: Matrix4; // in the base frame; of what is carried: behind so many joints
-  after: number | null; // joints before it; null: it stands still
+  after: number | null; // joints before it; null: none
+  at?: (time: number) => Matrix4; // of a moving object: the matrix at a time, s
 }
 
 // What of a request says where things are.
@@ -23,10 +25,11 @@ export function placedOf(setting: Setting, robot: Robot): Placed[] {
   if (!scene) return [];
   const toBase = mountingOf(setting, robot).invert();
   const usual = scene.margin ?? 0;
-  const objects = (scene.objects ?? []).map(({ id, shape, pose, frame, margin }): Placed => {
+  const objects = (scene.objects ?? []).map(({ id, shape, pose, frame, margin, motion }): Placed => {
     const inFrame = matrixOfPose(pose);
-    const matrix = frame === 'base' ? inFrame : toBase.clone().multiply(frameOf(setting, frame)).multiply(inFrame);
-    return { id, shape, margin: margin ?? usual, matrix, after: null };
+    const toFrame = frame === 'base' ? new Matrix4() : toBase.clone().multiply(frameOf(setting, frame));
+    const there: Placed = { id, shape, margin: margin ?? usual, matrix: toFrame.clone().multiply(inFrame), after: null };
+    return motion ? { ...there, at: (time) => toFrame.clone().multiply(movedPose(motion, inFrame, time)) } : there;
   });
   const attached = (scene.attached ?? []).flatMap(({ id, shape, pose, link, margin }): Placed[] => {
     const holder = placeOfLink(setting, robot, link);

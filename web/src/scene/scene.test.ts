@@ -1,6 +1,6 @@
 import { Matrix4, Vector3 } from 'three';
 import { describe, expect, test } from 'vitest';
-import type { LinkShape, Robot, SceneShape } from '../service/types';
+import type { LinkShape, Robot, SceneObject, SceneShape } from '../service/types';
 import { nearestOf, supportOf } from './nearest';
 import { mountingOf, placedOf } from './objects';
 import { pointsOf } from './pair';
@@ -28,6 +28,38 @@ function gap(first: SceneShape, second: SceneShape, matrix: Matrix4): number {
   const [from, to] = nearestOf(supportOf(first, new Matrix4())!, supportOf(second, matrix)!);
   return from.distanceTo(to);
 }
+
+describe('moving objects', () => {
+  const quarter = { kind: 'quaternion' as const, xyzw: [0, 0, Math.SQRT1_2, Math.SQRT1_2] };
+  const matrixAt = (motion: SceneObject['motion'], time: number): Matrix4 => {
+    const scene = { objects: [{ id: 'part', shape: ball, pose: { position: [1, 0, 0] }, frame: 'belt', motion }] };
+    const [placed] = placedOf({ scene, frames: { belt: { position: [0, 0, 5], orientation: quarter } } }, arm);
+    return placed!.at!(time);
+  };
+
+  test.each([
+    [0, [0, 1, 5]],
+    [0.5, [-1, 1, 5]],
+    [9, [-2, 1, 5]],
+  ])('slide in their frame until they stop: %s s', (time, expected) => {
+    close(originOf({ matrix: matrixAt({ kind: 'linear', velocity: [0, 2, 0], end: 1 }, time) }), expected);
+  });
+
+  test.each([
+    [1, [0, 1, 5], 0],
+    [2, [-1, 2, 5], 45],
+    [9, [-2, 3, 5], 90],
+  ])('go from pose to pose by the shortest turns: %s s', (time, expected, degrees) => {
+    const poses = [
+      { time: 1, pose: { position: [1, 0, 0] } },
+      { time: 3, pose: { position: [3, 2, 0], orientation: quarter } },
+    ];
+    const matrix = matrixAt({ kind: 'timed_poses', poses }, time);
+    close(originOf({ matrix }), expected);
+    const x = new Vector3().setFromMatrixColumn(matrix, 0);
+    close([(Math.atan2(x.y, x.x) * 180) / Math.PI], [degrees + 90]); // the frame turns by 90 degrees
+  });
+});
 
 describe('nearest points', () => {
   test.each<[string, SceneShape, SceneShape, Matrix4, number]>([

@@ -13,10 +13,10 @@ const placed = computed(() => (robot.value ? placedOf(setting.value, robot.value
 // The names of what is taken or put down on the way, as a text that is equal while they are.
 const handled = computed(() => JSON.stringify(shownPlan.value ? handledNames(shownPlan.value.request) : []));
 
-// What stands still at all times, and what moves with the robot at some.
+// What stands still at all times, and what moves by itself, or with the robot at some.
 const parted = computed(() => {
   const names = JSON.parse(handled.value) as string[];
-  const isMovable = ({ id, after }: Placed): boolean => after !== null || names.includes(id);
+  const isMovable = ({ id, after, at }: Placed): boolean => after !== null || at !== undefined || names.includes(id);
   return { standing: placed.value.filter((one) => !isMovable(one)), movable: placed.value.filter(isMovable) };
 });
 
@@ -27,7 +27,7 @@ const stretches = computed(() => {
   return robot.value ? stretchesOf(parted.value.movable, request, answer, robot.value) : [];
 });
 
-// Where what moves is at the time that is shown; the same array until something is taken or put down.
+// Where what moves is at the time that is shown.
 export const movable = computed(() => placedAt(stretches.value, time.value));
 
 // Where things are when that pair comes nearest.
