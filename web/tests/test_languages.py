@@ -7,8 +7,10 @@ import json
 import re
 from typing import TYPE_CHECKING, Any
 
+import ezdxf
 from playwright.sync_api import expect
 
+from planner import read_path
 from planner.limits import JOINT_QUANTITIES
 from tests.locations import ROOT
 from web.tests.browser import TOO_SHORT, opened, planned
@@ -16,6 +18,7 @@ from web.tests.test_conditions import violations
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from playwright.sync_api import Browser, Page
 
@@ -89,6 +92,46 @@ def test_every_warning_of_the_service_has_a_german_text() -> None:
     codes = set(warning_codes())
     assert len(codes) > 20
     assert set(re.findall(r"^  (\w+):", texts, re.MULTILINE)) == codes
+
+
+def finding_codes() -> set[str]:
+    """Return the codes of all findings about descriptions of robots that the library makes."""
+    codes = set()
+    for file in (ROOT / "planner/robots").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
+                continue
+            is_finding = "findings" in ast.unparse(node.func.value) and node.func.attr in ("error", "warning", "info")
+            if is_finding and isinstance(node.args[0], ast.Constant):
+                codes.add(str(node.args[0].value))
+    return codes
+
+
+def test_every_finding_about_a_robot_has_a_german_text() -> None:
+    texts = (ROOT / "web/src/texts/de/findings.ts").read_text()
+    codes = finding_codes()
+    assert len(codes) > 80
+    assert set(re.findall(r"^  (\w+):", texts, re.MULTILINE)) == codes
+
+
+def test_every_note_on_a_path_file_has_a_german_text(tmp_path: Path) -> None:
+    """The notes come from files of each kind; the page's patterns are read from its source."""
+    drawing = ezdxf.new(units=0)
+    for x in (0, 5):
+        drawing.modelspace().add_line((x, 0), (x, 1))
+    drawing.modelspace().add_text("no path")
+    drawing.saveas(tmp_path / "path.dxf")
+    (tmp_path / "path.gcode").write_text("G0 Z5\nM3 S900\nG0 X0 Y0\nG1 X5 E2\nG4 P2\nG43 H1\nX6\nT2 M6\nX7\nX8\nX9\n")
+    (tmp_path / "path.csv").write_text("x,y,z,colour\n0,0,0,1\n1,0,0,1\n")
+    read = [(f"path.{kind}", lift) for kind, lift in (("dxf", 0.0), ("dxf", 0.05), ("gcode", 0.0), ("csv", 0.0))]
+    notes = [note for name, lift in read for note in read_path(tmp_path / name, lift=lift).notes]
+    source = (ROOT / "web/src/texts/de/notes.ts").read_text()
+    patterns = re.findall(r"/(\^.+\$)/,", source)
+    assert len(notes) > 10
+    assert [note for note in notes if not any(re.search(pattern, note) for pattern in patterns)] == []
+    assert [pattern for pattern in patterns if not any(re.search(pattern, note) for note in notes)] == []
+    left_out = {words for note in notes for words in re.findall(r"^lines? [^:]+: left out (.+)$", note)}
+    assert all(words in source for words in left_out)
 
 
 def use_german(page: Page, request: dict[str, Any]) -> None:

@@ -80,4 +80,5 @@ def test_a_drawing_is_shown_in_german(browser: Browser, service: RunningService,
         page.get_by_label("CSV, G-Code, DXF öffnen").set_input_files(file)
         preview = page.get_by_role("region", name="Bahn der Datei")
         expect(preview).to_contain_text(f"2 Wegpunkte, Ausdehnung 100.0 {BY} 0.0 {BY} 0.0 mm")
+        expect(preview).to_contain_text("Die Zeichnung nennt keine bekannte Einheit")
         assert violations(page) == []

@@ -1,4 +1,5 @@
 // A path from a CSV, G-code or DXF file: its options and what it comes to, before it is added.
+import { noteOf } from '../request/messages';
 import { extentOf } from '../request/paths';
 import { decimal, shownIn, written } from '../plan/units';
 import {
@@ -15,7 +16,7 @@ import {
 } from '../state/path_import';
 import { texts } from '../texts';
 import { Choice, NumberField } from './fields';
-import { ProblemText } from './Message';
+import { Original, ProblemText } from './Message';
 import { More } from './MoreFields';
 import { PoseFields } from './PoseFields';
 
@@ -98,7 +99,7 @@ function Options({ name }: { name: string }) {
 function Preview() {
   const { waypoints, notes, line, poses } = shownPath.value!;
   const extent = extentOf(line);
-  const lost = missed.value;
+  const [lost, said] = [missed.value, notes.map(noteOf)];
   return (
     <section class="preview" aria-label={texts.path.preview}>
       <p>
@@ -116,15 +117,14 @@ function Preview() {
           {texts.path.missed(lost.length, lost.slice(0, MOST_NAMED).join(', ') + (lost.length > MOST_NAMED ? ' …' : ''))}
         </p>
       )}
-      {notes.length > 0 && (
+      {said.length > 0 && (
         <ul class="warnings">
-          {notes.map((note) => (
-            <li key={note} lang="en">
-              {note}
-            </li>
+          {said.map(({ text }) => (
+            <li key={text}>{text}</li>
           ))}
         </ul>
       )}
+      <Original texts={said.flatMap(({ original }) => original ?? [])} />
       <div class="buttons wrap">
         <button type="button" class="primary" onClick={() => takePath(false)}>
           {texts.path.replace}

@@ -4,14 +4,17 @@ import { texts } from '../texts';
 
 export function RobotNotes({ arm }: { arm: Robot }) {
   const unlimited = unlimitedJoints(arm);
-  const notes = [...(unlimited ? [unlimited] : []), ...(arm.notes ?? [])];
-  if (notes.length === 0) return null;
+  const notes = arm.notes ?? []; // of the catalogue, in English
+  if (!unlimited && notes.length === 0) return null;
   return (
     <details class="robot-notes">
-      <summary>{texts.robot.notes(notes.length)}</summary>
+      <summary>{texts.robot.notes(notes.length + (unlimited ? 1 : 0))}</summary>
       <ul>
+        {unlimited && <li>{unlimited}</li>}
         {notes.map((note) => (
-          <li key={note}>{note}</li>
+          <li key={note} lang="en">
+            {note}
+          </li>
         ))}
       </ul>
     </details>

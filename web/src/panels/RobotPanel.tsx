@@ -114,7 +114,7 @@ function LimitTable({ arm }: { arm: Robot }) {
                 {LIMITS.map((quantity) => (
                   <td key={quantity}>
                     {limitOf(joint, quantity)}
-                    <small>{joint.provenance[quantity]}</small>
+                    <small>{sourceOf(joint, quantity)}</small>
                   </td>
                 ))}
               </tr>
@@ -134,4 +134,9 @@ function limitOf(joint: Joint, quantity: Quantity): string {
   if (range) return `${texts.robot.fromTo(text(range[0]!), text(range[1]!))} ${name}`;
   const value = quantity === 'position' ? null : joint[quantity];
   return value === null ? texts.result.unlimited : `±${text(value)} ${name}`;
+}
+
+function sourceOf({ provenance }: Joint, quantity: string): string | undefined {
+  const source = provenance[quantity];
+  return source && texts.robot.sources[source];
 }

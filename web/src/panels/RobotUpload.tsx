@@ -1,9 +1,9 @@
 // A form for a robot of the user's own: URDF, SRDF and the files of its meshes; and what the service says of it.
-import { messageOf } from '../request/messages';
+import { findingsOf, messageOf } from '../request/messages';
 import type { Finding } from '../service/types';
 import { idOf, upload, uploadRobot } from '../state/uploading';
 import { texts } from '../texts';
-import { ProblemText } from './Message';
+import { Original, ProblemText } from './Message';
 
 export function RobotUpload() {
   const state = upload.value;
@@ -57,14 +57,18 @@ function FileField({ name, label, accept, required }: FileProps) {
 
 function Findings({ findings }: { findings: readonly Finding[] }) {
   if (findings.length === 0) return null;
+  const said = findingsOf(findings);
   return (
-    <ul class="findings">
-      {findings.map(({ severity, code, message }) => (
-        <li key={code + message} class={severity}>
-          <strong>{texts.robot.severities[severity] ?? severity}</strong> {message}
-        </li>
-      ))}
-    </ul>
+    <>
+      <ul class="findings">
+        {said.map(({ severity, text }) => (
+          <li key={severity + text} class={severity}>
+            <strong>{texts.robot.severities[severity] ?? severity}</strong> {text}
+          </li>
+        ))}
+      </ul>
+      <Original texts={said.flatMap(({ original }) => original)} />
+    </>
   );
 }
 

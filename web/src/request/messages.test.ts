@@ -1,11 +1,11 @@
 import { beforeEach, describe, expect, test, vi } from 'vitest';
-import type { Joint, Problem } from '../service/types';
+import type { Finding, Joint, Problem } from '../service/types';
 import document from '../service/openapi.json';
 import { german } from '../texts/de';
 
 vi.mock('../texts', async () => ({ texts: (await import('../texts/de')).german, language: 'de' }));
 
-const { messageOf, warningOf } = await import('./messages');
+const { findingsOf, messageOf, noteOf, warningOf } = await import('./messages');
 const { changeInWords } = await import('./changes');
 const { lengthUnit, angleUnit } = await import('../state/units');
 
@@ -81,6 +81,34 @@ test('warnings are in German, with their original', () => {
   const message = 'the trajectory ends in motion';
   expect(warningOf({ code: 'ends_in_motion', message })).toEqual({ text: 'Die Trajektorie endet in Bewegung.', original: message });
   expect(warningOf({ code: 'new', message })).toEqual({ text: message, original: null });
+});
+
+test('findings of one kind are one line in German, with all originals', () => {
+  const finding = (code: string, subject: string | null, message: string): Finding => ({ code, severity: 'info', subject, message });
+  const given = [
+    finding('default_limits', 'j1', 'limits of j1 by the default rule: 1'),
+    finding('no_masses', null, 'nothing has a mass'),
+    finding('default_limits', 'j2', 'limits of j2 by the default rule: 2'),
+    finding('new', 'j1', 'j1 is new'),
+    finding('new', 'j2', 'j2 is new'),
+    finding('new', 'j1', 'j1 is other'),
+  ];
+  expect(findingsOf(given)).toEqual([
+    { severity: 'info', text: `j1, j2: ${german.messages.findings.default_limits!}`, original: [given[0]!.message, given[2]!.message] },
+    { severity: 'info', text: german.messages.findings.no_masses!, original: [given[1]!.message] },
+    { severity: 'info', text: 'j1 is new (ebenso j2)', original: [] },
+    { severity: 'info', text: 'j1 is other', original: [] },
+  ]);
+});
+
+test.each([
+  ['lines 6, 9: no feed F, so no limit on the speed of the tool', 'Zeile 6, 9: kein Vorschub F, also keine Grenze für das Werkzeug.'],
+  ['line 4: left out dwells', 'Zeile 4: weggelassen sind Verweilzeiten.'],
+  ['3 moves straight from shape to shape, lifted by 0.05 m', 'Gerade Bewegungen von Form zu Form: 3, angehoben.'],
+  ['left out column `tool`', 'Spalten ohne Wirkung: `tool`.'],
+])('the note "%s" is in German', (note, text) => {
+  expect(noteOf(note)).toEqual({ text, original: note });
+  expect(noteOf(`${note}!?\n`)).toEqual({ text: `${note}!?\n`, original: null });
 });
 
 test.each([

@@ -2,7 +2,7 @@
 import { titleOf, unitOfQuantity } from '../plan/quantities';
 import { unitOf, written } from '../plan/units';
 import measures from '../service/quantities.json';
-import type { Joint, Problem } from '../service/types';
+import type { Finding, Joint, Problem } from '../service/types';
 import { texts } from '../texts';
 
 export interface Message {
@@ -59,7 +59,46 @@ function distinct(value: number, limit: number, unit: string): [string, string] 
   return [written(value, unit, 12), written(limit, unit, 12)];
 }
 
-export function warningOf({ code, message }: { code: string; message: string }): { text: string; original: string | null } {
+// A text in the language of the page, and the service's own where it is another.
+export interface Said {
+  text: string;
+  original: string | null;
+}
+
+export function warningOf({ code, message }: { code: string; message: string }): Said {
   const own = texts.messages.warnings[code];
   return own ? { text: own, original: message } : { text: message, original: null };
+}
+
+export function noteOf(note: string): Said {
+  for (const [pattern, say] of texts.messages.notes) {
+    const found = pattern.exec(note);
+    if (found) return { text: say(...found.slice(1)), original: note };
+  }
+  return { text: note, original: null };
+}
+
+export interface SaidFindings {
+  severity: string;
+  text: string;
+  original: readonly string[];
+}
+
+// Findings that differ only in the joint or link are one; in another language also those that differ in numbers.
+export function findingsOf(findings: readonly Finding[]): SaidFindings[] {
+  const kinds = new Map<string, Finding[]>();
+  for (const finding of findings) {
+    const { code, severity, subject, message } = finding;
+    const key = [severity, code, texts.messages.findings[code] ? '' : message.replace(subject ?? '', '')].join('\n');
+    kinds.set(key, [...(kinds.get(key) ?? []), finding]);
+  }
+  return [...kinds.values()].map((alike) => saidFindings(alike[0]!, alike));
+}
+
+function saidFindings({ severity, code, message }: Finding, alike: readonly Finding[]): SaidFindings {
+  const own = texts.messages.findings[code];
+  const subjects = [...new Set(alike.flatMap(({ subject }) => subject ?? []))];
+  if (own) return { severity, text: [subjects.join(', '), own].filter(Boolean).join(': '), original: alike.map((one) => one.message) };
+  const others = subjects.slice(1);
+  return { severity, text: others.length > 0 ? `${message} ${texts.messages.likewise(others)}` : message, original: [] };
 }

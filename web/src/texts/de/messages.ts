@@ -1,4 +1,6 @@
 import type { ofMessages as english } from '../en/messages';
+import { findings } from './findings';
+import { notes } from './notes';
 import { refusals } from './refusals';
 import { warnings } from './warnings';
 
@@ -17,6 +19,9 @@ export const ofMessages: typeof english = {
     searched: (checks) => `Die Suche hat ${checks} Bewegungen geprüft.`,
     fields: 'Fehlerhafte Felder:',
     warnings,
+    findings,
+    likewise: (names) => `(ebenso ${names.join(', ')})`,
+    notes,
     words: {
       null: 'keine Angabe',
       true: 'ja',

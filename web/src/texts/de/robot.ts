@@ -24,6 +24,7 @@ export const ofRobot: typeof english = {
     added: (id) => `${id} ist hinzugefügt.`,
     refused: 'Der Roboter wurde abgelehnt',
     severities: { error: 'Fehler:', warning: 'Warnung:', info: 'Hinweis:' },
+    sources: { published: 'veröffentlicht', datasheet: 'Datenblatt', estimate: 'geschätzt', default: 'üblich', owner: 'eigene' },
   },
   jog: {
     label: 'Werkzeug von Hand',

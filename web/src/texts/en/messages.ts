@@ -21,6 +21,10 @@ export const ofMessages = {
     searched: (checks: number) => `The search checked ${checks} motions.`,
     fields: 'Fields at fault:',
     warnings: {} as Record<string, string>, // by code; in place of the service's own message
+    findings: {} as Record<string, string>, // of robots, likewise
+    likewise: (names: readonly string[]) => `(likewise ${names.join(', ')})`,
+    // Of path files: the service's sentences, and what is shown instead, made from their groups.
+    notes: [] as readonly (readonly [RegExp, (...groups: string[]) => string])[],
     // Words for fields and values of a change; others are those of the request.
     words: { tcp: 'tool', ik: 'inverse kinematics', null: 'none', true: 'yes', false: 'no' } as Record<string, string>,
   },

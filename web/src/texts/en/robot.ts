@@ -21,6 +21,7 @@ export const ofRobot = {
     added: (id: string) => `${id} is added.`,
     refused: 'The robot was refused',
     severities: { error: 'Error:', warning: 'Warning:', info: 'Note:' } as Record<string, string>,
+    sources: { published: 'published', datasheet: 'datasheet', estimate: 'estimate', default: 'default', owner: 'owner' },
   },
   jog: {
     label: 'Tool by hand',
