@@ -444,7 +444,7 @@ func (p *proof) isBoundedOn(m *motion, segment int) bool {
 		}
 	}
 	if p.claimed["torque"] || p.claimed["power"] || p.claimed["total_power"] {
-		torques, total := m.torques(), model{}
+		torques, total := m.actual().torques(), model{}
 		powers := make([]model, len(torques))
 		for j, torque := range torques {
 			powers[j] = multiply(torque, m.v[j])
@@ -458,7 +458,7 @@ func (p *proof) isBoundedOn(m *motion, segment int) bool {
 	for _, name := range toolClaims {
 		if p.claimed[name] {
 			if squares == nil {
-				squares = m.toolSquares()
+				squares = m.actual().toolSquares()
 			}
 			most := limitOf(own(name))
 			below(squares[name], limit{most.value * math.Abs(most.value), most.known})

@@ -1,5 +1,7 @@
 package main
 
+import "math"
+
 type link struct {
 	rotation, inertia [3][3]float64
 	origin, center    [3]float64
@@ -19,6 +21,8 @@ type robot struct {
 
 	process       int // the joint in whose axes the tool exerts force and moment
 	force, moment [3]float64
+
+	following []float64 // largest distances of the joints from their planned positions
 }
 
 // readMechanism reads links without their dynamics, and a tool.
@@ -52,6 +56,7 @@ func readRobot(value any, joints int) robot {
 	require(len(process) == 3, "a process force is malformed")
 	r.process = index(process[0], r.joint+1)
 	r.force, r.moment = vector3(process[1]), vector3(process[2])
+	r.following = numbers(field(value, "following_errors"), joints)
 	return r
 }
 
@@ -104,6 +109,7 @@ type motion struct {
 	sines, cosines []model
 	known          map[int][]frame
 	moving         []rate
+	within         *motion // all motions within the following errors
 	fastest        float64 // of all points; 0: unknown
 }
 
@@ -121,6 +127,24 @@ func newMotion(r *robot, q []model, rates ...[]model) *motion {
 		m.sines, m.cosines = append(m.sines, sine), append(m.cosines, cosine)
 	}
 	return m
+}
+
+// actual returns the motion at all positions of the joints within their following errors.
+func (m *motion) actual() *motion {
+	if m.within == nil {
+		m.within = m
+		q := append([]model{}, m.q...)
+		for k, x := range m.robot.following {
+			if x != 0 {
+				q[k].r = (q[k].r + math.Abs(x)) * up
+				m.within = nil
+			}
+		}
+		if m.within == nil {
+			m.within = newMotion(m.robot, q, m.v, m.a, m.j)
+		}
+	}
+	return m.within
 }
 
 // shift returns the origin of a joint's frame in the frame before.

@@ -37,7 +37,7 @@ func (p *proof) isBelowLines(m *motion, segment int) bool {
 		}
 		values := m.a
 		if name == "torque_at_speed" {
-			values = m.torques()
+			values = m.actual().torques()
 		} else if name == "jerk_at_speed" {
 			values = m.j
 		}

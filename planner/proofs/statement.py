@@ -11,7 +11,14 @@ from planner.certificate.clearance import segment_checkers
 from planner.certificate.lines_and_circles import Circle, Line
 from planner.certificate.tool_path import requested_paths
 from planner.certificate.waypoints import MetWaypoints, certify_waypoints
-from planner.constraints import ACCELERATION_AT_SPEED, JERK_AT_SPEED, TORQUE_AT_SPEED, VELOCITY_AT_POSITION, Bounds
+from planner.constraints import (
+    ACCELERATION_AT_SPEED,
+    JERK_AT_SPEED,
+    TORQUE_AT_SPEED,
+    TORQUE_WITH_TOLERANCES,
+    VELOCITY_AT_POSITION,
+    Bounds,
+)
 from planner.constraints.at_speed import RateAtSpeed, TorqueAtSpeed
 from planner.guarantees import end_states
 from planner.plans.result import Plan
@@ -35,6 +42,9 @@ LIMITED = (*JOINT_CLAIMS, VELOCITY_AT_POSITION.name, *BOUNDED_CLAIMS)
 AT_SPEED = (TORQUE_AT_SPEED, ACCELERATION_AT_SPEED, JERK_AT_SPEED)
 """The constraints whose limits depend on the speed of a joint."""
 
+PLANNED = ("waypoints", "path_deviation", "tool_pose", "speed_zones")
+"""The claims that hold for planned positions, whatever the following errors are."""
+
 OF_WAYPOINTS = {
     "waypoint_position_error",
     "waypoint_orientation_error",
@@ -45,8 +55,13 @@ OF_WAYPOINTS = {
 """The quantities that the claims `waypoints` and `path_deviation` have."""
 
 
-def statement_of(plan: Plan) -> dict[str, Any]:
-    """Write everything that a proof is about, without the trajectory."""
+def statement_of(plan: Plan, *, follows: bool) -> dict[str, Any]:
+    """Write everything that a proof is about, without the trajectory.
+
+    Args:
+        plan: The plan.
+        follows: Whether limits of torque and tool are to hold at all positions within the robot's following errors.
+    """
     path, problem = plan.path, plan.problem
     segments = max(1, len(path.limits.torque.upper))
     of_segments = [path.dynamics.robot_on(segment) for segment in range(segments)]
@@ -56,14 +71,14 @@ def statement_of(plan: Plan) -> dict[str, Any]:
     claims = ["continuity", "waypoints", *(name for name in LIMITED if name in kept)]
     conditions, of_pose = _kept_poses(plan, segments)
     claims += ["tool_pose"] if any(conditions) else []
-    not_covered = sorted(kept - set(LIMITED) - OF_WAYPOINTS - of_pose)
+    is_given = not any(robot.uncertain_payloads or robot.friction_tolerance is not None for robot in robots)
+    of_tube = {TORQUE_WITH_TOLERANCES.name} if follows and is_given else set()
+    not_covered = sorted(kept - set(LIMITED) - OF_WAYPOINTS - of_pose - of_tube)
     guides, unguided = _guides(plan, met)
     not_covered += [f"path_deviation: the path of segment {k} is no line or circle for proofs" for k in unguided]
     claims += ["path_deviation"] if guides else []
     regions = [problem.numbers[k] for k, waypoint in enumerate(problem.waypoints) if getattr(waypoint, "free", None)]
     not_covered += [f"waypoints: the tolerance region of waypoint {k} but for its nearest pose" for k in regions]
-    if path.robot.following_errors is not None:
-        not_covered.append("following errors: the claims are about planned positions")
     if path.dynamics.changes:
         not_covered.append("torque at rest while the payload or the process force changes")
     scenes, scene_of_segment = _scenes(plan, segments)
@@ -73,6 +88,11 @@ def statement_of(plan: Plan) -> dict[str, Any]:
     distances = [name for name in DISTANCE_CLAIMS if getattr(plan.certificate, name)]
     claims += [] if reasons else distances
     not_covered += [f"{name}: {reason}" for name in distances for reason in reasons]
+    if path.robot.following_errors is not None:
+        planned = ", ".join(name for name in PLANNED if name in claims) if follows else "all claims"
+        not_covered.append(f"following errors: {planned} hold for planned positions")
+        if "clearance" in claims:
+            not_covered.append("following errors: the margins of clearance contain displacements that are not proved")
     ends, still = end_states(plan.backend, path.robot.dof), np.zeros(path.robot.dof)
 
     def ends_of(name: str, time: float) -> list[list[float]]:
@@ -86,9 +106,9 @@ def statement_of(plan: Plan) -> dict[str, Any]:
         "claims": claims,
         "not_covered": not_covered,
         "segments": segments,
-        "robots": [_robot(robot) for robot in robots],
+        "robots": [_robot(robot, follows) for robot in robots],
         "robot_of_segment": [robots.index(robot) for robot in of_segments],
-        "limits": _limits(plan, claims, of_segments)
+        "limits": _limits(plan, claims, of_segments, follows)
         | ({"path_deviation": [guides.get(segment) for segment in range(segments)]} if guides else {})
         | ({"tool_pose": conditions} if any(conditions) else {}),
         "continuity": max(0, int(plan.certificate.continuity[1:])),
@@ -109,8 +129,8 @@ def motion_of(plan: Plan) -> dict[str, Any]:
     }
 
 
-def _robot(robot: Robot) -> dict[str, Any]:
-    """Return the kinematics and inertias of a robot with its payload and tool."""
+def _robot(robot: Robot, follows: bool) -> dict[str, Any]:
+    """Return the kinematics and inertias of a robot with its payload and tool, and its following errors."""
     frame = robot.model.frames[robot.tool_frame_id]
     links = [
         {
@@ -132,8 +152,13 @@ def _robot(robot: Robot) -> dict[str, Any]:
     if robot.process_force is not None:
         numbers = robot.process_force.on_chain(frame).tolist()
         force, moment, start = numbers[:3], numbers[3:6], 0 if numbers[-1] else tool["joint"]
-    process_force = [start, force, moment]
-    return {"links": links, "gravity": robot.chain.load[:3].tolist(), "tool": tool, "process_force": process_force}
+    return {
+        "links": links,
+        "gravity": robot.chain.load[:3].tolist(),
+        "tool": tool,
+        "process_force": [start, force, moment],
+        "following_errors": [joint.following_error if follows else 0.0 for joint in robot.joints],
+    }
 
 
 def finite(values: FloatArray) -> list[float | None]:
@@ -141,7 +166,7 @@ def finite(values: FloatArray) -> list[float | None]:
     return [value if np.isfinite(value) else None for value in values.tolist()]
 
 
-def _limits(plan: Plan, claims: Sequence[str], robots: Sequence[Robot]) -> dict[str, Any]:
+def _limits(plan: Plan, claims: Sequence[str], robots: Sequence[Robot], follows: bool) -> dict[str, Any]:
     """Return the claimed limits of each segment with its robot; None: there is none."""
     robot, limits = plan.path.robot, plan.path.limits
     segments, joints = limits.torque.upper.shape
@@ -151,6 +176,8 @@ def _limits(plan: Plan, claims: Sequence[str], robots: Sequence[Robot]) -> dict[
         return [[finite(lower), finite(upper)] for lower, upper in zip(*sides, strict=True)]
 
     found: dict[str, Any] = {name: rows(limits.bounds(name)) for name in (*JOINT_CLAIMS, "torque") if name in claims}
+    if "torque" in claims and follows and robot.following_errors is not None:
+        found["torque"] = rows(Bounds.of_magnitudes(limits.torque.narrower))
     found |= {name: finite(limits.of_tool[name]) for name in TOOL_CLAIMS if name in claims}
     for constraint, values in limits.further.items():
         if constraint.name in ("power", "total_power") and constraint.name in claims:

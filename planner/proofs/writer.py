@@ -17,6 +17,7 @@ from planner.proofs.checker import (
     DIGESTED,
     DISTANCE_CLAIMS,
     FORMAT,
+    TOOL_CLAIMS,
     Motion,
     Proof,
     check_file,
@@ -59,7 +60,16 @@ def write_proof(plan: Plan) -> dict[str, Any]:
         >>> "velocity" in planner.check_proof(proof)
         True
     """
-    content = _unproved(statement_of(plan), motion_of(plan))
+    follows = plan.path.robot.following_errors is not None
+    content = _written(plan, follows=follows)
+    if follows and {name.split(":")[0] for name in content["statement"]["not_covered"]} & {"torque", *TOOL_CLAIMS}:
+        return _written(plan, follows=False)
+    return content
+
+
+def _written(plan: Plan, *, follows: bool) -> dict[str, Any]:
+    """Write a proof for all positions within the following errors, or for planned positions."""
+    content = _unproved(statement_of(plan, follows=follows), motion_of(plan))
     finder = _Finder(plan, Proof(content))
     content["evidence"] |= finder.bounded()
     content["evidence"] |= {name: finder.distances(name) for name in DISTANCE_CLAIMS}
