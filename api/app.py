@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from api.batches.planners import Planners
 
-METHODS = ("DELETE", "GET", "PATCH", "POST")
+METHODS = ("DELETE", "GET", "PATCH", "POST", "PUT")
 """The methods of all operations."""
 
 READ_HEADERS = (
@@ -52,6 +52,7 @@ READ_HEADERS = (
     "Cache-Control",
     "Content-Type",
     "Idempotency-Key",
+    "If-Match",
     "If-None-Match",
     "Last-Event-ID",
     "X-Request-ID",

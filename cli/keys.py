@@ -14,7 +14,7 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 
-DEFAULT_SCOPES: list[Scope] = ["plan", "robots:write", "scenes:write", "batches"]
+DEFAULT_SCOPES: list[Scope] = ["plan", "robots:write", "scenes:write", "projects:write", "batches"]
 """The scopes of a key without `--scope`: everything but the entries of others."""
 
 

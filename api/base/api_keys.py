@@ -7,9 +7,9 @@ import hmac
 import secrets
 from typing import Literal, NamedTuple, get_args
 
-Scope = Literal["plan", "robots:write", "scenes:write", "batches", "admin"]
-"""The scopes of a key: plan and compute, write robots, write scenes, use batches. `admin` has all of them, also for the
-entries of others."""
+Scope = Literal["plan", "robots:write", "scenes:write", "projects:write", "batches", "admin"]
+"""The scopes of a key: plan and compute, write robots, write scenes, write projects, use batches. `admin` has all of
+them, also for the entries of others."""
 
 SCOPES: tuple[Scope, ...] = get_args(Scope)
 """All scopes."""

@@ -160,6 +160,24 @@ class TooManyRoadmaps(
     """The scene has as many roadmaps, or bytes of roadmaps, as it may have."""
 
 
+class UnknownProject(ServiceError, code="unknown_project", status=404, title="There is no such project"):
+    """There is no project with this name."""
+
+
+class ProjectChanged(ServiceError, code="project_changed", status=412, title="The project was changed elsewhere"):
+    """The project is not in the state that the request expects."""
+
+
+class ProjectOfAnother(
+    ServiceError, code="project_of_another", status=403, title="The project belongs to another client"
+):
+    """Another client saved the project."""
+
+
+class TooManyProjects(ServiceError, code="too_many_projects", status=409, title="No more projects can be kept"):
+    """There is no room for more projects."""
+
+
 class UnknownBatch(ServiceError, code="unknown_batch", status=404, title="There is no such batch"):
     """There is no batch with this id, or it has been kept for long enough."""
 

@@ -49,8 +49,8 @@ class Settings(BaseSettings):
     """The reverse proxies whose `X-Forwarded-For` header names the client: IP addresses or networks, separated by
     commas, such as `127.0.0.1,10.0.0.0/8`. By default, the client is the peer address of the connection."""
     data_directory: Path | None = None
-    """The folder of the SQLite file with robots, scenes, batches and keys. By default, nothing survives a restart.
-    Several processes of one machine may share the folder."""
+    """The folder of the SQLite file with robots, scenes, projects, batches and keys. By default, nothing survives a
+    restart. Several processes of one machine may share the folder."""
     database_url: SecretStr | None = None
     """The PostgreSQL database that replaces the SQLite file when services run on several machines:
     `postgresql://user:password@host/name`."""
@@ -120,6 +120,14 @@ class Settings(BaseSettings):
     """The most roadmaps of one stored scene, each of another robot."""
     max_roadmaps_bytes_per_scene: int = Field(default=1024 * 1024, ge=0)
     """The most bytes of roadmaps of one stored scene in the database."""
+    max_projects: int = Field(default=1000, ge=0)
+    """The most saved projects of the page."""
+    max_projects_per_client: int = Field(default=100, ge=0)
+    """The most saved projects of one key or address."""
+    max_projects_bytes: int = Field(default=64 * 1024 * 1024, ge=0)
+    """The most bytes of saved projects in the database; one project has at most `max_body_bytes`."""
+    max_projects_bytes_per_client: int = Field(default=16 * 1024 * 1024, ge=0)
+    """The most bytes of saved projects of one key or address."""
     max_batch_items: int = Field(default=100_000, ge=1)
     """The most requests in one batch."""
     max_batch_bytes: int = Field(default=64 * 1024 * 1024, ge=1024)

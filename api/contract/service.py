@@ -42,6 +42,14 @@ class ServiceLimits(Answer):
     """The largest number of roadmaps that are kept with one scene, each of another robot."""
     max_roadmaps_bytes_per_scene: int
     """The bytes that the roadmaps of one scene may take in the database."""
+    max_projects: int
+    """The largest number of projects that are kept."""
+    max_projects_per_client: int
+    """The largest number of projects that are kept for one client."""
+    max_projects_bytes: int
+    """The bytes that the projects of all clients may take in the database."""
+    max_projects_bytes_per_client: int
+    """The bytes that the projects of one client may take of these."""
     max_batch_items: int
     """The largest number of requests in one batch."""
     max_batch_bytes: int

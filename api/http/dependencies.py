@@ -130,9 +130,13 @@ async def read_body(request: Request) -> Body:
         Overloaded: There is no room for it now.
         InvalidRequest: It is no JSON object.
     """
-    service = service_of(request)
+    return await body_of(request, *await read_object(request))
+
+
+async def read_object(request: Request) -> tuple[bytes, dict[str, Any]]:
+    """Read the body as its bytes and as a JSON object; see `read_body` for the refusals."""
     content = await _content(request)
-    return await body_of(request, content, _parse(content, service.settings.max_body_bytes))
+    return content, _parse(content, service_of(request).settings.max_body_bytes)
 
 
 async def body_of(request: Request, content: bytes, document: Mapping[str, Any]) -> Body:
@@ -226,6 +230,16 @@ Cursor = Annotated[
 
 RobotId = Annotated[str, Path(alias="id", min_length=1, description="Id of a robot.")]
 SceneId = Annotated[str, Path(alias="id", min_length=1, description="Id of a scene.")]
+ProjectName = Annotated[
+    str,
+    Path(
+        alias="name",
+        min_length=1,
+        max_length=100,
+        pattern=r"^[^./\s][^/]*$",
+        description="Name of a project: without `/`, and not beginning with a full stop or a space.",
+    ),
+]
 BatchId = Annotated[str, Path(alias="id", min_length=1, description="Id of a batch.")]
 
 

@@ -59,6 +59,7 @@ TAGS = {
     "batches": "Thousands of plan requests at once, in the background.",
     "robots": "The robots of the catalogue, and your own.",
     "scenes": "Scenes around your robots, stored for requests that name them.",
+    "projects": "Projects of the page, saved for its next visit and for other browsers.",
     "service": "Version, health and metrics of the service.",
 }
 """The groups of operations in the documentation, and what each is about."""

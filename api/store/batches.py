@@ -187,8 +187,8 @@ def discard_batches(connection: Connection, numbers: Iterable[int]) -> None:
         return
     exclusively(connection, CONTENTS)
     used = {
-        kind: connection.scalars(select(kind.needed_by_item).where(items.c.batch.in_(chosen)).distinct()).all()
-        for kind in (ROBOTS, SCENES)
+        kind: connection.scalars(select(needed).where(items.c.batch.in_(chosen)).distinct()).all()
+        for kind, needed in ((ROBOTS, items.c.robot), (SCENES, items.c.scene))
     }
     connection.execute(delete(items).where(items.c.batch.in_(chosen)))
     connection.execute(delete(batches).where(batches.c.number.in_(chosen)))

@@ -13,7 +13,7 @@ MIGRATIONS = 7_390_001
 """The number of the advisory lock under which tables are changed; other programs in the same database use others."""
 
 CONTENTS = 7_390_002
-"""The number of the advisory lock under which robots and scenes are added, changed and deleted."""
+"""The number of the advisory lock under which robots, scenes and projects are added, changed and deleted."""
 
 BATCHES = 7_390_003
 """The number of the advisory lock under which batches arrive."""

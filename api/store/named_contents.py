@@ -6,19 +6,20 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar
 
-from sqlalchemy import and_, delete, exists, func, insert, not_, or_, select, true, update
+from sqlalchemy import and_, delete, exists, false, func, insert, not_, or_, select, true, update
 
+from api.store.contents.projects import ProjectContent, project_entry
 from api.store.contents.robots import RobotContent, with_id
 from api.store.contents.scenes import SceneContent
 from api.store.locks import CONTENTS, exclusively
-from api.store.tables import items, robot_contents, robots, scene_contents, scenes
+from api.store.tables import items, project_contents, projects, robot_contents, robots, scene_contents, scenes
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from sqlalchemy import Column, ColumnElement, Connection, Row, Table
 
-C = TypeVar("C", RobotContent, SceneContent)
+C = TypeVar("C", RobotContent, SceneContent, ProjectContent)
 
 FOR_ALL = ""
 """The namespace of the ids that all clients see; each key has its own before it."""
@@ -40,6 +41,14 @@ class Bounds(NamedTuple):
     size_of_owner: int
 
 
+def _entry(name: str, summary: bytes, _added: float) -> bytes:
+    return with_id(name, summary)
+
+
+def _whatever(_digest: str | None) -> bool:
+    return True
+
+
 @dataclass(frozen=True)
 class NamedContents(Generic[C]):
     """Contents of one kind, and the ids that stand for them.
@@ -47,14 +56,18 @@ class NamedContents(Generic[C]):
     Attributes:
         ids: The table of ids.
         contents: The table of contents, whose columns are the fields of a content, and its size.
-        needed_by_item: The column by which items of batches need contents, whatever becomes of the ids.
+        needed_by_item: The column by which items of batches need contents, whatever becomes of the ids; None: they need
+            none.
         kind: The class of a content.
+        entry: Writes the entry in the list of all as JSON. Its arguments are an id, the summary of its content, and the
+            time at which the id was added or last changed (s since 1970).
     """
 
     ids: Table
     contents: Table
-    needed_by_item: Column[Any]
+    needed_by_item: Column[Any] | None
     kind: type[C]
+    entry: Callable[[str, bytes, float], bytes] = _entry
 
     def find(self, connection: Connection, namespace: str, name: str) -> C | None:
         """Find what an id stands for in a namespace, or else for all."""
@@ -126,13 +139,56 @@ class NamedContents(Generic[C]):
         if lacking is not None:
             return lacking
         self._keep(connection, content)
-        connection.execute(update(self.ids).where(named).values(digest=content.digest))
+        connection.execute(update(self.ids).where(named).values(digest=content.digest, added=time.time()))
         self.forget(connection, [before])
         return "replaced"
 
+    def put(
+        self,
+        connection: Connection,
+        namespace: str,
+        name: str,
+        content: C,
+        client: str,
+        owner: str | None,
+        bounds: Bounds,
+        is_expected: Callable[[str | None], bool] = _whatever,
+    ) -> Literal["added", "replaced", "same", "changed", "unknown", "of_another", "exists", "full", "too_many"]:
+        """Let an id of a namespace stand for a content, whether it stands for another or for none before.
+
+        Args:
+            connection: The transaction.
+            namespace: Where the id is looked up first.
+            name: The id.
+            content: The content of the id.
+            client: The client that adds it.
+            owner: The client that must have added an earlier content; None: anybody may have.
+            bounds: The bounds on contents of the kind.
+            is_expected: Whether the digest of the earlier content is the expected one; None: there is no content.
+
+        Returns:
+            `same`: it stands for the content already. `changed`: the earlier content is not the expected one. For the
+            others see `add` and `replace`.
+        """
+        exclusively(connection, CONTENTS)
+        before = self.digests(connection, namespace, {name}).get(name)
+        if before == content.digest:
+            return "same"
+        if not is_expected(before):
+            return "changed"
+        added = self.add(connection, namespace, name, content, client, bounds)
+        if added != "exists" or before is None:
+            return added
+        return self.replace(connection, namespace, name, before, content, owner, bounds)
+
     def delete(
-        self, connection: Connection, namespace: str, name: str, owner: str | None
-    ) -> Literal["deleted", "unknown", "of_another"]:
+        self,
+        connection: Connection,
+        namespace: str,
+        name: str,
+        owner: str | None,
+        is_expected: Callable[[str | None], bool] = _whatever,
+    ) -> Literal["deleted", "unknown", "of_another", "changed"]:
         """Forget an id of a namespace, or else of all, and the content that nothing else needs.
 
         Args:
@@ -140,11 +196,14 @@ class NamedContents(Generic[C]):
             namespace: Where the id is looked up first.
             name: The id.
             owner: The client that must have added it; None: anybody may have.
+            is_expected: Whether the digest of the content is the expected one; `changed` is returned if not.
         """
         exclusively(connection, CONTENTS)
         kept = self.owned(connection, namespace, name, owner)
         if isinstance(kept, str):
             return kept
+        if not is_expected(kept.digest):
+            return "changed"
         connection.execute(delete(self.ids).where(self._named(kept.namespace, name)))
         self.forget(connection, [kept.digest])
         return "deleted"
@@ -159,9 +218,15 @@ class NamedContents(Generic[C]):
         own = ids.alias()
         is_hidden = select(own.c.id).where(own.c.namespace == namespace, own.c.id == ids.c.id).exists()
         is_seen = or_(ids.c.namespace == namespace, (ids.c.namespace == FOR_ALL) & ~is_hidden)
-        query = select(ids.c.id, self.contents.c.summary).join(self.contents).where(is_seen)
+        query = select(ids.c.id, self.contents.c.summary, ids.c.added).join(self.contents).where(is_seen)
         rows = connection.execute(query.where(order > name).order_by(order).limit(limit))
-        return [(row.id, with_id(row.id, row.summary)) for row in rows]
+        return [(row.id, self.entry(row.id, row.summary, row.added)) for row in rows]
+
+    def entry_of(self, connection: Connection, namespace: str, name: str) -> bytes | None:
+        """Find the entry of an id in the list of all; None: it stands for nothing."""
+        query = select(self.contents.c.summary, self.ids.c.added).join(self.ids).where(self._seen_as(namespace, name))
+        row = connection.execute(query.order_by(self.ids.c.namespace.desc()).limit(1)).one_or_none()
+        return None if row is None else self.entry(name, row.summary, row.added)
 
     def owned(
         self, connection: Connection, namespace: str, name: str, owner: str | None
@@ -210,6 +275,8 @@ class NamedContents(Generic[C]):
         """Tell whether one of some ids stands for a content, or a batch needs it."""
         digest = self.contents.c.digest
         by_id = select(self.ids.c.id).where(self.ids.c.digest == digest, by).exists()
+        if self.needed_by_item is None:
+            return or_(by_id, false())
         return or_(by_id, select(items.c.batch).where(self.needed_by_item == digest).exists())
 
     def _size(self, connection: Connection, *which: ColumnElement[bool]) -> int:
@@ -224,3 +291,6 @@ ROBOTS = NamedContents(robots, robot_contents, items.c.robot, RobotContent)
 
 SCENES = NamedContents(scenes, scene_contents, items.c.scene, SceneContent)
 """The scenes that clients add."""
+
+PROJECTS = NamedContents(projects, project_contents, None, ProjectContent, project_entry)
+"""The projects that clients save."""

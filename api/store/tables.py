@@ -65,8 +65,8 @@ robots = Table(
     Index("robots_by_digest", "digest"),
     Index("robots_by_owner", "owner"),
 )
-"""The ids of added robots: the content that each stands for, who added it, and when (s since 1970). `namespace` is the
-key in whose requests the id has this meaning; empty: in all requests."""
+"""The ids of added robots: the content that each stands for, who added it, and when it was added or last changed (s
+since 1970). `namespace` is the key in whose requests the id has this meaning; empty: in all requests."""
 
 scene_contents = Table(
     "scene_contents",
@@ -90,6 +90,29 @@ scenes = Table(
     Index("scenes_by_owner", "owner"),
 )
 """The ids of scenes, like the ids of robots."""
+
+project_contents = Table(
+    "project_contents",
+    metadata,
+    Column("digest", Text, primary_key=True),
+    Column("definition", LargeBinary, nullable=False),
+    Column("summary", LargeBinary, nullable=False),
+    Column("size", Integer, nullable=False),
+)
+"""What clients saved as projects (`ProjectContent`), each content once; `size` is in bytes."""
+
+projects = Table(
+    "projects",
+    metadata,
+    Column("namespace", Text, primary_key=True),
+    Column("id", Id, primary_key=True),
+    Column("digest", Text, ForeignKey(project_contents.c.digest), nullable=False),
+    Column("owner", Text, nullable=False),
+    Column("added", Float, nullable=False),
+    Index("projects_by_digest", "digest"),
+    Index("projects_by_owner", "owner"),
+)
+"""The names of projects, like the ids of robots."""
 
 roadmaps = Table(
     "roadmaps",

@@ -28,7 +28,7 @@ class Advice(NamedTuple):
 REQUEST = "Requests"
 PLANNING = "Planning"
 ACCESS = "Access"
-STORED = "Stored robots, scenes and batches"
+STORED = "Stored robots, scenes, projects and batches"
 LOAD = "Load and bounds"
 
 ADVICE: dict[str, dict[str, Advice]] = {
@@ -136,6 +136,17 @@ ADVICE: dict[str, dict[str, Advice]] = {
         "scene_exists": Advice("Another scene has the id.", "Change it by `PATCH`, or choose another id."),
         "scene_of_another": Advice("Another client added the scene.", "Use the key or address that added it."),
         "too_many_scenes": Advice("The service keeps no more scenes.", "Delete one, or raise `PLANNER_MAX_SCENES`."),
+        "unknown_project": Advice(
+            "No project has this name, or it belongs to another key.", "`GET /v1/projects` lists yours."
+        ),
+        "project_changed": Advice(
+            "The project has another state than `If-Match` or `If-None-Match` expects.",
+            "Read the present state, then save with its `ETag`.",
+        ),
+        "project_of_another": Advice("Another client saved the project.", "Save under another name."),
+        "too_many_projects": Advice(
+            "The service keeps no more projects.", "Delete one, or raise `PLANNER_MAX_PROJECTS`."
+        ),
         "unknown_roadmap": Advice(
             "The scene has no roadmap of the robot.", "`GET /v1/scenes/{id}/roadmap` lists the scene's roadmaps."
         ),

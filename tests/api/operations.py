@@ -37,6 +37,10 @@ class Operation:
     lines: bool
     codes: list[str]
 
+    def path_of(self, name: str) -> str:
+        """Return the path to a robot, a scene, a batch or a project of this id or name."""
+        return re.sub(r"\{\w+\}", name, self.path)
+
 
 def _operation(path: str, method: str, entry: dict[str, Any]) -> Operation:
     scope = re.search("needs the scope `(.*)`", entry["description"])

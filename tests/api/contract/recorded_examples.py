@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 FILE = ROOT / "api/contract/examples/openapi_examples.json"
 PLAN, ROBOTS, BATCHES, SCENES = "/v1/trajectories", "/v1/robots", "/v1/batches", "/v1/scenes"
+PROJECTS = "/v1/projects"
 QUERIES = {"list_robots": {"limit": 2}, "list_batches": {"limit": 2}, "export_trajectory": {"format": "csv"}}
 QUERIES["download_batch_results"] = {"format": "csv"}
 
@@ -62,6 +63,7 @@ PROBLEMS: dict[str, tuple[str, str, Any]] = {
     "method_not_allowed": ("PUT", PLAN, None),
     "unknown_robot": ("POST", PLAN, plan_request(robot="nobody")),
     "unknown_batch": ("GET", f"{BATCHES}/none", None),
+    "unknown_project": ("GET", f"{PROJECTS}/none", None),
     "unknown_scene": ("POST", PLAN, plan_request(scene="cell_9")),
     "not_acceptable": ("POST", f"{PLAN}/export?format=xlsx", plan_request()),
     "catalogue_robot": ("DELETE", f"{ROBOTS}/three_dof_arm", None),
@@ -129,14 +131,14 @@ def answers(service: RunningService) -> dict[str, dict[str, dict[str, Any]]]:
         requests = operation.examples or {"an_answer": None}
         of_operation = found.setdefault(operation.id, {})
         for name, body in requests.items():
-            for _ in range(1 + (len(operation.answers) - 1) * (operation.method == "POST")):
-                path = operation.path.replace("{id}", _id(service, operation.tag))
+            for _ in range(1 + (len(operation.answers) - 1) * (operation.method in {"POST", "PUT"})):
+                path = operation.path_of(_id(service, operation.tag))
                 reply = service.client.request(operation.method, path, json=body, params=QUERIES.get(operation.id))
                 assert reply.is_success, reply.text
                 is_json = reply.headers["Content-Type"] == "application/json"
                 shown = reply.json() if is_json else _excerpt(reply)
                 of_operation.setdefault(str(reply.status_code), {})[name] = shown
-    for added in (f"{ROBOTS}/planar_arm", f"{ROBOTS}/kuka_in_cell_4", f"{SCENES}/cell_4"):
+    for added in (f"{ROBOTS}/planar_arm", f"{ROBOTS}/kuka_in_cell_4", f"{SCENES}/cell_4", f"{PROJECTS}/welding"):
         service.client.delete(added)
     found["get_readiness"]["503"] = {"starting": {"status": "starting", "workers": 2, "warm_workers": 1}}
     return found
@@ -153,9 +155,9 @@ def _excerpt(reply: httpx.Response) -> str:
 
 
 def _id(service: RunningService, tag: str) -> str:
-    """Return the id of a robot, a scene, or the batch of two requests after all batches have ended."""
+    """Return the id of a robot, a scene or a project, or of the batch of two requests after all ended."""
     if tag != "batches":
-        return "cell_4" if tag == "scenes" else "three_dof_arm"
+        return {"scenes": "cell_4", "projects": "welding"}.get(tag, "three_dof_arm")
 
     def newest() -> list[dict[str, Any]]:
         found: list[dict[str, Any]] = service.client.get(BATCHES, params={"limit": 2}).json()["batches"]
@@ -181,6 +183,7 @@ def problems(service: RunningService) -> dict[str, Any]:
     found["header_too_large"] = _raw(service, f"GET / HTTP/1.1\r\nX: {'a' * 70_000}")
     found["robot_exists"], found["robot_of_another"] = _robots(service)
     found["scene_exists"], found["scene_of_another"] = _scenes(service)
+    found["project_changed"], found["project_of_another"] = _projects(service)
     found["unknown_roadmap"] = _roadmap(service)
     found["conflict"] = _conflict(service)
     found = {code: reply.json() if isinstance(reply, httpx.Response) else reply for code, reply in found.items()}
@@ -192,6 +195,7 @@ def problems(service: RunningService) -> dict[str, Any]:
         errors.TooManyRobots("The service stores no more robots. Delete one first."),
         errors.TooManyScenes("The service stores no more scenes. Delete one first."),
         errors.TooManyRoadmaps("A scene may have at most 4 roadmaps. Delete the roadmap of another robot first."),
+        errors.TooManyProjects("The service keeps no more projects. Delete one first."),
         errors.TooManyBatches("This client has too many unfinished batches. Wait for one to end, or cancel one."),
         errors.MemoryExceeded(),
         errors.InternalError(),
@@ -230,6 +234,17 @@ def _scenes(service: RunningService) -> tuple[httpx.Response, httpx.Response]:
     return exists, of_another
 
 
+def _projects(service: RunningService) -> tuple[httpx.Response, httpx.Response]:
+    """Save a project that is there already, and delete it from another address."""
+    path = f"{PROJECTS}/somebodys"
+    service.client.put(path, json={})
+    changed = service.client.put(path, json={"robot": "ur5e"}, headers={"If-None-Match": "*"})
+    with httpx.Client(transport=httpx.HTTPTransport(local_address="127.0.0.2"), base_url=service.url) as another:
+        of_another = another.delete(path)
+    service.client.delete(path)
+    return changed, of_another
+
+
 def _roadmap(service: RunningService) -> httpx.Response:
     """Delete the roadmap of a scene without one."""
     service.post(SCENES, {"id": "somebodys_cell"})
@@ -256,7 +271,7 @@ def _raw(service: RunningService, request: str) -> Any:
     return json.loads(answer.partition(b"\r\n\r\n")[2])
 
 
-OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_hash", "next_cursor", "digest"}
+OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_hash", "next_cursor", "digest", "changed"}
 """Fields whose values differ in every run; the digest of a roadmap is that of its numbers."""
 
 FOR_PEOPLE = {"detail", "message", "explanation"}

@@ -43,6 +43,10 @@ CONTRACT = {
     ("post", "/v1/scenes/{id}/roadmap"): "build_roadmap",
     ("get", "/v1/scenes/{id}/roadmap"): "list_roadmaps",
     ("delete", "/v1/scenes/{id}/roadmap"): "delete_roadmap",
+    ("get", "/v1/projects"): "list_projects",
+    ("get", "/v1/projects/{name}"): "get_project",
+    ("put", "/v1/projects/{name}"): "put_project",
+    ("delete", "/v1/projects/{name}"): "delete_project",
     ("delete", "/v1/robots/{id}"): "delete_robot",
     ("post", "/v1/kinematics/forward"): "forward_kinematics",
     ("post", "/v1/kinematics/inverse"): "inverse_kinematics",
@@ -160,8 +164,8 @@ def test_everything_that_a_caller_sends_is_described(document: dict[str, Any]) -
         assert operation["summary"].endswith("."), path
         assert "`" not in operation["summary"], "Swagger UI shows a summary as plain text"
         assert sentence(operation), path
-        assert ("requestBody" in operation) == (method in ("post", "patch")), path
-        if method == "post":
+        assert ("requestBody" in operation) == (method in ("post", "patch", "put")), path
+        if method in ("post", "put"):
             content = operation["requestBody"]["content"]["application/json"]
             assert content["examples"], path
             assert set(content["schema"]) == {"$ref"}

@@ -289,10 +289,12 @@ def test_whatever_the_answer_follows_from_changes_the_tag() -> None:
 @pytest.mark.long_table
 @pytest.mark.parametrize("operation", SHARED, ids=lambda operation: operation.id)
 def test_only_get_answers_304_to_a_client_that_has_the_answer(service: RunningService, operation: Any) -> None:
-    kept = "kept_scene" if operation.path.startswith("/v1/scenes") else "three_dof_arm"
+    kept = {"scenes": "kept_scene", "projects": "kept_project"}.get(operation.tag, "three_dof_arm")
     if kept == "kept_scene":
         assert service.post("/v1/scenes", {"id": kept}).status_code in {200, 201}
-    path = operation.path.replace("{id}", kept)
+    if kept == "kept_project":
+        assert service.client.put(f"/v1/projects/{kept}", json={}).status_code in {200, 201}
+    path = operation.path_of(kept)
     query = {"format": "csv"} if operation.id == "export_trajectory" else None
     body = next(iter(operation.examples.values()), None)
     first = service.client.request(operation.method, path, json=body, params=query)
@@ -305,8 +307,8 @@ def test_only_get_answers_304_to_a_client_that_has_the_answer(service: RunningSe
     stale = {"If-None-Match": '"another"'}
     changed = service.client.request(operation.method, path, json=body, params=query, headers=stale)
     assert (changed.status_code, changed.content, changed.headers["ETag"]) == (200, first.content, tag)
-    if kept == "kept_scene":
-        service.client.delete(f"/v1/scenes/{kept}")
+    if kept in {"kept_scene", "kept_project"}:
+        service.client.delete(path)
 
 
 def test_an_answer_is_computed_afresh_where_that_is_asked(service: RunningService) -> None:

@@ -100,7 +100,7 @@ def test_a_million_empty_rows_are_refused_before_they_are_parsed(
 def test_a_body_that_nests_too_deep_costs_no_worker(service: RunningService, operation: Operation) -> None:
     """The smallest that ended a worker had 621 bytes; one of 2 kB failed in the server."""
     before = {worker.pid for worker in service.workers()}
-    path = operation.path.replace("{id}", "cell")
+    path = operation.path_of("cell")
     deep = "[" * 300 + "]" * 300
     bodies = [f'{{"{name}":{deep}}}' for name in ("a", "backend", "robot", "scene", "grid", "requests")]
     bodies += [

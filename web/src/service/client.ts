@@ -28,8 +28,8 @@ export function useKey(key: string): void {
   sessionStorage.setItem(KEY_NAME, key);
 }
 
-// What a call came to: an answer, or the problem that the service tells of.
-export type Outcome<T> = { answer: T; problem?: undefined } | { answer?: undefined; problem: Problem };
+// What a call came to: an answer, or the problem that the service tells of; and the state that it names (`ETag`).
+export type Outcome<T> = ({ answer: T; problem?: undefined } | { answer?: undefined; problem: Problem }) & { tag?: string };
 
 interface Result<T> {
   data?: T;
@@ -37,6 +37,7 @@ interface Result<T> {
   response?: Response;
 }
 
+const NO_CONTENT = 204;
 const GATEWAY: readonly number[] = [502, 503, 504]; // what a proxy answers for a service that is away
 
 // Turns the result of a call into an outcome; a service that cannot be reached is a problem, too.
@@ -44,8 +45,9 @@ export async function outcome<T>(call: Promise<Result<T>>): Promise<Outcome<T>> 
   try {
     const { data, error, response } = await call;
     isAway.value = !isProblem(error) && GATEWAY.includes(response?.status ?? 0);
-    if (data !== undefined) return { answer: data };
-    return { problem: isProblem(error) ? error : unreachable('the answer cannot be read') };
+    const tag = response?.headers.get('ETag') ?? undefined;
+    if (data !== undefined || response?.status === NO_CONTENT) return { answer: data as T, tag };
+    return { problem: isProblem(error) ? error : unreachable('the answer cannot be read'), tag };
   } catch (error) {
     if (error instanceof DOMException && error.name === 'AbortError') throw error;
     isAway.value = true;

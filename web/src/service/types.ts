@@ -33,6 +33,7 @@ export type Scene = Schemas['Scene'];
 export type SceneShape = Schemas['SceneShape'];
 export type SceneObject = Schemas['SceneObject'];
 export type SceneSummary = Schemas['SceneSummary'];
+export type ProjectSummary = Schemas['ProjectSummary'];
 export type Clearance = Schemas['ClearanceAnswer'];
 export type Finding = Schemas['ModelFinding'];
 export type Batch = Schemas['Batch'];

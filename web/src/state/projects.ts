@@ -1,12 +1,16 @@
-// Requests that a person keeps by name in this browser: the service keeps robots and scenes, but no requests.
+// Requests that a person keeps by name in this browser.
 import { signal } from '@preact/signals';
 import { parseRequest } from '../request/parse';
-import type { PlanRequest } from '../service/types';
+import type { PlanRequest, Problem } from '../service/types';
 import { texts } from '../texts';
 import { openRequest } from './actions';
 import { request } from './store';
 
 type Projects = Readonly<Record<string, PlanRequest>>;
+
+// Why a project was not saved, opened or deleted: there is no room, another page has changed it, it is no request, or the
+// service says so.
+export type Failure = { why: 'full' | 'changed' } | { fault: string } | { problem: Problem };
 
 const KEY = 'projects';
 
@@ -30,22 +34,23 @@ function kept(): Projects {
 }
 
 // The browser may have no room for it; or it has another project of this name, which this tab has not seen.
-export function saveProject(name: string, overwrites = false): 'saved' | 'full' | 'changed' {
+export function saveProject(name: string, overwrites = false): Failure | null {
   const [shown, stored] = [request.value, kept()[name]];
-  if (!shown) return 'saved';
+  if (!shown) return null;
   const [ours, theirs] = [JSON.stringify(shown), JSON.stringify(stored)];
   if (stored && !overwrites && theirs !== ours && theirs !== seen.get(name)) {
     projects.value = kept();
-    return 'changed';
+    return { why: 'changed' };
   }
-  if (!keep({ ...kept(), [name]: shown })) return 'full';
+  if (!keep({ ...kept(), [name]: shown })) return { why: 'full' };
   seen.set(name, ours);
-  return 'saved';
+  return null;
 }
 
-export function deleteProject(name: string): void {
+export function deleteProject(name: string): null {
   seen.delete(name);
   keep(Object.fromEntries(Object.entries(kept()).filter(([other]) => other !== name)));
+  return null;
 }
 
 function keep(next: Projects): boolean {
@@ -58,9 +63,10 @@ function keep(next: Projects): boolean {
   return true;
 }
 
-export function openProject(name: string): void {
+export function openProject(name: string): null {
   const found = kept()[name];
-  if (!found) return;
+  if (!found) return null;
   seen.set(name, JSON.stringify(found));
   openRequest(found, texts.projects.opened(name));
+  return null;
 }

@@ -39,7 +39,7 @@ def client() -> Iterator[httpx.Client]:
 def test_a_body_that_any_page_may_send_is_no_json(client: httpx.Client, operation: Any, media_type: str | None) -> None:
     """A page sends these without asking first: `fetch` in the mode `no-cors`, a form, and `curl -d`."""
     headers = {} if media_type is None else {"Content-Type": media_type}
-    path = operation.path.replace("{id}", "cell")
+    path = operation.path_of("cell")
     answer = client.request(operation.method, path, content=json.dumps(plan_request()).encode(), headers=headers)
     assert (answer.status_code, answer.json()["code"]) == (415, "unsupported_media_type")
     assert answer.json()["detail"].startswith("`Content-Type` must be `application/json`")

@@ -167,6 +167,26 @@ export const refusals: Record<string, Said> = {
     cause: 'Der Dienst bewahrt nicht mehr Szenen auf.',
     remedy: 'Eine löschen oder PLANNER_MAX_SCENES erhöhen.',
   },
+  unknown_project: {
+    title: 'Dieses Projekt gibt es nicht',
+    cause: 'Kein Projekt hat diesen Namen mehr, oder es gehört zu einem anderen Schlüssel.',
+    remedy: 'Ein Projekt der Liste wählen oder die gezeigte Anfrage speichern.',
+  },
+  project_changed: {
+    title: 'Das Projekt wurde anderswo geändert',
+    cause: 'Ein anderer Browser hat das Projekt inzwischen gespeichert oder gelöscht.',
+    remedy: 'Das Projekt öffnen und ansehen, dann noch einmal.',
+  },
+  project_of_another: {
+    title: 'Das Projekt gehört jemand anderem',
+    cause: 'Ein anderer Schlüssel oder eine andere Adresse hat das Projekt gespeichert.',
+    remedy: 'Unter einem anderen Namen speichern.',
+  },
+  too_many_projects: {
+    title: 'Mehr Projekte lassen sich nicht aufbewahren',
+    cause: 'Der Dienst bewahrt nicht mehr Projekte auf.',
+    remedy: 'Eines löschen oder PLANNER_MAX_PROJECTS erhöhen.',
+  },
   unknown_roadmap: {
     title: 'Diese Roadmap gibt es nicht',
     cause: 'Die Szene hat keine Roadmap dieses Roboters.',

@@ -111,16 +111,23 @@ export const ofResult: typeof english = {
     languages: { curl: 'curl', python: 'Python', typescript: 'TypeScript' },
   },
   projects: {
-    label: 'Projekte in diesem Browser',
+    browser: {
+      label: 'Projekte in diesem Browser',
+      hint: 'Ein Projekt ist die gezeigte Anfrage. Andere sehen es über einen Link oder eine Datei.',
+    },
+    service: {
+      label: 'Projekte auf dem Dienst',
+      hint: 'Andere Browser sehen diese Projekte; wo der Dienst Schlüssel verlangt, nur die mit demselben Schlüssel.',
+    },
     name: 'Name des Projekts',
+    form: 'Ohne /, und nicht mit einem Punkt oder Leerzeichen am Anfang.',
     save: 'Projekt speichern',
     opened: (name) => `Projekt ${name} geöffnet`,
     remove: (name) => `${name} löschen`,
     full: 'In diesem Browser ist kein Platz für das Projekt: die Szene auf dem Dienst oder eine Datei speichern.',
-    changed: (name) => `Das Projekt ${name} wurde anderswo geändert, etwa in einem anderen Fenster.`,
+    changed: (name) => `Das Projekt ${name} wurde anderswo geändert, etwa in einem anderen Fenster oder Browser.`,
     overwrite: 'Überschreiben',
     openOther: 'Die andere Fassung öffnen',
-    hint: 'Ein Projekt ist die gezeigte Anfrage. Andere sehen es über einen Link oder eine Datei.',
   },
   json: {
     label: 'Die Anfrage als JSON',

@@ -76,16 +76,23 @@ export const ofResult = {
     languages: { curl: 'curl', python: 'Python', typescript: 'TypeScript' },
   },
   projects: {
-    label: 'Projects in this browser',
+    browser: {
+      label: 'Projects in this browser',
+      hint: 'A project is the request that is shown. Others see it by a link or a file.',
+    },
+    service: {
+      label: 'Projects on the service',
+      hint: 'Other browsers see these projects; where the service asks for keys, only those with the same key.',
+    },
     name: 'Name of the project',
+    form: 'Without /, and not beginning with a full stop or a space.',
     save: 'Save project',
     opened: (name: string) => `Project ${name} opened`,
     remove: (name: string) => `Delete ${name}`,
     full: 'This browser has no room for the project: save its scene on the service, or save a file.',
-    changed: (name: string) => `The project ${name} was changed elsewhere, such as in another tab.`,
+    changed: (name: string) => `The project ${name} was changed elsewhere, such as in another tab or browser.`,
     overwrite: 'Overwrite it',
     openOther: 'Open the other version',
-    hint: 'A project is the request that is shown. Others see it by a link or a file.',
   },
   json: {
     label: 'The request as JSON',
