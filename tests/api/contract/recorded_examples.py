@@ -155,7 +155,7 @@ def _excerpt(reply: httpx.Response) -> str:
 
 
 def _id(service: RunningService, tag: str) -> str:
-    """Return the id of a robot, a scene or a project, or of the batch of two requests after all ended."""
+    """Return the id of a robot, scene or project, or of the batch of two requests once all ended."""
     if tag != "batches":
         return {"scenes": "cell_4", "projects": "welding"}.get(tag, "three_dof_arm")
 
