@@ -14,11 +14,11 @@ from planner.trajectories.polynomials import cumulative_sums, powers
 from planner.trajectories.trajectory import Trajectory
 
 DURATION_ERROR = "duration_error"
-"""The quantity of the check: the difference of a duration from the requested one, or its lack of a minimum, s."""
+"""The quantity of the check: the difference of a duration or an arrival from the requested one or its bound, s."""
 
 
 def certify_durations(trajectory: Trajectory, waypoints: Sequence[AnyWaypoint], whole: float | None) -> list[Check]:
-    """Check durations, minimum durations and dwells against the request.
+    """Check durations, minimum durations, dwells and arrivals against the request.
 
     `whole` is the requested duration of the whole trajectory, s; None: none.
 
@@ -29,12 +29,16 @@ def certify_durations(trajectory: Trajectory, waypoints: Sequence[AnyWaypoint], 
     exact = [(k, w.duration) for k, w in enumerate(waypoints[1:], 1) if w.duration is not None]
     least = [(k, w.minimum_duration) for k, w in enumerate(waypoints[1:], 1) if w.minimum_duration > 0.0]
     dwells = [(k, w.dwell) for k, w in enumerate(waypoints) if w.dwell > 0.0]
-    if not (exact or least or dwells or whole is not None):
+    earliest = [(k, w.earliest_arrival) for k, w in enumerate(waypoints) if w.earliest_arrival > 0.0]
+    latest = [(k, w.latest_arrival) for k, w in enumerate(waypoints) if w.latest_arrival is not None]
+    if not (exact or least or dwells or earliest or latest or whole is not None):
         return []
     took = arrivals.copy()
     took[1:] -= departures[:-1]
     rows = [(took[k] - requested, requested, arrivals[k]) for k, requested in exact]
     rows += [(min(took[k] - requested, 0.0), requested, arrivals[k]) for k, requested in least]
+    rows += [(min(arrivals[k] - requested, 0.0), requested, arrivals[k]) for k, requested in earliest]
+    rows += [(max(arrivals[k] - requested, 0.0), requested, arrivals[k]) for k, requested in latest]
     if dwells:
         stood = _standing_times(trajectory, arrivals, departures)
         rows += [(stood[k] - requested, requested, departures[k]) for k, requested in dwells]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
 from time import monotonic
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from planner.problems.check import check_problem
 from planner.problems.motion_around import Objective
 from planner.problems.problem import PlanningProblem
 from planner.spatial import FloatArray
+from planner.timing.arrivals import refuse_late_arrivals, with_waits
 from planner.timing.shaping import shaped
 from planner.tolerances import ROUNDING
 from planner.trajectories.trajectory import PlanWarning, Trajectory
@@ -118,12 +119,12 @@ class Attempt:
                 attempt = replace(attempt, path=solve_path(problem))
             path = attempt.solved
             unshaped = timed(problem, attempt.backend, path)
-            trajectory = shaped(problem.residual_vibration, path, unshaped)
-            attempt.refuse_unless_better(trajectory)
+            on_time = attempt.on_time(unshaped)
+            trajectory = on_time.trajectory
             try:
-                plan = certified(problem, attempt.backend, path, trajectory, unshaped)
+                plan = certified(on_time.problem, attempt.backend, *on_time[1:])
             except LimitsUnsatisfiable as refusal:
-                if trajectory is unshaped:
+                if not on_time.is_shaped:
                     raise
                 plan = attempt.shaped_slower(unshaped, refusal)
         except PlanningError as refusal:
@@ -131,6 +132,19 @@ class Attempt:
         if attempt.detours or attempt.warnings:
             plan = replace(plan, detours=attempt.detours or (), warnings=(*attempt.warnings, *plan.warnings))
         return Planned(attempt, plan)
+
+    def on_time(self, unshaped: Trajectory) -> OnTime:
+        """Shape a trajectory, and wait at stops until no waypoint is reached before its earliest arrival.
+
+        Raises:
+            InfeasibleDuration: A waypoint is reached after its latest arrival.
+            PlanningError: The robot cannot wait, or the trajectory is no better than one that there is.
+        """
+        made = shaped(self.with_detours.residual_vibration, self.solved, unshaped)
+        problem, path, trajectory = with_waits(self.with_detours, self.solved, made)
+        refuse_late_arrivals(problem, trajectory)
+        self.refuse_unless_better(trajectory)
+        return OnTime(problem, path, trajectory, trajectory if made is unshaped else unshaped)
 
     def shaped_slower(self, unshaped: Trajectory, refusal: LimitsUnsatisfiable) -> Plan:
         """Stretch the motions until the shaped ones keep all limits, if they exceed one slightly.
@@ -143,14 +157,12 @@ class Attempt:
             LimitsUnsatisfiable: No factor helps, or the duration is requested.
             PlanningError: As `certified` does, for the stretched motions.
         """
-        problem, path = self.with_detours, self.solved
         excess = abs((refusal.value or inf) / (refusal.limit or 1.0))
-        for factor in SHAPED_STRETCHES if problem.duration is None and excess <= SLIGHT_EXCESS else ():
+        for factor in SHAPED_STRETCHES if self.problem.duration is None and excess <= SLIGHT_EXCESS else ():
             slower = unshaped.stretched(np.where(unshaped.moves, factor, 1.0))
-            trajectory = shaped(problem.residual_vibration, path, slower)
-            self.refuse_unless_better(trajectory)
+            on_time = self.on_time(slower)._replace(unshaped=unshaped)
             try:
-                return certified(problem, self.backend, path, trajectory, unshaped)
+                return certified(on_time.problem, self.backend, *on_time[1:])
             except LimitsUnsatisfiable:
                 continue
         raise refusal
@@ -171,6 +183,27 @@ class Attempt:
             objective, value = self.better_than
             if value_of(objective, self.solved, trajectory) >= value * (1.0 - ROUNDING):
                 raise NotBetter("there is a trajectory as good as this one")
+
+
+class OnTime(NamedTuple):
+    """A trajectory that reaches no waypoint too early, for the certificate.
+
+    Attributes:
+        problem: The problem, with the waits as dwells.
+        path: The path, with these dwells.
+        trajectory: The trajectory, shaped if the problem requests it.
+        unshaped: The trajectory before it was shaped; the same one if it was not.
+    """
+
+    problem: PlanningProblem
+    path: JointPath
+    trajectory: Trajectory
+    unshaped: Trajectory
+
+    @property
+    def is_shaped(self) -> bool:
+        """Whether the trajectory was shaped."""
+        return self.trajectory is not self.unshaped
 
 
 class NotBetter(PlanningError):

@@ -161,8 +161,12 @@ def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]
     waypoints, whole = problem.waypoints, problem.duration
     if waypoints and waypoints[0].minimum_duration != 0.0:
         yield ("waypoints", 0, "minimum_duration"), "the first waypoint ends no segment: it has no duration"
+    if waypoints and (waypoints[0].earliest_arrival != 0.0 or waypoints[0].latest_arrival is not None):
+        name = "latest_arrival" if waypoints[0].latest_arrival is not None else "earliest_arrival"
+        yield ("waypoints", 0, name), "must be left out: the robot starts at the first waypoint. Set its `dwell`."
     least = 0.0
     for i, waypoint in enumerate(waypoints):
+        yield from _arrival_faults(waypoint, i, whole)
         if isinstance(waypoint.motion, FreeMotion) and (waypoint.duration or waypoint.minimum_duration):
             timed = "duration" if waypoint.duration else "minimum_duration"
             yield (
@@ -186,6 +190,19 @@ def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]
         yield ("duration",), f"the durations and dwells of the waypoints alone take {least:.10g} s"
     elif whole > least * (1.0 + DURATION_TOLERANCE) and all_timed:
         yield ("duration",), f"the durations and dwells of the waypoints add up to {least:.10g} s"
+
+
+def _arrival_faults(waypoint: AnyWaypoint, index: int, whole: float | None) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults of a time window."""
+    earliest, latest = waypoint.earliest_arrival, waypoint.latest_arrival
+    if not 0.0 <= earliest < np.inf:
+        yield ("waypoints", index, "earliest_arrival"), f"must be finite and not negative; got {earliest:g}"
+    elif earliest > 0.0 and whole is not None:
+        yield ("waypoints", index, "earliest_arrival"), "must be left out with a `duration` of the whole trajectory"
+    if latest is not None and not max(earliest, SMALLEST) <= latest < np.inf:
+        least = "the earliest_arrival" if earliest > SMALLEST else "the shortest duration"
+        text = f"must be finite and at least {least}, {max(earliest, SMALLEST):g} s; got {latest:g}"
+        yield ("waypoints", index, "latest_arrival"), text
 
 
 def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -86,8 +86,7 @@ class CircularMotion(CartesianMotion):
     """A motion of the tool from the waypoint before along the circle through `via`.
 
     Attributes:
-        via: A pose on the circle, in the base frame. Without a rotation, the tool turns by the shortest rotation
-            from start to end.
+        via: A pose on the circle, in the base frame; without a rotation, the tool turns by the shortest rotation.
     """
 
     via: Pose
@@ -126,8 +125,7 @@ class SplineMotion(CartesianMotion):
     over the length of the chords, the rotation that of the quaternions, normalised; both are C2.
 
     Attributes:
-        poses: The poses that the tool passes, in the base frame. The rotation of a pose without one is interpolated on
-            the shortest turn between the nearest poses with a rotation.
+        poses: The poses that the tool passes, in the base frame. Rotations are interpolated as of `PolylineMotion`.
     """
 
     poses: Sequence[Pose]
@@ -151,12 +149,13 @@ class Waypoint:
         transition: Stop at this waypoint, pass it, or blend the corner.
         duration: Time for the segment that ends here, s; None: as fast as the limits allow.
         minimum_duration: Shortest time for the segment that ends here, s; the limits may require a longer one.
+        earliest_arrival: The robot arrives here no sooner, s after the start; it waits at the last stop before.
+        latest_arrival: The robot arrives here no later, s after the start; None: at any time.
         dwell: Time to rest here before going on, s.
         limits: Limits on the segment that ends here, no wider than the robot's; None: the limits of the problem.
         payload: The payload after this waypoint; None: unchanged. It changes only at stops; limits hold with both.
         put_down: Whether the robot puts down its payload here and continues without one.
-        attach: Objects of the scene that the robot takes here and that then move with it. The robot must stop here. Set
-            their mass in `payload`.
+        attach: Objects of the scene that the robot takes here, where it must stop. Set their mass in `payload`.
         detach: Names of carried objects that the robot puts down here, where they stay. The robot must stop here.
         tool: The tool centre point in the tip frame from this waypoint on; None: unchanged. The pose of this waypoint
             and the motion to it refer to this tool. The robot must stop at the waypoint before.
@@ -168,6 +167,8 @@ class Waypoint:
     transition: Transition = StopTransition()
     duration: float | None = None
     minimum_duration: float = 0.0
+    earliest_arrival: float = 0.0
+    latest_arrival: float | None = None
     dwell: float = 0.0
     limits: Limits | None = None
     payload: Payload | None = None
@@ -396,5 +397,4 @@ class PlanningProblem:
     @property
     def all_limits(self) -> tuple[Limits, ...]:
         """All requested limits: the limits of the whole trajectory first, then the limits of single waypoints."""
-        own = (waypoint.limits for waypoint in self.waypoints)
-        return (self.limits, *(limits for limits in own if limits is not None))
+        return (self.limits, *(waypoint.limits for waypoint in self.waypoints if waypoint.limits is not None))

@@ -109,6 +109,9 @@ def _task_faults(task: Task, field: FieldPath, *, has_end: bool) -> Iterator[tup
             yield (*field, "actions", k, "at"), "must be the index of a waypoint of the task"
     for k, waypoint in enumerate(task.waypoints):
         there = (*field, "waypoints", k)
+        if not isinstance(waypoint, AnyOf) and (waypoint.earliest_arrival or waypoint.latest_arrival is not None):
+            name = "earliest_arrival" if waypoint.earliest_arrival else "latest_arrival"
+            yield (*there, name), "must be left out: the order decides when the robot arrives"
         if isinstance(waypoint, AnyOf):
             yield there, NO_GOAL_SETS
         if waypoint.tool is not None:

@@ -268,6 +268,11 @@ class WaypointBase(Schema):
     minimum_duration: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
     """The minimum time from the departure at the waypoint before to the arrival here, s. The segment takes longer
     where its limits or the `duration` of the whole trajectory need it."""
+    earliest_arrival: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
+    """The least time from the start to the arrival here, s. The robot waits for it at the last stop before."""
+    latest_arrival: Seconds | None = None
+    """The most time from the start to the arrival here, s. A request that cannot keep it is refused with the arrival
+    that it can keep. Omitted: any time."""
     dwell: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
     """The dwell at the waypoint, s."""
     transition: Transition = StopTransition(kind="stop")

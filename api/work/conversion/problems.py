@@ -316,16 +316,12 @@ def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _to_waypoint(waypoint: waypoints.SingleWaypoint, robot: Robot, frame: Pose | None) -> planner.AnyWaypoint:
-    common_fields: dict[str, Any] = {
-        "name": waypoint.name,
+    plain = ("name", "duration", "minimum_duration", "earliest_arrival", "latest_arrival", "dwell", "put_down")
+    common_fields: dict[str, Any] = {name: getattr(waypoint, name) for name in plain} | {
         "motion": to_motion(waypoint.motion, frame),
         "transition": _to_transition(waypoint.transition),
-        "duration": waypoint.duration,
-        "minimum_duration": waypoint.minimum_duration,
-        "dwell": waypoint.dwell,
         "limits": None if waypoint.limits is None else to_limits(waypoint.limits),
         "payload": None if waypoint.payload is None else to_payload(waypoint.payload),
-        "put_down": waypoint.put_down,
         "attach": tuple(Attach(taken.id, taken.link, taken.touch_links) for taken in waypoint.attach),
         "detach": tuple(waypoint.detach),
         "tool": None if waypoint.tool is None else to_pose(waypoint.tool),

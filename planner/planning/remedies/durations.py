@@ -54,6 +54,8 @@ def duration_remedies(refused: Refused, refusal: InfeasibleDuration) -> Proposal
     if longer is None:
         return []
     remedies, plan = longer
+    if any(remedy.field[-1] == "latest_arrival" for remedy in remedies):
+        return remedies  # what has to be faster for it is not known
     if len(plan.problem.waypoints) != len(attempt.with_detours.waypoints):
         return remedies  # with these durations another detour was found: it does not tell what this one needs
     limits, durations = path.limits, path.durations

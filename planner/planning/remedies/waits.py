@@ -8,7 +8,6 @@ meets. The least such wait is shortened as far as the proof of the clearance at 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -25,6 +24,8 @@ from planner.scene.checker import CollisionChecker
 from planner.scene.phases import Phase
 from planner.scene.scene import SceneObject
 from planner.spatial import FloatArray
+from planner.timing.arrivals import with_wait
+from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.trajectory import Trajectory
 
 LONGEST_WAITS = (5.0, 60.0)
@@ -57,7 +58,9 @@ def waits_for_objects(refused: Refused) -> Iterator[Change]:
             found.append((steps, stop))
     for steps, stop in sorted(found):
         wait, number = steps / WAIT_MILLISECONDS, numbers[stop]
-        dwell = attempt.problem.waypoints[number].dwell + wait
+        dwell = attempt.problem.waypoints[number].dwell
+        rest = float(trajectory.departures[stop] - trajectory.arrivals[stop])  # longer if an arrival requires it
+        dwell = (dwell if rest <= dwell * (1.0 + DURATION_TOLERANCE) else rest) + wait
         text = f"the robot waits {wait:g} s longer here, until {refusal.pair[1]} has passed"  # type: ignore[attr-defined]
         change = [Remedy(("waypoints", number, "dwell"), dwell, text)]
         if attempt.problem.duration is not None:
@@ -133,20 +136,3 @@ def _free_waits(
     is_free = ~blocked[1 + moves, waits[:, None] + moves].any(axis=1)
     rests = np.append(True, ~np.logical_or.accumulate(blocked[0]))[: len(waits)]
     return np.asarray(waits[is_free & rests & (waits > 0)] * step)
-
-
-def with_wait(trajectory: Trajectory, waypoint: int, wait: float) -> Trajectory:
-    """Return a trajectory that rests for a time, s, longer before it leaves a waypoint at which it stops."""
-    at = float(trajectory.departures[waypoint])
-    row = int(np.abs(trajectory.breakpoints - at).argmin())
-    rest = np.zeros((1, *trajectory.coefficients.shape[1:]))
-    rest[0, :, 0] = trajectory.evaluate(at, [0])[0]
-    later = np.arange(len(trajectory.arrivals))
-    return replace(
-        trajectory,
-        lengths=np.insert(trajectory.lengths, row, wait),
-        coefficients=np.concatenate([trajectory.coefficients[:row], rest, trajectory.coefficients[row:]]),
-        segments=np.insert(trajectory.segments, row, max(waypoint - 1, 0)),
-        arrivals=trajectory.arrivals + np.where(later > waypoint, wait, 0.0),
-        departures=trajectory.departures + np.where(later >= waypoint, wait, 0.0),
-    )

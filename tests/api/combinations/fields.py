@@ -67,6 +67,10 @@ LEFT_OUT = {
         "few plans meet a moving object; test_moving_objects has them",
     ),
     "SceneObject.frame": "the random requests have it",
+    **dict.fromkeys(
+        ("WaypointBase.earliest_arrival", "WaypointBase.latest_arrival"),
+        "test_arrivals has them with every kind of timing",
+    ),
     "WaypointBase.process_force": "it may not change without a stop; test_process_forces has it with every back end",
 }
 """Fields that no combined request has, and why."""

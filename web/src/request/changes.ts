@@ -5,6 +5,8 @@ import { texts } from '../texts';
 const UNITS: Record<string, string> = {
   duration: 's',
   minimum_duration: 's',
+  earliest_arrival: 's',
+  latest_arrival: 's',
   dwell: 's',
   radius: 'm',
   margin: 'm',

@@ -1,4 +1,4 @@
-"""Moving objects over HTTP: plans, validation, collision checks and stored scenes."""
+"""Moving objects and time windows over HTTP: plans, validation, collision checks and stored scenes."""
 
 from __future__ import annotations
 
@@ -111,3 +111,22 @@ def test_checks_that_need_static_objects_refuse_moving_ones(service: RunningServ
     take = at_once()
     take["waypoints"][0]["attach"] = [{"id": "crate"}]
     assert "/waypoints/0/attach/0/id" in str(service.post(PLAN, take).json()["errors"])
+
+
+def with_window(**window: float) -> dict[str, Any]:
+    """Return the request without the scene, with a time window at the second waypoint."""
+    return {"robot": BELT["robot"], "waypoints": [at_once()["waypoints"][0], BELT["waypoints"][1] | window]}
+
+
+def test_waypoints_have_time_windows(service: RunningService) -> None:
+    plan = checked(service.post(PLAN, with_window(earliest_arrival=2.0, latest_arrival=2.5)), answers.PlanAnswer)
+    assert plan["waypoints"][1]["arrival_time"] == pytest.approx(2.0)
+    assert plan["waypoints"][0]["departure_time"] > 1.0
+    late = service.post(PLAN, with_window(latest_arrival=0.5)).json()
+    assert (late["code"], late["waypoint"]) == ("infeasible_duration", 1)
+    (remedy,) = late["remedies"]
+    assert remedy["change"] == "/waypoints/1/latest_arrival"
+    assert remedy["value"] == pytest.approx(late["limit"])
+    checked(service.post(PLAN, with_window(latest_arrival=remedy["value"])), answers.PlanAnswer)
+    bad = service.post(PLAN, with_window(earliest_arrival=2.0, latest_arrival=1.0))
+    assert "/waypoints/1/latest_arrival" in str(bad.json()["errors"])

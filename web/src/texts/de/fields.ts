@@ -33,6 +33,8 @@ export const ofFields: typeof english = {
       power: 'Leistung',
       duration: 'Dauer',
       minimum_duration: 'Mindestdauer',
+      earliest_arrival: 'Früheste Ankunft',
+      latest_arrival: 'Späteste Ankunft',
       attach: 'Aufnehmen',
       detach: 'Ablegen',
       put_down: 'Last ablegen',

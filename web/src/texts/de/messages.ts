@@ -28,6 +28,8 @@ export const ofMessages: typeof english = {
       false: 'nein',
       duration: 'Dauer',
       minimum_duration: 'Mindestdauer',
+      earliest_arrival: 'früheste Ankunft',
+      latest_arrival: 'späteste Ankunft',
       dwell: 'Verweilen',
       limits: 'Grenzen',
       velocity: 'Geschwindigkeit',
