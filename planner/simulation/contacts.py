@@ -47,7 +47,7 @@ def find_contacts(checkers: Sequence[CollisionChecker], time: FloatArray, positi
     for moment, checker, position in zip(time.tolist(), checkers, positions, strict=True):
         if geometry is None or geometry.checker is not checker:
             geometry = Geometry(checker)
-        for pair, depth in geometry.overlaps(position):
+        for pair, depth in geometry.overlaps(moment, position):
             known = found.get(pair)
             if known is None:
                 found[pair] = Contact(pair, moment, depth, moment)

@@ -6,22 +6,21 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 
 from planner.scene.carried import DEEPEST_SUPPORT
 from planner.scene.checker import CONTACT_TOLERANCE, CONTACTS, CollisionChecker
 from planner.scene.point_cloud import Cluster
+from planner.scene.scene import HERE, SceneObject
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from planner.simulation.plant import mujoco_quaternion
-from planner.spatial import FloatArray
+from planner.spatial import FloatArray, Pose
 
-MOVING = {"contype": 1, "conaffinity": 0}
-"""The masks of shapes that move: MuJoCo compares them with standing shapes only."""
+ROBOT = {"contype": 1, "conaffinity": 0}
+"""The masks of shapes of the robot: MuJoCo compares them with objects, and of their own kind with named pairs only."""
 
-STANDING = {"contype": 0, "conaffinity": 1}
-"""The masks of objects that stand still."""
-
-FIXED = {"contype": 0, "conaffinity": 0}
-"""The masks of shapes of the base: only pairs that the model names compare them."""
+AROUND = {"contype": 0, "conaffinity": 1}
+"""The masks of objects around the robot."""
 
 
 class Geometry:
@@ -35,7 +34,7 @@ class Geometry:
     def __init__(self, checker: CollisionChecker) -> None:
         self.checker = checker
         self._model: Any = None
-        if checker.is_empty:
+        if checker.is_empty and not checker.moving:
             return
         self._spec = mujoco.MjSpec()
         tree, bodies = checker.bodies.tree, [self._spec.worldbody]
@@ -47,13 +46,18 @@ class Geometry:
             bodies.append(body)
         self._count = len(checker.bodies.pieces)
         touching = checker.requested.get(CONTACTS, False)
-        self._least = np.minimum(checker.margins, 0.0) - np.where(touching, DEEPEST_SUPPORT, 0.0)
+        least = np.minimum(checker.margins, 0.0) - np.where(touching, DEEPEST_SUPPORT, 0.0)
+        self._least = np.column_stack([least, *(self._least_to(thing) for thing in checker.moving)])
         for number, piece in enumerate(checker.bodies.pieces):
-            masks = MOVING if piece.joint else FIXED
-            self._add(bodies[piece.joint], number, piece.shape, piece.rotation, piece.translation, masks)
+            self._add(bodies[piece.joint], number, piece.shape, piece.rotation, piece.translation, ROBOT)
         for number, obstacle in enumerate(checker.obstacles.all, self._count):
             pose = obstacle.rotation, obstacle.translation
-            self._add(self._spec.worldbody, number, obstacle.shape, *pose, STANDING)
+            self._add(self._spec.worldbody, number, obstacle.shape, *pose, AROUND)
+        for number, thing in enumerate(checker.moving, self._count + len(checker.obstacles.all)):
+            body = self._spec.worldbody.add_body(mocap=True)
+            for k, shape in enumerate(shape for shape in thing.shapes if isinstance(shape, Shape)):
+                geom = self._geom(f"{number}.{k}", shape, np.eye(3), np.zeros(3))
+                body.add_geom(name=f"{number}.{k}", **geom, **AROUND)
         for first, second in zip(checker.first.tolist(), checker.second.tolist(), strict=True):
             self._spec.add_pair(geomname1=f"{first}", geomname2=f"{second}")
         self._model = self._spec.compile()
@@ -61,11 +65,19 @@ class Geometry:
         names = (self._model.geom(k).name for k in range(self._model.ngeom))
         self._numbers = np.array([int(name.partition(".")[0]) for name in names], dtype=int)
 
-    def overlaps(self, position: FloatArray) -> list[tuple[tuple[str, str], float]]:
-        """Return the names of pairs that overlap at a joint position (joints,), rad or m, with their depth, m."""
+    def overlaps(self, time: float, position: FloatArray) -> list[tuple[tuple[str, str], float]]:
+        """Return the names of pairs that overlap, with their depth, m.
+
+        Args:
+            time: Time, s, of the objects that move.
+            position: (joints,), rad or m, of the robot.
+        """
         if self._model is None:
             return []
         self._data.qpos[:] = position
+        for k, thing in enumerate(self.checker.moving):
+            pose = _pose_at(thing, time).to_frame(self.checker.base or HERE)
+            self._data.mocap_pos[k], self._data.mocap_quat[k] = pose.position, mujoco_quaternion(pose.rotation)
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_collision(self._model, self._data)
         contacts = self._data.contact
@@ -80,8 +92,13 @@ class Geometry:
         return found
 
     def _name(self, number: int) -> str:
-        bodies, obstacles = self.checker.bodies.pieces, self.checker.obstacles.all
-        return bodies[number].name if number < self._count else obstacles[number - self._count].name
+        named = (*self.checker.bodies.pieces, *self.checker.obstacles.all)
+        return named[number].name if number < len(named) else self.checker.moving[number - len(named)].id
+
+    def _least_to(self, thing: SceneObject) -> list[float]:
+        """Return the allowed distances of the bodies from an object that moves, m, 0 or negative."""
+        margins = (self.checker.margin_to(piece.name, thing) for piece in self.checker.bodies.pieces)
+        return [-np.inf if margin is None else min(margin, 0.0) for margin in margins]
 
     def _add(
         self,
@@ -122,3 +139,11 @@ class Geometry:
                 mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
                 return {"type": kinds.mjGEOM_MESH, "meshname": name, **pose}
         raise TypeError(f"MuJoCo has no {type(shape).__name__}")
+
+
+def _pose_at(thing: SceneObject, time: float) -> Pose:
+    """Return the pose of an object that moves in the world at a time, s."""
+    legs = () if thing.motion is None else thing.motion.legs(thing.pose)
+    leg = next(leg for leg in legs if time < leg.end)
+    since = time - leg.begin
+    return Pose(leg.position + since * leg.velocity, pin.exp3(since * leg.spin) @ leg.rotation)

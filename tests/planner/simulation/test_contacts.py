@@ -10,6 +10,7 @@ import pytest
 import planner
 from planner import Servo
 from planner.scene.checker import CollisionChecker
+from planner.simulation.contacts import find_contacts
 from planner.simulation.geometry import Geometry
 
 HOME = (0.0, -1.2, 1.8, -0.6, 1.6, 0.3)
@@ -54,7 +55,7 @@ def test_overlaps_are_those_of_coal() -> None:
             distance = _distance(checker, placements, pair)
             inside |= {checker.names(pair)} if distance < -BETWEEN else set()
             near |= {checker.names(pair)} if abs(distance) <= BETWEEN else set()
-        found = {pair for pair, _ in geometry.overlaps(position)}
+        found = {pair for pair, _ in geometry.overlaps(0.0, position)}
         assert inside <= found <= inside | near
         seen |= found
     assert {second for _, second in seen} >= {*SHAPES, "held"}
@@ -121,3 +122,20 @@ def test_a_part_that_is_taken_and_put_down_is_no_contact() -> None:
     assert planner.simulate(plan).contacts == ()
     sagging = planner.simulate(plan, Servo(feed_forward="none", frequency=2.0))
     assert ("part", "table") in {contact.pair for contact in sagging.contacts}
+
+
+def test_an_object_that_moves_is_met_where_it_is_then() -> None:
+    """A ball on a belt reaches the plane of the resting hand when trigonometry says so."""
+    arm = planner.load_robot("ur5e").derived(id="turned", mounting=planner.Pose.from_rpy([0.1, 0.2, 0.3], [0, 0, 1.0]))
+    hand = planner.AttachedObject("hand", [planner.Sphere(BALL)], AHEAD)
+    there = planner.tool_pose(arm.with_tool(AHEAD), HOME).from_frame(arm.mounting)
+    belt = planner.ConstantVelocity([0.0, 0.0, 0.5])
+    part = planner.SceneObject("part", [planner.Sphere(BALL)], planner.Pose(there.position - [0, 0, 0.3]), motion=belt)
+    checker = CollisionChecker(arm, planner.Scene([part], [hand]))
+    times = np.arange(0.0, 1.5, 1e-3)
+    contacts = find_contacts([checker] * len(times), times, np.tile(HOME, (len(times), 1)))
+    [contact] = [one for one in contacts if "hand" in one.pair]
+    assert contact.pair == ("hand", "part")
+    assert contact.time == pytest.approx((0.3 - 2.0 * BALL) / 0.5, abs=1.1e-3)
+    assert contact.depth == pytest.approx(2.0 * BALL, abs=1e-6)
+    assert contact.depth_time == pytest.approx(0.3 / 0.5, abs=1e-3)
