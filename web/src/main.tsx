@@ -12,6 +12,7 @@ import './style/batch.css';
 import { Header } from './panels/Header';
 import { Result } from './panels/Result';
 import { VerdictLine } from './panels/VerdictLine';
+import { Waiting } from './panels/Waiting';
 import { Waypoints } from './panels/Waypoints';
 import { PlotsView } from './plots/PlotsView';
 import { Timeline } from './plots/Timeline';
@@ -34,6 +35,7 @@ function Page() {
           <PlotsView />
         </div>
         <Result />
+        <Waiting />
       </main>
     </>
   );

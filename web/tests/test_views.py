@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Page, expect
 
 from tests.api.conftest import RunningService
-from web.tests.browser import ARM_PIXELS, TOO_SHORT, drawn, opened, planned, use_request
+from web.tests.browser import ARM_PIXELS, TOO_SHORT, drawn, leave_unanswered, opened, planned, use_request
 from web.tests.test_conditions import violations
 
 PATH_PIXELS_AT_EDGE = """() => {
@@ -31,7 +32,7 @@ PATH_PIXELS_AT_EDGE = """() => {
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (820, "dark"), (1280, "light"), (1440, "dark")])
-def test_the_stage_fills_the_window_and_shrinks_again(
+def test_stage_and_plots_fill_the_window_and_shrink_again(
     browser: Browser, service: RunningService, width: int, scheme: str
 ) -> None:
     with opened(browser, f"{service.url}/", viewport={"width": width, "height": 844}, color_scheme=scheme) as page:
@@ -52,6 +53,35 @@ def test_the_stage_fills_the_window_and_shrinks_again(
         page.keyboard.press("Escape")
         drawn(page)
         assert stage.bounding_box() == before
+        page.get_by_role("button", name="Enlarge plots").click()
+        expect(stage).to_be_hidden()
+        plots = [plot.bounding_box() for plot in page.locator(".plot canvas").all()]
+        assert len(plots) == 2
+        assert all(plot is not None and 190 < plot["height"] < 844 for plot in plots)
+        assert violations(page) == []
+        page.keyboard.press("Escape")
+        drawn(page)
+        after = stage.bounding_box()
+        assert after is not None
+        assert (after["width"], after["height"]) == (before["width"], before["height"])
+
+
+def test_a_plan_that_takes_long_is_cancelled(page: Page) -> None:
+    planned(page)
+    page.route("**/v1/trajectories", leave_unanswered)
+    page.get_by_role("button", name="Plan", exact=True).click()
+    expect(page.locator(".verdict")).to_have_class(re.compile("stale"))
+    cancel = page.get_by_role("button", name="Cancel planning")
+    expect(page.locator(".waiting")).to_contain_text("Planning for 2 s")
+    assert violations(page) == []
+    with page.expect_event("requestfailed") as failed:
+        cancel.click()
+    assert failed.value.url.endswith("/v1/trajectories")
+    expect(cancel).to_have_count(0)
+    expect(page.locator("p[role=status]")).to_have_text("Planning cancelled")
+    page.unroute("**/v1/trajectories")
+    page.get_by_role("button", name="Plan", exact=True).click()
+    assert "Certified" in planned(page)
 
 
 HEIGHTS = """

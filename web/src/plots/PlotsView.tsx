@@ -6,11 +6,12 @@ import { playing, time } from '../state/playback';
 import type { Planned } from '../state/store';
 import { robot, shownPlan } from '../state/store';
 import { theme } from '../state/theme';
+import { toggleWhole, whole } from '../state/whole';
 import type { Robot } from '../service/types';
 import { texts } from '../texts';
 import { curvesOf } from './curves';
 import type { Curves, Plotted } from './curves';
-import { Plot } from './plot';
+import { Plot, PLOT_HEIGHT } from './plot';
 
 const ALL: readonly Plotted[] = ['position', 'velocity', 'acceleration', 'jerk', 'torque', 'tool_speed'];
 
@@ -47,6 +48,9 @@ export function PlotsView() {
           <input type="checkbox" checked={relative.value} onChange={(event) => (relative.value = event.currentTarget.checked)} />{' '}
           {texts.plots.relative}
         </label>
+        <button type="button" aria-pressed={whole.value === 'plots'} onClick={() => toggleWhole('plots')}>
+          {texts.plots.enlarge}
+        </button>
         <span class="hint">
           {texts.plots.hint} {planned.answer.certificate.speed_zones && texts.zones.legend}
         </span>
@@ -80,10 +84,10 @@ interface PlotProps {
 function PlotView({ quantity, planned, arm, joint, share }: PlotProps) {
   const host = useRef<HTMLDivElement>(null);
   const curves = curvesOf(planned, arm, quantity, joint, share);
-  const shade = theme.value;
+  const [shade, isWhole, count] = [theme.value, whole.value === 'plots', chosen.value.length];
   useLayoutEffect(
-    () => (host.current && curves ? draw(host.current, curves, planned) : undefined),
-    [planned, arm, joint, share, shade, curves?.unit],
+    () => (host.current && curves ? draw(host.current, curves, planned, isWhole ? heightOf(count) : PLOT_HEIGHT) : undefined),
+    [planned, arm, joint, share, shade, curves?.unit, isWhole, isWhole && count],
   );
   const title = `${texts.quantities[quantity]}${curves ? ` (${curves.unit})` : ''}`;
   return (
@@ -94,8 +98,16 @@ function PlotView({ quantity, planned, arm, joint, share }: PlotProps) {
   );
 }
 
-function draw(host: HTMLElement, curves: Curves, planned: Planned): () => void {
-  const plot = new Plot(host, curves, planned.answer);
+const AROUND = 130; // px of the window: the time line and the buttons above the plots
+const BESIDE = 75; // px of each plot: its title and legend
+
+// So high that as many plots fill the window.
+function heightOf(count: number): number {
+  return Math.max(PLOT_HEIGHT, (innerHeight - AROUND) / count - BESIDE);
+}
+
+function draw(host: HTMLElement, curves: Curves, planned: Planned, height: number): () => void {
+  const plot = new Plot(host, curves, planned.answer, height);
   const stop = effect(() => plot.setTime(time.value, !playing.value));
   const observer = new ResizeObserver(() => {
     plot.resize(host.clientWidth);

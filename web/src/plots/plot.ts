@@ -10,14 +10,19 @@ import { styleColour } from '../state/theme';
 import type { Curve, Curves } from './curves';
 import { axisRange, shareLimits } from './curves';
 
-const HEIGHT = 190;
+export const PLOT_HEIGHT = 190;
 const SYNC = 'time';
 
 export class Plot {
   private readonly chart: uPlot;
   private readonly line = document.createElement('div');
 
-  constructor(host: HTMLElement, shown: Curves, answer: PlanAnswer) {
+  constructor(
+    host: HTMLElement,
+    shown: Curves,
+    answer: PlanAnswer,
+    private readonly height: number,
+  ) {
     const [text, grid] = [styleColour('--text-soft'), styleColour('--grid')];
     const axis: uPlot.Axis = { stroke: text, grid: { stroke: grid, width: 1 }, ticks: { show: false }, font: '12px system-ui' };
     const range = axisRange(shown.curves, shown.slow);
@@ -26,7 +31,7 @@ export class Plot {
     this.chart = new uPlot(
       {
         width: Math.max(host.clientWidth, 200),
-        height: HEIGHT,
+        height,
         cursor: { sync: { key: SYNC }, drag: { x: true, y: false }, points: { size: 6 } },
         scales: { x: { time: false }, y: { range: () => range } },
         axes: [
@@ -73,7 +78,7 @@ export class Plot {
   }
 
   resize(width: number): void {
-    if (width > 0 && width !== this.chart.width) this.chart.setSize({ width, height: HEIGHT });
+    if (width > 0 && width !== this.chart.width) this.chart.setSize({ width, height: this.height });
   }
 
   destroy(): void {

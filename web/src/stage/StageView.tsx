@@ -15,6 +15,7 @@ import { goToNearest, nearest, setting, shownPair, shownTool } from '../state/su
 import { theme } from '../state/theme';
 import { ANGLES, angleUnit, LENGTHS, lengthUnit } from '../state/units';
 import { isCut, workspace } from '../state/workspace';
+import { toggleWhole, whole } from '../state/whole';
 import { texts } from '../texts';
 import { JOINT_COLOURS } from '../plots/colours';
 import type { Pair } from '../scene/pair';
@@ -30,7 +31,6 @@ const VIEWS: readonly View[] = ['home', 'front', 'side', 'top'];
 const mode = signal<GizmoMode>('translate');
 const ofTool = signal(false); // the handles have the axes of the tool, else those of the world
 const snaps = signal(false);
-const isWhole = signal(false); // the stage fills the window
 const byUse = signal(false); // the path is coloured by the use of limits, else by its speed
 
 // Without `dragging` nothing can be changed: so it is in a report.
@@ -83,7 +83,7 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
             {texts.stage.view[view]}
           </button>
         ))}
-        <button type="button" aria-pressed={isWhole.value} onClick={() => (isWhole.value = !isWhole.value)}>
+        <button type="button" aria-pressed={whole.value === 'stage'} onClick={() => toggleWhole('stage')}>
           {texts.stage.whole}
         </button>
         <button type="button" onClick={() => stage && savePicture(stage)}>
@@ -242,14 +242,6 @@ function follow(
     for (const stop of stops) stop();
   };
 }
-
-effect(() => {
-  document.documentElement.toggleAttribute('data-whole', isWhole.value);
-});
-
-addEventListener('keydown', ({ key }) => {
-  if (key === 'Escape') isWhole.value = false;
-});
 
 function savePicture(stage: Stage): void {
   const link = document.createElement('a');

@@ -1,11 +1,11 @@
 // Has the request planned, a moment after its last change; an answer to an older request is dropped.
-import { batch } from '@preact/signals';
+import { batch, effect } from '@preact/signals';
 import { messageOf } from '../request/messages';
 import { client, outcome } from '../service/client';
 import { timings } from '../service/timing';
 import type { Include, PlanAnswer, PlanRequest, Robot } from '../service/types';
 import { backendOf } from './options';
-import { backends, compared, comparing, notice, plan, planning, problem, request, robot } from './store';
+import { backends, compared, comparing, notice, plan, planning, problem, request, robot, waited } from './store';
 import { settleTime } from './playback';
 import { texts } from '../texts';
 
@@ -29,6 +29,20 @@ export function stopPlanning(): void {
   running.abort();
   planning.value = false;
 }
+
+// Ends the planning because a person does not want to wait: the service stops its work when the connection closes.
+export function cancelPlanning(): void {
+  stopPlanning();
+  notice.value = texts.said.cancelled;
+}
+
+// Counts the seconds, so that a long wait is seen.
+effect(() => {
+  waited.value = 0;
+  if (!planning.value) return;
+  const counting = setInterval(() => (waited.value += 1), 1000);
+  return () => clearInterval(counting);
+});
 
 export async function planNow(): Promise<void> {
   const [asked, arm] = [request.value, robot.value];
@@ -54,7 +68,7 @@ export async function planNow(): Promise<void> {
       notice.value = texts.said.planned(found.answer.duration);
     });
   } catch {
-    // A newer request has taken its place.
+    // A newer request has taken its place, or a person has cancelled it.
   }
 }
 

@@ -38,6 +38,7 @@ export const links = signal<readonly LinkShape[]>([]); // that can collide: of r
 export const plan = signal<Planned | null>(null);
 export const problem = signal<Problem | null>(null);
 export const planning = signal(false);
+export const waited = signal(0); // whole seconds since this planning began
 export const compared = signal<readonly Compared[] | null>(null);
 export const comparing = signal(false);
 export const selected = signal(0);

@@ -46,6 +46,7 @@ export const ofMotion: typeof english = {
     joint: 'Gelenk',
     allJoints: 'alle',
     relative: 'in % der Grenzen',
+    enlarge: 'Kurven groß',
     hint: 'Ziehen vergrößert, Doppelklick zeigt alles, Klick springt dorthin.',
     image: (title) => `${title} über der Zeit; die Werte am Zeiger stehen darunter`,
     none: {

@@ -10,6 +10,8 @@ export const ofPage: typeof english = {
     backend: 'Verfahren',
     plan: 'Planen',
     planning: 'Plant …',
+    waited: (seconds) => `Plant seit ${seconds} s`,
+    cancel: 'Abbrechen',
     undo: 'Zurück',
     redo: 'Wieder vor',
     theme: 'Dunkel oder hell',
@@ -25,6 +27,7 @@ export const ofPage: typeof english = {
   units: { length: 'Längeneinheit', angle: 'Winkeleinheit', names: { mm: 'mm', m: 'm', in: 'Zoll', '°': '°', rad: 'rad' } },
   said: {
     undone: 'Rückgängig gemacht',
+    cancelled: 'Planung abgebrochen',
     redone: 'Wiederholt',
     example: (name) => `Beispiel ${name}`,
     robot: (name) => `Roboter ${name}`,

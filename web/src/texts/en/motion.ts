@@ -45,6 +45,7 @@ export const ofMotion = {
     joint: 'Joint',
     allJoints: 'all',
     relative: 'in % of the limits',
+    enlarge: 'Enlarge plots',
     hint: 'Drag to zoom, double-click for all, click to go there.',
     image: (title: string) => `${title} over time; the values at the cursor stand below`,
     none: {

@@ -9,6 +9,8 @@ export const ofPage = {
     backend: 'Back end',
     plan: 'Plan',
     planning: 'Planning …',
+    waited: (seconds: number) => `Planning for ${seconds} s`,
+    cancel: 'Cancel planning',
     undo: 'Undo',
     redo: 'Redo',
     theme: 'Dark or light',
@@ -24,6 +26,7 @@ export const ofPage = {
   units: { length: 'Unit of lengths', angle: 'Unit of angles', names: { mm: 'mm', m: 'm', in: 'inch', '°': '°', rad: 'rad' } },
   said: {
     undone: 'Undone',
+    cancelled: 'Planning cancelled',
     redone: 'Redone',
     example: (name: string) => `Example ${name}`,
     robot: (name: string) => `Robot ${name}`,
