@@ -37,6 +37,9 @@ SHARE_OF_ZONES = 0.5
 SHARE_OF_FOLLOWING = 0.3
 """Share of the other plans whose joints have following errors."""
 
+SHARE_OF_CURVES = 0.3
+"""Share of the lines that become polylines, and of the circles that become splines."""
+
 DRIVE = ("friction", "damping", "rotor_inertia")
 """Names of the values of drives."""
 
@@ -120,6 +123,10 @@ def varied(plain: planner.PlanningProblem, generator: np.random.Generator) -> pl
         errors = generator.uniform(1e-4, 3e-3, robot.dof).tolist()
         followed = zip(robot.joints, errors, strict=True)
         changes["robot"] = robot.derived(limits={joint.name: {"following_error": error} for joint, error in followed})
+    if kind in ("line", "circle") and generator.random() < SHARE_OF_CURVES:
+        corner = planner.Pose(before.position + generator.uniform(-0.05, 0.05, 3), before.rotation)
+        curve = planner.PolylineMotion([corner], blend=0.01) if kind == "line" else planner.SplineMotion([corner])
+        waypoints[-1] = replace(waypoints[-1], motion=curve)
     return replace(plain, waypoints=waypoints, **changes)
 
 

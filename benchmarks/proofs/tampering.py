@@ -60,17 +60,17 @@ def change_path(content: Content, generator: np.random.Generator) -> bool:
     if not guided:
         return False
     number = guided[int(generator.integers(len(guided)))]
-    guide = content["statement"]["limits"]["path_deviation"][segments[int(evidence["bounded"][number])]]
+    path = content["statement"]["limits"]["path_deviation"][segments[int(evidence["bounded"][number])]]
+    guide = path["guides"][evidence["along"][number][0]]
     kind = generator.choice(["origin", "tool", "shares", "blend"])
     if kind == "blend":
-        evidence["along"][number] = len(guide["blends"])
+        evidence["along"][number] = len(path["blends"])
     elif kind == "shares":
-        evidence["along"][number][0] += generator.choice([-1.0, 1.0]) * 10.0 ** generator.uniform(0.1, 2)
+        evidence["along"][number][1] += generator.choice([-1.0, 1.0]) * 10.0 ** generator.uniform(0.1, 2)
     else:
         moved = guide["tool"]["translation"] if kind == "tool" else guide["links"][0]["origin"]
-        moved[int(generator.integers(3))] += 2.1 * guide["tolerance"][
-            0
-        ] ** 0.5 + NOTICEABLE * 10.0 ** generator.uniform(0, 2)
+        away = NOTICEABLE * 10.0 ** generator.uniform(0, 2)
+        moved[int(generator.integers(3))] += 2.1 * path["tolerance"][0] ** 0.5 + away
     return True
 
 

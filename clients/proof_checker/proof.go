@@ -409,8 +409,13 @@ func (p *proof) isGuidedOn(m *motion, segment int, where any) bool {
 	if p.claimed["path_deviation"] && p.paths[segment] != nil {
 		path := p.paths[segment]
 		_, isPolynomial := where.([]any)
-		if isPolynomial && !m.isOn(path, modelOf(numbers(where, 6))) {
-			return false
+		if isPolynomial {
+			row := list(where)
+			require(len(row) == 7, "a share is malformed")
+			on := &path.guides[index(row[0], len(path.guides))]
+			if !m.isOn(path, on, modelOf(numbers(row[1:], 6))) {
+				return false
+			}
 		}
 		if !isPolynomial {
 			number := index(where, len(path.blends))

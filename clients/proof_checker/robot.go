@@ -60,17 +60,30 @@ func readRobot(value any, joints int) robot {
 	return r
 }
 
-// A path of the tool: the mechanism that follows it, with the rates of its joints by the share of the path.
-type path struct {
+// A guide is a mechanism that follows a part of a path. Its joints are polynomials of the share of the part, without
+// constants.
+type guide struct {
 	robot
-	rates     []float64
+	rates [][]float64 // of each joint, by powers of the share
+}
+
+// A path of the tool.
+type path struct {
+	guides    []guide
 	tolerance []float64 // squares of the distances of position and of rotation matrix
 	blends    []condition
 }
 
 func readPath(value any) *path {
-	p := &path{robot: readMechanism(value)}
-	p.rates = numbers(field(value, "rates"), len(p.links))
+	p := &path{}
+	for _, each := range list(field(value, "guides")) {
+		found := guide{robot: readMechanism(each)}
+		for _, rates := range list(field(each, "rates")) {
+			found.rates = append(found.rates, numbers(rates, -1))
+		}
+		require(len(found.rates) == len(found.links), "a joint of a guide has no rates")
+		p.guides = append(p.guides, found)
+	}
 	p.tolerance = numbers(field(value, "tolerance"), -1)
 	p.blends = readConditions(field(value, "blends"))
 	return p
@@ -343,17 +356,21 @@ func (m *motion) keeps(conditions []condition) bool {
 	return true
 }
 
-// isOn tells whether the tool is near its path at shares of it.
-func (m *motion) isOn(p *path, share model) bool {
+// isOn tells whether the tool is near a part of its path at shares of it.
+func (m *motion) isOn(p *path, g *guide, share model) bool {
 	if !share.isBelow(1+boundedExcess) || !share.times(-1).isBelow(boundedExcess) {
 		return false
 	}
-	q := make([]model, len(p.rates))
-	for k, rate := range p.rates {
-		q[k] = share.times(rate)
+	q := make([]model, len(g.rates))
+	for k, rates := range g.rates {
+		power := constant(1)
+		for _, rate := range rates {
+			power = multiply(power, share)
+			q[k] = plus(q[k], power.times(rate))
+		}
 	}
 	point, rows := m.tool()
-	there, axes := newMotion(&p.robot, q).tool()
+	there, axes := newMotion(&g.robot, q).tool()
 	squares := []model{squareOf(plusVector(point, there.times(-1))), {}}
 	for i, row := range rows {
 		squares[1] = plus(squares[1], squareOf(plusVector(row, axes[i].times(-1))))

@@ -362,10 +362,10 @@ class Motion:
         """Return the squares of deviations from a path at its shares `along`, or in a blend, and their limits."""
         if not isinstance(along, list):
             return self.poses([path["blends"][index(along, len(path["blends"]))]])
-        share: Model = (*numbers(along, 6), 0.0)
-        guide = Motion(path, [combine([rate], [share]) for rate in path["rates"]])
+        guide, share = path["guides"][index(along[0], len(path["guides"]))], (*numbers(along[1:], 6), 0.0)
+        q = [combine(rates, [*accumulate([share] * len(rates), multiply)]) for rates in guide["rates"]]
         found = [(share, 1.0 + BOUNDED_EXCESS), (combine([-1.0], [share]), BOUNDED_EXCESS)]
-        for one, other, limit in zip(self.tool(), guide.tool(), path["tolerance"], strict=False):
+        for one, other, limit in zip(self.tool(), Motion(guide, q).tool(), path["tolerance"], strict=False):
             apart = [combine([1.0, -1.0], [*pair]) for pair in zip(one, other, strict=True)]
             found.append((_add(*map(multiply, apart, apart)), numbers([limit], 1)[0]))
         return found

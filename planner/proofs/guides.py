@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from planner.certificate.lines_and_circles import Circle, Line
-from planner.proofs.conditions import squared_tolerance
 from planner.spatial import FloatArray
 
 SHORTEST = 1e-9
@@ -24,29 +22,24 @@ DIGITS_OF_SHARES = 13
 """Decimal places of the shares of a path."""
 
 
-def guide_of(path: Line | Circle, tolerance: Sequence[float]) -> dict[str, Any] | None:
-    """Return a path as a mechanism whose joint positions are `rates` times the share of the path.
-
-    Args:
-        path: The path.
-        tolerance: Distance, m, and angle, rad, that the tool may be away from the path.
+def guide_of(path: Line | Circle) -> dict[str, Any] | None:
+    """Return a path as a mechanism whose joint positions are polynomials of the share of the path.
 
     Returns:
-        Plain values; None: the tool turns about more than one axis.
+        Plain values, with the coefficients of each joint under `rates`; None: the tool turns about more than one axis.
     """
     turn, bend = path.turns
     if np.linalg.norm(np.cross(turn, bend)) > SHORTEST**2 or np.linalg.norm(bend) > SHORTEST:
         return None
     links, rates, axes, shift = _rail(path) if isinstance(path, Line) else _wheel(path)
-    rotation, allowed = np.eye(3), tolerance[:1]
+    rotation = np.eye(3)
     if path.start is not None:
         about = _frame_along(turn)
-        links.append(_link(axes.T @ path.start @ about, shift, "revolute"))
+        links.append(link_of(axes.T @ path.start @ about, shift, "revolute"))
         rates.append(float(np.linalg.norm(turn)))
         rotation, shift = about.T, np.zeros(3)
-        allowed = tolerance[:2]
     tool = {"joint": len(links), "rotation": rotation.tolist(), "translation": shift.tolist()}
-    return {"links": links, "rates": rates, "tool": tool, "tolerance": squared_tolerance(allowed)}
+    return {"links": links, "rates": [[rate] for rate in rates], "tool": tool}
 
 
 def shares_of(path: Line | Circle, positions: FloatArray, rotations: FloatArray) -> list[float]:
@@ -65,7 +58,12 @@ def shares_of(path: Line | Circle, positions: FloatArray, rotations: FloatArray)
         shares = (positions - path.origin) @ path.way / (path.way @ path.way)
     else:
         shares = _turned_shares(path, rotations)
-    found: list[float] = (TO_COEFFICIENTS @ shares.clip(0.0, 1.0)).round(DIGITS_OF_SHARES).tolist()
+    return share_coefficients(shares.clip(0.0, 1.0))
+
+
+def share_coefficients(shares: FloatArray) -> list[float]:
+    """Return the coefficients by x on [-1, 1] of shares (6,) at the nodes."""
+    found: list[float] = (TO_COEFFICIENTS @ shares).round(DIGITS_OF_SHARES).tolist()
     return found
 
 
@@ -83,7 +81,7 @@ def _turned_shares(path: Line, rotations: FloatArray) -> FloatArray:
 def _rail(line: Line) -> tuple[list[dict[str, Any]], list[float], FloatArray, FloatArray]:
     """Return the links of a line, their rates, the axes at the end and the point in them."""
     axes = _frame_along(line.way)
-    return [_link(axes, line.origin, "prismatic")], [float(np.linalg.norm(line.way))], axes, np.zeros(3)
+    return [link_of(axes, line.origin, "prismatic")], [float(np.linalg.norm(line.way))], axes, np.zeros(3)
 
 
 def _wheel(circle: Circle) -> tuple[list[dict[str, Any]], list[float], FloatArray, FloatArray]:
@@ -94,11 +92,12 @@ def _wheel(circle: Circle) -> tuple[list[dict[str, Any]], list[float], FloatArra
     radius = float(np.linalg.norm(circle.x))
     x, y = circle.x / radius, circle.y / float(np.linalg.norm(circle.y))
     axes, spoke = np.column_stack([x, y, np.cross(x, y)]), np.array([radius, 0.0, 0.0])
-    links = [_link(axes, circle.center, "revolute"), _link(np.eye(3), spoke, "revolute")]
+    links = [link_of(axes, circle.center, "revolute"), link_of(np.eye(3), spoke, "revolute")]
     return links, [circle.end_angle, -circle.end_angle], axes, np.zeros(3)
 
 
-def _link(rotation: FloatArray, origin: FloatArray, motion: str) -> dict[str, Any]:
+def link_of(rotation: FloatArray, origin: FloatArray, motion: str) -> dict[str, Any]:
+    """Return a joint whose frame has a rotation (3, 3) and an origin (3,), m, in the frame before."""
     return {"rotation": rotation.tolist(), "origin": origin.tolist(), "motion": motion}
 
 

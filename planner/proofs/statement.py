@@ -26,8 +26,9 @@ from planner.problems.motion_around import KeptMotion
 from planner.problems.problem import CartesianMotion
 from planner.problems.transitions import BlendTransition
 from planner.proofs.checker import BOUNDED_CLAIMS, DISTANCE_CLAIMS, JOINT_CLAIMS, TOOL_CLAIMS
-from planner.proofs.conditions import Condition, conditions_at, conditions_of
+from planner.proofs.conditions import Condition, conditions_at, conditions_of, squared_tolerance
 from planner.proofs.guides import guide_of
+from planner.proofs.polynomial_paths import PolynomialPath
 from planner.robots import Robot
 from planner.robots.varying.torque_curves import TorqueCurves
 from planner.scene.arrays import core_of
@@ -35,6 +36,8 @@ from planner.scene.checker import CollisionChecker
 from planner.scene.point_cloud import Cluster
 from planner.spatial import FloatArray, Pose
 from planner.speed_zones import SpeedZone
+from planner.tool_motions.polylines import Polyline
+from planner.tool_motions.pose_splines import PoseSpline
 
 LIMITED = (*JOINT_CLAIMS, VELOCITY_AT_POSITION.name, *BOUNDED_CLAIMS)
 """The limited quantities that a proof can cover."""
@@ -74,8 +77,8 @@ def statement_of(plan: Plan, *, follows: bool) -> dict[str, Any]:
     is_given = not any(robot.uncertain_payloads or robot.friction_tolerance is not None for robot in robots)
     of_tube = {TORQUE_WITH_TOLERANCES.name} if follows and is_given else set()
     not_covered = sorted(kept - set(LIMITED) - OF_WAYPOINTS - of_pose - of_tube)
-    guides, unguided = _guides(plan, met)
-    not_covered += [f"path_deviation: the path of segment {k} is no line or circle for proofs" for k in unguided]
+    guides, of_paths = _guides(plan, met)
+    not_covered += of_paths
     claims += ["path_deviation"] if guides else []
     regions = [problem.numbers[k] for k, waypoint in enumerate(problem.waypoints) if getattr(waypoint, "free", None)]
     not_covered += [f"waypoints: the tolerance region of waypoint {k} but for its nearest pose" for k in regions]
@@ -231,32 +234,51 @@ def _blended(plan: Plan) -> set[int]:
     return {k for group in plan.path.groups for k in group.blended}
 
 
-def paths_of(plan: Plan, met: MetWaypoints) -> dict[int, Line | Circle | None]:
-    """Return the path of the tool by segment; None: it is neither a line nor a circle for proofs."""
+def paths_of(plan: Plan, met: MetWaypoints) -> dict[int, Line | Circle | PolynomialPath | None]:
+    """Return the path of the tool by segment; None: it is no path for proofs."""
     problem, moving = plan.problem, set(plan.trajectory.segments.tolist())
-    found: dict[int, Line | Circle | None] = {}
+    found: dict[int, Line | Circle | PolynomialPath | None] = {}
     for k, path in requested_paths(problem.robots, problem.waypoints, plan.path.waypoints, met.targets).items():
         requested, tools = problem.waypoints[k + 1].motion, (plan.path.dynamics.robot_on(k), problem.robots[k + 1])
         one, other = (robot.tool_in_tip.homogeneous for robot in tools)
         is_exact = isinstance(requested, CartesianMotion) and not requested.free and bool((one == other).all())
         if k in moving:
-            found[k] = path if isinstance(path, Line | Circle) and is_exact else None
+            found[k] = path_of(path) if is_exact else None
     return found
 
 
-def _guides(plan: Plan, met: MetWaypoints) -> tuple[dict[int, dict[str, Any]], list[int]]:
-    """Return the guides of segments, and the segments whose path has none."""
-    found, without = {}, []
+def path_of(path: Line | Circle | Polyline | PoseSpline) -> Line | Circle | PolynomialPath | None:
+    """Return a line or a circle with a guide, or the parts of a path; None: there are too many."""
+    match path:
+        case Polyline():
+            return PolynomialPath.of(path.poses, path.breakpoints)
+        case PoseSpline():
+            return PolynomialPath.of(path.poses_on_curve, path.curve.breakpoints)
+    return path if guide_of(path) else PolynomialPath.of(path.poses, np.array([0.0, 1.0]))
+
+
+def _guides(plan: Plan, met: MetWaypoints) -> tuple[dict[int, dict[str, Any]], list[str]]:
+    """Return the guides of segments, and the parts of their paths that a proof does not cover."""
+    found, left_out = {}, []
     for k, path in paths_of(plan, met).items():
         motion = plan.problem.waypoints[k + 1].motion
         assert isinstance(motion, CartesianMotion)  # noqa: S101 - others have no path
-        allowed = motion.tolerance_position, motion.tolerance_orientation
-        guide = None if path is None else guide_of(path, allowed)
-        if guide is None:
-            without.append(k)
+        if path is None:
+            left_out.append(f"path_deviation: the path of segment {k} is in a tolerance region, or has too many parts")
+            continue
+        if isinstance(path, PolynomialPath):
+            within = "within 1e-9 m and rad, as compared at points"
+            left_out.append(f"path_deviation: polynomials follow the path of segment {k} {within}")
+            guides, starts = path.guides, path.starts
         else:
-            found[k] = guide | {"blends": [ball for end in (k, k + 1) if (ball := _blend(plan, met, end)) is not None]}
-    return found, without
+            guides, starts = [guide for guide in [guide_of(path)] if guide], path.start
+        allowed = [motion.tolerance_position, *([] if starts is None else [motion.tolerance_orientation])]
+        found[k] = {
+            "guides": guides,
+            "tolerance": squared_tolerance(allowed),
+            "blends": [ball for end in (k, k + 1) if (ball := _blend(plan, met, end)) is not None],
+        }
+    return found, left_out
 
 
 def _blend(plan: Plan, met: MetWaypoints, k: int) -> Condition | None:

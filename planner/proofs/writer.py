@@ -24,6 +24,7 @@ from planner.proofs.checker import (
     digest,
 )
 from planner.proofs.guides import NODES, shares_of
+from planner.proofs.polynomial_paths import PolynomialPath
 from planner.proofs.statement import met_waypoints, motion_of, pairs_of, paths_of, statement_of
 from planner.scene.checker import CollisionChecker
 from planner.scene.separations import UNIT_ERROR
@@ -148,7 +149,8 @@ class _Finder:
         (joints,) = self._plan.trajectory.evaluate_on(np.full(len(times), piece), times, [0])
         poses = tool_poses(self._plan.path.dynamics.robot_on(segment), joints)
         blends = range(len(limits["path_deviation"][segment]["blends"]))
-        choices = [shares_of(path, *poses), *blends]
+        of_path = path.choices(poses[0]) if isinstance(path, PolynomialPath) else [[0, *shares_of(path, *poses)]]
+        choices = [*of_path, *blends]
         return next((x for x in choices if not motion.unproved(PATH, limits, segment, x)), None)
 
     def distances(self, name: str) -> list[Any]:

@@ -17,25 +17,13 @@ from planner.kinematics.forward import tool_poses
 from planner.proofs import ProofRejected, check_proof, write_proof
 from planner.proofs.checker import Model, Motion, Proof
 from planner.proofs.guides import NODES, guide_of, shares_of
+from tests.planner.proofs.guided_poses import constant, pose_at
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 START = (0.2, -1.4, 1.6, -1.5, -1.4, 0.1)
 """Joint positions of a UR5e with the tool in front of it, rad."""
-
-TOLERANCE = (1e-4, 1e-3)
-"""Distance, m, and angle, rad, from a path."""
-
-
-def constant(x: float) -> Model:
-    return (x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-def pose_at(guide: dict[str, Any], u: float) -> tuple[FloatArray, FloatArray]:
-    """Return position (3,) and rotation (3, 3) to which a guide leads at a share of its path."""
-    point, rotation = Motion(guide, [constant(rate * u) for rate in guide["rates"]]).tool()
-    return np.array([x[0] for x in point]), np.array([x[0] for x in rotation]).reshape(3, 3)
 
 
 def pose(generator: np.random.Generator) -> planner.Pose:
@@ -56,7 +44,7 @@ def test_guides_lead_along_lines() -> None:
     generator = np.random.default_rng(1)
     for _ in range(20):
         start, end = pose(generator), pose(generator)
-        guide = guide_of(Line.between(start, end), TOLERANCE)
+        guide = guide_of(Line.between(start, end))
         assert guide is not None and start.rotation is not None and end.rotation is not None
         turn = Rotation.from_matrix(start.rotation.T @ end.rotation).as_rotvec()
         for u in (0.0, 0.3, 1.0):
@@ -72,7 +60,7 @@ def test_guides_lead_along_circles() -> None:
     for _ in range(4):
         start, end, via = pose(generator), pose(generator), planner.Pose(generator.uniform(-1.0, 1.0, 3))
         circle = Circle.through(start, via, end)
-        guide = guide_of(circle, TOLERANCE)
+        guide = guide_of(circle)
         assert guide is not None and start.rotation is not None and end.rotation is not None
         points = np.array([pose_at(guide, u)[0] for u in np.linspace(0.0, 1.0, 400)])
         np.testing.assert_allclose(points[[0, -1]], [start.position, end.position], atol=1e-9)
@@ -83,7 +71,7 @@ def test_guides_lead_along_circles() -> None:
 
 def test_a_turn_about_several_axes_has_no_guide() -> None:
     generator = np.random.default_rng(3)
-    assert guide_of(Circle.through(*(pose(generator) for _ in range(3))), TOLERANCE) is None
+    assert guide_of(Circle.through(*(pose(generator) for _ in range(3)))) is None
 
 
 def test_shares_are_the_places_on_a_path() -> None:
@@ -126,11 +114,11 @@ def test_lines_circles_and_blends_are_proved(guided: dict[str, Any]) -> None:
 def test_a_path_elsewhere_is_rejected(guided: dict[str, Any], segment: int) -> None:
     for moved, rejected in ((0.5e-4, False), (3e-4, True)):
         changed = copy.deepcopy(guided)
-        guide = changed["statement"]["limits"]["path_deviation"][segment]
+        (guide,) = changed["statement"]["limits"]["path_deviation"][segment]["guides"]
         guide["links"][0]["origin"][1] += moved
         assert is_rejected(changed) == rejected
     changed = copy.deepcopy(guided)
-    tool = changed["statement"]["limits"]["path_deviation"][segment]["tool"]
+    tool = changed["statement"]["limits"]["path_deviation"][segment]["guides"][0]["tool"]
     tool["rotation"] = (np.array(tool["rotation"]) @ Rotation.from_rotvec([0.0, 3e-3, 0.0]).as_matrix()).tolist()
     assert is_rejected(changed)
     changed = copy.deepcopy(guided)
@@ -150,12 +138,12 @@ def test_the_tool_is_in_the_blend_that_the_evidence_names(guided: dict[str, Any]
 def test_shares_beyond_the_ends_of_a_path_are_rejected(guided: dict[str, Any]) -> None:
     """The line goes on beyond its end in the file, and the tool would be on it."""
     changed = copy.deepcopy(guided)
-    guide = changed["statement"]["limits"]["path_deviation"][0]
-    guide["rates"] = [rate / 2.0 for rate in guide["rates"]]
+    (guide,) = changed["statement"]["limits"]["path_deviation"][0]["guides"]
+    guide["rates"] = [[rate / 2.0 for rate in rates] for rates in guide["rates"]]
     first = changed["trajectory"]["segments"].count(0)
     for k, start in enumerate(changed["evidence"]["bounded"][:-1]):
         if start < first and isinstance(changed["evidence"]["along"][k], list):
-            changed["evidence"]["along"][k] = [2.0 * x for x in changed["evidence"]["along"][k]]
+            changed["evidence"]["along"][k] = [2.0 * x for x in changed["evidence"]["along"][k]]  # 0 is the guide
     assert is_rejected(changed)
 
 

@@ -74,7 +74,7 @@ def test_a_proof_names_the_checks_that_it_does_not_cover() -> None:
     statement = write_proof(planner.plan(planner.PlanningProblem(robot, waypoints)))["statement"]
     assert "path_deviation" in statement["claims"]
     assert statement["not_covered"] == [
-        "path_deviation: the path of segment 1 is no line or circle for proofs",
+        "path_deviation: polynomials follow the path of segment 1 within 1e-9 m and rad, as compared at points",
         "waypoints: the tolerance region of waypoint 3 but for its nearest pose",
     ]
 
