@@ -8,11 +8,17 @@ from typing import Annotated, Any
 import orjson
 import typer
 
+from cli.options import format_names
+
 OutputOption = Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the results.")]
 FormatOption = Annotated[
     str | None,
     typer.Option(
-        "--format", metavar="NAME", help="Write each plan into a file in this form.", show_default="all as JSON lines"
+        "--format",
+        metavar="NAME",
+        help="Write each plan into a file in this form.",
+        show_default="all as JSON lines",
+        autocompletion=format_names,
     ),
 ]
 UrlOption = Annotated[

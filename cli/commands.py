@@ -9,7 +9,16 @@ from typing import Annotated
 import typer
 
 from cli import batches, database, keys, paths, plots, runs
-from cli.options import BackEndOption, RequestArgument, RobotOption, SrdfOption, TipOption, robot_ids
+from cli.options import (
+    BackEndOption,
+    FormatOption,
+    RequestArgument,
+    RobotOption,
+    SrdfOption,
+    TipOption,
+    format_names,
+    robot_ids,
+)
 
 app = typer.Typer(
     name="planner",
@@ -111,9 +120,7 @@ def plan(
             help="Write the trajectory here; - writes it to stdout. The suffix chooses the format.",
         ),
     ] = None,
-    format_: Annotated[
-        str | None, typer.Option("--format", metavar="NAME", help="Format of the trajectory.", show_default="json")
-    ] = None,
+    format_: FormatOption = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the plan into a .png, .svg or .html file.")
     ] = None,
@@ -123,6 +130,9 @@ def plan(
     proof: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the proof of the certificate, for planner check.")
     ] = None,
+    save: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Save the plan, for planner convert and planner view.")
+    ] = None,
     backend: BackEndOption = None,
     robot: RobotOption = None,
     srdf: SrdfOption = None,
@@ -131,7 +141,28 @@ def plan(
     """Plan a request here, without a service, and show what came out."""
     from cli.work.planned_files import plan_file
 
-    plan_file(request, output, format_, plot, report, proof, backend, robot, srdf, tip)
+    plan_file(request, output, format_, plot, report, proof, save, backend, robot, srdf, tip)
+
+
+@app.command()
+def convert(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A plan that planner plan --save or plan.save wrote.")],
+    output: Annotated[
+        str,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Write here; - writes to stdout. The suffix chooses the format."
+        ),
+    ],
+    format_: FormatOption = None,
+    period: Annotated[float, typer.Option(metavar="SECONDS", help="Sample period.", min=1e-6, max=1e6)] = 0.01,
+    repeat: Annotated[
+        int, typer.Option(metavar="N", help="Runs of a robot program; 0: until an operator stops it.", min=0)
+    ] = 1,
+) -> None:
+    """Write a saved plan in another format, without planning it again."""
+    from cli.work.saved_plans import convert_file
+
+    convert_file(file, output, format_, period, repeat)
 
 
 @app.command()
@@ -173,7 +204,9 @@ def cell(
         Path | None,
         typer.Option("--output", "-o", metavar="FOLDER", help="Write the trajectory of each robot into this folder."),
     ] = None,
-    format_: Annotated[str, typer.Option("--format", metavar="NAME", help="Format of the trajectories.")] = "json",
+    format_: Annotated[
+        str, typer.Option("--format", metavar="NAME", help="Format of the trajectories.", autocompletion=format_names)
+    ] = "json",
 ) -> None:
     """Plan several robots of one cell on one clock; they wait at stops so that they never touch."""
     from cli.work.several.cells import cell_file

@@ -11,10 +11,10 @@ import typer
 from rich.console import Console
 
 from cli.work.local_plan import plan_request, read_request
+from cli.work.saved_plans import SAVED_PLAN, read_saved_plan
 from cli.work.shared import read, refusals, robot_named, write
 from cli.work.terminal import FILE_WIDTH, plan_summary, terminal
 from planner.kinematics import workspace
-from planner.plans.result import load
 from planner.plots.picture import draw_plan, draw_robot_at, draw_workspace
 
 if TYPE_CHECKING:
@@ -28,9 +28,6 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".png", ".svg", ".html")
 """The suffixes of the files that `planner plan --plot` can draw into."""
-
-SAVED_PLAN = b"planner-plan/"
-"""The beginning of a file of `plan.save`."""
 
 WORKSPACE = "workspace"
 """The value of `--show` that draws the workspace of a robot."""
@@ -83,7 +80,7 @@ def view_file(file: str, port: int, backend: str | None, robot: str | None, opti
     text = read(file, "FILE")
     with refusals():
         if text.startswith(SAVED_PLAN):
-            plan = _saved_plan(file)
+            plan = read_saved_plan(file)
         else:
             named = None if robot is None else robot_named(robot, options)
             asked = read_request(text, backend, None if named is None else named.id)
@@ -95,15 +92,6 @@ def view_file(file: str, port: int, backend: str | None, robot: str | None, opti
     with viewer, suppress(KeyboardInterrupt):
         terminal().print(f"{viewer.url} shows the plan. Ctrl-C ends it.")
         viewer.wait()
-
-
-def _saved_plan(file: str) -> Plan:
-    if file == "-":
-        raise typer.BadParameter("a saved plan is read from a file, not from stdin", param_hint="FILE")
-    try:
-        return load(file)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="FILE") from None
 
 
 def _picture_of_robot(robot: Robot, show: list[str] | None, view: str, title: str | None) -> Picture:

@@ -10,10 +10,10 @@ from pathlib import Path
 import orjson
 import typer
 
-from api.work.answers.formats import FORMATS
-from cli.work.local_plan import format_of, plan_request, read_request, render, report_of
+from cli.work.local_plan import plan_request, read_request, render, report_of
 from cli.work.pictures import SUFFIXES, draw
 from cli.work.robots.files import FileOptions
+from cli.work.saved_plans import chosen_format
 from cli.work.shared import read, refusals, robot_named, write
 from cli.work.terminal import plan_summary, terminal
 from planner.backends import BACKENDS
@@ -27,18 +27,14 @@ def plan_file(
     plot: Path | None,
     report: Path | None,
     proof: Path | None,
+    save: Path | None,
     backend: str | None,
     robot: str | None,
     srdf: Path | None,
     tip: str | None,
 ) -> None:
     """Plan the request in a file, show the plan and write files; see `planner plan`."""
-    form = FORMATS.get(format_ or "json") if output == "-" or format_ is not None else format_of(output or ".json")
-    if form is None and format_ is not None:
-        raise typer.BadParameter(f"must be one of {', '.join(FORMATS)}", param_hint="--format")
-    if form is None:
-        suffixes = ", ".join(known.suffix for known in FORMATS.values())
-        raise typer.BadParameter(f"must end with one of {suffixes}", param_hint="--output")
+    form = chosen_format(output or ".json", format_)
     if plot is not None and plot.suffix not in SUFFIXES:
         raise typer.BadParameter(f"must end with one of {', '.join(SUFFIXES)}", param_hint="--plot")
     if backend is not None and backend not in BACKENDS:
@@ -65,6 +61,12 @@ def plan_file(
         write(report, reported, console)
     if proof is not None:
         write(proof, proved, console)
+    if save is not None:
+        try:
+            solved.save(save)
+        except OSError as error:
+            raise typer.BadParameter(f"{save}: {error.strerror}", param_hint="--save") from None
+        console.print(f"saved {save}")
     if plot is not None:
         write(plot, draw(solved, asked, title, plot.suffix, seconds), console)
 
