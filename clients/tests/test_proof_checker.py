@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 import re
@@ -83,6 +84,20 @@ def test_both_agree_on_any_changed_number(program: Path, proofs: list[dict[str, 
     found = verdicts(program, files)
     assert found == list(map(is_accepted, files))
     assert set(found) == {True, False}
+
+
+def test_both_reject_a_force_beyond_the_tool_of_a_robot_that_no_claim_needs(
+    program: Path, proofs: list[dict[str, Any]]
+) -> None:
+    """Plan 48 of the large run: the robot of a waypoint without a pose carried its tool on a joint before the force."""
+    changed = copy.deepcopy(proofs[0])
+    robots = changed["statement"]["robots"]
+    robots.append(copy.deepcopy(robots[0]))
+    changed["statement"]["waypoints"][0]["robot"] = len(robots) - 1
+    robots[-1]["tool"]["joint"] = robots[-1]["process_force"][0] = 3
+    assert verdicts(program, [with_digests(changed)]) == [is_accepted(changed)] == [True]
+    robots[-1]["process_force"][0] = 5
+    assert verdicts(program, [with_digests(changed)]) == [is_accepted(changed)] == [False]
 
 
 @pytest.mark.parametrize("file", [{}, [], None, 1, {"format": "planner-proof/4", "digests": {}}])

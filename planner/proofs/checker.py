@@ -237,6 +237,7 @@ class Motion:
     def __init__(self, robot: Values, q: Vector, *rates: Vector):
         self.robot, self.links, self.q, (self.v, self.a, self.j) = robot, robot["links"], q, rates or ([], [], [])
         self.tip = index(robot["tool"]["joint"], len(self.links) + 1)
+        self.start = index(robot.get("process_force", [0])[0], self.tip + 1)
         self.point = _constants(numbers(robot["tool"]["translation"], 3))
         turning = [link["motion"] == "revolute" for link in self.links]
         self.turns = [turn_of(x) if turns else (ZERO, ONE) for x, turns in zip(q, turning, strict=True)]
@@ -291,9 +292,8 @@ class Motion:
 
     def torques(self) -> list[Model]:
         """Compute the torque or force of each joint by the recursive Newton-Euler algorithm."""
-        found, force, moment = list[Model](), [ZERO] * 3, [ZERO] * 3
-        start, *wrench = self.robot["process_force"]
-        rows, _ = self.frames(index(start, self.tip + 1))[self.tip - int(start)]
+        found, force, moment, (_, *wrench) = list[Model](), [ZERO] * 3, [ZERO] * 3, self.robot["process_force"]
+        rows, _ = self.frames(self.start)[self.tip - self.start]
         thrust, torsion = ([combine(numbers(x, 3), [*column]) for column in zip(*rows, strict=True)] for x in wrench)
         for k in range(len(self.links) - 1, -1, -1):
             if k + 1 == self.tip:
