@@ -16,6 +16,7 @@ from planner.constraints.pose_constraints import (
     ToolNearPlane,
     ToolOrientation,
 )
+from planner.problems.regions import TURNS, Region
 from planner.spatial import FloatArray, Pose
 
 Condition = list[object]
@@ -29,6 +30,12 @@ WEIGHTS = 13
 
 ROUNDED_POSE = 1e-9
 """Distance, m, and angle, rad, beyond the tolerance of a pose that count as rounding."""
+
+LARGEST_TILT = 1.4
+"""Largest turn about y, rad, of a tolerance region with conditions: at a quarter turn, those about x and z are one."""
+
+LARGEST_SECTOR = 3.1
+"""Largest range of turns about z, rad, that two half planes describe."""
 
 LARGEST_ANGLE = 1.0
 """Largest tolerance of an angle, rad, for which the distance of the rotation matrices is used."""
@@ -60,6 +67,54 @@ def conditions_at(pose: Pose, tolerance: Sequence[float]) -> list[Condition]:
         turned[:, 0] = -pose.rotation.ravel()
         found.append(_condition(turned, limits[1]))
     return found
+
+
+def conditions_in(region: Region, pose: Pose, tolerance: Sequence[float]) -> list[Condition] | None:
+    """Return the conditions that the tool is in a tolerance region, each coordinate within the tolerance.
+
+    The turn from the pose is M = Rx(a) Ry(b) Rz(c). Its third column is sin b, -sin a cos b, cos a cos b. Its first row
+    begins with cos b cos c, -cos b sin c. So limits of b, and half planes for a and c, are linear in M.
+
+    Args:
+        region: The tolerance region.
+        pose: The requested pose.
+        tolerance: The distance, m, and the angle, rad.
+
+    Returns:
+        None where no such conditions describe the region: b comes near a quarter turn, or c leaves a gap of less than
+        half a turn.
+    """
+    assert pose.rotation is not None  # noqa: S101 - the check of the problem refuses others
+    axes = pose.rotation
+    far, off = tolerance[0] + ROUNDED_POSE, tolerance[1] + ROUNDED_POSE
+    ranges = {name: region.ranges.get(name, (0.0, 0.0)) for name in ("x", "y", "z", *TURNS)}
+    tilts, turns = ranges["rotation_y"], ranges["rotation_z"]
+    is_whole = turns[1] - turns[0] >= 2.0 * np.pi - off
+    if np.abs(tilts).max() > LARGEST_TILT or (turns[1] - turns[0] > LARGEST_SECTOR and not is_whole):
+        return None
+    bounds: list[tuple[FloatArray, float]] = []
+    for axis, name in enumerate("xyz"):
+        row = np.zeros(WEIGHTS)
+        row[0], row[1:4] = -axes[:, axis] @ pose.position, axes[:, axis]
+        bounds += [(-row, far - ranges[name][0]), (row, far + ranges[name][1])]
+
+    def entry(row: int, column: int) -> FloatArray:
+        """Return the weights (13,) of an entry of M."""
+        weights = np.zeros((3, 3))
+        weights[:, column] = axes[:, row]
+        return np.concatenate([np.zeros(4), weights.ravel()])
+
+    bounds += [(-entry(0, 2), -np.sin(tilts[0] - off)), (entry(0, 2), np.sin(tilts[1] + off))]
+    sectors = [(entry(2, 2), -entry(1, 2), ranges["rotation_x"])]
+    sectors += [] if is_whole else [(entry(0, 0), -entry(0, 1), turns)]
+    for cosine, sine, (low, high) in sectors:
+        bounds += [(np.sin(low) * cosine - np.cos(low) * sine, np.sin(off))]
+        bounds += [(np.cos(high) * sine - np.sin(high) * cosine, np.sin(off))]
+        middle, half = (low + high) / 2.0, (high - low) / 2.0 + off
+        if half < LARGEST_SECTOR / 2.0:  # a narrow sector is not the opposite one
+            least = np.cos(LARGEST_TILT + off) * np.cos(half)
+            bounds += [(-np.cos(middle) * cosine - np.sin(middle) * sine, -least)]
+    return [[row.tolist(), [], float(limit)] for row, limit in bounds]
 
 
 def conditions_of(kept: PoseConstraint) -> list[Condition] | None:

@@ -22,11 +22,12 @@ from planner.constraints import (
 from planner.constraints.at_speed import RateAtSpeed, TorqueAtSpeed
 from planner.guarantees import end_states
 from planner.plans.result import Plan
-from planner.problems.motion_around import KeptMotion
-from planner.problems.problem import CartesianMotion
+from planner.problems.motion_around import KeptMotion, as_requested
+from planner.problems.problem import CartesianMotion, PoseWaypoint
+from planner.problems.regions import region_of
 from planner.problems.transitions import BlendTransition
 from planner.proofs.checker import BOUNDED_CLAIMS, DISTANCE_CLAIMS, JOINT_CLAIMS, TOOL_CLAIMS
-from planner.proofs.conditions import Condition, conditions_at, conditions_of, squared_tolerance
+from planner.proofs.conditions import Condition, conditions_at, conditions_in, conditions_of, squared_tolerance
 from planner.proofs.guides import guide_of
 from planner.proofs.polynomial_paths import PolynomialPath
 from planner.robots import Robot
@@ -80,7 +81,8 @@ def statement_of(plan: Plan, *, follows: bool) -> dict[str, Any]:
     guides, of_paths = _guides(plan, met)
     not_covered += of_paths
     claims += ["path_deviation"] if guides else []
-    regions = [problem.numbers[k] for k, waypoint in enumerate(problem.waypoints) if getattr(waypoint, "free", None)]
+    in_regions = {k: _in_region(plan, met, k) for k in range(len(problem.waypoints))}
+    regions = [problem.numbers[k] for k, conditions in in_regions.items() if conditions == []]
     not_covered += [f"waypoints: the tolerance region of waypoint {k} but for its nearest pose" for k in regions]
     if path.dynamics.changes:
         not_covered.append("torque at rest while the payload or the process force changes")
@@ -306,13 +308,23 @@ def _waypoints(plan: Plan, met: MetWaypoints, robots: Sequence[Robot]) -> Iterat
     path, trajectory, problem, blended = plan.path, plan.trajectory, plan.problem, _blended(plan)
     wanted = np.where(np.isnan(met.positions), path.positions, met.positions)
     for k, time in enumerate(trajectory.arrivals.tolist()):
-        conditions: list[Condition] = []
-        if met.targets and k not in blended and (target := met.targets[k]).tolerance != (0.0, 0.0):
+        conditions = _in_region(plan, met, k) or []
+        if not conditions and met.targets and k not in blended and (target := met.targets[k]).tolerance != (0.0, 0.0):
             conditions = conditions_at(target.pose, target.tolerance)
         if met.targets and k in blended and (ball := _blend(plan, met, k)) is not None:
             conditions = [ball]
         position = None if k in blended else wanted[k].tolist()
         yield {"time": time, "robot": robots.index(problem.robots[k]), "position": position, "tool_pose": conditions}
+
+
+def _in_region(plan: Plan, met: MetWaypoints, k: int) -> list[Condition] | None:
+    """Return the conditions of a waypoint's tolerance region; empty: they cannot describe it; None: it has none."""
+    waypoint = as_requested(plan.problem.waypoints[k])
+    if not isinstance(waypoint, PoseWaypoint) or not waypoint.free:
+        return None
+    if k in _blended(plan):
+        return []
+    return conditions_in(region_of(waypoint.free), waypoint.pose_in_base, met.targets[k].tolerance) or []
 
 
 def _scenes(plan: Plan, segments: int) -> tuple[list[CollisionChecker], list[int]]:

@@ -17,7 +17,7 @@ from benchmarks.proofs.plans import slower_when_fast
 from benchmarks.proofs.tampering import with_digests
 from planner.proofs import ProofRejected, check_proof, write_proof
 from planner.proofs.checker import AT_SPEED_CLAIMS, Proof
-from planner.proofs.conditions import conditions_at, conditions_of
+from planner.proofs.conditions import conditions_at, conditions_in, conditions_of
 
 START = [0.2, -1.4, 1.6, -1.5, -1.4, 0.1]
 """Joint positions of a UR5e with the tool in front of it, rad."""
@@ -171,3 +171,48 @@ def test_all_kinds_of_constraints_are_proved() -> None:
     proof = write_proof(planner.plan(planner.PlanningProblem(robot, [planner.JointWaypoint(START), end])))
     assert "tool_pose" in check_proof(proof) and not proof["statement"]["not_covered"]
     assert len(proof["statement"]["limits"]["tool_pose"][0]) == 8
+
+
+def test_conditions_of_regions_are_met_inside_alone() -> None:
+    generator, inside, outside = np.random.default_rng(6), 0, 0
+    widest = np.array([0.3, 0.3, 0.3, np.pi / 2.0, 1.3, np.pi])
+    names = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
+    for _ in range(300):
+        middle = planner.Pose(generator.uniform(-1, 1, 3), Rotation.random(random_state=generator).as_matrix())
+        ends = np.sort(generator.uniform(-1.0, 1.0, (6, 2)), axis=1) * widest[:, None]
+        ends[generator.random(6) < 0.4] = 0.0
+        ends[5] = ends[5] if generator.random() < 0.7 else [-np.pi, np.pi]
+        chosen = {name: tuple(pair) for name, pair in zip(names, ends.tolist(), strict=True) if pair != [0.0, 0.0]}
+        conditions = conditions_in(planner.Region(**chosen), middle, (1e-6, 1e-6))
+        if conditions is None:
+            assert 3.1 < ends[5, 1] - ends[5, 0] < 2.0 * np.pi - 1e-5
+            continue
+        assert middle.rotation is not None
+        for _ in range(20):
+            at = generator.uniform(*ends.T)
+            if generator.random() < 0.5:
+                at = at + generator.choice([0.0, 0.0, 0.0, 1e-3, -1e-3, 0.5, np.pi], 6)
+            turn = Rotation.from_euler("XYZ", at[3:])
+            if abs(at[4]) > 1.4:  # the angles are then others
+                continue
+            turned = (at[3:] + np.pi) % (2.0 * np.pi) - np.pi
+            excess = np.maximum(ends[:, 0] - [*at[:3], *turned], [*at[:3], *turned] - ends[:, 1]).max()
+            pose = planner.Pose(middle.position + middle.rotation @ at[:3], middle.rotation @ turn.as_matrix())
+            if excess <= 0.0 or excess > 1e-4:
+                assert are_met(conditions, pose) == (excess <= 0.0), (ends, at)
+                inside += excess <= 0.0
+                outside += excess > 0.0
+    assert min(inside, outside) > 500
+
+
+def test_a_waypoint_may_be_anywhere_in_its_region_and_nowhere_else() -> None:
+    robot = planner.load_robot("ur5e")
+    pose = planner.forward_kinematics(robot, END)
+    region = planner.Region(x=(-0.02, 0.05), rotation_x=(-0.1, 0.2), rotation_z=(-1.0, 1.0))
+    waypoints: list[planner.AnyWaypoint] = [planner.JointWaypoint(START), planner.PoseWaypoint(pose, free=region)]
+    proof = write_proof(planner.plan(planner.PlanningProblem(robot, waypoints), planner.Quintic()))
+    assert "waypoints" in check_proof(proof) and not proof["statement"]["not_covered"]
+    for axis in range(3):
+        changed = copy.deepcopy(proof)
+        changed["statement"]["robots"][-1]["tool"]["translation"][axis] += 0.08
+        assert is_rejected(changed)

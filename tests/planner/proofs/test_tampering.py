@@ -69,7 +69,7 @@ def test_a_proof_names_the_checks_that_it_does_not_cover() -> None:
         planner.JointWaypoint(start),
         planner.PoseWaypoint(above, motion=planner.LinearMotion()),
         planner.PoseWaypoint(pose, motion=polyline),
-        planner.PoseWaypoint(above, free=planner.Region(rotation_z=(-1.0, 1.0))),
+        planner.PoseWaypoint(above, free=planner.Region(rotation_z=(-1.65, 1.65))),
     ]
     statement = write_proof(planner.plan(planner.PlanningProblem(robot, waypoints)))["statement"]
     assert "path_deviation" in statement["claims"]
