@@ -147,7 +147,8 @@ def certify_clearance_along(
             objects = checkers[0].scene.objects if given is None else given
             for meeting, found in clearances_of_objects(checker, objects, part, begin, tolerance):
                 near = report_of(meeting.checker, found, checker.largest_uncertainty).itself
-                report = _nearer(report, _later(ClearanceReport(None, near), meeting.begin))
+                parts = (None, near) if meeting.are_contacts else (near, None)
+                report = _nearer(report, _later(ClearanceReport(None, *parts), meeting.begin))
     return report
 
 

@@ -37,12 +37,14 @@ class Meeting(NamedTuple):
         phase: The object.
         begin: When the interval begins, s.
         end: When it ends, s.
+        are_contacts: Whether the pairs may be nearer than their margin, since the object is taken.
     """
 
     checker: CheckerBetween
     phase: Phase
     begin: float
     end: float
+    are_contacts: bool
 
     def motion(self, part: Trajectory, start: float) -> PiecewisePolynomial:
         """Return the motion of all joints in the interval; the part of the trajectory begins at `start`, s."""
@@ -102,12 +104,15 @@ def meetings(checker: CollisionChecker, given: Sequence[SceneObject], begin: flo
     displacements = np.append(checker.displacements, np.zeros(len(own)))
     for thing in checker.moving:
         margins = np.array([checker.margin_to(piece.name, thing) for piece in bodies.pieces], dtype=np.float64)
-        wanted = np.where(np.isnan(margins), -np.inf, margins + displacements)
+        contacts = np.array([checker.is_contact(piece.name, thing) for piece in bodies.pieces])
+        wanted = np.where(np.isnan(margins), -np.inf, margins + np.where(contacts, 0.0, displacements))
         for phase in object_phases(thing, checker.base, end):
             first, last = max(phase.begin, begin), min(phase.end, end)
-            if first < last:
-                pairs = np.repeat(wanted[:, None], len(phase.bodies.pieces), axis=1)
-                yield Meeting(CheckerBetween(bodies, phase.bodies, pairs), phase, first, last)
+            for of_kind in (~contacts, contacts):
+                if first < last and of_kind.any():
+                    pairs = np.repeat(np.where(of_kind, wanted, -np.inf)[:, None], len(phase.bodies.pieces), axis=1)
+                    among = CheckerBetween(bodies, phase.bodies, pairs)
+                    yield Meeting(among, phase, first, last, of_kind is contacts)
 
 
 def _collision(

@@ -29,7 +29,7 @@ from planner.problems.problem import (
 from planner.problems.regions import Region, region_faults
 from planner.problems.transitions import StopTransition
 from planner.robots import Robot
-from planner.scene.scene import handling_faults
+from planner.scene.scene import Scene, handling_faults
 from planner.spatial import Pose
 from planner.tolerances import DURATION_TOLERANCE
 
@@ -57,6 +57,7 @@ def objects_handled_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath
     """Find objects that the robot cannot take or put down at their waypoint."""
     if problem.scene is not None:
         yield from handling_faults(problem.robot, problem.scene, problem.handling)
+        yield from _early_takes(problem, problem.scene)
     for i, (waypoint, done) in enumerate(zip(problem.waypoints, problem.handling, strict=True)):
         if not done.is_none and problem.scene is None:
             yield (
@@ -68,6 +69,19 @@ def objects_handled_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath
                 ("waypoints", i, "transition"),
                 "must be a stop: the robot takes or puts down an object only where it stops",
             )
+
+
+def _early_takes(problem: PlanningProblem, scene: Scene) -> Iterator[tuple[FieldPath, str]]:
+    """Find waypoints at which the robot may take a moving object before it stops."""
+    stops = {thing.id: thing.motion.stop for thing in scene.objects if thing.motion is not None}
+    earliest = 0.0
+    for i, waypoint in enumerate(problem.waypoints):
+        earliest = max(earliest, waypoint.earliest_arrival)
+        for take in waypoint.attach:
+            stop = stops.get(take.id)
+            if stop is not None and earliest < stop:
+                text = f"must be at least {stop:g} s, when {take.id!r} stops, here or at a waypoint before"
+                yield ("waypoints", i, "earliest_arrival"), text
 
 
 def process_force_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -31,6 +31,8 @@ def not_free(
     columns: FloatArray,
     whole: tuple[int, int, int, int],
     end: float = inf,
+    *,
+    at_middles: bool = False,
 ) -> Iterator[tuple[slice, slice]]:
     """Yield the blocks of entries that are not proved free, as ranges of rows and of columns.
 
@@ -42,6 +44,7 @@ def not_free(
         columns: (M, 2), the intervals of the second motion, s.
         whole: The range of rows and the range of columns that are decided, from and to.
         end: The end on the monotonic clock, s, after which no entry is proved free.
+        at_middles: Whether an entry is left out, too, where both motions are free in the middles of its intervals.
     """
     waiting = [whole]
     while waiting:
@@ -59,6 +62,10 @@ def not_free(
         )
         is_large = np.minimum(ranges[:, 1] - ranges[:, 0], ranges[:, 3] - ranges[:, 2]) >= LEAST_BLOCKED
         decisions = checker.distances.decide(np.hstack(middles), np.hstack(reach), is_large)
+        if at_middles:
+            single = (np.diff(ranges)[:, ::2] == 1).all(axis=1) & (decisions != FREE_BLOCK)
+            points = np.hstack(middles)[single]
+            decisions[single] = checker.distances.decide(points, np.zeros_like(points), is_large[single])
         for k in np.flatnonzero(decisions != FREE_BLOCK).tolist():
             a, b, c, d = now[k]
             if decisions[k] == BLOCKED_BLOCK or (b - a == 1 and d - c == 1):

@@ -143,6 +143,7 @@ def _changed(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -
     for take in done.taken:
         (thing,) = (thing for thing in objects if thing.id == take.id)
         objects.remove(thing)
+        thing = thing.stopped
         pose = _with_axes(thing.pose).to_frame(_with_axes(base)).to_frame(_frame(robot, take.link, position))
         solid = [shape for shape in thing.shapes if not isinstance(shape, PointCloud)]
         attached.append(AttachedObject(thing.id, solid, pose, take.link, take.touch_links, thing.margin))
@@ -162,6 +163,9 @@ def _near_after(
 
 def _near_before(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -> Iterator[tuple[str, str, float]]:
     """Yield the allowed distances before a waypoint, of objects to take and to put down there."""
+    taken = {take.id for take in done.taken}
+    if any(thing.id in taken for thing in scene.moving):
+        scene = replace(scene, objects=[thing.stopped if thing.id in taken else thing for thing in scene.objects])
     yield from _near(robot, scene, position, set(done.put_down), None, DEEPEST_SUPPORT)
     for take in done.taken:
         holders = _holders(robot, scene, take.link, take.touch_links)

@@ -255,8 +255,14 @@ class CollisionChecker:
             return None
         held = next((thing.margin for thing in self.scene.attached if thing.id == name), None)
         margin = max(self.scene.margin if other.margin is None else other.margin, held or 0.0)
-        least = (least for moving, standing, least in self.scene.pair_margins if (moving, standing) == (name, other.id))
-        return min([margin, *least])
+        return min([margin, *self._least_distances(name, other.id)])
+
+    def is_contact(self, name: str, other: SceneObject) -> bool:
+        """Tell whether a link or a carried object may be nearer to an object than its margin."""
+        return any(True for _ in self._least_distances(name, other.id))
+
+    def _least_distances(self, name: str, other: str) -> Iterator[float]:
+        return (least for moving, standing, least in self.scene.pair_margins if (moving, standing) == (name, other))
 
     def _may_touch(self, first: str, second: str) -> bool:
         return frozenset((first, second)) in self._allowed

@@ -57,6 +57,11 @@ class ConstantVelocity:
         """Keep the velocity in an array."""
         object.__setattr__(self, "velocity", np.array(self.velocity, dtype=np.float64))
 
+    @property
+    def stop(self) -> float | None:
+        """The time at which the object stops, s; None: never."""
+        return self.end
+
     def legs(self, start: Pose) -> Iterator[Leg]:
         """Yield the parts of the motion from a pose in the world at time 0."""
         position, rotation, still = start.position, _axes(start), np.zeros(3)
@@ -100,6 +105,11 @@ class TimedPoses:
         """Convert other types of poses; keep lists in tuples, which cannot change."""
         object.__setattr__(self, "times", tuple(map(float, self.times)))
         object.__setattr__(self, "poses", tuple(as_pose(pose, f"poses[{i}]") for i, pose in enumerate(self.poses)))
+
+    @property
+    def stop(self) -> float | None:
+        """The time at which the object stops, s."""
+        return self.times[-1] if self.times else None
 
     def legs(self, start: Pose) -> Iterator[Leg]:
         """Yield the parts of the motion from a pose in the world at time 0."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -51,6 +51,14 @@ class SceneObject:
         """Convert other types of poses; keep the shapes in a tuple, which cannot change."""
         convert_poses(self, "pose")
         object.__setattr__(self, "shapes", tuple(self.shapes))
+
+    @property
+    def stopped(self) -> SceneObject:
+        """The static object where it stops; the same object if it has no motion, or one without end."""
+        if self.motion is None or self.motion.stop is None:
+            return self
+        *_, last = self.motion.legs(self.pose)
+        return replace(self, pose=Pose(last.position, last.rotation), motion=None)
 
     @property
     def moves(self) -> bool:
@@ -254,7 +262,7 @@ def _thing_faults(things: Sequence[SceneObject | AttachedObject], kind: str) -> 
 def handling_faults(robot: Robot, scene: Scene, handling: Sequence[Handling]) -> Iterator[tuple[FieldPath, str]]:
     """Find what cannot be taken or put down at the waypoints of a robot, in their order."""
     shapes = {thing.id: thing.shapes for thing in scene.objects} | {held.id: held.shapes for held in scene.attached}
-    moving = {thing.id for thing in scene.objects if thing.motion is not None}
+    endless = {thing.id for thing in scene.objects if thing.motion is not None and thing.motion.stop is None}
     links = {frame.name for frame in robot.model.frames}
     carried = {held.id for held in scene.attached}
     for i, done in enumerate(handling):
@@ -270,8 +278,8 @@ def handling_faults(robot: Robot, scene: Scene, handling: Sequence[Handling]) ->
                 yield (*field, "id"), f"the robot carries {take.id!r} already"
             elif not all(map(_has_end, shapes[take.id])):
                 yield (*field, "id"), f"{take.id!r} cannot be carried: it is no solid with an end"
-            elif take.id in moving:
-                yield (*field, "id"), f"must be a static object: {take.id!r} has a `motion`"
+            elif take.id in endless:
+                yield (*field, "id"), f"must be an object that stops: {take.id!r} has a `motion` without end"
             if take.link is not None and take.link not in links:
                 yield (*field, "link"), f"{robot.id} has no link called {take.link!r}"
             for j, name in enumerate(take.touch_links):

@@ -287,7 +287,7 @@ class WaypointBase(Schema):
     """Whether the robot releases its payload here and continues without one."""
     attach: Annotated[list[Attach], Field(max_length=64)] = Field(default_factory=list)
     """Objects of the `scene` that the robot picks up here. From here on they move with the robot and must not collide
-    with anything else. Their weight is the `payload`."""
+    with anything else. Their weight is the `payload`. A moving object must have stopped by `earliest_arrival`."""
     detach: Annotated[list[Name], Field(max_length=64)] = Field(default_factory=list)
     """The ids of objects that the robot puts down here: picked up before or `attached` in the scene. From here on they
     stay where they are. At the same waypoint, `detach` happens before `attach`."""

@@ -1,8 +1,8 @@
 """Waits at a stop until an object that moves has passed.
 
-The motion after a stop is cut into intervals of one length, and so is the clock. A wait of some intervals
-keeps the robot clear where it rests. Each interval of its motion is then clear with the interval of the clock that it
-meets. The least such wait is shortened as far as the proof of the clearance at all times allows.
+The motion after a stop is cut into intervals of one length, and so is the clock. A wait of some intervals may do if the
+robot is clear in the middles of all intervals of its rest and its motion. The clearance at all times is proved for a
+few of these waits, and the first one with a proof is shortened.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ CLOCK_INTERVALS = 1024
 MOST_STOPS = 6
 """The most stops before a collision at which waits are looked at, the latest first."""
 
-MOST_PROVED_WAITS = 3
-"""The most waits at a stop whose clearance is proved, the shortest first."""
+PROVED_WAITS = (0, 1, 2, 4, 8, 16, 32, 64)
+"""The waits at a stop whose clearance is proved until one is, by their places among the waits that may do."""
 
 WAIT_MILLISECONDS = 1000
 """Number of steps a second to which waits are rounded."""
@@ -96,13 +96,15 @@ def _shortest_wait(
         return True
 
     for longest in LONGEST_WAITS:
-        for wait in _free_waits(checkers, given, trajectory, stop, longest)[:MOST_PROVED_WAITS].tolist():
-            low, high = 0, int(np.ceil(wait * WAIT_MILLISECONDS))
+        waits, low = _free_waits(checkers, given, trajectory, stop, longest), 0
+        for wait in (waits[k] for k in PROVED_WAITS if k < len(waits)):
+            high = int(np.ceil(wait * WAIT_MILLISECONDS))
             if is_clear(high):
                 while high - low > 1:
                     middle = (low + high) // 2
                     low, high = (low, middle) if is_clear(middle) else (middle, high)
                 return high
+            low = high
     return None
 
 
@@ -113,7 +115,7 @@ def _free_waits(
     stop: int,
     longest: float,
 ) -> FloatArray:
-    """Return the waits at a stop, s, ascending, after which all intervals of the motion are clear."""
+    """Return the waits at a stop, s, ascending, with which the middles of all intervals are clear."""
     start, step = float(trajectory.departures[stop]), (longest + trajectory.duration) / CLOCK_INTERVALS
     count = max(1, int(np.ceil((trajectory.duration - start) / step)))
     edges = np.minimum(start + step * np.arange(count + 1), trajectory.duration)
@@ -129,7 +131,7 @@ def _free_waits(
             of_phase = np.flatnonzero((columns[:, 1] >= meeting.begin) & (columns[:, 0] <= meeting.end))
             if len(of_part) and len(of_phase):
                 whole = (of_part[0], of_part[-1] + 1, of_phase[0], of_phase[-1] + 1)
-                for those, when in not_free(meeting.checker, own, meeting.phase, rows, columns, whole):
+                for those, when in not_free(meeting.checker, own, meeting.phase, rows, columns, whole, at_middles=True):
                     blocked[those, when] = True
     waits = np.arange(len(columns) - count + 1)
     moves = np.arange(count)

@@ -13,8 +13,10 @@ import pytest
 
 import planner
 from planner.certificate import certify_clearance
-from planner.scene import CONTACT_TOLERANCE
+from planner.scene import CONTACT_TOLERANCE, segment_scenes
+from planner.scene.phases import object_phases
 from planner.spatial import FloatArray, Pose
+from planner.timing.arrivals import with_wait
 from tests.planner.capsule_arm import arm_of_capsules
 from tests.planner.cells.brute_force import Placed, distance, random_plan, robot_world, se3
 from tests.sizes import SIZE
@@ -133,6 +135,51 @@ def test_proofs_agree_with_dense_samples_of_time() -> None:
     assert refused
 
 
+def test_bodies_move_as_the_poses_of_their_object_do() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(12):
+        thing = random_object(rng, rng.normal(size=3), 1.5)
+        base = Pose.from_rpy(rng.normal(size=3), rng.normal(size=3)) if rng.random() < 0.7 else None
+        world, seen = world_of(thing), 0
+        for phase in object_phases(thing, base, 6.0):
+            for time in rng.uniform(max(phase.begin, 0.0), min(phase.end, 6.0), 4):
+                ((_, expected),) = world(time)
+                expected = se3(base).inverse() * expected
+                placed, (piece,) = phase.bodies.at(phase.within(time[None], time[None])[0]), phase.bodies.pieces
+                rotation = placed.rotations[0, piece.joint]
+                there = rotation @ piece.translation + placed.origins[0, piece.joint]
+                np.testing.assert_allclose(there, expected.translation, atol=1e-12)
+                np.testing.assert_allclose(rotation @ piece.rotation, expected.rotation, atol=1e-12)
+                seen += 1
+        assert seen
+
+
+def test_the_margin_of_each_pair_counts() -> None:
+    plain, wide = moving(SLIDES), replace(moving(SLIDES), id="wide", margin=0.03)
+    held = planner.AttachedObject("held", [planner.Sphere(0.05)], margin=0.05)
+    near = [("link_1", "wide", 0.004)]
+    scene = planner.Scene([plain, wide], [held], [("link_2", "far")], margin=0.01, pair_margins=near)
+    checker = planner.CollisionChecker(ARM, scene)
+    expected = {("link_1", plain): 0.01, ("link_1", wide): 0.004, ("link_2", wide): 0.03, ("held", wide): 0.05}
+    assert {pair: checker.margin_to(*pair) for pair in expected} == expected
+    assert checker.margin_to("link_2", plain) is None
+
+
+def test_following_errors_widen_margins() -> None:
+    errors = {joint.name: {"following_error": 0.02} for joint in ARM.joints}
+    follows = ARM.derived(limits=errors)
+    plan, thing = in_scene(), on_belt(0.45, across=-0.3)
+    for robot, is_free in ((ARM, True), (follows, False)):
+        truth = least_distance(plan, thing, np.linspace(0.0, plan.trajectory.duration, 60))
+        scene = planner.Scene([thing], margin=truth - 0.01)
+        checker = planner.CollisionChecker(robot, scene, self_collision=False)
+        if is_free:
+            certify_clearance(checker, plan.trajectory)
+            continue
+        with pytest.raises(planner.Collision):
+            certify_clearance(checker, plan.trajectory)
+
+
 def test_an_object_that_passes_before_or_after_does_not_matter() -> None:
     free = in_scene()
     meets = free.trajectory.duration / 2.0
@@ -207,13 +254,49 @@ def test_the_base_counts_and_what_may_touch_does_not() -> None:
     assert planner.plan(problem, budget=ONCE).certificate.clearance.scene.pair[0] != base
 
 
-@pytest.mark.parametrize("waypoints", [(LEFT, RIGHT), (MIDDLE, LEFT, RIGHT, LEFT)])
+@pytest.mark.parametrize(
+    "waypoints", [(LEFT, RIGHT), pytest.param((MIDDLE, LEFT, RIGHT, LEFT), marks=pytest.mark.large_only)]
+)
 def test_the_shortest_wait_is_offered(waypoints: tuple[list[float], ...]) -> None:
     free = in_scene(waypoints=waypoints).trajectory
     wait, problem = waits_in_scene(on_belt(float(free.arrivals[-1] + free.departures[-2]) / 2.0), waypoints)
     sooner = replace(wait, value=wait.value - 0.002)
     with pytest.raises(planner.Collision):
         planner.plan(sooner.applied_to(problem), budget=ONCE)
+
+
+@pytest.mark.sized
+def test_waits_are_no_longer_than_brute_force_finds() -> None:
+    rng = np.random.default_rng(53)
+    compared = 0
+    for _ in range(max(1, SIZE.requests // 8)):
+        plan = random_plan(ARM, rng, 3)
+        middle = robot_world(ARM, plan.trajectory)(plan.trajectory.duration / 2.0)[-1][1].translation
+        velocity = rng.normal(size=3) * 0.4
+        pose = Pose.from_rpy(middle - velocity * plan.trajectory.duration / 2.0, rng.normal(size=3))
+        box = [planner.Box(rng.uniform(0.05, 0.2, 3))]
+        thing = planner.SceneObject("box", box, pose, motion=planner.ConstantVelocity(velocity))
+        problem = replace(plan.problem, scene=planner.Scene([thing]), self_collision=False)
+        try:
+            planner.plan(problem, budget=planner.Budget(attempts=3))
+            continue
+        except planner.PlanningError as refusal:
+            offered = [remedy.value for remedy in refusal.remedies if remedy.field[-1] == "dwell"]
+        checker = planner.CollisionChecker(ARM, problem.scene, self_collision=False)
+
+        def is_clear(stop: int, wait: float, plan: planner.Plan = plan, checker: Any = checker) -> bool:
+            try:
+                certify_clearance(checker, with_wait(plan.trajectory, stop, wait), None)
+            except planner.PlanningError:
+                return False
+            return True
+
+        waits = [wait for wait in np.arange(0.1, 2.0, 0.1).tolist() if is_clear(0, wait) or is_clear(1, wait)]
+        assert offered or not waits
+        if waits and offered:
+            compared += 1
+            assert offered[0] <= waits[0] + 1e-3
+    assert compared
 
 
 def test_a_wait_lengthens_a_requested_duration() -> None:
@@ -262,6 +345,41 @@ def test_what_is_carried_and_what_was_put_down_count() -> None:
     with pytest.raises(planner.Collision) as refused:
         planner.plan(replace(problem, waypoints=[there, lifted, back, away]), budget=ONCE)
     assert refused.value.pair == ("part", "box")
+    assert refused.value.time == pytest.approx(4.0 - (0.05 + 0.08 / 2.0) / 0.4, abs=1e-3)
+    stays = replace(away, dwell=0.5)
+    plan = planner.plan(replace(problem, waypoints=[there, lifted, back, stays]), budget=ONCE)
+    cart_alone = least_distance(plan, cart, np.linspace(0.0, plan.trajectory.duration, 120))
+    assert plan.certificate.clearance.scene.lower <= cart_alone + 1e-6
+    assert plan.certificate.clearance.scene.upper <= cart_alone + 1e-3
+
+
+def test_a_part_is_taken_where_its_belt_stops() -> None:
+    grasp = planner.forward_kinematics(ARM, MIDDLE)
+    above = Pose(grasp.position + 0.15 * UP, grasp.rotation)
+    velocity = np.array([0.0, 0.4, 0.0])
+    pose, motion = Pose(CROSSING - 2.0 * velocity - 0.041 * UP), planner.ConstantVelocity(velocity, end=2.0)
+    part = planner.SceneObject("part", [planner.Box([0.08] * 3)], pose, motion=motion)
+    belt = planner.SceneObject("belt", [planner.Box([0.3, 2.0, 0.1])], Pose(CROSSING - 0.131 * UP))
+    take = planner.PoseWaypoint(grasp, motion=planner.LinearMotion(), attach=[planner.Attach("part")], dwell=0.2)
+    on_time = replace(take, earliest_arrival=2.0)
+    lifted = planner.PoseWaypoint(above, motion=planner.LinearMotion())
+    waypoints = [planner.JointWaypoint(LEFT), planner.PoseWaypoint(above), on_time, lifted]
+    problem = planner.PlanningProblem(ARM, waypoints, scene=planner.Scene([part, belt], margin=0.005))
+    plan = planner.plan(problem, budget=ONCE)
+    report = plan.certificate.clearance
+    before = least_distance(plan, part, np.linspace(0.0, 2.0, 80))
+    assert -0.01 < before < 0.0, "the gripper touches the part when it takes it"
+    assert report.contacts.lower == pytest.approx(before, abs=2e-3)
+    assert report.scene.lower > 0.005 - 1e-3
+    assert segment_scenes(ARM, problem.scene, plan.problem.handling, plan.path.positions)[-1].objects == (belt,)
+    assert plan.problem.waypoints[1].dwell > 0.5
+    with pytest.raises(planner.InvalidProblem) as refused:
+        planner.plan(replace(problem, waypoints=[*waypoints[:2], take, lifted]))
+    assert [fault.field for fault in refused.value.faults] == [("waypoints", 2, "earliest_arrival")]
+    falls = planner.ConstantVelocity(-0.4 * UP, end=2.0)
+    through = replace(part, pose=Pose(CROSSING + 0.759 * UP), motion=falls)
+    with pytest.raises(planner.Collision):
+        planner.plan(replace(problem, scene=planner.Scene([through, belt])), budget=ONCE)
 
 
 def test_a_plan_with_moving_objects_is_saved_to_the_last_bit(tmp_path: Path) -> None:

@@ -29,11 +29,16 @@ export function stretchesOf(
     for (const id of detach) now = now.map((one) => (one.id === id ? moved(one, null, joints) : one));
     for (const { id, link } of attach) {
       const holder = robot.placements.find(({ frame }) => frame === (link ?? robot.tip_frame));
-      if (holder) now = now.map((one) => (one.id === id ? moved(one, holder.after, joints) : one));
+      if (holder) now = now.map((one) => (one.id === id ? moved(stoppedAt(one, planned.arrival_time), holder.after, joints) : one));
     }
     stretches.push({ from: planned.arrival_time, placed: now });
   });
   return stretches;
+}
+
+// A moving object where it is at a time, from then on without a motion of its own.
+function stoppedAt({ at, ...one }: Placed, time: number): Placed {
+  return at ? { ...one, matrix: at(time) } : one;
 }
 
 // The same thing at the same place, from here on behind other joints, or standing still.
