@@ -97,7 +97,7 @@ def animate(plan: Planned, *, view: str = "isometric", speed: float = 1.0) -> An
     painted = Painted([], [])
     if things:
         seen = Projection(VIEWS[view], project)
-        painted = paint_surroundings(plan, Frames(segments, positions), models, shown, seen, timing)
+        painted = paint_surroundings(plan, Frames(segments, positions, times), models, shown, seen, timing)
     return Animation(_svg(plan, project(models), times, timing, painted), duration)
 
 

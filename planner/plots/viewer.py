@@ -16,10 +16,10 @@ import pinocchio as pin
 from planner.certificate.clearance import segment_checkers
 from planner.kinematics.forward import tool_poses_on
 from planner.plots.quantities import Planned, drawn_times, kept_limits, samples_for, stops_of
-from planner.plots.space.surroundings import CARRIED, PLANE, Style, shown_points, standing_things
+from planner.plots.space.surroundings import CARRIED, PLANE, STANDING, Style, shown_points, standing_things
 from planner.plots.view import VIEWS, joined_names, stick_model
-from planner.scene import CollisionChecker
-from planner.shapes import surface
+from planner.scene import HERE, CollisionChecker, SceneObject
+from planner.shapes import Shape, surface
 from planner.spatial import FloatArray, quaternion
 
 PICTURES_PER_SECOND = 30.0
@@ -92,7 +92,9 @@ class Viewer:
         self.url = f"http://127.0.0.1:{self._server.get_port()}"
         self._changing: list[tuple[Any, Collection[CollisionChecker]]] = []  # shapes with the checkers that have them
         self._joints = [self._scene.add_frame(f"joint_{k}", show_axes=False) for k in range(self._model.njoints)]
+        self._moving: list[tuple[SceneObject, Any]] = []
         self._draw_links()
+        self._draw_moving()
         diagonal = self._draw_surroundings()
         self._tool = self._scene.add_frame("tool", axes_length=0.06 * diagonal, axes_radius=0.004 * diagonal)
         self._plays, self._is_closed = Event(), Event()
@@ -122,6 +124,9 @@ class Viewer:
             for frame, placement in zip(self._joints, self._data.oMi.tolist(), strict=True):
                 _put(frame, placement.rotation, placement.translation)
             _put(self._tool, rotations[0], points[0])
+            for thing, frame in self._moving:
+                pose = thing.pose_at(time).to_frame(checker.base or HERE)
+                _put(frame, np.eye(3) if pose.rotation is None else pose.rotation, pose.position)
             for handle, checkers in self._changing:
                 handle.visible = checker in checkers
 
@@ -174,6 +179,20 @@ class Viewer:
                     )
                     _put(handle, body.rotation, body.translation)
                     self._changing.append((handle, {checker}))
+
+    def _draw_moving(self) -> None:
+        """Draw the moving objects, each below a frame of its own."""
+        having: dict[SceneObject, set[CollisionChecker]] = {}
+        for checker in self._checkers:
+            for thing in checker.moving:
+                having.setdefault(thing, set()).add(checker)
+        for number, (thing, checkers) in enumerate(having.items()):
+            frame = self._scene.add_frame(f"moving_{number}", show_axes=False)
+            shapes = [shape for shape in thing.shapes if isinstance(shape, Shape)]
+            for k, shape in enumerate(shapes):
+                handle = self._mesh(_path(f"moving_{number}", f"shape_{k}"), *surface(shape), STANDING)
+                self._changing.append((handle, checkers))
+            self._moving.append((thing, frame))
 
     def _draw_surroundings(self) -> float:
         """Draw the path of the tool, its waypoints and the scene, and return the diagonal of the picture, m."""

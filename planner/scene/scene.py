@@ -14,7 +14,7 @@ from planner.scene.motions import ObjectMotion
 from planner.scene.point_cloud import PointCloud
 from planner.shapes import Shape
 from planner.shapes.meshes.mesh import Mesh
-from planner.spatial import Pose, convert_poses, is_rotation
+from planner.spatial import Pose, convert_poses, is_rotation, rotations_from_vectors
 
 HERE = Pose(np.zeros(3), np.eye(3))
 """The identity pose."""
@@ -51,6 +51,14 @@ class SceneObject:
         """Convert other types of poses; keep the shapes in a tuple, which cannot change."""
         convert_poses(self, "pose")
         object.__setattr__(self, "shapes", tuple(self.shapes))
+
+    def pose_at(self, time: float) -> Pose:
+        """Return its pose in the world at a time from 0 on, s."""
+        if self.motion is None:
+            return self.pose
+        leg = next(leg for leg in self.motion.legs(self.pose) if time < leg.end)
+        (turn,) = rotations_from_vectors((time - leg.begin) * leg.spin[None])
+        return Pose(leg.position + (time - leg.begin) * leg.velocity, turn @ leg.rotation)
 
     @property
     def stopped(self) -> SceneObject:

@@ -6,7 +6,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 
 from planner.scene.carried import DEEPEST_SUPPORT
 from planner.scene.checker import CONTACT_TOLERANCE, CONTACTS, CollisionChecker
@@ -14,7 +13,7 @@ from planner.scene.point_cloud import Cluster
 from planner.scene.scene import HERE, SceneObject
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from planner.simulation.plant import mujoco_quaternion
-from planner.spatial import FloatArray, Pose
+from planner.spatial import FloatArray
 
 ROBOT = {"contype": 1, "conaffinity": 0}
 """The masks of shapes of the robot: MuJoCo compares them with objects, and of their own kind with named pairs only."""
@@ -76,8 +75,9 @@ class Geometry:
             return []
         self._data.qpos[:] = position
         for k, thing in enumerate(self.checker.moving):
-            pose = _pose_at(thing, time).to_frame(self.checker.base or HERE)
-            self._data.mocap_pos[k], self._data.mocap_quat[k] = pose.position, mujoco_quaternion(pose.rotation)
+            pose = thing.pose_at(time).to_frame(self.checker.base or HERE)
+            rotation = np.eye(3) if pose.rotation is None else pose.rotation
+            self._data.mocap_pos[k], self._data.mocap_quat[k] = pose.position, mujoco_quaternion(rotation)
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_collision(self._model, self._data)
         contacts = self._data.contact
@@ -92,8 +92,9 @@ class Geometry:
         return found
 
     def _name(self, number: int) -> str:
-        named = (*self.checker.bodies.pieces, *self.checker.obstacles.all)
-        return named[number].name if number < len(named) else self.checker.moving[number - len(named)].id
+        names = [body.name for body in self.checker.bodies.pieces]
+        names += [obstacle.name for obstacle in self.checker.obstacles.all]
+        return names[number] if number < len(names) else self.checker.moving[number - len(names)].id
 
     def _least_to(self, thing: SceneObject) -> list[float]:
         """Return the allowed distances of the bodies from an object that moves, m, 0 or negative."""
@@ -139,11 +140,3 @@ class Geometry:
                 mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
                 return {"type": kinds.mjGEOM_MESH, "meshname": name, **pose}
         raise TypeError(f"MuJoCo has no {type(shape).__name__}")
-
-
-def _pose_at(thing: SceneObject, time: float) -> Pose:
-    """Return the pose of an object that moves in the world at a time, s."""
-    legs = () if thing.motion is None else thing.motion.legs(thing.pose)
-    leg = next(leg for leg in legs if time < leg.end)
-    since = time - leg.begin
-    return Pose(leg.position + since * leg.velocity, pin.exp3(since * leg.spin) @ leg.rotation)

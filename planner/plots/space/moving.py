@@ -17,6 +17,7 @@ from planner.plots.space.surroundings import (
     Thing,
     carried_things,
     grown,
+    moving_things,
     names_of,
     painted_order,
     points_along,
@@ -38,10 +39,11 @@ CARRIED_CORNERS = 32
 
 
 class Frames(NamedTuple):
-    """The pictures of a motion at equal time steps: the segments (T,) and the joint positions (T, joints)."""
+    """The pictures of a motion at equal time steps: segments (T,), joint positions (T, joints) and times (T,), s."""
 
     segments: list[int]
     positions: FloatArray
+    times: FloatArray
 
 
 class Projection(NamedTuple):
@@ -90,7 +92,7 @@ def paint_surroundings(
         over = thing.is_over(robot, seen.view)
         drawn = _thing(thing, VEIL if over else 1.0, (low, high), seen, things[thing])
         (painted.before if over else painted.behind).append(drawn)
-    painted.behind.extend(_carried(around, frames.positions, seen, clock))
+    painted.behind.extend(_moving(around, frames, seen, clock))
     painted.before.extend(_names([thing for thing, when in things.items() if not when], seen))
     return painted
 
@@ -117,13 +119,12 @@ class _Clock(NamedTuple):
         return self.animate("visibility", values, changes, ' calcMode="discrete"')
 
 
-def _carried(
-    around: Sequence[CollisionChecker], positions: FloatArray, seen: Projection, clock: _Clock
-) -> Iterator[str]:
-    """Draw the attached objects at joint positions (T, joints), each while it is attached."""
+def _moving(around: Sequence[CollisionChecker], frames: Frames, seen: Projection, clock: _Clock) -> Iterator[str]:
+    """Draw the attached objects, each while it is attached, and the moving objects."""
     outlines: dict[tuple[str, int], dict[int, str]] = {}
-    for row, (checker, position) in enumerate(zip(around, positions, strict=True)):
-        for thing in carried_things(checker, position):
+    rows = zip(around, frames.positions, frames.times.tolist(), strict=True)
+    for row, (checker, position, time) in enumerate(rows):
+        for thing in (*carried_things(checker, position), *moving_things(checker, time)):
             for number, piece in enumerate(thing.pieces):
                 outline = svg_points(seen.project(piece.outline(seen.view, CARRIED_CORNERS)))
                 outlines.setdefault((thing.name, number), {})[row] = outline

@@ -12,10 +12,10 @@ import numpy as np
 from planner.certificate.clearance import segment_checkers
 from planner.plots.quantities import Planned, stops_of
 from planner.plots.view import View, joined_names
-from planner.scene import CollisionChecker
+from planner.scene import HERE, CollisionChecker
 from planner.scene.obstacles import Obstacle
 from planner.scene.point_cloud import Cluster
-from planner.shapes import HalfSpace
+from planner.shapes import HalfSpace, Shape
 from planner.shapes.surfaces import surface, surface_around
 from planner.spatial import FloatArray
 
@@ -295,17 +295,30 @@ def carried_things(checker: CollisionChecker, position: FloatArray) -> list[Thin
     return [Thing(name, CARRIED, tuple(own)) for name, own in pieces.items()]
 
 
+def moving_things(checker: CollisionChecker, time: float) -> list[Thing]:
+    """Return the moving objects around a robot at a time, s."""
+    things = []
+    for thing in checker.moving:
+        pose = thing.pose_at(time).to_frame(checker.base or HERE)
+        rotation = np.eye(3) if pose.rotation is None else pose.rotation
+        surfaces = (Piece(*surface(shape)) for shape in thing.shapes if isinstance(shape, Shape))
+        things.append(Thing(thing.id, STANDING, tuple(piece.moved(rotation, pose.position) for piece in surfaces)))
+    return things
+
+
 def surroundings(plan: Planned) -> list[Thing]:
     """Return the objects around the robot at any time of a plan, and its attached objects at every waypoint.
 
-    An object that it takes and puts down stands at its poses before and after.
+    An object that it takes and puts down stands at its poses before and after. Moving objects are where they are at the
+    arrivals at the waypoints.
     """
     if plan.problem.scene is None:
         return []
     checkers = segment_checkers(plan.problem, plan.path.positions)
     things = [thing for thing, _ in standing_things(checkers)]
     for stop in stops_of(plan):
-        things += carried_things(checkers[min(stop.row, len(checkers) - 1)], plan.path.positions[stop.row])
+        checker = checkers[min(stop.row, len(checkers) - 1)]
+        things += carried_things(checker, plan.path.positions[stop.row]) + moving_things(checker, stop.arrival)
     return things
 
 

@@ -135,6 +135,19 @@ def test_a_taken_object_moves_with_the_robot(plan: planner.Plan) -> None:
         np.testing.assert_allclose(after.placement(carried).translation, there, atol=1e-9)
 
 
+def test_a_moving_object_is_where_its_motion_leads(plan: planner.Plan) -> None:
+    velocity, start = np.array([0.1, 0.2, 0.0]), Pose.from_rpy([2.0, 0.0, 0.5], [0.1, 0.2, 0.3])
+    box = planner.Box([0.1, 0.2, 0.3])
+    crate = planner.SceneObject("crate", [box], start, motion=planner.ConstantVelocity(velocity))
+    problem = planner.PlanningProblem(plan.problem.robot, [START, END], scene=planner.Scene([crate]))
+    with planner.plan(problem).view(port=8951) as viewer:
+        for time in (0.0, 0.4):
+            viewer.show(time)
+            placed = browse(viewer.url).placement("/moving_0/shape_0")
+            np.testing.assert_allclose(placed.translation, start.position + velocity * time, atol=1e-6)
+            np.testing.assert_allclose(placed.rotation, start.rotation, atol=1e-9)
+
+
 def test_the_trajectory_plays_to_its_end(plan: planner.Plan) -> None:
     with plan.view(port=8951) as viewer:
         viewer.show(0.5 * plan.trajectory.duration)

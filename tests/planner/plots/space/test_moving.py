@@ -14,7 +14,7 @@ from planner.planning import plan
 from planner.plots.view import stick_model
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
-from planner.scene import Attach, PointCloud, Scene, SceneObject
+from planner.scene import Attach, ConstantVelocity, PointCloud, Scene, SceneObject
 from planner.shapes import Box, Cylinder, HalfSpace, Sphere
 from planner.spatial import Pose
 from tests.planner.plots.space.shape_points import assert_same_outline, found_camera, points_of, seen_by
@@ -151,6 +151,25 @@ def test_what_is_carried_moves_with_the_tool(moved: Plan, view: str) -> None:
             tool = tool_pose(moved.path.robot, np.array(ROWS[0] if drawn.shown(part)[0] else ROWS[2]))
             truth = seen_by(drawn.camera, points_of(Sphere(RADIUS)) + tool.position + tool.rotation @ IN_TOOL)
             assert_same_outline(drawn.outline(part), truth, POINT)
+
+
+def test_a_moving_object_is_drawn_along_its_motion() -> None:
+    velocity, start = np.array([0.0, 0.3, 0.1]), Pose.from_rpy([0.3, -1.2, 0.9], (0.3, -0.2, 0.5))
+    crate = SceneObject("crate", [BOX], start, motion=ConstantVelocity(velocity, 0.4))
+    solved = plan(
+        PlanningProblem(load_robot("kuka_kr16_2"), [JointWaypoint(row) for row in ROWS], scene=Scene([crate])),
+        Trapezoidal(),
+    )
+    drawn = Drawn(solved, "isometric")
+    (group,) = drawn.groups("crate")
+    polygon = group.find("{*}polygon")
+    assert polygon is not None
+    outlines = drawn.values(polygon)
+    assert len(outlines) == len(drawn.times)
+    for time, outline in zip(drawn.times[::20], outlines[::20], strict=True):
+        center = start.position + velocity * min(time, 0.4)
+        truth = seen_by(drawn.camera, points_of(BOX) @ start.rotation.T + center)
+        assert_same_outline(outline, truth, POINT)
 
 
 def test_things_are_drawn_in_front_of_what_they_hide(moved: Plan) -> None:
