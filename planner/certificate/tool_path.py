@@ -127,7 +127,7 @@ def _deviations(
         motion, requested = solved[segment + 1].tool_motion, waypoints[segment + 1].motion
         free = requested.free if isinstance(requested, CartesianMotion) else None
         if motion and free and len(pieces):
-            nearest = partial(_nearest_poses, region_of(free), path, motion.curve, on_segments.robot_on(segment))
+            nearest = partial(nearest_poses, region_of(free), path, motion.curve, on_segments.robot_on(segment))
             bounded[segment] = polynomial_parts(nearest, motion.curve.breakpoints)
             in_regions.add(segment)
         elif len(pieces):
@@ -148,7 +148,7 @@ def _deviations(
             yield _Deviation(quantity, found.peak, found.limit, found.time, "bounded", lower)
 
 
-def _nearest_poses(
+def nearest_poses(
     region: Region, path: Line | Circle | Polyline | PoseSpline, curve: PiecewisePolynomial, robot: Robot, u: FloatArray
 ) -> tuple[FloatArray, FloatArray | None]:
     """Return the poses in the tolerance region of a path nearest to the tool at parameters (N,) of a curve.

@@ -34,8 +34,8 @@ ROUNDED_POSE = 1e-9
 LARGEST_TILT = 1.4
 """Largest turn about y, rad, of a tolerance region with conditions: at a quarter turn, those about x and z are one."""
 
-LARGEST_SECTOR = 3.1
-"""Largest range of turns about z, rad, that two half planes describe."""
+LARGEST_SECTOR = 3.1417
+"""Largest range of turns about z, rad, that two half planes describe: half a turn, as requests round it up."""
 
 LARGEST_ANGLE = 1.0
 """Largest tolerance of an angle, rad, for which the distance of the rotation matrices is used."""

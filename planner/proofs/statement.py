@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
 from planner.certificate.lines_and_circles import Circle, Line
-from planner.certificate.tool_path import requested_paths
+from planner.certificate.tool_path import nearest_poses, requested_paths
 from planner.certificate.waypoints import MetWaypoints, certify_waypoints
 from planner.constraints import (
     ACCELERATION_AT_SPEED,
@@ -243,9 +244,16 @@ def paths_of(plan: Plan, met: MetWaypoints) -> dict[int, Line | Circle | Polynom
     for k, path in requested_paths(problem.robots, problem.waypoints, plan.path.waypoints, met.targets).items():
         requested, tools = problem.waypoints[k + 1].motion, (plan.path.dynamics.robot_on(k), problem.robots[k + 1])
         one, other = (robot.tool_in_tip.homogeneous for robot in tools)
-        is_exact = isinstance(requested, CartesianMotion) and not requested.free and bool((one == other).all())
-        if k in moving:
-            found[k] = path_of(path) if is_exact else None
+        if k not in moving:
+            continue
+        found[k], motion = None, plan.path.waypoints[k + 1].tool_motion
+        if not isinstance(requested, CartesianMotion) or (one != other).any():
+            continue
+        if not requested.free:
+            found[k] = path_of(path)
+        elif motion is not None:
+            poses = partial(nearest_poses, region_of(requested.free), path, motion.curve, tools[0])
+            found[k] = PolynomialPath.of(poses, motion.curve.breakpoints)
     return found
 
 
@@ -266,11 +274,12 @@ def _guides(plan: Plan, met: MetWaypoints) -> tuple[dict[int, dict[str, Any]], l
         motion = plan.problem.waypoints[k + 1].motion
         assert isinstance(motion, CartesianMotion)  # noqa: S101 - others have no path
         if path is None:
-            left_out.append(f"path_deviation: the path of segment {k} is in a tolerance region, or has too many parts")
+            left_out.append(f"path_deviation: the path of segment {k} has too many parts")
             continue
         if isinstance(path, PolynomialPath):
+            followed = "poses in the tolerance region" if motion.free else "the path"
             within = "within 1e-9 m and rad, as compared at points"
-            left_out.append(f"path_deviation: polynomials follow the path of segment {k} {within}")
+            left_out.append(f"path_deviation: polynomials follow {followed} of segment {k} {within}")
             guides, starts = path.guides, path.starts
         else:
             guides, starts = [guide for guide in [guide_of(path)] if guide], path.start

@@ -97,6 +97,16 @@ def test_the_nearest_parts_are_tried_first() -> None:
             np.testing.assert_allclose(found, point, atol=2e-9)
 
 
+def test_a_line_in_a_tolerance_region_is_proved() -> None:
+    motion = planner.LinearMotion(free=planner.Region(rotation_x=(-0.3, 0.3), rotation_z=(-3.1416, 3.1416)))
+    proof = proof_of(motion, planner.Trapezoidal())
+    assert "path_deviation" in check_proof(proof)
+    assert proof["statement"]["not_covered"] == [FOLLOWED.replace("the path", "poses in the tolerance region")]
+    proof["statement"]["robots"][0]["tool"]["translation"][2] += 0.01
+    proof["statement"]["claims"].remove("waypoints")
+    assert is_rejected(proof)
+
+
 @pytest.mark.parametrize(
     ("motion", "backend"),
     [
