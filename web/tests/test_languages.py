@@ -7,7 +7,7 @@ import json
 import re
 from typing import TYPE_CHECKING, Any
 
-import ezdxf
+from ezdxf.filemanagement import new as new_drawing
 from playwright.sync_api import expect
 
 from planner import read_path
@@ -116,7 +116,7 @@ def test_every_finding_about_a_robot_has_a_german_text() -> None:
 
 def test_every_note_on_a_path_file_has_a_german_text(tmp_path: Path) -> None:
     """The notes come from files of each kind; the page's patterns are read from its source."""
-    drawing = ezdxf.new(units=0)
+    drawing = new_drawing(units=0)
     for x in (0, 5):
         drawing.modelspace().add_line((x, 0), (x, 1))
     drawing.modelspace().add_text("no path")
