@@ -9,7 +9,17 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.api.conftest import RunningService
-from web.tests.browser import ARM_PIXELS, TOO_SHORT, drawn, leave_unanswered, opened, planned, use_request
+from web.tests.browser import (
+    ARM_PIXELS,
+    TOO_SHORT,
+    WELDING,
+    choose_example,
+    drawn,
+    leave_unanswered,
+    opened,
+    planned,
+    use_request,
+)
 from web.tests.test_conditions import violations
 
 PATH_PIXELS_AT_EDGE = """() => {
@@ -134,7 +144,7 @@ def test_a_narrow_screen_shows_the_verdict_first(browser: Browser, service: Runn
 
 
 def test_a_path_that_leaves_the_view_is_framed(browser: Browser, service: RunningService) -> None:
-    """The second path is a metre longer than the first, to which the view was fitted."""
+    """The second path is a metre longer than the first, to which the view was fitted; the arm stays in view, too."""
     position = [0.0, -0.3, 2.2, 0.0, 0.5, 0.0]
     near = {"kind": "joint", "position": position}
     short = {"robot": "kuka_kr16_2", "waypoints": [near, near | {"position": [0.1, *position[1:]]}]}
@@ -147,6 +157,12 @@ def test_a_path_that_leaves_the_view_is_framed(browser: Browser, service: Runnin
             expect(page.locator("[data-waypoint]")).to_have_count(len(request["waypoints"]))
             expect(page.locator("[data-waypoint='1'] .when")).to_contain_text("s")
             planned(page)
+            drawn(page)
+            assert page.evaluate(ARM_PIXELS)[0] > 500
+            assert page.evaluate(PATH_PIXELS_AT_EDGE) == 0
+        choose_example(page, WELDING)
+        for waypoint in (4, 9):
+            page.locator(f"[data-waypoint='{waypoint}']").click()
             drawn(page)
             assert page.evaluate(ARM_PIXELS)[0] > 500
             assert page.evaluate(PATH_PIXELS_AT_EDGE) == 0

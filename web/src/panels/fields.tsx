@@ -64,8 +64,11 @@ export function NumberField({
 
 const FINER = 2; // decimals that a field has beyond those of a readout: a micrometre, a thousandth of a degree
 
+const NOTHING = 1e-9; // in any unit: what rounding leaves of 0
+
 // Of a number that is smaller than its last decimal, the first three digits.
 function rounded(value: number, decimals: number): string {
+  if (Math.abs(value) < NOTHING) return '0';
   return String(Number(Math.abs(value) < 10 ** -decimals ? value.toPrecision(3) : value.toFixed(decimals)));
 }
 

@@ -1,13 +1,17 @@
 // The robot as a tree of shapes that follow its joints.
 import { Group, Mesh, MeshStandardMaterial } from 'three';
-import type { BufferGeometry, ColorRepresentation, Object3D } from 'three';
+import type { BufferGeometry, ColorRepresentation, Object3D, Vector3 } from 'three';
 import type { Robot } from '../service/types';
 import { jointMatrices } from '../robot/chain';
 import type { Shape } from '../robot/shapes';
 import { geometryOf } from './geometry';
+import { cornersOfBox } from './views';
+
+const SWEPT = 12; // steps
 
 export class Arm {
   readonly object = new Group();
+  position: readonly number[] = []; // of the joints
   private readonly links: Group[];
 
   // With a colour and an opacity it is a ghost.
@@ -30,10 +34,23 @@ export class Arm {
   }
 
   pose(position: readonly number[]): void {
+    this.position = position;
     jointMatrices(this.robot, position).forEach((matrix, index) => {
       this.links[index]!.matrix.copy(matrix);
       this.links[index]!.matrixWorldNeedsUpdate = true;
     });
+  }
+
+  // Points in the world around the arm, and what it carries, at some positions of a path: the corners of the shapes' boxes.
+  swept(path: readonly (readonly number[])[]): Vector3[] {
+    const [points, before]: [Vector3[], readonly number[]] = [[], this.position];
+    for (let k = 0; k <= SWEPT; k += 1) {
+      this.pose(path[Math.round((k * (path.length - 1)) / SWEPT)]!);
+      this.object.updateWorldMatrix(true, true);
+      this.object.traverse((node) => points.push(...cornersOf(node)));
+    }
+    this.pose(before);
+    return points;
   }
 
   // Carries an object behind so many joints.
@@ -47,6 +64,13 @@ export class Arm {
     });
     this.object.removeFromParent();
   }
+}
+
+function cornersOf(node: Object3D): Vector3[] {
+  if (!(node instanceof Mesh)) return [];
+  const { geometry, matrixWorld } = node as Mesh;
+  geometry.computeBoundingBox();
+  return cornersOfBox(geometry.boundingBox!).map((corner) => corner.applyMatrix4(matrixWorld));
 }
 
 const BODY = new MeshStandardMaterial({ color: '#e8833a', roughness: 0.5, metalness: 0.1 });

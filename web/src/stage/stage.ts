@@ -12,7 +12,7 @@ import { Arm } from './arm';
 import { Cloud } from './cloud';
 import { Gizmo, type GizmoMode, type GizmoWays } from './gizmo';
 import { lights } from './lights';
-import { DIRECTIONS, isSeen, NEAR, standBack, type View } from './views';
+import { areSeen, DIRECTIONS, isSeen, NEAR, SHARES, standBack, type View } from './views';
 import { axes, ball, disposeOf, ghostLine, ground, pathLine, toolFrame, waypointMarks } from './marks';
 import { instanceAt, listenToClicks } from './picking';
 import { previewMarks, type PreviewedPath } from './guides';
@@ -42,7 +42,8 @@ export class Stage {
   private waiting = false;
   private standing = 0; // things around the robot
   private extent = 1;
-  private isFitted = false; // the view has been fitted to the first path of this robot
+  private swept: readonly Vector3[] = []; // points around the arm on its path
+  private isFitted = false; // to the first path of this robot
 
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
@@ -67,7 +68,7 @@ export class Stage {
 
   removeRobot(): void {
     this.arm?.dispose();
-    this.arm = this.robot = undefined;
+    [this.arm, this.robot, this.swept] = [undefined, undefined, []];
     this.replace('scene', undefined);
   }
 
@@ -118,7 +119,7 @@ export class Stage {
 
   // What the robot carries now, and what it takes later or has put down.
   setMovable(placed: readonly Placed[]): void {
-    for (const object of this.carried) disposeOf(object);
+    this.carried.forEach(disposeOf);
     this.carried = placed.filter(({ after }) => after !== null).map((one) => this.carry(one, one.after!));
     this.replace('waiting', this.things(placed.filter(({ after }) => after === null)));
   }
@@ -153,18 +154,18 @@ export class Stage {
     const isDrawn = shown?.answer.samples.tcp_pose;
     const stretches = shown && stretchesOfTools(shown.request, shown.answer);
     this.replace('path', isDrawn && pathLine(shown.answer, shares, stretches!, theme.value === 'dark'));
+    this.swept = (shown && this.arm?.swept(shown.answer.samples.position)) ?? [];
     if (shown && !this.isFitted) {
       this.isFitted = true;
-      this.arm?.pose(shown.answer.samples.position[0]!); // the view is to hold the arm where it begins
-      this.look('home');
+      this.refit(new Vector3().fromArray(DIRECTIONS.home));
     } else if (isDrawn && !isSeen(this.drawn.path!, this.camera)) this.refit();
   }
 
-  // Shows all from where the viewer stands, as near as nothing that has an end is cut off.
-  private refit(): void {
-    for (const share of [NEAR, 0.95, 1.2, 1.5]) {
-      this.fit(this.camera.position.clone().sub(this.controls.target), share);
-      if ([...this.ends(), this.drawn.path].every((object) => !object || isSeen(object, this.camera))) return;
+  // Shows all, the arm wherever it goes, as near as nothing is cut off.
+  private refit(from = this.camera.position.clone().sub(this.controls.target)): void {
+    for (const share of SHARES) {
+      this.fit(from, share);
+      if (areSeen([...this.ends(), this.drawn.path], this.swept, this.camera)) return;
     }
   }
 
@@ -238,7 +239,7 @@ export class Stage {
   // The box around the robot, the path of its tool and what stands around it, and around more.
   private bounds(...more: readonly (Object3D | undefined)[]): Box3 {
     this.world.updateWorldMatrix(true, true);
-    const box = new Box3();
+    const box = new Box3().setFromPoints([...this.swept]);
     for (const object of [this.arm?.object, this.drawn.path, ...this.ends(), ...more]) if (object) box.expandByObject(object);
     return box.isEmpty() ? new Box3(new Vector3(-1, -1, 0), new Vector3(1, 1, 1)) : box;
   }

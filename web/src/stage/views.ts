@@ -13,6 +13,8 @@ export const DIRECTIONS: Record<View, Vector3Tuple> = {
 
 export const NEAR = 0.76; // of the distance at which a ball is in view: what it holds seldom fills it
 
+export const SHARES = [NEAR, 0.85, 0.95, 1.05, 1.2, 1.5]; // which are tried until all is in view
+
 // Puts the camera in a direction from a ball, at a share of the distance at which all of it is in view.
 export function standBack(camera: PerspectiveCamera, { center, radius }: Sphere, from: Vector3, share: number): void {
   const half = (camera.fov * Math.PI) / 360;
@@ -23,13 +25,20 @@ export function standBack(camera: PerspectiveCamera, { center, radius }: Sphere,
 // Whether all of an object is in the view.
 export function isSeen(object: Object3D, camera: PerspectiveCamera): boolean {
   object.updateWorldMatrix(true, true);
+  return arePointsSeen(cornersOfBox(new Box3().expandByObject(object)), camera);
+}
+
+// Whether all of some objects, and points in the world, are in the view.
+export function areSeen(objects: readonly (Object3D | undefined)[], points: readonly Vector3[], camera: PerspectiveCamera): boolean {
+  return objects.every((object) => !object || isSeen(object, camera)) && arePointsSeen(points, camera);
+}
+
+function arePointsSeen(points: readonly Vector3[], camera: PerspectiveCamera): boolean {
   camera.updateMatrixWorld();
-  const { min, max } = new Box3().expandByObject(object);
-  const corners = [min, max].flatMap(({ x }) => [min, max].flatMap(({ y }) => [min, max].map(({ z }) => new Vector3(x, y, z))));
-  return corners.every((corner) =>
-    corner
-      .project(camera)
-      .toArray()
-      .every((part) => Math.abs(part) <= 1),
-  );
+  const isInside = (part: number): boolean => Math.abs(part) <= 1;
+  return points.every((point) => point.clone().project(camera).toArray().every(isInside));
+}
+
+export function cornersOfBox({ min, max }: Box3): Vector3[] {
+  return [min, max].flatMap(({ x }) => [min, max].flatMap(({ y }) => [min, max].map(({ z }) => new Vector3(x, y, z))));
 }
