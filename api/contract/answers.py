@@ -138,7 +138,7 @@ class Check(Answer):
     `tcp_linear_jerk`, `tcp_angular_jerk`. Deviations of the tool from the requested path: `path_position_deviation`,
     `path_orientation_deviation`, `blend_deviation`. With `min_effort`, the deviation from straight joint motions:
     `tool_deviation` of the tool, m, and `joint_deviation` of the farthest joint, rad or m. Errors against the request:
-    `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations, minimum durations and dwells,
+    `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations, dwells and arrivals,
     s. The tool has `waypoint_position_error`, m, and `waypoint_orientation_error`, rad, at pose and relative
     waypoints. `residual_vibration` is the largest amplitude that a motion from stop to stop leaves in the requested
     vibration mode, rad or m. Its limit is 5 % of the amplitude that the unshaped motion leaves."""

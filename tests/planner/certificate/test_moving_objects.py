@@ -84,7 +84,7 @@ def waits_in_scene(thing: planner.SceneObject, waypoints: Any = (LEFT, RIGHT)) -
     (wait,) = (remedy for remedy in refused.value.remedies if remedy.field[-1] == "dwell")
     plan = planner.plan(wait.applied_to(problem), budget=ONCE)
     assert plan.trajectory.duration == pytest.approx(wait.duration)
-    assert least_distance(plan, thing, np.linspace(0.0, plan.trajectory.duration, 100)) > 0.0
+    assert least_distance(plan, thing, np.linspace(0.0, plan.trajectory.duration, 60)) > 0.0
     return wait, problem
 
 
@@ -265,7 +265,7 @@ def test_the_shortest_wait_is_offered(waypoints: tuple[list[float], ...]) -> Non
         planner.plan(sooner.applied_to(problem), budget=ONCE)
 
 
-@pytest.mark.sized
+@pytest.mark.large_only
 def test_waits_are_no_longer_than_brute_force_finds() -> None:
     rng = np.random.default_rng(53)
     compared = 0
@@ -308,9 +308,10 @@ def test_a_wait_lengthens_a_requested_duration() -> None:
     assert longer.field == ("duration",)
     plan = planner.plan(longer.applied_to(wait.applied_to(problem)))
     assert plan.trajectory.duration == pytest.approx(3.0 + wait.value)
-    assert least_distance(plan, thing, np.linspace(0.0, plan.trajectory.duration, 100)) > 0.0
+    assert least_distance(plan, thing, np.linspace(0.0, plan.trajectory.duration, 60)) > 0.0
 
 
+@pytest.mark.large_only
 def test_the_robot_waits_for_a_door_to_open() -> None:
     shut = Pose(CROSSING + 0.1 * UP)
     opened = Pose.from_rpy(shut.position - 0.8 * AHEAD, [0.0, 0.0, 1.5])
@@ -321,6 +322,7 @@ def test_the_robot_waits_for_a_door_to_open() -> None:
     assert 0.5 < wait.value < 2.5
 
 
+@pytest.mark.large_only
 def test_a_search_gives_way_to_a_motion_that_keeps_clear() -> None:
     thing = on_belt(0.45, across=-0.25)
     backend = planner.MinEffort(max_deviation=0.3)
@@ -348,9 +350,9 @@ def test_what_is_carried_and_what_was_put_down_count() -> None:
     assert refused.value.time == pytest.approx(4.0 - (0.05 + 0.08 / 2.0) / 0.4, abs=1e-3)
     stays = replace(away, dwell=0.5)
     plan = planner.plan(replace(problem, waypoints=[there, lifted, back, stays]), budget=ONCE)
-    cart_alone = least_distance(plan, cart, np.linspace(0.0, plan.trajectory.duration, 120))
+    cart_alone = least_distance(plan, cart, np.linspace(0.0, plan.trajectory.duration, 60))
     assert plan.certificate.clearance.scene.lower <= cart_alone + 1e-6
-    assert plan.certificate.clearance.scene.upper <= cart_alone + 1e-3
+    assert plan.certificate.clearance.scene.upper <= cart_alone + 2e-3
 
 
 def test_a_part_is_taken_where_its_belt_stops() -> None:
