@@ -65,6 +65,14 @@ describe('what is carried', () => {
     expect(seen(placedAt(stretches, 9), 'table', [1, 1])).toEqual([3, 0, 0]);
   });
 
+  test('is taken where it has stopped, if it moved before', () => {
+    const slides: Placed = { ...thing('part', null, 1, -1), at: (time) => new Matrix4().makeTranslation(1, Math.min(2 * time - 1, 1), 0) };
+    const stretches = stretchesOf([slides], request({}, { attach: [{ id: 'part' }] }, {}, {}), answer, arm);
+    expect(seen(placedAt(stretches, 0.5), 'part', [0, 0])).toEqual([1, 0, 0]);
+    expect(seen(placedAt(stretches, 1.5), 'part', positions[1]!)).toEqual([1, 1, 0]);
+    expect(seen(placedAt(stretches, 1.5), 'part', [0, 0])).toEqual([2, 0, 0]);
+  });
+
   test('may be held by a link, handed over, and attached from the start', () => {
     const asked = request({ attach: [{ id: 'part', link: 'upper' }] }, { detach: ['part', 'cup'], attach: [{ id: 'part' }] }, {}, {});
     const stretches = stretchesOf([thing('part', null, 0.5, 0.2), thing('cup', 2, 1, 0)], asked, answer, arm);
