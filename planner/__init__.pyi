@@ -108,6 +108,7 @@ from planner.path_files.read import PathFile as PathFile
 from planner.path_files.read import read_path as read_path
 from planner.paths import JointPath as JointPath
 from planner.planning import Budget as Budget
+from planner.planning import Progress as Progress
 from planner.planning import plan as plan
 from planner.plans.optimisation import Optimisation as Optimisation
 from planner.plans.result import Plan as Plan

@@ -6,7 +6,7 @@ share one budget, whatever they vary.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
@@ -43,6 +43,29 @@ SLIGHT_EXCESS = 1.1
 """The largest ratio of a value to its limit for which shaped motions are stretched instead of refused."""
 
 
+class Progress(NamedTuple):
+    """The state of a planning after an attempt.
+
+    Attributes:
+        attempts: The number of attempts so far: the request itself, its variants, the proofs of remedies and the
+            improvements of a plan.
+        seconds: The time since the planning began, s.
+        plan: The last certified plan; None: no attempt has led to one. It may be of a remedy.
+
+    Examples:
+        >>> import planner
+        >>> arm, seen = planner.load_robot("ur5e"), list[planner.Progress]()
+        >>> problem = planner.PlanningProblem(arm, [[0.0] * 6, [0.1] * 6])
+        >>> plan = planner.plan(problem, budget=planner.Budget(on_progress=seen.append))
+        >>> [(step.attempts, step.plan is plan) for step in seen]
+        [(1, True)]
+    """
+
+    attempts: int
+    seconds: float
+    plan: Plan | None
+
+
 @dataclass(frozen=True)
 class Budget:
     """The limits on the attempts at one plan. The first attempt always runs.
@@ -52,6 +75,8 @@ class Budget:
             a detour does not count, since its motion has a budget of its own.
         seconds: The time after which no other attempt begins, s. None: no limit of time, so that equal requests have
             equal answers on every machine.
+        on_progress: A function that is called after each attempt. If it raises an exception, the planning ends with
+            this exception.
 
     Examples:
         >>> import planner
@@ -61,6 +86,7 @@ class Budget:
 
     attempts: int = 150
     seconds: float | None = None
+    on_progress: Callable[[Progress], object] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,15 +292,21 @@ def run(proposals: Proposals[T], budget: Budget) -> T:
 
     Beyond the budget attempts count as refused, so that the best up to there is returned.
     """
-    deadline = inf if budget.seconds is None else monotonic() + budget.seconds
-    count = 0
-    try:
-        attempt = next(proposals)
-        while True:
-            is_spent = count > 0 and (count >= budget.attempts or monotonic() > deadline)
-            outcome = Refused(attempt, BudgetSpent("the budget of attempts is spent")) if is_spent else attempt.made()
-            count += attempt.better_than is None
-            attempt = proposals.send(outcome)
-    except StopIteration as end:
-        found: T = end.value
-        return found
+    begin, count, made = monotonic(), 0, 0
+    deadline = inf if budget.seconds is None else begin + budget.seconds
+    outcome: Outcome | None = None
+    plan: Plan | None = None
+    while True:
+        try:
+            attempt = next(proposals) if outcome is None else proposals.send(outcome)
+        except StopIteration as end:
+            found: T = end.value
+            return found
+        if count > 0 and (count >= budget.attempts or monotonic() > deadline):
+            outcome = Refused(attempt, BudgetSpent("the budget of attempts is spent"))
+        else:
+            outcome, made = attempt.made(), made + 1
+            plan = outcome.plan if isinstance(outcome, Planned) else plan
+            if budget.on_progress is not None:
+                budget.on_progress(Progress(made, monotonic() - begin, plan))
+        count += attempt.better_than is None
