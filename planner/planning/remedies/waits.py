@@ -8,6 +8,7 @@ few of these waits, and the first one with a proof is shortened.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import islice
 
 import numpy as np
 
@@ -31,11 +32,17 @@ from planner.trajectories.trajectory import Trajectory
 LONGEST_WAITS = (5.0, 60.0)
 """The longest waits that are looked at, s, one after the other: shorter waits get shorter intervals."""
 
-CLOCK_INTERVALS = 1024
+CLOCK_INTERVALS = 512
 """The number of intervals into which the longest wait and the trajectory are cut together."""
 
 MOST_STOPS = 6
 """The most stops before a collision at which waits are looked at, the latest first."""
+
+MOST_LEGS = 100
+"""The most parts of the motions of all moving objects for which waits are looked at: each part is proved by itself."""
+
+MOST_LEGS_AT_STOPS = 24
+"""The number of such parts, times stops, for which waits are looked at; one stop always is."""
 
 PROVED_WAITS = (0, 1, 2, 4, 8, 16, 32, 64)
 """The waits at a stop whose clearance is proved until one is, by their places among the waits that may do."""
@@ -50,9 +57,12 @@ def waits_for_objects(refused: Refused) -> Iterator[Change]:
     problem, scene = attempt.with_detours, attempt.problem.scene
     if scene is None or trajectory is None or refusal.segment is None or not is_of_moving_object(problem, refusal):
         return
+    legs = sum(1 for thing in scene.moving if thing.motion is not None for _ in thing.motion.legs(thing.pose))
+    if legs > MOST_LEGS:
+        return
     checkers = segment_checkers(problem, attempt.solved.positions)
     numbers, found = problem.numbers, []
-    for stop in _stops(problem, refusal.segment):
+    for stop in islice(_stops(problem, refusal.segment), max(1, MOST_LEGS_AT_STOPS // legs)):
         steps = _shortest_wait(checkers, scene.objects, trajectory, stop)
         if steps is not None:
             found.append((steps, stop))
