@@ -86,6 +86,8 @@ class UrdfModel(UrdfDocument):
 
     meshes: list[KeptMesh] = Field(default_factory=list, exclude_if=lambda meshes: not meshes)
     """Its meshes that can collide; none: it has none, or they did not come with it."""
+    visuals: str | None = Field(default=None, exclude_if=lambda digest: digest is None)
+    """The SHA-256 of its visual meshes as the service keeps them; null: there are none."""
 
 
 class UrdfRobot(UrdfDocument, Shown):
@@ -289,8 +291,11 @@ class RobotDescription(RobotSummary):
     named_positions: dict[str, list[float]]
     """Joint positions by name, one value a joint in the order of `joint_names`, rad or m; a waypoint may go to one."""
     geometry: list[Any] = Field(
-        default_factory=list, description="Simple shapes to look at: boxes, cylinders and spheres, in m."
+        default_factory=list,
+        description="Simple shapes to look at: boxes, cylinders and spheres, in m, with the colour of their material.",
     )
+    has_visual_meshes: bool = Field(default=False, exclude_if=lambda has: not has)
+    """Whether its description names visual meshes, which `get_robot_visuals` has; omitted: it names none."""
     groups: list[JointGroup]
     """Joints that belong together, as the SRDF says."""
     disabled_collisions: list[DisabledCollision]

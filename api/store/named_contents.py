@@ -70,8 +70,8 @@ class NamedContents(Generic[C]):
     entry: Callable[[str, bytes, float], bytes] = _entry
 
     def find(self, connection: Connection, namespace: str, name: str) -> C | None:
-        """Find what an id stands for in a namespace, or else for all."""
-        columns = (column for column in self.contents.c if column.name != "size")
+        """Find what an id stands for in a namespace, or else for all; a robot without its visual meshes."""
+        columns = (column for column in self.contents.c if column.name not in {"size", "visuals"})
         query = select(*columns).join(self.ids).where(self._seen_as(namespace, name))
         found = connection.execute(query.order_by(self.ids.c.namespace.desc()).limit(1)).one_or_none()
         return None if found is None else self.kind(**found._mapping)
@@ -284,6 +284,14 @@ class NamedContents(Generic[C]):
         total = select(func.coalesce(func.sum(self.contents.c.size), 0)).where(*which)
         size: int = connection.execute(total).scalar_one()
         return size
+
+
+def find_visuals(connection: Connection, namespace: str, robot_id: str) -> bytes:
+    """Find the visual meshes of a robot as glTF; empty: there are none."""
+    ids = ROBOTS.ids.c
+    query = select(robot_contents.c.visuals).join(ROBOTS.ids)
+    found = query.where(ids.id == robot_id, ids.namespace.in_([namespace, FOR_ALL])).order_by(ids.namespace.desc())
+    return connection.scalar(found.limit(1)) or b""
 
 
 ROBOTS = NamedContents(robots, robot_contents, items.c.robot, RobotContent)

@@ -51,8 +51,10 @@ robot_contents = Table(
     Column("description", LargeBinary, nullable=False),
     Column("summary", LargeBinary, nullable=False),
     Column("size", Integer, nullable=False),
+    Column("visuals", LargeBinary),
 )
-"""What clients added as robots (`RobotContent`), each content once; `size` is in bytes."""
+"""What clients added as robots (`RobotContent`), each content once; `size` is in bytes. `visuals` is NULL for robots of
+former versions."""
 
 robots = Table(
     "robots",

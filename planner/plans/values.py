@@ -14,6 +14,7 @@ import pinocchio as pin
 
 from planner.robots.collision import kept_meshes
 from planner.robots.collision.geometry import CollisionGeometry
+from planner.robots.visuals import VisualGeometry
 
 PACKAGE = __name__.partition(".")[0]
 """The package whose types a file may name."""
@@ -216,5 +217,6 @@ CODECS = {
     "shapes": Codec(
         CollisionGeometry, _split_geometry, lambda own, pieces: CollisionGeometry(**own, meshes=kept_meshes(pieces))
     ),
+    "visuals": Codec(VisualGeometry, lambda _: (), VisualGeometry),  # a plan is no archive of meshes to look at
 }
 """The conversions of types that are no dataclass with plain fields, by the names of their entries."""

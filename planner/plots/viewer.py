@@ -18,6 +18,7 @@ from planner.kinematics.forward import tool_poses_on
 from planner.plots.quantities import Planned, drawn_times, kept_limits, samples_for, stops_of
 from planner.plots.space.surroundings import CARRIED, PLANE, STANDING, Style, shown_points, standing_things
 from planner.plots.view import VIEWS, joined_names, stick_model
+from planner.robots.visuals import Colour
 from planner.scene import HERE, CollisionChecker, SceneObject
 from planner.shapes import Shape, surface
 from planner.spatial import FloatArray, quaternion
@@ -93,6 +94,8 @@ class Viewer:
         self._changing: list[tuple[Any, Collection[CollisionChecker]]] = []  # shapes with the checkers that have them
         self._joints = [self._scene.add_frame(f"joint_{k}", show_axes=False) for k in range(self._model.njoints)]
         self._moving: list[tuple[SceneObject, Any]] = []
+        self._visuals: list[Any] = []
+        self._solids: list[Any] = []  # the collision shapes of links that have visual meshes
         self._draw_links()
         self._draw_moving()
         diagonal = self._draw_surroundings()
@@ -166,10 +169,20 @@ class Viewer:
 
     def _draw_links(self) -> None:
         """Draw the shapes of the links, and of the attached objects, below the frames of their joints."""
-        for number, link in enumerate(self._plan.problem.robot.collision_shapes):
+        robot = self._plan.problem.robot
+        for number, drawn in enumerate(robot.visual_meshes):
+            name = _path(f"joint_{drawn.joint}", f"visual_{number}")
+            handle = self._mesh(name, *drawn.surface, MODEL if drawn.colour is None else _style(drawn.colour))
+            _put(handle, drawn.placement.rotation, drawn.placement.translation)
+            self._visuals.append(handle)
+        covered = {drawn.link for drawn in robot.visual_meshes}
+        for number, link in enumerate(robot.collision_shapes):
             style = MODEL if link.source == "model" else ESTIMATE
             name = _path(f"joint_{link.joint}", f"link_{number}")
-            _put(self._mesh(name, *surface(link.shape), style), link.placement.rotation, link.placement.translation)
+            handle = self._mesh(name, *surface(link.shape), style)
+            _put(handle, link.placement.rotation, link.placement.translation)
+            if link.link in covered:
+                self._solids.append(handle)
         for order, checker in enumerate(dict.fromkeys(self._checkers)):
             attached = {thing.id for thing in checker.scene.attached}
             for number, body in enumerate(checker.bodies.pieces):
@@ -254,8 +267,17 @@ class Viewer:
         steps = max(1, math.ceil(duration / TIME_STEP))
         self._time = gui.add_slider("Time (s)", 0.0, round(steps * TIME_STEP, 3), TIME_STEP, 0.0)
         self._button = gui.add_button("Play")
+        self._solids_box = gui.add_checkbox("Collision shapes", False, visible=bool(self._visuals))
+        self._solids_box.on_update(lambda _: self._show_solids())
+        self._show_solids()
         self._time.on_update(lambda _: self._show())
         self._button.on_click(lambda _: self.play(not self.is_playing))
+
+    def _show_solids(self) -> None:
+        """Show the collision shapes in place of the visual meshes, or these."""
+        for handles, is_shown in ((self._solids, self._solids_box.value), (self._visuals, not self._solids_box.value)):
+            for handle in handles:
+                handle.visible = is_shown
 
     def _play(self) -> None:
         """Move the time slider on while the trajectory plays, until the viewer is closed."""
@@ -277,6 +299,13 @@ def _put(handle: Any, rotation: FloatArray, position: FloatArray) -> None:
     """Move a drawing to a rotation (3, 3) and a position (3,), m, in its parent's frame."""
     x, y, z, w = quaternion(rotation)
     handle.wxyz, handle.position = np.array([w, x, y, z]), position
+
+
+def _style(colour: Colour) -> Style:
+    """Return the style of a visual mesh."""
+    red, green, blue = (round(255.0 * part) for part in colour[:3])
+    name = f"#{red:02X}{green:02X}{blue:02X}"
+    return Style(name, name, colour[3])
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:

@@ -16,6 +16,7 @@ from planner.robots.collision.pairs import DisabledCollision
 from planner.robots.payload import Payload, PayloadTable, ProcessForce
 from planner.robots.varying.torque_curves import TorqueCurve, TorqueCurves
 from planner.robots.varying.velocity_curves import NO_CURVES, VelocityConditions, VelocityCurves
+from planner.robots.visuals import VisualGeometry, VisualMesh
 from planner.spatial import FloatArray, Pose
 
 JointKind = Literal["revolute", "continuous", "prismatic"]
@@ -177,6 +178,7 @@ class RobotDescription:
     groups: tuple[JointGroup, ...] = ()
     disabled_collisions: tuple[DisabledCollision, ...] = ()
     collision: CollisionGeometry | None = None
+    visuals: VisualGeometry | None = None
     external_axes: tuple[str, ...] = ()
     rated_payload: float | None = None
     rated_payload_source: str | None = None
@@ -187,6 +189,16 @@ class RobotDescription:
     notes: tuple[str, ...] = ()
     followers: tuple[Follower, ...] = ()
     findings: tuple[Finding, ...] = ()
+
+    @cached_property
+    def visual_meshes(self) -> tuple[VisualMesh, ...]:
+        """The visual meshes of the links with their colours, read at the first use; no proof reads them."""
+        return () if self.visuals is None else self.visuals.on(self.model)
+
+    @property
+    def visual_findings(self) -> tuple[Finding, ...]:
+        """The remarks about the visual meshes, such as one whose file is not there; the files are read for them."""
+        return () if self.visuals is None else self.visuals.findings
 
     @cached_property
     def velocity_conditions(self) -> VelocityConditions | None:

@@ -15,7 +15,7 @@ from planner.errors import Finding
 from planner.fields import PickledByFields
 from planner.kernels.serial_chain import SerialChain
 from planner.robots.collision.geometry import CollisionGeometry, LinkShape
-from planner.robots.collision.mesh_files import FindPieces, meshes_of
+from planner.robots.collision.mesh_files import FindPieces, files_of, meshes_of
 from planner.robots.collision.pairs import CollisionPair, collision_pairs
 from planner.robots.derived.changes import FREE_FALL, held_by_group, on_external_axes, with_followers, with_locked
 from planner.robots.derived.external_axes import ExternalAxis
@@ -61,6 +61,7 @@ class Robot(PickledByFields, RobotDescription):
         groups: Joints that belong together, as an SRDF has them.
         disabled_collisions: Pairs of links that an SRDF takes out of collision checks.
         collision: The shapes of the links in the description, see `collision_shapes`.
+        visuals: The visual meshes of the description, see `visual_meshes`; None: it has none.
         external_axes: Names of the first joints that carry the base of the arm, such as a rail; none: it stands still.
         rated_payload: The largest payload for which the maker builds the robot, tool included, kg; None: unknown.
         rated_payload_source: The document that `rated_payload` comes from; None: it is unknown.
@@ -109,8 +110,8 @@ class Robot(PickledByFields, RobotDescription):
             joints: Names of the joints that move.
             locked: Positions of other joints by their names, rad or m. The others are locked at 0, or at the limit
                 nearest to 0. Mimic joints follow.
-            meshes: Files of the collision meshes (STL, OBJ, DAE): the folder of the packages that `package://` names,
-                the bytes by path, or a function. They are read at the first use of `collision_shapes`.
+            meshes: Files of the meshes (STL, OBJ, DAE): the folder of the packages that `package://` names, the bytes
+                by path, or a function for collision meshes. They are read at the first use of the shapes.
             id: Name of the robot.
             source: Where the document comes from.
 
@@ -119,8 +120,10 @@ class Robot(PickledByFields, RobotDescription):
         """
         requested = PlanningGroup(tip_frame, base_frame, group, joints, locked or {})
         documents = _text(urdf), None if srdf is None else _text(srdf)
-        find = meshes_of(meshes)
-        read = read_urdf(documents[0], srdf=documents[1], requested=requested, meshes=find, id=id, source=source)
+        find, files = meshes_of(meshes), files_of(meshes)
+        read = read_urdf(
+            documents[0], srdf=documents[1], requested=requested, meshes=find, files=files, id=id, source=source
+        )
         return cls(**vars(read))
 
     @classmethod

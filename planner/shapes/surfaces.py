@@ -20,7 +20,7 @@ KEPT_SURFACES = 128
 
 
 class Surface(NamedTuple):
-    """Triangles around something convex.
+    """Triangles with common corners, around something convex or of a mesh.
 
     Attributes:
         vertices: The corners (N, 3), m.

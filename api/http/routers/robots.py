@@ -18,7 +18,7 @@ from api.http.described import BODY_CODES, DATABASE_CODES, NOT_MODIFIED, returns
 from api.http.replies import get_reply, is_known, not_modified, respond
 from api.http.router import Router
 from api.http.transport.answer import Answer
-from api.store.named_contents import FOR_ALL, ROBOTS, Bounds
+from api.store.named_contents import FOR_ALL, ROBOTS, Bounds, find_visuals
 
 if TYPE_CHECKING:
     from api.base.settings import Settings
@@ -85,6 +85,40 @@ async def get_robot_geometry(request: Request, robot_id: RobotId) -> Response:
     )
 
 
+@router.get(
+    "/v1/robots/{id}/visuals",
+    summary="Get the visual meshes of a robot as glTF.",
+    description="The answer is a binary glTF 2.0 file for viewers, with the colours of the URDF's materials. It has a "
+    "node for each joint at position 0, below it one for each link, and below that the meshes in the frame of the "
+    "link. Proofs use the collision shapes of `get_robot_geometry` alone.",
+    dependencies=[needs("plan")],
+    responses=returns(
+        bytes, codes=("unknown_robot", *DATABASE_CODES), shared=True, media_type="model/gltf-binary", file=True
+    )
+    | NOT_MODIFIED,
+)
+async def get_robot_visuals(request: Request, robot_id: RobotId) -> Response:
+    """Answer GET /v1/robots/{id}/visuals."""
+    service, namespace = service_of(request), client(request).namespace
+    content = await service.database.read(ROBOTS.find, namespace, robot_id)
+    if content is not None:
+        tag = service.answers.tag("get_robot_visuals", b"", {"id": robot_id, "content": content.digest})
+        if is_known(request, tag):
+            return respond(not_modified(tag))
+        visuals = await service.database.read(find_visuals, namespace, robot_id)
+        if visuals:
+            return Answer([visuals], HTTPStatus.OK, "model/gltf-binary", {"ETag": tag} | _attached(robot_id))
+    definition = None if content is None else content.definition
+    reply = await get_reply(request, "get_robot_visuals", shared=True, id=robot_id, definition=definition)
+    is_file = reply.status == HTTPStatus.OK
+    return respond(replace(reply, headers={**reply.headers, **_attached(robot_id)}) if is_file else reply)
+
+
+def _attached(robot_id: str) -> dict[str, str]:
+    """Name the file of a robot."""
+    return {"Content-Disposition": f'attachment; filename="{robot_id}.glb"'}
+
+
 @router.post(
     "/v1/robots",
     summary="Add a robot from a URDF document, a Denavit-Hartenberg table, or another robot.",
@@ -114,6 +148,9 @@ async def add_robot(request: Request, body: RobotBody) -> Response:
         return respond(reply)
     robot_id, visibility, content = reply.result
     service, sender = service_of(request), client(request)
+    if isinstance(base := body.document.get("from"), str):  # a derived robot has the links of the other one
+        visuals = await service.database.read(find_visuals, sender.namespace, base)
+        content = replace(content, visuals=visuals)
     namespace = FOR_ALL if visibility == "public" else sender.namespace
     match await service.database.write(
         ROBOTS.add, namespace, robot_id, content, sender.name, _bounds(service.settings)

@@ -16,17 +16,19 @@ class RobotContent:
         definition: The validated request that added it, without the id, as canonical JSON.
         description: The answer of GET /v1/robots/{id}, without the id, as a JSON object.
         summary: Its entry in the answer of GET /v1/robots, without the id, as a JSON object.
+        visuals: Its visual meshes as glTF; empty: it has none, or the robot was read without them.
     """
 
     digest: str
     definition: bytes
     description: bytes
     summary: bytes
+    visuals: bytes = b""
 
     @property
     def size(self) -> int:
         """The bytes that it takes to keep."""
-        return len(self.definition) + len(self.description) + len(self.summary)
+        return len(self.definition) + len(self.description) + len(self.summary) + len(self.visuals)
 
     def described_as(self, robot_id: str) -> bytes:
         """Write the answer of GET /v1/robots/{id} as JSON."""

@@ -1,4 +1,4 @@
-"""The collision shapes of a robot as glTF 2.0, the format of viewers of three-dimensional scenes.
+"""The collision shapes or visual meshes of a robot as glTF 2.0, the format of viewers of three-dimensional scenes.
 
 Each joint is a node at its place at position 0, with its links below it. Turning a joint's node about its z axis moves
 the arm as the joint does. The robot's z axis points up, the y axis of glTF does: the topmost node turns between.
@@ -18,8 +18,11 @@ from planner.shapes import surface
 from planner.spatial import as_pose
 
 if TYPE_CHECKING:
+    from collections.abc import Hashable
+
     from planner.robots import Robot
-    from planner.shapes import Shape
+    from planner.robots.visuals import Colour
+    from planner.shapes.surfaces import Surface
     from planner.spatial import Pose
 
 Z_UP = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
@@ -55,60 +58,101 @@ def collision_gltf(robot: Robot, *, binary: bool) -> bytes:
         robot: The robot.
         binary: Whether to write the binary form (GLB), or JSON with the corners in base64.
     """
-    buffer = bytearray()
-    meshes = _Meshes(buffer)
+    meshes = _Meshes(list(MATERIALS))
+    nodes = _joint_nodes(robot)
+    for each in robot.collision_shapes:
+        nodes[each.joint]["children"].append(len(nodes))
+        number = meshes.number_of((each.shape, each.source), surface(each.shape), 0 if each.source == "model" else 1)
+        nodes.append(
+            {"name": each.link, **_placed(as_pose(each.placement)), "mesh": number, "extras": {"source": each.source}}
+        )
+    return _written(nodes, meshes, binary=binary)
+
+
+def visual_gltf(robot: Robot) -> bytes:
+    """Write the visual meshes of a robot's links with their colours, in the binary form.
+
+    Below the node of a joint stands one for each link, and below that the meshes, placed in the frame of the link.
+    """
+    meshes = _Meshes([MATERIALS[0]])
+    nodes = _joint_nodes(robot)
+    links: dict[str, int] = {}
+    for each in robot.visual_meshes:
+        if each.link not in links:
+            links[each.link] = len(nodes)
+            nodes[each.joint]["children"].append(len(nodes))
+            link = each.placement * each.link_placement.inverse()
+            nodes.append({"name": each.link, **_placed(as_pose(link)), "children": []})
+        nodes[links[each.link]]["children"].append(len(nodes))
+        material = meshes.material_of(each.colour)
+        number = meshes.number_of((id(each.surface), material), each.surface, material)
+        nodes.append({**_placed(as_pose(each.link_placement)), "mesh": number})
+    return _written(nodes, meshes, binary=True)
+
+
+def _joint_nodes(robot: Robot) -> list[dict[str, Any]]:
+    """Return the topmost node and one for each joint, by Pinocchio's number of the joint."""
     placements = robot.model.jointPlacements.tolist()
     nodes: list[dict[str, Any]] = [{"name": robot.id, "rotation": list(Z_UP), "children": []}]
     for number in range(1, len(placements)):
         nodes.append({"name": robot.model.names[number], **_placed(as_pose(placements[number])), "children": []})
         nodes[robot.model.parents[number]]["children"].append(number)
-    for each in robot.collision_shapes:
-        nodes[each.joint]["children"].append(len(nodes))
-        number = meshes.number_of(each.shape, each.source)
-        nodes.append(
-            {"name": each.link, **_placed(as_pose(each.placement)), "mesh": number, "extras": {"source": each.source}}
-        )
+    return nodes
+
+
+def _written(nodes: list[dict[str, Any]], meshes: _Meshes, *, binary: bool) -> bytes:
     document: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": "trajectory-planner"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{key: value for key, value in node.items() if value != []} for node in nodes],
-        "materials": MATERIALS,
+        "materials": meshes.materials,
         "meshes": meshes.meshes,
         "accessors": meshes.accessors,
         "bufferViews": meshes.views,
-        "buffers": [{"byteLength": len(buffer)}],
+        "buffers": [{"byteLength": len(meshes.buffer)}],
     }
+    if not meshes.meshes:
+        document = {name: value for name, value in document.items() if value != [] and name != "buffers"}
     if binary:
-        return _glb(document, bytes(buffer))
-    document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(buffer).decode()
+        return _glb(document, bytes(meshes.buffer))
+    document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(meshes.buffer).decode()
     return json.dumps(document, separators=(",", ":")).encode()
 
 
 class _Meshes:
-    """The meshes of a document, each shape once, with their corners and triangles in the buffer."""
+    """The meshes of a document, each surface once, with their corners and triangles in the buffer, and materials."""
 
-    def __init__(self, buffer: bytearray) -> None:
-        self.buffer = buffer
+    def __init__(self, materials: list[dict[str, Any]]) -> None:
+        self.materials = materials
+        self.buffer = bytearray()
         self.meshes: list[dict[str, Any]] = []
         self.accessors: list[dict[str, Any]] = []
         self.views: list[dict[str, Any]] = []
-        self.numbers: dict[tuple[Shape, str], int] = {}
+        self.numbers: dict[Hashable, int] = {}
 
-    def number_of(self, shape: Shape, source: str) -> int:
-        """Return the number of a shape's mesh, which is added if it is not there."""
-        if (shape, source) not in self.numbers:
-            hull = surface(shape)
+    def material_of(self, colour: Colour | None) -> int:
+        """Return the number of the material of a colour, which is added if it is not there; of None the first."""
+        if colour is None:
+            return 0
+        look = {"baseColorFactor": [*map(_linear, colour[:3]), colour[3]], "metallicFactor": 0.1}
+        material = {"pbrMetallicRoughness": look} | ({"alphaMode": "BLEND"} if colour[3] < 1.0 else {})
+        if material not in self.materials:
+            self.materials.append(material)
+        return self.materials.index(material)
+
+    def number_of(self, key: Hashable, hull: Surface, material: int) -> int:
+        """Return the number of the mesh of a surface that a key stands for, which is added if it is not there."""
+        if key not in self.numbers:
             corners = hull.vertices.astype("<f4")
             range_ = {"min": corners.min(axis=0).tolist(), "max": corners.max(axis=0).tolist()}
             position = self._added(corners, VERTICES, {"componentType": FLOATS, "type": "VEC3", **range_})
             faces = hull.faces.astype("<u4").ravel()
             indices = self._added(faces, INDICES, {"componentType": INTEGERS, "type": "SCALAR"})
-            material = 0 if source == "model" else 1
-            self.numbers[shape, source] = len(self.meshes)
+            self.numbers[key] = len(self.meshes)
             primitive = {"attributes": {"POSITION": position}, "indices": indices, "material": material}
             self.meshes.append({"primitives": [primitive]})
-        return self.numbers[shape, source]
+        return self.numbers[key]
 
     def _added(self, array: np.ndarray, target: int, accessor: dict[str, Any]) -> int:
         """Append an array to the buffer and return the number of its accessor."""
@@ -117,6 +161,11 @@ class _Meshes:
         self.views.append(view)
         self.buffer += array.tobytes()
         return len(self.accessors) - 1
+
+
+def _linear(part: float) -> float:
+    """Convert red, green or blue of sRGB, in which URDF has colours, to that of glTF (IEC 61966-2-1)."""
+    return part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4  # noqa: PLR2004 - the standard's
 
 
 def _placed(pose: Pose) -> dict[str, list[float]]:

@@ -54,6 +54,7 @@ def describe(robot: Robot) -> dict[str, Any]:
         "rated_payload_source": robot.rated_payload_source,
         **({} if robot.payload_table is None else {"payload_table": _describe_table(robot.payload_table)}),
         "geometry": [dict(shape) for shape in robot.geometry],
+        **({} if robot.visuals is None else {"has_visual_meshes": True}),
         "groups": [dict(vars(group)) for group in robot.groups],
         "disabled_collisions": [dict(vars(pair)) for pair in robot.disabled_collisions],
     }

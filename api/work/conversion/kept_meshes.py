@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from api.base.errors import InvalidRequest
 from api.contract import robots
+from api.work.answers.gltf import visual_gltf
 from planner.errors import InvalidRobotModel
-from planner.robots.collision import MeshReference, meshes_of
+from planner.robots.collision import MeshReference, files_of, meshes_of
+from planner.shapes.meshes import InvalidMesh
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -50,6 +53,27 @@ def keep_meshes(
         for mesh, pieces in collision.pieces.items()
     ]
     return model.model_copy(update={"meshes": meshes}), collision.findings
+
+
+def drawn_visuals(robot: Robot, files: Mapping[str, bytes]) -> tuple[bytes, tuple[Finding, ...]]:
+    """Read the visual meshes of a robot, and return them as glTF with the remarks about them.
+
+    Args:
+        robot: The robot.
+        files: The files that came with it, by paths with `/`.
+    """
+    if robot.visuals is None:
+        return b"", ()
+    find = files_of(files)
+
+    def find_or_leave_out(name: str) -> bytes | None:
+        try:
+            return find(name)
+        except InvalidRequest as error:
+            raise InvalidMesh(error.message) from None
+
+    drawn = replace(robot, visuals=replace(robot.visuals, find=find_or_leave_out))
+    return visual_gltf(drawn) if drawn.visual_meshes else b"", drawn.visual_findings
 
 
 def kept_pieces(meshes: Sequence[robots.KeptMesh]) -> KeptPieces:

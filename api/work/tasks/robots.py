@@ -15,10 +15,10 @@ from api.pool.messages import Reply
 from api.store.contents.digests import canonical, sha256
 from api.store.contents.mesh_archive import MeshArchive
 from api.store.contents.robots import RobotContent
-from api.work.answers.gltf import collision_gltf
+from api.work.answers.gltf import collision_gltf, visual_gltf
 from api.work.answers.negotiation import MediaType, negotiated
 from api.work.answers.robots import describe, describe_collision_geometry
-from api.work.conversion.kept_meshes import keep_meshes
+from api.work.conversion.kept_meshes import drawn_visuals, keep_meshes
 from api.work.conversion.problems import to_robot
 from api.work.tasks.context import JSON, model_of, robot_of, task, to_json
 from planner.errors import UnknownRobot
@@ -80,15 +80,19 @@ def add_robot(context: TaskContext) -> Reply:
     with context.stage("plan"):
         robot = to_robot(model, named.id or "added")
         remarks = robot.collision_findings if isinstance(model, schemas.DhModel) else ()
+        visuals = b""
         if isinstance(model, schemas.UrdfModel):
             model, remarks = keep_meshes(model, robot, files)
+            visuals, of_visuals = drawn_visuals(robot, files)
+            model = model.model_copy(update={"visuals": sha256(visuals) if visuals else None})
+            remarks = (*remarks, *of_visuals)
     definition = canonical(model, exclude={"id", "visibility"})
     digest = sha256(definition)
     robot_id = named.id or "dh_" + digest.removeprefix("sha256:")[:16]
     description = describe(robot) | {"id": robot_id, "content": digest}
     answer = description | {"findings": [asdict(finding) for finding in (*robot.findings, *remarks)]}
     del description["id"]
-    content = RobotContent(digest, definition, to_json(description), to_json(_summary(description)))
+    content = RobotContent(digest, definition, to_json(description), to_json(_summary(description)), visuals)
     return context.reply(
         answer, 201, headers={"Location": f"/v1/robots/{robot_id}"}, result=(robot_id, named.visibility, content)
     )
@@ -141,6 +145,17 @@ def get_robot_geometry(context: TaskContext) -> Reply:
     if form.media_type == JSON:
         return context.reply(answer)
     return Reply(200, form.media_type, drawing, context.timings)
+
+
+@task("get_robot_visuals")
+def get_robot_visuals(context: TaskContext) -> Reply:
+    """Answer GET /v1/robots/{id}/visuals where the server keeps none; `definition` is that of an added robot."""
+    robot_id, definition = context.arguments["id"], context.arguments.get("definition")
+    with context.stage("plan"):
+        if definition is None and robot_id not in catalogue_ids():
+            raise _no_such_robot()
+        visuals = visual_gltf(robot_of(robot_id, definition))
+    return Reply(200, BINARY_GLTF, visuals, context.timings)
 
 
 @task("delete_robot")

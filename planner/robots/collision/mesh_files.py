@@ -40,7 +40,7 @@ KeptPieces: TypeAlias = "Mapping[MeshReference, Sequence[FloatArray]]"
 """The corners (N, 3) of the convex pieces of each mesh, m."""
 
 
-def no_meshes(reference: MeshReference) -> None:
+def no_meshes(reference: MeshReference | str) -> None:
     """Find nothing: a document without files beside it."""
 
 
@@ -50,7 +50,14 @@ def meshes_of(meshes: Path | Mapping[str, bytes] | FindPieces | None) -> FindPie
         return no_meshes
     if callable(meshes):
         return meshes
-    return partial(_pieces_of_file, meshes_in_folder(meshes) if isinstance(meshes, Path) else meshes_among(meshes))
+    return partial(_pieces_of_file, files_of(meshes))
+
+
+def files_of(meshes: Path | Mapping[str, bytes] | FindPieces | None) -> FindFile:
+    """Return what finds the files of meshes in a folder or among files; where only pieces are kept, nothing."""
+    if meshes is None or callable(meshes):
+        return no_meshes
+    return meshes_in_folder(meshes) if isinstance(meshes, Path) else meshes_among(meshes)
 
 
 def kept_meshes(kept: KeptPieces) -> FindPieces:

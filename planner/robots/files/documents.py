@@ -16,7 +16,7 @@ class RobotFiles:
     Attributes:
         urdf: The URDF document.
         srdf: The SRDF document; None: there is none.
-        meshes: The bytes of the collision meshes by the names that the URDF has for them.
+        meshes: The bytes of the meshes by the names that the URDF has for them.
     """
 
     urdf: str

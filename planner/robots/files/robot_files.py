@@ -75,11 +75,10 @@ def _has_xacro(root: Element) -> bool:
 
 
 def _meshes(root: Element, file: Path, packages: Sequence[Path]) -> dict[str, bytes]:
-    """Return the collision meshes that a URDF names and that are there."""
+    """Return the meshes that a URDF names and that are there."""
     found: dict[str, bytes] = {}
     workspace = [own.parent for own in file.resolve().parents if (own / "package.xml").is_file()][:1]
-    for mesh in root.iterfind(".//collision/geometry/mesh"):
-        name = mesh.get("filename", "")
+    for name in {mesh.get("filename", ""): None for mesh in root.iterfind("link/*/geometry/mesh")}:
         scheme, separator, rest = name.partition("://")
         package, _, relative = rest.partition("/")
         if separator and scheme in PACKAGE_SCHEMES:

@@ -17,6 +17,7 @@ from planner.robots.collision.geometry import CollisionElement
 from planner.robots.collision.mesh_files import MeshReference
 from planner.robots.description import Joint, JointKind
 from planner.robots.findings import Findings, shown
+from planner.robots.visuals import Colour, VisualElement
 from planner.shapes import Box, Capsule, Cylinder, InvalidShape, Shape, Sphere
 from planner.spatial import FloatArray, rotation_from_rpy
 
@@ -137,7 +138,8 @@ class UrdfReader:
 
     def __init__(self, findings: Findings, rotors: Mapping[str, float]) -> None:
         self.findings, self.rotors = findings, rotors
-        self.meshes = 0
+        self.visuals: list[VisualElement] = []
+        self.colours: Mapping[str, Colour] = {}
         self.shapes = 0
         self.solids = 0
         self.unread: set[str] = set()
@@ -282,15 +284,16 @@ class UrdfReader:
         return replace(joint, lower=lower, upper=upper)
 
     def geometry(self, element: Element) -> list[Mapping[str, Any]]:
-        """Return the simple visual shapes of a link; meshes are counted and left alone."""
+        """Return the simple visual shapes of a link; its visual meshes are added to `visuals`."""
         name = element.get("name", "")
         shapes: list[Mapping[str, Any]] = []
         for visual, shape in ((v, shape) for v in element.findall("visual") for shape in v.findall("geometry/*")):
-            if shape.tag not in SHAPES:
-                self.meshes += 1
-                continue
             self.shapes += 1
-            if self.shapes > MAX_SHAPES:
+            if self.shapes > MAX_SHAPES or shape.tag not in (*SHAPES, "mesh"):
+                continue
+            colour = self.colour(visual.find("material"))
+            if shape.tag == "mesh":
+                self.visual_mesh(visual, shape, name, colour)
                 continue
             position, rpy = self.origin(visual, shown(name))
             size = {key: self.numbers(shape, key, none, shown(name)) for key, none in SHAPES[shape.tag].items()}
@@ -300,8 +303,40 @@ class UrdfReader:
                 continue
             plain = {key: value.tolist() if len(value) > 1 else float(value[0]) for key, value in size.items()}
             pose = {"position": position.tolist(), "rpy": rpy.tolist()}
-            shapes.append({"kind": shape.tag, "frame": name, **pose, **plain})
+            coloured = {} if colour is None else {"colour": list(colour)}
+            shapes.append({"kind": shape.tag, "frame": name, **pose, **plain, **coloured})
         return shapes
+
+    def visual_mesh(self, visual: Element, written: Element, name: str, colour: Colour | None) -> None:
+        """Add a visual mesh of a link to `visuals`; a fault in its element is a warning."""
+        own = UrdfReader(Findings(), {})
+        position, rpy = own.origin(visual, shown(name))
+        mesh = own.mesh(written, shown(name))
+        errors = [finding for finding in own.findings.items if finding.severity == "error"]
+        if errors:
+            text = f"a visual mesh of {shown(name)} is not drawn: {errors[0].message}"
+            self.findings.warning("visual_mesh_unread", shown(name), text)
+        else:
+            self.visuals.append(VisualElement(name, pin.SE3(rotation_from_rpy(*rpy), position), mesh, colour))
+
+    def read_colours(self, document: Element) -> None:
+        """Read the colours of the materials that the visuals of links name."""
+        found = ((one.get("name", ""), self.colour(one)) for one in document.iter("material"))
+        self.colours = {name: colour for name, colour in found if colour is not None}
+
+    def colour(self, material: Element | None) -> Colour | None:
+        """Return the colour of a material, its own or that of its name; None: it has none that is valid."""
+        if material is None:
+            return None
+        own = material.find("color")
+        if own is None:
+            return self.colours.get(material.get("name", ""))
+        try:
+            red, green, blue, opacity = map(number_of, own.get("rgba", "").split())
+        except ValueError:
+            return None
+        colour = red, green, blue, opacity
+        return colour if all(0.0 <= part <= 1.0 for part in colour) else None
 
     def collisions(self, element: Element) -> Iterator[CollisionElement]:
         """Yield the shapes of a link that can collide; one that is left out becomes a finding."""
@@ -347,8 +382,6 @@ class UrdfReader:
 
     def report_left_out(self) -> None:
         """Say which visuals were left out."""
-        if self.meshes:
-            self.findings.info("meshes_ignored", None, f"{self.meshes} meshes were not read")
         if self.solids > MAX_SHAPES:
             text = f"the model has {self.solids} shapes that can collide, more than {MAX_SHAPES}"
             self.findings.error("too_many_shapes", None, text)

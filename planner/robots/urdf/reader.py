@@ -1,6 +1,6 @@
 """Reads a robot from URDF. The document comes from a client: nothing in it is trusted, nothing it names is opened.
 
-Only the tree of links and joints, the masses and the simple visual shapes are read. The model is built here, so
+Only the tree of links and joints, the masses and the visual elements are read. The model is built here, so
 that no foreign XML ever reaches Pinocchio's own parser.
 """
 
@@ -25,13 +25,14 @@ from planner.robots.checks import (
     with_checked_drives,
 )
 from planner.robots.collision.geometry import CollisionGeometry
-from planner.robots.collision.mesh_files import FindPieces, no_meshes
+from planner.robots.collision.mesh_files import FindFile, FindPieces, no_meshes
 from planner.robots.description import Joint, RobotDescription
 from planner.robots.findings import Findings, shown
 from planner.robots.urdf.arm import ArmFinder, PlanningGroup, WholeConfiguration
 from planner.robots.urdf.elements import UrdfJoint, UrdfReader, rotor_inertias
 from planner.robots.urdf.srdf import named_positions, read_srdf
 from planner.robots.urdf.xml_document import parse_robot_document
+from planner.robots.visuals import VisualGeometry
 from planner.spatial import rotation_with_z_along
 
 
@@ -42,6 +43,7 @@ def read_urdf(
     requested: PlanningGroup,
     srdf: str | None = None,
     meshes: FindPieces = no_meshes,
+    files: FindFile = no_meshes,
     source: str = "uploaded URDF",
 ) -> RobotDescription:
     """Read the arm from the root link to the tip; all other joints are locked.
@@ -56,6 +58,7 @@ def read_urdf(
             the most joints, without fingers at its end.
         srdf: A document with groups, their states and disabled collision pairs.
         meshes: Function that finds the collision meshes, at the first use of the shapes.
+        files: Function that finds the files of the visual meshes, at the first use of these.
         source: Where the document comes from.
 
     Raises:
@@ -74,6 +77,7 @@ def read_urdf(
     joints = [reader.joint(element) for element in joint_elements]
     check_names("link", [element.get("name", "") for element in link_elements], findings)
     check_names("joint", [joint.name for joint in joints], findings)
+    reader.read_colours(document)
     geometry = [shape for element in link_elements for shape in reader.geometry(element)]
     collisions = tuple(shape for element in link_elements for shape in reader.collisions(element))
     reader.report_left_out()
@@ -117,6 +121,7 @@ def read_urdf(
             frozenset(reader.unread),
             meshes=meshes,
         ),
+        visuals=VisualGeometry(tuple(reader.visuals), files) if reader.visuals else None,
         followers=tuple(configuration.followers()),
         findings=tuple(findings.items),
     )

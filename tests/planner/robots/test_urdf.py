@@ -117,7 +117,7 @@ def test_the_tip_is_the_end_of_the_chain_with_the_most_joints() -> None:
     assert (shorter.tip_frame, shorter.joint_names) == ("elbow", ("j1",))
 
 
-def test_simple_shapes_are_kept_and_meshes_are_not_read() -> None:
+def test_simple_shapes_are_kept_and_a_mesh_is_not_looked_for_outside() -> None:
     shapes = (
         '<visual><origin xyz="1 2 3" rpy="0.1 0.2 0.3"/><geometry><box size="1 2 3"/></geometry></visual>'
         '<visual><geometry><cylinder radius="0.1" length="2"/></geometry></visual>'
@@ -132,7 +132,8 @@ def test_simple_shapes_are_kept_and_meshes_are_not_read() -> None:
         {"kind": "cylinder", **here, "radius": 0.1, "length": 2.0},
         {"kind": "sphere", **here, "radius": 0.5},
     ]
-    assert [f.message for f in arm.findings if f.code == "meshes_ignored"] == ["1 meshes were not read"]
+    assert arm.visual_meshes == ()
+    assert [(f.code, f.severity) for f in arm.visual_findings] == [("visual_mesh_not_found", "info")]
 
 
 def test_a_link_may_be_called_tool_and_carry_a_tool() -> None:
@@ -153,7 +154,11 @@ REMARKS = [
     ("inertia_not_positive_definite", "warning", two_links(inertial(moments='ixx="-1e-9" iyy="1e-8" izz="1e-8"'))),
     ("inertia_triangle_inequality", "warning", two_links(inertial(moments='ixx="1" iyy="1" izz="3"'))),
     ("inertia_without_mass", "warning", two_links(inertial(mass="0"))),
-    ("meshes_ignored", "info", two_links('<visual><geometry><mesh filename="x.stl"/></geometry></visual>')),
+    (
+        "visual_mesh_unread",
+        "warning",
+        two_links('<visual><geometry><mesh filename="x.stl" scale="1 0 1"/></geometry></visual>'),
+    ),
     ("no_torque_limit", "info", two_links(limit=LIMIT.replace('effort="30"', 'effort="0"'))),
     ("no_torque_limit", "info", two_links(limit=LIMIT.replace('effort="30"', ""))),
     ("no_masses", "info", two_links()),

@@ -1,32 +1,42 @@
 // The shapes that a robot is drawn with: those of its model, those that can collide, or sticks from joint to joint.
-import { Matrix4, Quaternion, Vector3 } from 'three';
+import { Color, Matrix4, Quaternion, SRGBColorSpace, Vector3 } from 'three';
 import type { LinkShape, Robot } from '../service/types';
 import { quaternionOfRpy } from '../request/rotations';
 import type { Vector } from '../request/rotations';
 import { matrixOf } from './chain';
+import type { VisualShape } from './visuals';
 
 export type Form =
   | { kind: 'box'; size: Vector }
   | { kind: 'cylinder'; radius: number; length: number }
   | { kind: 'capsule'; radius: number; length: number }
   | { kind: 'sphere'; radius: number }
-  | { kind: 'convex'; vertices: number[][]; faces: number[][] };
+  | { kind: 'convex'; vertices: number[][]; faces: number[][] }
+  | { kind: 'triangles'; vertices: Float32Array; faces: Uint32Array };
 
 // A shape behind so many joints, with its pose there; lengths are along z.
 export interface Shape {
   after: number;
   matrix: Matrix4;
   form: Form;
+  colour?: readonly [number, number, number, number]; // red, green, blue (linear) and opacity, from 0 to 1
 }
 
 const ONE = new Vector3(1, 1, 1);
 const THICKNESS = 0.045; // of a stick, as a share of the arm's length
 const SHORTEST = 1e-6; // m; nearer joints are one
 
-// `links` are the shapes that can collide, of robots whose description has none to look at.
-export function shapesOf(robot: Robot, links: readonly LinkShape[] = []): Shape[] {
+// `links` are the shapes that can collide, of robots, or of links beside visual meshes, that have none to look at.
+export function shapesOf(robot: Robot, links: readonly LinkShape[] = [], visuals: readonly VisualShape[] = []): Shape[] {
   const given = (robot.geometry ?? []).map((shape) => shapeOf(robot, shape as Record<string, unknown>));
   const drawn = given.filter((shape) => shape !== null);
+  if (visuals.length > 0) {
+    const seen = new Set([
+      ...visuals.map(({ link }) => link),
+      ...(robot.geometry ?? []).map((shape) => (shape as { frame: string }).frame),
+    ]);
+    return [...drawn, ...visuals, ...linkShapes(links.filter(({ link }) => !seen.has(link)))];
+  }
   if (drawn.length > 0) return drawn;
   if (links.length === 0) return sticks(robot);
   return linkShapes(links);
@@ -42,7 +52,14 @@ function shapeOf(robot: Robot, shape: Record<string, unknown>): Shape | null {
   if (!frame || !form) return null;
   const [x, y, z, w] = quaternionOfRpy(shape.rpy as Vector);
   const local = new Matrix4().compose(new Vector3().fromArray(shape.position as Vector), new Quaternion(x, y, z, w), ONE);
-  return { after: frame.after, matrix: matrixOf(frame).multiply(local), form };
+  return { after: frame.after, matrix: matrixOf(frame).multiply(local), form, colour: colourOf(shape.colour) };
+}
+
+// URDF has colours in sRGB.
+function colourOf(given: unknown): Shape['colour'] {
+  if (!Array.isArray(given)) return undefined;
+  const [red, green, blue, opacity] = given as [number, number, number, number];
+  return [...new Color().setRGB(red, green, blue, SRGBColorSpace).toArray(), opacity] as [number, number, number, number];
 }
 
 function formOf(shape: Record<string, unknown>): Form | null {

@@ -12,6 +12,7 @@ import { select } from '../state/selection';
 import { firstPosition, shownPosition } from '../state/jointPosition';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
 import { goToNearest, nearest, setting, shownPair, shownTool } from '../state/surroundings';
+import { hasVisuals, shownShapes, showsSolids, toggleSolids } from '../state/shapes';
 import { theme } from '../state/theme';
 import { ANGLES, angleUnit, LENGTHS, lengthUnit } from '../state/units';
 import { isCut, workspace } from '../state/workspace';
@@ -83,6 +84,11 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
             {texts.stage.view[view]}
           </button>
         ))}
+        {hasVisuals.value && (dragging || links.value.length > 0) && (
+          <button type="button" aria-pressed={showsSolids.value} title={texts.stage.solidsHint} onClick={toggleSolids}>
+            {texts.stage.solids}
+          </button>
+        )}
         <button type="button" aria-pressed={whole.value === 'stage'} onClick={() => toggleWhole('stage')}>
           {texts.stage.whole}
         </button>
@@ -172,9 +178,10 @@ function follow(
   const stops = [
     effect(() => {
       const arm = robot.value;
-      if (arm) untracked(() => stage.setRobot(arm, links.value, firstPosition(request.peek(), arm)));
+      if (arm) untracked(() => stage.setRobot(arm, shownShapes.value, firstPosition(request.peek(), arm)));
       else stage.removeRobot();
     }),
+    effect(() => stage.setShapes(shownShapes.value)),
     effect(() => {
       theme.value; // drawn anew in other colours
       robot.value;

@@ -1,5 +1,5 @@
 // The robot as a tree of shapes that follow its joints.
-import { Group, Mesh, MeshStandardMaterial } from 'three';
+import { Color, Group, LinearSRGBColorSpace, Mesh, MeshStandardMaterial } from 'three';
 import type { BufferGeometry, ColorRepresentation, Object3D, Vector3 } from 'three';
 import type { Robot } from '../service/types';
 import { jointMatrices } from '../robot/chain';
@@ -13,23 +13,34 @@ export class Arm {
   readonly object = new Group();
   position: readonly number[] = []; // of the joints
   private readonly links: Group[];
+  private meshes: Mesh[] = [];
 
   // With a colour and an opacity it is a ghost.
   constructor(
     private readonly robot: Robot,
     shapes: readonly Shape[],
-    ghost?: { colour: ColorRepresentation; opacity: number },
+    private readonly look?: { colour: ColorRepresentation; opacity: number },
   ) {
     this.links = Array.from({ length: robot.chain.length + 1 }, () => new Group());
     for (const link of this.links) {
       link.matrixAutoUpdate = false;
       this.object.add(link);
     }
-    shapes.forEach((shape) => {
-      const mesh = new Mesh(geometryOf(shape.form), ghost ? ghostly(ghost) : materialOf(shape.after));
+    this.dress(shapes);
+  }
+
+  // Draws the links by other shapes.
+  dress(shapes: readonly Shape[]): void {
+    this.meshes.forEach((mesh) => {
+      mesh.geometry.dispose();
+      mesh.removeFromParent();
+    });
+    this.meshes = shapes.map((shape) => {
+      const mesh = new Mesh(geometryOf(shape.form), this.look ? ghostly(this.look) : materialOf(shape));
       mesh.matrixAutoUpdate = false;
       mesh.matrix.copy(shape.matrix);
       this.links[shape.after]!.add(mesh);
+      return mesh;
     });
   }
 
@@ -76,8 +87,11 @@ function cornersOf(node: Object3D): Vector3[] {
 const BODY = new MeshStandardMaterial({ color: '#e8833a', roughness: 0.5, metalness: 0.1 });
 const JOINT = new MeshStandardMaterial({ color: '#4a525c', roughness: 0.55, metalness: 0.2 });
 
-function materialOf(after: number): MeshStandardMaterial {
-  return after === 0 ? JOINT : BODY;
+function materialOf({ after, colour }: Shape): MeshStandardMaterial {
+  if (!colour) return after === 0 ? JOINT : BODY;
+  const [red, green, blue, opacity] = colour;
+  const color = new Color().setRGB(red, green, blue, LinearSRGBColorSpace);
+  return new MeshStandardMaterial({ color, opacity, transparent: opacity < 1, roughness: 0.5, metalness: 0.1 });
 }
 
 function ghostly({ colour, opacity }: { colour: ColorRepresentation; opacity: number }): MeshStandardMaterial {

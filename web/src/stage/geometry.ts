@@ -1,6 +1,7 @@
 // Shapes as triangles: those of robots, those of a scene, and how far their margins reach.
 import {
   BoxGeometry,
+  BufferAttribute,
   BufferGeometry,
   CapsuleGeometry,
   CylinderGeometry,
@@ -32,7 +33,17 @@ export function geometryOf(form: Form): BufferGeometry {
       return new SphereGeometry(form.radius, 28, 18);
     case 'convex':
       return trianglesOf(form.vertices, form.faces);
+    case 'triangles':
+      return facetsOf(form.vertices, form.faces);
   }
+}
+
+// A mesh whose edges are seen.
+function facetsOf(vertices: Float32Array, faces: Uint32Array): BufferGeometry {
+  const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(vertices, 3)).setIndex(new BufferAttribute(faces, 1));
+  const facets = geometry.toNonIndexed();
+  facets.computeVertexNormals();
+  return facets;
 }
 
 // A shape of a scene, larger by a margin all around; null: it has no surface.

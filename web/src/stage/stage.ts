@@ -6,7 +6,7 @@ import type { ComparedBackend, LinkShape, PlanRequest, Pose, Problem, Robot, Wor
 import type { Kept } from '../state/ends';
 import type { Planned } from '../state/store';
 import { matrixOf } from '../robot/chain';
-import { linkShapes, reach, shapesOf, type Shape } from '../robot/shapes';
+import { linkShapes, reach, type Shape } from '../robot/shapes';
 import { styleColour, theme } from '../state/theme';
 import { Arm } from './arm';
 import { Cloud } from './cloud';
@@ -72,10 +72,10 @@ export class Stage {
     this.replace('scene', undefined);
   }
 
-  setRobot(robot: Robot, links: readonly LinkShape[], jointPosition: readonly number[]): void {
+  setRobot(robot: Robot, shapes: readonly Shape[], jointPosition: readonly number[]): void {
     this.removeRobot();
     this.robot = robot;
-    this.shapes = shapesOf(robot, links);
+    this.shapes = shapes;
     this.extent = Math.max(0.3, reach(robot));
     this.arm = new Arm(robot, this.shapes);
     this.world.add(this.arm.object);
@@ -83,6 +83,14 @@ export class Stage {
     this.isFitted = false;
     this.setGround();
     this.look('home');
+  }
+
+  // Draws the robot by other shapes.
+  setShapes(shapes: readonly Shape[]): void {
+    if (shapes === this.shapes) return;
+    this.shapes = shapes;
+    this.arm?.dress(shapes);
+    this.draw();
   }
 
   // The base in the world, and what stands around the robot at all times.

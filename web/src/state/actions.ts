@@ -11,6 +11,7 @@ import { planSoon, stopPlanning } from './planning';
 import { isAnchored, playing, time } from './playback';
 import { addExampleRobot } from './robots';
 import { select } from './selection';
+import { linksOf, showLinks } from './shapes';
 import { banner, compared, history, links, notice, problem, request, robot, selected } from './store';
 import { texts } from '../texts';
 
@@ -75,19 +76,9 @@ async function loadRobot(shown: PlanRequest): Promise<Robot | null> {
   return found.answer ?? null;
 }
 
-async function showLinks(arm: Robot): Promise<void> {
-  const shapes = await linksOf(arm);
-  if (robot.value === arm) links.value = shapes;
-}
-
 // The shapes that can collide, of a robot that has none to look at; without any it is drawn as sticks.
 async function shapesOf(arm: Robot): Promise<readonly LinkShape[]> {
   return arm.geometry?.length ? [] : linksOf(arm);
-}
-
-async function linksOf(arm: Robot): Promise<readonly LinkShape[]> {
-  const found = await outcome(client.GET('/v1/robots/{id}/geometry', { params: { path: { id: arm.id } } }));
-  return typeof found.answer === 'object' ? found.answer.shapes : []; // it could be glTF, had we asked for it
 }
 
 let chosenExample = '';

@@ -9,6 +9,7 @@ import { followConnection } from './connection';
 import { playing, time } from './playback';
 import { loadRobots } from './robots';
 import { backends, banner, problem, request, robots } from './store';
+import { followVisuals } from './shapes';
 import { followScenes } from './surroundings';
 import { followWorkspace } from './workspace';
 
@@ -16,6 +17,7 @@ let written = '';
 
 export async function start(): Promise<void> {
   followScenes();
+  followVisuals();
   followWorkspace();
   followConnection(() => void loadLists());
   effect(() => {

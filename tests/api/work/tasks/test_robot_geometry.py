@@ -54,7 +54,7 @@ def test_meshes_of_an_upload_are_cut_and_kept(service: RunningService) -> None:
     meshes = archive({"meshes/arm.stl": DUMBBELL, "meshes/hand.stl": CUBE, "README.md": b"hello"})
     added = service.post(ROBOTS, robot("with_meshes", meshes))
     assert added.status_code == 201, added.text
-    assert {"meshes_ignored", "mesh_not_found"}.isdisjoint(f.code for f in AddedRobot(**added.json()).findings)
+    assert {"mesh_not_found"}.isdisjoint(f.code for f in AddedRobot(**added.json()).findings)
     assert service.post(ROBOTS, robot("with_meshes", meshes)).status_code == 200, "the same robot"
     assert service.post(ROBOTS, robot("with_meshes", None)).status_code == 409, "another one"
 

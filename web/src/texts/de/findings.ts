@@ -39,7 +39,6 @@ export const findings: Record<string, string> = {
   lower_not_below_upper: 'Die untere Positionsgrenze liegt nicht unter der oberen.',
   mass_missing: 'Zwischen zwei Gelenken hat nichts eine Masse.',
   mesh_not_found: 'Ein Netz fehlt.',
-  meshes_ignored: 'Netze wurden nicht gelesen.',
   mimic_joint_held: 'Das Gelenk folgt einem anderen, das hier nicht führt, und steht fest.',
   missing_position_limit: 'Dem Gelenk fehlt eine Positionsgrenze.',
   mounting_missing: 'Der Roboter hat eine eigene Aufstellung; die des Fußes der externen Achsen fehlt.',

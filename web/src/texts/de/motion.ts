@@ -17,6 +17,8 @@ export const ofMotion: typeof english = {
     hindered: (pair, depth) => `${pair.join(' und ')}: ${depth} zu nah`,
     missed: (distance) => `außer Reichweite: die nächste Pose ist ${distance} entfernt`,
     whole: 'Ganzes Fenster',
+    solids: 'Kollisionsformen',
+    solidsHint: 'Die Formen zeigen, mit denen der Planer Abstände beweist, statt des Roboters zum Ansehen.',
     screenshot: 'Bild',
     speed: 'Werkzeuggeschwindigkeit',
     use: 'Nutzung der Grenzen',

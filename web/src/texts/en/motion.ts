@@ -16,6 +16,8 @@ export const ofMotion = {
     hindered: (pair: readonly string[], depth: string) => `${pair.join(' and ')}: ${depth} too near`,
     missed: (distance: string) => `out of reach: the nearest is ${distance} away`,
     whole: 'Whole window',
+    solids: 'Collision shapes',
+    solidsHint: 'Show the shapes by which the planner proves clearance, in place of the robot to look at.',
     screenshot: 'Picture',
     speed: 'tool speed',
     use: 'use of limits',
