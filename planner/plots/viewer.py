@@ -133,6 +133,10 @@ class Viewer:
             for handle, checkers in self._changing:
                 handle.visible = checker in checkers
 
+    def show_collision_shapes(self, shows: bool = True) -> None:
+        """Show the shapes of which clearance is proved in place of visual meshes, or these; some robots have none."""
+        self._solids_box.value = shows
+
     def play(self, plays: bool = True) -> None:
         """Let the trajectory play from the shown time on, at its end from the start; or stop it there."""
         if plays and self._time.value >= self._plan.trajectory.duration:

@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING
 import pytest
 from playwright.sync_api import expect
 
+from tests.api.conftest import wait_until
+from tests.api.work.tasks.test_robot_geometry import archive
 from tests.locations import ROOT
+from tests.planner.shapes.mesh_files import box, stl
 from web.tests.browser import (
     ARM_PIXELS,
     FRAMES,
@@ -178,3 +181,47 @@ def test_the_robot_of_an_example_is_added_with_it(
         choose_example(page, "features/around_a_wall")
         choose_example(page, "features/along_a_rail")
         expect(page.get_by_role("alert")).to_have_count(0)
+
+
+BLUE_PIXELS = """() => {
+  const stage = document.querySelector('.stage canvas');
+  const copy = Object.assign(document.createElement('canvas'), { width: stage.width, height: stage.height });
+  const context = copy.getContext('2d');
+  context.drawImage(stage, 0, 0);
+  const { data } = context.getImageData(0, 0, copy.width, copy.height);
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4)
+    if (data[i + 3] > 200 && data[i + 2] > 90 && data[i + 2] > 3 * data[i] && data[i + 2] > 3 * data[i + 1]) count += 1;
+  return count;
+}"""
+"""Counts the pixels of the stage that are blue: nothing of the page's own is."""
+
+
+def test_visual_meshes_are_drawn_in_their_colours_and_collision_shapes_on_request(
+    browser: Browser, service: RunningService
+) -> None:
+    mesh = '<geometry><mesh filename="package://look/box.stl"/></geometry>'
+    blue = '<material name="blue"><color rgba="0 0 1 1"/></material>'
+    links = "".join(
+        f'<link name="{name}"><visual>{mesh}{blue}</visual>'
+        '<collision><origin xyz="0 0 0.2"/><geometry><box size="0.1 0.1 0.4"/></geometry></collision></link>'
+        for name in ("base", "arm")
+    )
+    ends = '<parent link="base"/><child link="arm"/><origin xyz="0 0 0.4"/><axis xyz="0 1 0"/>'
+    limit = '<limit lower="-1" upper="1" velocity="1" effort="1"/>'
+    urdf = f'<robot name="look">{links}<joint name="a" type="revolute">{ends}{limit}</joint></robot>'
+    meshes = archive({"look/box.stl": stl(box((-0.05, -0.05, 0.0), (0.05, 0.05, 0.4)))})
+    added = service.post("/v1/robots", {"kind": "urdf", "id": "look", "urdf": urdf, "meshes": meshes})
+    assert added.status_code == 201, added.text
+    with opened(browser, f"{service.url}/") as page:
+        planned(page)
+        page.get_by_role("combobox", name="Robot").select_option("look")
+        wait_until(lambda: page.evaluate(BLUE_PIXELS) > 500)
+        solids = page.get_by_role("button", name="Collision shapes")
+        solids.click()
+        wait_until(lambda: page.evaluate(BLUE_PIXELS) == 0)
+        assert page.evaluate(ARM_PIXELS)[0] > 500
+        assert violations(page) == []
+        solids.click()
+        wait_until(lambda: page.evaluate(BLUE_PIXELS) > 500)
+    service.client.delete("/v1/robots/look")

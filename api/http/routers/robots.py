@@ -107,6 +107,7 @@ async def get_robot_visuals(request: Request, robot_id: RobotId) -> Response:
             return respond(not_modified(tag))
         visuals = await service.database.read(find_visuals, namespace, robot_id)
         if visuals:
+            request.state.share.hold(len(visuals))
             return Answer([visuals], HTTPStatus.OK, "model/gltf-binary", {"ETag": tag} | _attached(robot_id))
     definition = None if content is None else content.definition
     reply = await get_reply(request, "get_robot_visuals", shared=True, id=robot_id, definition=definition)

@@ -17,6 +17,7 @@ import planner
 from planner.kinematics import tool_pose
 from planner.spatial import Pose
 from tests.planner.robots.urdfs import joint, link, robot
+from tests.planner.shapes.mesh_files import box, stl
 
 viser = pytest.importorskip("viser", reason="the extra `view` is not installed")
 
@@ -146,6 +147,24 @@ def test_a_moving_object_is_where_its_motion_leads(plan: planner.Plan) -> None:
             placed = browse(viewer.url).placement("/moving_0/shape_0")
             np.testing.assert_allclose(placed.translation, start.position + velocity * time, atol=1e-6)
             np.testing.assert_allclose(placed.rotation, start.rotation, atol=1e-9)
+
+
+def test_visual_meshes_stand_in_for_the_collision_shapes_of_their_links_until_these_are_chosen() -> None:
+    mesh = '<visual><origin xyz="0.1 0 0"/><geometry><mesh filename="r/elbow.stl"/></geometry></visual>'
+    urdf = ARM.replace('<link name="elbow">', f'<link name="elbow">{mesh}')
+    arm = planner.Robot.from_urdf(urdf, meshes={"r/elbow.stl": stl(box((0, 0, 0), (0.1, 0.1, 0.3)))})
+    with planner.plan(planner.PlanningProblem(arm, [START, END])).view(port=8951) as viewer:
+        before = browse(viewer.url)
+        viewer.show_collision_shapes()
+        after = browse(viewer.url)
+        (drawn,) = (name for name in before.kinds if "visual_" in name)
+        solids = [name for name in before.kinds if "/link_" in name]
+        assert [before.is_visible[drawn], after.is_visible[drawn]] == [True, False]
+        assert [before.is_visible.get(name, True) for name in solids] == [True, False, True]
+        assert all(after.is_visible.get(name, True) for name in solids)
+        assert drawn.startswith("/joint_2/") and solids[1].startswith("/joint_2/")
+        viewer.show_collision_shapes(False)
+        assert browse(viewer.url).is_visible[drawn]
 
 
 def test_the_trajectory_plays_to_its_end(plan: planner.Plan) -> None:

@@ -12,7 +12,7 @@ import { Arm } from './arm';
 import { Cloud } from './cloud';
 import { Gizmo, type GizmoMode, type GizmoWays } from './gizmo';
 import { lights } from './lights';
-import { areSeen, DIRECTIONS, isSeen, NEAR, SHARES, standBack, type View } from './views';
+import { areSeen, DIRECTIONS, fillCanvas, isSeen, NEAR, SHARES, standBack, type View } from './views';
 import { axes, ball, disposeOf, ghostLine, ground, pathLine, toolFrame, waypointMarks } from './marks';
 import { instanceAt, listenToClicks } from './picking';
 import { previewMarks, type PreviewedPath } from './guides';
@@ -87,9 +87,7 @@ export class Stage {
 
   // Draws the robot by other shapes.
   setShapes(shapes: readonly Shape[]): void {
-    if (shapes === this.shapes) return;
-    this.shapes = shapes;
-    this.arm?.dress(shapes);
+    this.arm?.dress((this.shapes = shapes));
     this.draw();
   }
 
@@ -271,13 +269,7 @@ export class Stage {
   }
 
   resize(): void {
-    const { clientWidth, clientHeight } = this.canvas;
-    if (clientWidth === 0 || clientHeight === 0) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.renderer.setSize(clientWidth, clientHeight, false);
-    this.camera.aspect = clientWidth / clientHeight;
-    this.camera.updateProjectionMatrix();
-    this.draw();
+    if (fillCanvas(this.canvas, this.renderer, this.camera)) this.draw();
   }
 
   picture(): string {

@@ -1,6 +1,6 @@
 // From where the stage is looked at, and what is seen from there.
 import { Box3, Vector3 } from 'three';
-import type { Object3D, PerspectiveCamera, Sphere, Vector3Tuple } from 'three';
+import type { Object3D, PerspectiveCamera, Sphere, Vector3Tuple, WebGLRenderer } from 'three';
 
 export type View = 'home' | 'front' | 'side' | 'top';
 
@@ -41,4 +41,14 @@ function arePointsSeen(points: readonly Vector3[], camera: PerspectiveCamera): b
 
 export function cornersOfBox({ min, max }: Box3): Vector3[] {
   return [min, max].flatMap(({ x }) => [min, max].flatMap(({ y }) => [min, max].map(({ z }) => new Vector3(x, y, z))));
+}
+
+// Gives the picture the size of its canvas; false: that has none.
+export function fillCanvas({ clientWidth, clientHeight }: HTMLCanvasElement, renderer: WebGLRenderer, camera: PerspectiveCamera): boolean {
+  if (clientWidth === 0 || clientHeight === 0) return false;
+  renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+  renderer.setSize(clientWidth, clientHeight, false);
+  camera.aspect = clientWidth / clientHeight;
+  camera.updateProjectionMatrix();
+  return true;
 }

@@ -12,7 +12,7 @@ const visuals = signal<{ of: Robot; shapes: readonly VisualShape[] } | null>(nul
 
 export const showsSolids = signal(false);
 
-const shownVisuals = computed(() => (visuals.value?.of === robot.value ? (visuals.value?.shapes ?? []) : []));
+const shownVisuals = computed(() => (visuals.value && visuals.value.of === robot.value ? visuals.value.shapes : []));
 
 // Whether the robot has something to look at besides what can collide.
 export const hasVisuals = computed(() => (robot.value?.geometry?.length ?? 0) + shownVisuals.value.length > 0);

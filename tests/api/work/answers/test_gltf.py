@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 import trimesh
 
-from api.work.answers.gltf import collision_gltf
+from api.work.answers.gltf import collision_gltf, visual_gltf
 from planner import Robot, Shape, load_robot
 from tests.planner.shapes.mesh_files import bodies, stl
 
@@ -55,3 +55,27 @@ def test_a_second_reader_sees_the_shapes_where_they_are(robot: Robot, kind: str)
     expected = reach(robot, n)
     assert (drawn <= expected + 1e-6).all()
     assert drawn == pytest.approx(expected, abs=ROUND * 0.3)
+
+
+def test_a_second_reader_sees_visual_meshes_and_their_colours() -> None:
+    """Colours of URDF are those of sRGB, colours of glTF are linear: 0.5 is 0.2140 (IEC 61966-2-1)."""
+    material = '<material name="m"><color rgba="1 0.5 0 1"/></material>'
+    shape = '<geometry><mesh filename="a.stl"/></geometry>'
+    visual = f'<visual><origin xyz="1 0 0" rpy="0.3 0.2 0.1"/>{shape}{material}</visual>'
+    limit = '<limit lower="-1" upper="1" velocity="1" effort="1"/>'
+    ends = '<parent link="base"/><child link="arm"/><origin xyz="0 1 0" rpy="1 2 3"/><axis xyz="0 1 0"/>'
+    joint = f'<joint name="j" type="revolute">{ends}{limit}</joint>'
+    urdf = f'<robot name="r"><link name="base">{visual}</link><link name="arm">{visual}{visual}</link>{joint}</robot>'
+    arm = Robot.from_urdf(urdf, meshes={"a.stl": stl(bodies()["dumbbell"])})
+    scene = trimesh.load(io.BytesIO(visual_gltf(arm)), file_type="glb")
+    meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh)]
+    assert len(scene.geometry) == 1 and len(meshes) == 3, "one mesh, drawn three times"
+    pin.forwardKinematics(arm.model, arm.data, np.zeros(1))
+    for mesh, each in zip(meshes, arm.visual_meshes, strict=True):
+        at = arm.data.oMi[each.joint] * each.placement
+        expected = each.surface.vertices @ at.rotation.T + at.translation
+        drawn = mesh.vertices @ TO_Z_UP.T
+        corners = [tuple(corner) for corner in expected.round(4).tolist()]
+        assert {tuple(corner) for corner in drawn.round(4).tolist()} == set(corners)
+        assert mesh.visual.material.baseColorFactor.tolist() == [255, round(255 * 0.2140), 0, 255]
+    assert not trimesh.load(io.BytesIO(visual_gltf(load_robot("three_dof_arm"))), file_type="glb").geometry
