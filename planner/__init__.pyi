@@ -180,6 +180,7 @@ from planner.robots.files.pinocchio_model import files_of_model as files_of_mode
 from planner.robots.files.robot_files import read_robot_files as read_robot_files
 from planner.robots.payload import Payload as Payload
 from planner.robots.payload import ProcessForce as ProcessForce
+from planner.robots.visuals import VisualMesh as VisualMesh
 from planner.samples import Samples as Samples
 from planner.scene import Attach as Attach
 from planner.scene import AttachedObject as AttachedObject

@@ -96,7 +96,7 @@ class UrdfRobot(UrdfDocument, Shown):
     id: RobotId
     """The id that the robot gets."""
     meshes: Annotated[str, Field(min_length=1, json_schema_extra={"contentEncoding": "base64"})] | None = None
-    """A zip archive, in base64, with the files of the meshes that can collide (STL, OBJ or DAE, 32 MiB unpacked in
+    """A zip archive, in base64, with the files of collision and visual meshes (STL, OBJ or DAE, 32 MiB unpacked in
     all). `package://`, `file://` and relative names in the URDF are looked up in it. Omitted: capsules along the
     kinematics estimate the shapes, and the `findings` say so."""
 

@@ -110,8 +110,8 @@ class Robot(PickledByFields, RobotDescription):
             joints: Names of the joints that move.
             locked: Positions of other joints by their names, rad or m. The others are locked at 0, or at the limit
                 nearest to 0. Mimic joints follow.
-            meshes: Files of the meshes (STL, OBJ, DAE): the folder of the packages that `package://` names, the bytes
-                by path, or a function for collision meshes. They are read at the first use of the shapes.
+            meshes: Files of the meshes (STL, OBJ, DAE), read at the first use of the shapes. It is the folder of the
+                packages that `package://` names, the bytes by path, or a function for collision meshes.
             id: Name of the robot.
             source: Where the document comes from.
 

@@ -50,7 +50,13 @@ class VisualMesh:
         placement: Placement of the mesh's frame in that joint's frame.
         link_placement: Placement of the mesh's frame in the link's frame.
         surface: The triangles.
-        colour: Red, green, blue and opacity from 0 to 1; None: the description has none.
+        colour: Red, green, blue (sRGB) and opacity from 0 to 1; None: the description has none.
+
+    Examples:
+        >>> import planner
+        >>> meshes: tuple[planner.VisualMesh, ...] = planner.load_robot("ur5e").visual_meshes
+        >>> len(meshes)  # the catalogue has no files of this arm
+        0
     """
 
     link: str

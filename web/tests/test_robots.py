@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.api.conftest import wait_until
-from tests.api.work.tasks.test_robot_geometry import archive
+from tests.api.mesh_archives import archive
 from tests.locations import ROOT
 from tests.planner.shapes.mesh_files import box, stl
 from web.tests.browser import (

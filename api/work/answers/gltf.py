@@ -18,12 +18,10 @@ from planner.shapes import surface
 from planner.spatial import as_pose
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable
+    from collections.abc import Hashable, Sequence
 
     from planner.robots import Robot
-    from planner.robots.visuals import Colour
-    from planner.shapes.surfaces import Surface
-    from planner.spatial import Pose
+    from planner.spatial import FloatArray, Pose
 
 Z_UP = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 """The quaternion x, y, z, w of the turn that takes the z axis to the y axis of glTF."""
@@ -62,7 +60,7 @@ def collision_gltf(robot: Robot, *, binary: bool) -> bytes:
     nodes = _joint_nodes(robot)
     for each in robot.collision_shapes:
         nodes[each.joint]["children"].append(len(nodes))
-        number = meshes.number_of((each.shape, each.source), surface(each.shape), 0 if each.source == "model" else 1)
+        number = meshes.number_of((each.shape, each.source), *surface(each.shape), 0 if each.source == "model" else 1)
         nodes.append(
             {"name": each.link, **_placed(as_pose(each.placement)), "mesh": number, "extras": {"source": each.source}}
         )
@@ -85,7 +83,7 @@ def visual_gltf(robot: Robot) -> bytes:
             nodes.append({"name": each.link, **_placed(as_pose(link)), "children": []})
         nodes[links[each.link]]["children"].append(len(nodes))
         material = meshes.material_of(each.colour)
-        number = meshes.number_of((id(each.surface), material), each.surface, material)
+        number = meshes.number_of((id(each.surface), material), *each.surface, material)
         nodes.append({**_placed(as_pose(each.link_placement)), "mesh": number})
     return _written(nodes, meshes, binary=True)
 
@@ -131,8 +129,8 @@ class _Meshes:
         self.views: list[dict[str, Any]] = []
         self.numbers: dict[Hashable, int] = {}
 
-    def material_of(self, colour: Colour | None) -> int:
-        """Return the number of the material of a colour, which is added if it is not there; of None the first."""
+    def material_of(self, colour: Sequence[float] | None) -> int:
+        """Return the number of the material of a colour, which is added at its first use; None: the first."""
         if colour is None:
             return 0
         look = {"baseColorFactor": [*map(_linear, colour[:3]), colour[3]], "metallicFactor": 0.1}
@@ -141,14 +139,14 @@ class _Meshes:
             self.materials.append(material)
         return self.materials.index(material)
 
-    def number_of(self, key: Hashable, hull: Surface, material: int) -> int:
-        """Return the number of the mesh of a surface that a key stands for, which is added if it is not there."""
+    def number_of(self, key: Hashable, vertices: FloatArray, faces: np.ndarray, material: int) -> int:
+        """Return the number of the mesh that a key stands for, which is added at its first use."""
         if key not in self.numbers:
-            corners = hull.vertices.astype("<f4")
+            corners = vertices.astype("<f4")
             range_ = {"min": corners.min(axis=0).tolist(), "max": corners.max(axis=0).tolist()}
             position = self._added(corners, VERTICES, {"componentType": FLOATS, "type": "VEC3", **range_})
-            faces = hull.faces.astype("<u4").ravel()
-            indices = self._added(faces, INDICES, {"componentType": INTEGERS, "type": "SCALAR"})
+            corners_of = faces.astype("<u4").ravel()
+            indices = self._added(corners_of, INDICES, {"componentType": INTEGERS, "type": "SCALAR"})
             self.numbers[key] = len(self.meshes)
             primitive = {"attributes": {"POSITION": position}, "indices": indices, "material": material}
             self.meshes.append({"primitives": [primitive]})

@@ -325,7 +325,7 @@ class UrdfReader:
         self.colours = {name: colour for name, colour in found if colour is not None}
 
     def colour(self, material: Element | None) -> Colour | None:
-        """Return the colour of a material, its own or that of its name; None: it has none that is valid."""
+        """Return the colour of a material, its own or that of its name; None: it has no valid one."""
         if material is None:
             return None
         own = material.find("color")

@@ -148,6 +148,8 @@ def _excerpt(reply: httpx.Response) -> str:
     """Return the text of a reply without large or changing content; for an archive, the names of its files."""
     if reply.headers["Content-Type"] == "application/zip":
         return " ".join(ZipFile(BytesIO(reply.content)).namelist())
+    if reply.headers["Content-Type"] == "model/gltf-binary":
+        return reply.text[:4]
     if reply.headers["Content-Type"].startswith("text/html"):
         return reply.text.partition("<style>")[0]
     metrics = [line for line in reply.text.splitlines(keepends=True) if "planner_batches_running" in line]

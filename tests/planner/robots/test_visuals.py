@@ -1,4 +1,4 @@
-"""Visual meshes of URDFs: their places and colours against Pinocchio's own reader, and what is wrong with them."""
+"""Visual meshes of URDFs: their places and colours against Pinocchio's own reader, and their faults."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def test_a_second_reader_sees_the_shapes_where_they_are(robot: Robot, kind: str)
 
 
 def test_a_second_reader_sees_visual_meshes_and_their_colours() -> None:
-    """Colours of URDF are those of sRGB, colours of glTF are linear: 0.5 is 0.2140 (IEC 61966-2-1)."""
+    """URDF has colours in sRGB, glTF linear ones: 0.5 is 0.2140 (IEC 61966-2-1)."""
     material = '<material name="m"><color rgba="1 0.5 0 1"/></material>'
     shape = '<geometry><mesh filename="a.stl"/></geometry>'
     visual = f'<visual><origin xyz="1 0 0" rpy="0.3 0.2 0.1"/>{shape}{material}</visual>'

@@ -18,15 +18,13 @@ from api.contract.robot_geometry import RobotGeometry
 from api.contract.robots import AddedRobot
 from api.store.contents.mesh_archive import MOST_FILES, MeshArchive
 from planner import load_robot
+from tests.api.mesh_archives import CUBE, DUMBBELL, archive
 from tests.api.requests import plan_request
-from tests.planner.shapes.mesh_files import bodies, box, stl
 
 if TYPE_CHECKING:
     from tests.api.conftest import RunningService
 
 ROBOTS = "/v1/robots"
-CUBE = stl(box((0, 0, 0), (0.1, 0.2, 0.3)))
-DUMBBELL = stl(bodies()["dumbbell"])
 
 URDF = """<robot name="r"><link name="base"/>
   <link name="arm"><collision><origin xyz="0 0 0.5"/><geometry><mesh filename="package://r/meshes/arm.stl"/></geometry>
@@ -36,14 +34,6 @@ URDF = """<robot name="r"><link name="base"/>
     <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
   <joint name="b" type="revolute"><parent link="arm"/><child link="hand"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>
     <limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>"""
-
-
-def archive(files: dict[str, bytes], **more: Any) -> str:
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as writer:
-        for name, content in files.items():
-            writer.writestr(name, content)
-    return base64.b64encode(packed.getvalue()).decode()
 
 
 def robot(id: str, meshes: str | None) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import trimesh
 from api.contract.robots import RobotDescription
 from api.store.contents import mesh_archive
 from tests.api.made_up_service import made_up_service
-from tests.api.work.tasks.test_robot_geometry import CUBE, DUMBBELL, archive
+from tests.api.mesh_archives import CUBE, DUMBBELL, archive
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
