@@ -58,11 +58,13 @@ def test_every_part_can_be_included(service: RunningService, part: str) -> None:
 
 
 def test_what_there_is_not_is_refused_with_what_there_is(service: RunningService) -> None:
-    for options in ({"headers": {"Accept": "image/gif"}}, {"params": {"format": "xlsx"}}):
+    unknown = [{"params": {"format": name}} for name in ("xlsx", "jbi", "val3", "fanuc_tp")]
+    for options in ({"headers": {"Accept": "image/gif"}}, *unknown):
         answer = service.post(PATH, plan_request(), **options)
         problem = answer.json()
         assert (answer.status_code, problem["code"]) == (406, "not_acceptable")
         assert problem["formats"] == [*FORMATS, *VIEWS]
+        assert all(name in problem["detail"] for name in FORMATS)
 
 
 def test_problems_stay_problems(service: RunningService) -> None:
