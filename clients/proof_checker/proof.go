@@ -572,6 +572,7 @@ func (p *proof) checkDistances(name string) {
 			reached[key] = end
 		}
 	}
+	require(len(reached) > 0, name+" has no pairs")
 	for stretch, begin := range begins {
 		for number := range p.scenes[p.sceneOf[p.segment[begin]]].pairs[name] {
 			require(reached[[2]int{stretch, number}] == float64(ends[stretch]), name+" lacks evidence")

@@ -20,6 +20,7 @@ from benchmarks.proofs.plans import VARIED, plan_of
 from benchmarks.proofs.tampering import KINDS, tampered, with_any_number_changed, with_digests
 from planner import ProofRejected, check_proof, write_proof
 from planner.proofs import checker
+from planner.proofs.checker import DISTANCE_CLAIMS
 
 ROOT = Path(__file__).parents[2]
 
@@ -84,6 +85,17 @@ def test_both_agree_on_any_changed_number(program: Path, proofs: list[dict[str, 
     found = verdicts(program, files)
     assert found == list(map(is_accepted, files))
     assert set(found) == {True, False}
+
+
+def test_both_reject_a_claim_about_no_pairs(program: Path, proofs: list[dict[str, Any]]) -> None:
+    """Plan 26 of the large run: a scene without speed zones kept all of them."""
+    for name in DISTANCE_CLAIMS:
+        changed = copy.deepcopy(next(proof for proof in proofs if proof["statement"]["scenes"]))
+        for scene in changed["statement"]["scenes"]:
+            scene[name] = []
+        changed["evidence"][name] = []
+        changed["statement"]["claims"] = ["continuity", name]
+        assert verdicts(program, [with_digests(changed)]) == [is_accepted(changed)] == [False]
 
 
 def test_both_reject_a_force_beyond_the_tool_of_a_robot_that_no_claim_needs(

@@ -561,7 +561,7 @@ class Proof:
                     require(reached[key] == start < end <= stretches[begin][1], "there is a gap or an overlap")
                     reached[key] = end
                     require(motion.is_safe(scene, scene[name][key[1]][:size], normal), f"not proved: {name}")
-            require(all(stretches[k][1] == end for (k, _), end in reached.items()), f"{name} lacks evidence")
+            require({stretches[k][1] == end for (k, _), end in reached.items()} == {True}, f"{name} lacks evidence")
 
     def stretches(self) -> dict[int, tuple[int, int]]:
         """Return scene and piece after the last, by the first, of consecutive pieces with the same scene and robot."""

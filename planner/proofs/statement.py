@@ -91,7 +91,8 @@ def statement_of(plan: Plan, *, follows: bool) -> dict[str, Any]:
     has_clouds = any(isinstance(piece.shape, Cluster) for one in scenes for piece in one.obstacles.all)
     reasons = ["the scene has a point cloud"] if has_clouds else []
     reasons += ["objects of the scene move"] if any(one.moving for one in scenes) else []
-    distances = [name for name in DISTANCE_CLAIMS if getattr(plan.certificate, name)]
+    limited = {name for one in scenes for name, pairs in pairs_of(one, problem.speed_zones).items() if pairs}
+    distances = [name for name in DISTANCE_CLAIMS if getattr(plan.certificate, name) and name in limited]
     claims += [] if reasons else distances
     not_covered += [f"{name}: {reason}" for name in distances for reason in reasons]
     if path.robot.following_errors is not None:
