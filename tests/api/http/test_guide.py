@@ -13,7 +13,7 @@ def test_the_guide_lists_every_operation_of_the_document(service: RunningService
     answer = service.client.get("/llms.txt")
     assert answer.headers["content-type"].startswith("text/plain")
     assert answer.text.startswith("# Trajectory planner\n\n> ")
-    operation = r"^- \[(GET|POST|PATCH|DELETE) (\S+)\]\(/openapi\.json\): (.+)$"
+    operation = r"^- \[(GET|POST|PUT|PATCH|DELETE) (\S+)\]\(/openapi\.json\): (.+)$"
     listed = re.findall(operation, answer.text, flags=re.MULTILINE)
     paths = service.client.get("/openapi.json").json()["paths"]
     assert listed == [

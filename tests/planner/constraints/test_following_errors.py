@@ -19,7 +19,6 @@ from planner.operations import kept_clear
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
-from planner.proofs.statement import statement_of
 from planner.robots import DHJoint, Robot, load_robot
 from planner.robots.payload import Payload
 from planner.scene import Scene, SceneObject
@@ -358,11 +357,6 @@ def test_an_operation_on_a_trajectory_warns_of_them_too() -> None:
         assert ("speed_zones" in warning.message) == bool(clear.certificate.speed_zones)
     without = planner.reverse_trajectory(KUKA, made.trajectory, limits=limits)
     assert "following_error_not_covered" not in [each.code for each in without.warnings]
-
-
-def test_a_proof_does_not_cover_following_errors() -> None:
-    made = plan(PlanningProblem(with_errors(KUKA, ERROR), [JointWaypoint(q) for q in WAYPOINTS]), "quintic")
-    assert "following errors: the claims are about planned positions" in statement_of(made)["not_covered"]
 
 
 def test_limits_without_a_bound_are_refused() -> None:

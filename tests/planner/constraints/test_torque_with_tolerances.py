@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+import planner
 from planner.backends import BACKENDS
 from planner.certificate import Check, certify
 from planner.constraints import TORQUE_WITH_TOLERANCES
@@ -18,7 +19,6 @@ from planner.kinematics.forward import JointStates
 from planner.limits import Limits
 from planner.planning import plan
 from planner.problems.problem import JointWaypoint, PlanningProblem
-from planner.proofs.statement import statement_of
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from planner.robots.varying.torque_curves import TorqueCurve
@@ -251,6 +251,6 @@ def test_the_rating_is_compared_with_the_largest_mass() -> None:
 
 def test_a_proof_does_not_cover_tolerances() -> None:
     made = plan(PlanningProblem(KUKA, [JointWaypoint(q) for q in WAYPOINTS], payload=TOLERANCES["mass"]))
-    statement = statement_of(made)
+    statement = planner.write_proof(made)["statement"]
     assert NAME in statement["not_covered"]
     assert NAME not in statement["claims"]
