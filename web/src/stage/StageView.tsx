@@ -12,7 +12,7 @@ import { select } from '../state/selection';
 import { firstPosition, shownPosition } from '../state/jointPosition';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
 import { goToNearest, nearest, setting, shownPair, shownTool } from '../state/surroundings';
-import { hasVisuals, shownShapes, showsSolids, toggleSolids } from '../state/shapes';
+import { hasVisuals, showsSolids, toggleSolids } from '../state/shapes';
 import { theme } from '../state/theme';
 import { ANGLES, angleUnit, LENGTHS, lengthUnit } from '../state/units';
 import { isCut, workspace } from '../state/workspace';
@@ -41,11 +41,11 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
   const [failed, setFailed] = useState(false);
   useEffect(() => {
     let stop = (): void => undefined;
-    void Promise.all([import('./stage'), import('../state/placed')]).then(([{ Stage }, placed]) => {
+    void Promise.all([import('./stage'), import('../state/placed'), import('../state/drawn_shapes')]).then(([{ Stage }, placed, drawn]) => {
       if (!canvas.current) return;
       try {
         const made = new Stage(canvas.current);
-        stop = follow(made, placed, dragging);
+        stop = follow(made, { ...placed, ...drawn }, dragging);
         setStage(made);
       } catch {
         setFailed(true); // a browser without WebGL: everything else works
@@ -167,7 +167,7 @@ function hindranceOf(reach: Reach | null): Pair | null {
 
 function follow(
   stage: Stage,
-  { movable, placedAtPair, standing }: typeof import('../state/placed'),
+  { movable, placedAtPair, standing, shownShapes }: typeof import('../state/placed') & typeof import('../state/drawn_shapes'),
   dragging: Dragging | undefined,
 ): () => void {
   stage.gizmo.onDrag = (pose) => dragging?.onDrag(pose);

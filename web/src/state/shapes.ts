@@ -1,27 +1,18 @@
 // The shapes that the robot is drawn by: those to look at or, where a person asks for them, those that can collide.
 import { computed, effect, signal } from '@preact/signals';
-import { linkShapes, shapesOf } from '../robot/shapes';
-import type { Shape } from '../robot/shapes';
-import { visualShapes } from '../robot/visuals';
-import type { VisualShape } from '../robot/visuals';
 import { client, outcome } from '../service/client';
 import type { LinkShape, Robot } from '../service/types';
 import { links, robot } from './store';
 
-const visuals = signal<{ of: Robot; shapes: readonly VisualShape[] } | null>(null);
+// The file of visual meshes, which the stage reads: it computes with three.
+export const visuals = signal<{ of: Robot; file: ArrayBuffer } | null>(null);
 
 export const showsSolids = signal(false);
 
-const shownVisuals = computed(() => (visuals.value && visuals.value.of === robot.value ? visuals.value.shapes : []));
-
 // Whether the robot has something to look at besides what can collide.
-export const hasVisuals = computed(() => (robot.value?.geometry?.length ?? 0) + shownVisuals.value.length > 0);
-
-export const shownShapes = computed<readonly Shape[]>(() => {
-  if (!robot.value) return [];
-  if (showsSolids.value && hasVisuals.value && links.value.length > 0) return linkShapes(links.value);
-  return shapesOf(robot.value, links.value, shownVisuals.value);
-});
+export const hasVisuals = computed(
+  () => (robot.value?.geometry?.length ?? 0) > 0 || (visuals.value !== null && visuals.value.of === robot.value),
+);
 
 export function toggleSolids(): void {
   showsSolids.value = !showsSolids.value;
@@ -49,5 +40,5 @@ export function followVisuals(): void {
 async function loadVisuals(arm: Robot): Promise<void> {
   const call = client.GET('/v1/robots/{id}/visuals', { params: { path: { id: arm.id } }, parseAs: 'arrayBuffer' });
   const { answer } = await outcome<ArrayBuffer>(call);
-  if (answer && robot.value === arm) visuals.value = { of: arm, shapes: visualShapes(arm, answer) };
+  if (answer && robot.value === arm) visuals.value = { of: arm, file: answer };
 }
