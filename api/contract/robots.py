@@ -234,6 +234,9 @@ class FramePlacement(Placement):
     """The name of the frame."""
     after: int
     """The number of joints before the frame: 0, it stands still in the base frame; 1, it moves with the first joint."""
+    matrix_at_zero: list[Annotated[list[float], Field(min_length=4, max_length=4)]] = Field(min_length=4, max_length=4)
+    """The frame in the base frame with all joints at 0, as a 4 x 4 homogeneous matrix, row by row, m. For a
+    Denavit-Hartenberg table it is the product of the A matrices up to the frame."""
 
 
 class RobotSummary(Answer):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.kinematics import frame_poses
 from planner.robots import DRIVE_VALUES, RANGED_QUANTITIES, VelocityParabola, VelocityTable
 from planner.robots.collision import MANY_POSITIONS, contacts, shapes_of_links
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
@@ -31,6 +32,7 @@ def describe(robot: Robot) -> dict[str, Any]:
     """Return the robot as a dictionary of plain values; None where there is no limit. SI units."""
     mounting, model = robot.mounting, robot.model
     frames = [frame for frame in model.frames if frame.type.name != "FIXED_JOINT"]
+    at_zero = frame_poses(robot, np.zeros(robot.dof))
     return {
         "id": robot.id,
         "source": robot.source,
@@ -42,7 +44,9 @@ def describe(robot: Robot) -> dict[str, Any]:
         "tip_frame": robot.tip_frame,
         "chain": [placed(as_pose(placement)) | {"axis": JOINT_AXIS} for placement in list(model.jointPlacements)[1:]],
         "placements": [
-            placed(as_pose(frame.placement)) | {"frame": frame.name, "after": frame.parentJoint} for frame in frames
+            placed(as_pose(frame.placement))
+            | {"frame": frame.name, "after": frame.parentJoint, "matrix_at_zero": _matrix(at_zero[frame.name])}
+            for frame in frames
         ],
         "frames": [frame.name for frame in frames],
         "tool": placed(as_pose(robot.tool_in_tip)),
@@ -64,6 +68,12 @@ def placed(pose: Pose) -> dict[str, list[float]]:
     """Return a pose as plain values; one without a rotation has the axes of its frame."""
     rotation = np.eye(3) if pose.rotation is None else pose.rotation
     return {"position": pose.position.tolist(), "quaternion_xyzw": quaternion(rotation).tolist()}
+
+
+def _matrix(pose: Pose) -> list[list[float]]:
+    """Return a pose with a rotation as a homogeneous matrix (4, 4), row by row."""
+    rotation = np.asarray(pose.rotation)
+    return [*np.column_stack([rotation, pose.position]).tolist(), [0.0, 0.0, 0.0, 1.0]]
 
 
 def _describe_table(table: PayloadTable) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Arms of ten makers as their descriptions are written; lengths and limits are the makers', the text is ours.
 
-Lengths, ranges and speeds agree with the packages for ROS of makers and ROS-Industrial. Reaches are those of the
+Lengths, ranges and speeds agree with the packages for ROS of makers and ROS-Industrial. Reaches are from the
 data sheets.
 """
 

@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull as Qhull
 from api.work.answers.robots import DRAWN_CORNERS, describe, describe_drawn_links
 from planner.robots import DHJoint, Robot, load_robot
 from planner.shapes import ConvexHull
-from tests.planner.robots.frames import frame_pose
+from tests.planner.robots.frames import frame_pose, product, rot, trans
 from tests.planner.shapes.mesh_files import box, stl
 from tests.robots_extra import OWN
 
@@ -68,6 +68,18 @@ def test_frames_can_be_placed_by_the_description(robot_id: str) -> None:
     for at in description["placements"]:
         found = joints[at["after"]] * placed(at)
         np.testing.assert_allclose(found.homogeneous, frame_pose(robot, q, at["frame"]), atol=1e-12)
+
+
+def test_frames_at_zero_are_products_of_a_matrices() -> None:
+    rows = [(0.3, 0.2, 0.1, 0.5), (-0.4, 0.0, 0.35, -1.2), (0.1, 0.15, -0.05, 0.7)]
+    table = [DHJoint(kind="revolute", theta=theta, d=d, a=a, alpha=alpha) for theta, d, a, alpha in rows]
+    placements = describe(Robot.from_dh(table, convention="standard", id="arm"))["placements"]
+    found = {at["frame"]: np.array(at["matrix_at_zero"]) for at in placements}
+    expected = np.eye(4)
+    for k, (theta, d, a, alpha) in enumerate(rows, 1):
+        expected = product(expected, rot("z", theta), trans(z=d), trans(x=a), rot("x", alpha))
+        np.testing.assert_allclose(found[f"link_{k}"], expected, atol=1e-12)
+    np.testing.assert_allclose(found["flange"], expected, atol=1e-12)
 
 
 def test_a_robot_with_one_joint_is_described() -> None:
