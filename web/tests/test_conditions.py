@@ -286,6 +286,14 @@ def test_a_report_opens_from_disk_and_plays(browser: Browser, service: RunningSe
         page.get_by_role("button", name="Play").click()
         plays(page)
         assert violations(page) == []
+        for button, part in (("Whole window", ".stage"), ("Enlarge plots", ".plots")):
+            page.get_by_role("button", name=button).click()
+            box = page.locator(part).bounding_box()
+            assert box is not None
+            assert (box["x"], box["width"]) == (0.0, page.evaluate("innerWidth"))
+            page.keyboard.press("Escape")
+        page.set_viewport_size({"width": 390, "height": 800})
+        expect(page.locator("html")).to_have_js_property("scrollWidth", 390)  # once the plots are drawn anew
 
 
 @pytest.mark.parametrize("takes", [True, False])

@@ -12,9 +12,11 @@ import { WaypointTable } from './WaypointTable';
 export function PlanView({ request: asked, answer, robot: arm }: AskedPlan & { robot: Robot }) {
   return (
     <>
-      <StageView />
-      <Timeline />
-      <PlotsView />
+      <div class="middle">
+        <StageView />
+        <Timeline />
+        <PlotsView />
+      </div>
       <section class="panel">
         <h2>{texts.result.tabs.certificate}</h2>
         <Certificate />
