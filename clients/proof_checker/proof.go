@@ -259,8 +259,8 @@ func (p *proof) checkWaypoints() {
 				require(apart.Cmp(miss) <= 0, "a waypoint is missed")
 			}
 		}
+		arm := &p.robots[index(field(each, "robot"), len(p.robots))]
 		if conditions := readConditions(field(each, "tool_pose")); len(conditions) > 0 {
-			arm := &p.robots[index(field(each, "robot"), len(p.robots))]
 			require(p.onPiece(arm, piece, share, share).keeps(conditions), "the tool misses the pose of a waypoint")
 		}
 	}

@@ -112,6 +112,13 @@ def test_both_reject_a_force_beyond_the_tool_of_a_robot_that_no_claim_needs(
     assert verdicts(program, [with_digests(changed)]) == [is_accepted(changed)] == [False]
 
 
+def test_both_reject_a_fraction_as_the_robot_of_a_waypoint(program: Path, proofs: list[dict[str, Any]]) -> None:
+    """Plan 212 of the large run: only a pose of the tool needs the robot."""
+    changed = copy.deepcopy(proofs[0])
+    changed["statement"]["waypoints"][0] |= {"robot": 1e-16, "tool_pose": []}
+    assert verdicts(program, [with_digests(changed)]) == [is_accepted(changed)] == [False]
+
+
 @pytest.mark.parametrize("file", [{}, [], None, 1, {"format": "planner-proof/4", "digests": {}}])
 def test_both_reject_anything_else(program: Path, file: Any) -> None:
     assert verdicts(program, [file]) == [is_accepted(file)] == [False]
