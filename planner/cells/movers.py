@@ -15,11 +15,9 @@ from planner.errors import InvalidProblem
 from planner.fields import FieldPath
 from planner.plans.result import Plan
 from planner.robots import Robot
-from planner.scene.bodies import Bodies, Body
 from planner.scene.checker import CollisionChecker, checker_of, displacements_by_following
 from planner.scene.motions import Leg
 from planner.scene.phases import Phase, moved_bodies
-from planner.scene.point_cloud import Cluster
 from planner.scene.scene import HERE, Scene, SceneObject
 from planner.shapes import Shape
 from planner.spatial import FloatArray, Pose, as_pose
@@ -113,13 +111,7 @@ class Mover:
         limits = [-np.inf, *(begin for *_, begin in parts[1:]), np.inf]
         phases = []
         for (robot, checker, motion, start), (begin, end) in zip(parts, pairwise(limits), strict=True):
-            own = {thing.id for thing in checker.scene.objects if not any(thing is other for other in given)}
-            put_down = [
-                Body(piece.name, 0, piece.rotation, piece.translation, piece.shape)
-                for piece in checker.obstacles.pieces
-                if piece.name in own and not isinstance(piece.shape, Cluster)
-            ]
-            bodies = Bodies(checker.bodies.tree, [*checker.bodies.pieces, *put_down])
+            bodies = checker.bodies_of_robot(given)
             moved = np.zeros(len(bodies.pieces))
             if robot.following_errors is not None:
                 moved = displacements_by_following(bodies, robot).sum(axis=1)

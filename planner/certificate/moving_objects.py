@@ -13,11 +13,9 @@ import numpy as np
 
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.scene.between import CheckerBetween
-from planner.scene.bodies import Bodies, Body
 from planner.scene.checker import CONTACT_TOLERANCE, ITSELF, CollisionChecker
 from planner.scene.continuous import Clearances, Nearest, clearances, edge
 from planner.scene.phases import Phase, object_phases, side_by_side
-from planner.scene.point_cloud import Cluster
 from planner.scene.scene import SceneObject
 from planner.trajectories.polynomials import PiecewisePolynomial
 from planner.trajectories.trajectory import Trajectory
@@ -94,14 +92,8 @@ def clearances_of_objects(
 
 def meetings(checker: CollisionChecker, given: Sequence[SceneObject], begin: float, end: float) -> Iterator[Meeting]:
     """Yield the meetings of a robot with each object that moves, from a time to another, s."""
-    put_down = {thing.id for thing in checker.scene.objects if not any(thing is other for other in given)}
-    own = [
-        Body(piece.name, 0, piece.rotation, piece.translation, piece.shape)
-        for piece in checker.obstacles.pieces
-        if piece.name in put_down and not isinstance(piece.shape, Cluster)
-    ]
-    bodies = Bodies(checker.bodies.tree, [*checker.bodies.pieces, *own])
-    displacements = np.append(checker.displacements, np.zeros(len(own)))
+    bodies = checker.bodies_of_robot(given)
+    displacements = np.append(checker.displacements, np.zeros(len(bodies.pieces) - len(checker.bodies.pieces)))
     for thing in checker.moving:
         margins = np.array([checker.margin_to(piece.name, thing) for piece in bodies.pieces], dtype=np.float64)
         contacts = np.array([checker.is_contact(piece.name, thing) for piece in bodies.pieces])

@@ -249,6 +249,16 @@ class CollisionChecker:
                 ):
                     yield first, second
 
+    def bodies_of_robot(self, given: Sequence[SceneObject]) -> Bodies:
+        """Return the bodies of the robot, with the solids that it put down: objects that are not `given`."""
+        put_down = {thing.id for thing in self.scene.objects if not any(thing is other for other in given)}
+        own = [
+            Body(piece.name, 0, piece.rotation, piece.translation, piece.shape)
+            for piece in self.obstacles.pieces
+            if piece.name in put_down and not isinstance(piece.shape, Cluster)
+        ]
+        return Bodies(self.bodies.tree, [*self.bodies.pieces, *own])
+
     def margin_to(self, name: str, other: SceneObject) -> float | None:
         """Return the margin of a link or a carried object to an object, m; None: they may touch."""
         if self._may_touch(name, other.id):
