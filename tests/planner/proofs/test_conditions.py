@@ -14,10 +14,10 @@ from typing_extensions import override
 
 import planner
 from benchmarks.proofs.plans import slower_when_fast
-from benchmarks.proofs.tampering import with_digests
-from planner.proofs import ProofRejected, check_proof, write_proof
+from planner.proofs import check_proof, write_proof
 from planner.proofs.checker import AT_SPEED_CLAIMS, Proof
 from planner.proofs.conditions import conditions_at, conditions_in, conditions_of
+from tests.planner.proofs.verdicts import is_rejected
 
 START = [0.2, -1.4, 1.6, -1.5, -1.4, 0.1]
 """Joint positions of a UR5e with the tool in front of it, rad."""
@@ -27,14 +27,6 @@ END = [0.7, -1.3, 1.55, -1.5, -1.3, 0.4]
 
 ROUNDING = 1e-6
 """Relative excess that the checkers allow."""
-
-
-def is_rejected(proof: dict[str, Any]) -> bool:
-    try:
-        check_proof(with_digests(proof))
-    except ProofRejected:
-        return True
-    return False
 
 
 def are_met(conditions: list[Any], pose: planner.Pose) -> bool:

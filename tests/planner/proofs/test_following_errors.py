@@ -11,9 +11,9 @@ import pinocchio as pin
 import pytest
 
 import planner
-from benchmarks.proofs.tampering import with_digests
-from planner.proofs import ProofRejected, check_proof, write_proof
+from planner.proofs import check_proof, write_proof
 from planner.proofs.checker import Proof, combine, upper
+from tests.planner.proofs.verdicts import is_rejected
 
 START = [0.2, -1.4, 1.6, -1.5, -1.4, 0.1]
 END = [0.7, -1.3, 1.55, -1.5, -1.3, 0.4]
@@ -48,14 +48,6 @@ def plan() -> planner.Plan:
 @pytest.fixture(scope="module")
 def content(plan: planner.Plan) -> dict[str, Any]:
     return write_proof(plan)
-
-
-def is_rejected(proof: dict[str, Any]) -> bool:
-    try:
-        check_proof(with_digests(proof))
-    except ProofRejected:
-        return True
-    return False
 
 
 def drawn(plan: planner.Plan, times: np.ndarray) -> dict[str, np.ndarray]:

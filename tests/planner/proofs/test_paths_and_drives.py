@@ -11,13 +11,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import planner
-from benchmarks.proofs.tampering import with_digests
 from planner.certificate.lines_and_circles import Circle, Line
 from planner.kinematics.forward import tool_poses
-from planner.proofs import ProofRejected, check_proof, write_proof
+from planner.proofs import check_proof, write_proof
 from planner.proofs.checker import Model, Motion, Proof
 from planner.proofs.guides import NODES, guide_of, shares_of
 from tests.planner.proofs.guided_poses import constant, pose_at
+from tests.planner.proofs.verdicts import is_rejected
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -30,14 +30,6 @@ def pose(generator: np.random.Generator) -> planner.Pose:
     return planner.Pose(
         generator.uniform(-1.0, 1.0, 3), Rotation.random(random_state=int(generator.integers(1 << 30))).as_matrix()
     )
-
-
-def is_rejected(proof: dict[str, Any]) -> bool:
-    try:
-        check_proof(with_digests(proof))
-    except ProofRejected:
-        return True
-    return False
 
 
 def test_guides_lead_along_lines() -> None:

@@ -12,12 +12,12 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 import planner
-from benchmarks.proofs.tampering import with_digests
-from planner.proofs import ProofRejected, check_proof, write_proof
+from planner.proofs import check_proof, write_proof
 from planner.proofs.guides import NODES
 from planner.proofs.polynomial_paths import PolynomialPath
 from planner.tool_motions.polylines import Polyline
 from tests.planner.proofs.guided_poses import pose_at
+from tests.planner.proofs.verdicts import is_rejected
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -45,14 +45,6 @@ def proof_of(motion: Any, backend: planner.BackEnd) -> dict[str, Any]:
     robot = planner.load_robot("ur5e")
     waypoints: list[planner.AnyWaypoint] = [planner.JointWaypoint(START), planner.PoseWaypoint(END, motion=motion)]
     return write_proof(planner.plan(planner.PlanningProblem(robot, waypoints), backend))
-
-
-def is_rejected(proof: dict[str, Any]) -> bool:
-    try:
-        check_proof(with_digests(proof))
-    except ProofRejected:
-        return True
-    return False
 
 
 def test_guides_follow_a_polyline() -> None:

@@ -11,11 +11,11 @@ import pytest
 
 import planner
 from benchmarks.proofs.plans import plan_of
-from benchmarks.proofs.tampering import with_digests
-from planner.proofs import ProofRejected, check_proof, write_proof
+from planner.proofs import check_proof, write_proof
 from planner.proofs.checker import Proof
 from planner.proofs.statement import pairs_of
 from planner.scene import CollisionChecker
+from tests.planner.proofs.verdicts import is_rejected
 
 IN_ZONE = 8
 """Number of a plan of the large run that enters its speed zone and leaves it."""
@@ -32,14 +32,6 @@ def plan() -> planner.Plan:
 @pytest.fixture(scope="module")
 def content(plan: planner.Plan) -> dict[str, Any]:
     return write_proof(plan)
-
-
-def is_rejected(proof: dict[str, Any]) -> bool:
-    try:
-        check_proof(with_digests(proof))
-    except ProofRejected:
-        return True
-    return False
 
 
 def speeds_at(plan: planner.Plan, shapes: list[dict[str, Any]], times: np.ndarray) -> np.ndarray:
