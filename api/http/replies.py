@@ -112,12 +112,16 @@ def may_be_shared(request: Request) -> bool:
     return "no-cache" not in asked and "no-store" not in asked
 
 
+def is_named(tag: str, header: str) -> bool:
+    """Tell whether a list of tags has a tag; a weak tag counts as the strong one (RFC 9110, 8.8.3.2)."""
+    return tag.removeprefix("W/") in {one.strip().removeprefix("W/") for one in header.split(",")}
+
+
 def is_known(request: Request, tag: str) -> bool:
     """Tell whether the client has the answer to its GET with this tag already (`If-None-Match`)."""
     if request.method not in {"GET", "HEAD"}:
         return False
-    known = (one.strip() for one in request.headers.get("if-none-match", "").split(","))
-    if not any(one.removeprefix("W/") == tag.removeprefix("W/") for one in known):
+    if not is_named(tag, request.headers.get("if-none-match", "")):
         return False
     service_of(request).metrics.count_shared("not_modified")
     return True

@@ -16,7 +16,7 @@ from api.contract import stored_projects as schemas
 from api.http.access.access import audit
 from api.http.dependencies import Cursor, Limit, ProjectName, client, needs, read_object, service_of
 from api.http.described import DATABASE_CODES, NOT_MODIFIED, returns, takes
-from api.http.replies import is_known, not_modified, respond
+from api.http.replies import is_known, is_named, not_modified, respond
 from api.http.router import Router
 from api.http.transport.answer import Answer
 from api.store.contents.projects import project_content
@@ -172,14 +172,11 @@ def _condition(match: str | None, none_match: str | None) -> Callable[[str | Non
     of the project.
     """
 
-    def is_named(digest: str | None, header: str) -> bool:
-        named = {one.strip().removeprefix("W/") for one in header.split(",")}
-        return digest is not None and bool({"*", _tag(digest)} & named)
+    def is_met(digest: str | None, header: str) -> bool:
+        return digest is not None and (is_named("*", header) or is_named(_tag(digest), header))
 
     def is_expected(digest: str | None) -> bool:
-        return (match is None or is_named(digest, match)) and not (
-            none_match is not None and is_named(digest, none_match)
-        )
+        return (match is None or is_met(digest, match)) and not (none_match is not None and is_met(digest, none_match))
 
     return is_expected
 
