@@ -1,5 +1,5 @@
 // A button with a menu of actions: https://www.w3.org/WAI/ARIA/apg/patterns/menu-button/
-import { useEffect, useId, useRef, useState } from 'preact/hooks';
+import { useId, useLayoutEffect, useRef, useState } from 'preact/hooks';
 
 export interface MenuItem {
   text: string;
@@ -24,7 +24,8 @@ export function Menu({ label, groups }: MenuProps) {
     setOpened(null);
     host.current?.querySelector('button')?.focus();
   };
-  useEffect(() => {
+  // At once: an effect after the paint could take the focus back from a key that was pressed meanwhile.
+  useLayoutEffect(() => {
     if (opened)
       itemsOf(host.current!)
         .at(opened === 'first' ? 0 : -1)
