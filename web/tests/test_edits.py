@@ -36,7 +36,7 @@ FOCUS_AFTER_CLICK = """async (button) => {
   for (let i = 0; i < 10; i++) await null;
   return document.activeElement.textContent;
 }"""
-"""Clicks, and returns the text of what has the focus before the browser paints or takes another key."""
+"""Clicks, and returns the text of the element with the focus before the browser paints or takes another key."""
 
 
 def jogged(page: Page, joint: int, key: str) -> list[float]:
