@@ -94,7 +94,7 @@ def indices(values: ArrayLike, below: int, *shape: int) -> NDArray[np.int64]:
     array = _checked(np.ascontiguousarray(values, dtype=np.int64), shape)
     if isinstance(values, np.ndarray) and values.dtype.kind == "b" and below > 1:
         return array
-    if array.size and not (array.min() >= 0 and array.max() < below):
+    if array.size and array.view(np.uint64).max() >= below:  # as unsigned numbers, negative ones are the largest
         raise ValueError(f"an index is not from 0 to {below - 1}")
     return array
 

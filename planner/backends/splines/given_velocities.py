@@ -9,7 +9,9 @@ parts of several segments, and where a part comes near to its limits before.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +20,7 @@ from planner.backends.splines.shortest_durations import search_durations
 from planner.backends.splines.spline_limits import (
     DurationsTooShort,
     SplineAgainstLimits,
-    hold_against_limits,
+    checked_splines,
 )
 from planner.guarantees import JOINT_DERIVATIVES
 from planner.limits import SegmentLimits
@@ -50,11 +52,7 @@ def timed_spline(
         PositionOvershoot: Position limits are left between waypoints.
         NothingLimits: Nothing sets the free durations.
     """
-    free = np.isnan(requested)
-
-    def assess(durations: FloatArray) -> SplineAgainstLimits:
-        return hold_against_limits(interpolate(positions, durations, degree), positions, limits)
-
+    free, assess = np.isnan(requested), checked_splines(positions, limits, degree)
     start = np.where(free, _first_guess(positions, limits, degree), requested)
     if free.any() and not (start[free] > 0.0).any():
         raise NothingLimits
@@ -168,10 +166,10 @@ class PassingSpline:
         """Index (segments,) of the part between velocities that are given, of each segment."""
         return np.append(0, np.cumsum(~np.isnan(self.velocities).any(axis=1)))
 
-    def held(self, durations: FloatArray) -> SplineAgainstLimits:
-        """Return the spline with these durations (segments,), checked against its limits."""
-        spline = interpolate(self.positions, durations, self.degree, self.velocities)
-        return hold_against_limits(spline, self.positions, self.limits)
+    @cached_property
+    def held(self) -> Callable[[FloatArray], SplineAgainstLimits]:
+        """A function from durations (segments,) to the spline with these, checked against its limits."""
+        return checked_splines(self.positions, self.limits, self.degree, self.velocities)
 
     def excesses(self, durations: FloatArray) -> FloatArray:
         """Return the worst excesses (parts,) of the spline with these durations (segments,); up to 0: none."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -190,14 +191,14 @@ def search_durations(
             break
         trial = assess(best.durations * np.exp(step))
         excess = np.log(trial.ratios) - (np.log(best.ratios.max()) if scalable else 0.0)
-        gain = value - merit(trial)
-        radius = _next_radius(radius, step, excess, gain / promised)
-        if gain < 0.7 * promised and excess.max() > 0.0:
+        reached = merit(trial)
+        radius = _next_radius(radius, step, excess, (value - reached) / promised)
+        if value - reached < 0.7 * promised and excess.max() > 0.0:
             # Give back, only there, what linearised limits promised too much of.
             repaired = assess(trial.durations * np.exp(np.where(free, np.maximum(excess, 0.0), 0.0)))
-            trial = min(trial, repaired, key=merit)
-        if merit(trial) < value:
-            best, value = trial, merit(trial)
+            trial, reached = min((trial, reached), (repaired, merit(repaired)), key=itemgetter(1))
+        if reached < value:
+            best, value = trial, reached
     return best
 
 
@@ -213,8 +214,10 @@ def _next_radius(radius: FloatArray, step: FloatArray, excess: FloatArray, succe
 
 def _worst_nearby(values: FloatArray) -> FloatArray:
     """Take the largest of each value and its two neighbours on either side."""
-    padded = np.pad(values, 2, constant_values=-np.inf)
-    worst: FloatArray = np.lib.stride_tricks.sliding_window_view(padded, 5).max(axis=1)
+    worst = values.copy()
+    for k in (1, 2):
+        np.maximum(worst[k:], values[:-k], out=worst[k:])
+        np.maximum(worst[:-k], values[k:], out=worst[:-k])
     return worst
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from planner.backends.splines.interpolation import InterpolatingSpline
+from planner.backends.splines.interpolation import Degree, InterpolatingSpline, interpolate
 from planner.backends.splines.shortest_durations import LinearisedLimits
 from planner.guarantees import JOINT_DERIVATIVES
 from planner.kernels.splines import peaks
@@ -184,23 +185,31 @@ class SplineAgainstLimits:
         return float(self.limits.bounds(JOINT_DERIVATIVES[self.order[peak]])[upward][segment, joint])
 
 
-def hold_against_limits(
-    spline: InterpolatingSpline, positions: FloatArray, limits: SegmentLimits
-) -> SplineAgainstLimits:
-    """Find the peaks of a spline: its rates at the waypoints, and every extremum that could matter.
+def checked_splines(
+    positions: FloatArray, limits: SegmentLimits, degree: Degree, velocities: FloatArray | None = None
+) -> Callable[[FloatArray], SplineAgainstLimits]:
+    """Return a function from durations (segments,) to the spline with its peaks; for the arguments see `interpolate`.
 
-    An extremum matters compared with the rest of its own part: waypoints with given velocities cut the spline into
-    parts. A given velocity is no peak: no duration changes it.
+    The peaks are the rates at the waypoints, and every extremum that could matter. An extremum matters compared with
+    the rest of its own part: waypoints with given velocities cut the spline into parts. A given velocity is no peak: no
+    duration changes it.
     """
-    rates = [limits.bounds(quantity) for quantity in JOINT_DERIVATIVES[1 : HIGHEST_LIMITED_ORDER[spline.degree] + 1]]
+    rates = [limits.bounds(quantity) for quantity in JOINT_DERIVATIVES[1 : HIGHEST_LIMITED_ORDER[degree] + 1]]
+    sides = np.stack([bounds.lower for bounds in rates]), np.stack([bounds.upper for bounds in rates])
     span = np.ptp(positions, axis=0)
-    (segment, joint, order), (u, value, excess, weight) = peaks(
-        spline.durations,
-        spline.given,
-        spline.unit,
-        np.where(span > 0.0, span, 1.0),
-        (np.stack([bounds.lower for bounds in rates]), np.stack([bounds.upper for bounds in rates])),
-        limits.position,
-        (NEAR_RATE, NEAR_POSITION, AT_WAYPOINT, ROOT_TOLERANCE, MOST_ROOT_STEPS),
-    )
-    return SplineAgainstLimits(spline, limits, segment, joint, order, u, value, excess, weight)
+    span[span == 0.0] = 1.0
+
+    def checked(durations: FloatArray) -> SplineAgainstLimits:
+        spline = interpolate(positions, durations, degree, velocities)
+        (segment, joint, order), (u, value, excess, weight) = peaks(
+            durations,
+            spline.given,
+            spline.unit,
+            span,
+            sides,
+            limits.position,
+            (NEAR_RATE, NEAR_POSITION, AT_WAYPOINT, ROOT_TOLERANCE, MOST_ROOT_STEPS),
+        )
+        return SplineAgainstLimits(spline, limits, segment, joint, order, u, value, excess, weight)
+
+    return checked
