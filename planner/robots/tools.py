@@ -23,11 +23,12 @@ def with_tools(robot: Robot, tools: Iterable[Pose | None]) -> tuple[Robot, ...]:
         robot: With the tool that it has at first.
         tools: Tool centre points in the tip frame; None: the tool before stays.
     """
-    own = robot.tool_in_tip
-    made = {_rounded(own.translation, own.rotation): robot}
+    made: dict[bytes, Robot] = {}
     found = []
     for tool in tools:
         if tool is not None:
+            own = robot.tool_in_tip
+            made.setdefault(_rounded(own.translation, own.rotation), robot)
             key = _rounded(tool.position, np.eye(3) if tool.rotation is None else tool.rotation)
             if key not in made:
                 made[key] = robot.with_tool(tool)
