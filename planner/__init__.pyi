@@ -213,6 +213,7 @@ from planner.spatial import rotation_from_quaternion as rotation_from_quaternion
 from planner.spatial import rotation_from_rpy as rotation_from_rpy
 from planner.spatial import rpy_from_rotations as rpy_from_rotations
 from planner.speed_zones import SpeedZone as SpeedZone
+from planner.tasks import ChangeableTool as ChangeableTool
 from planner.tasks import OrderedTasks as OrderedTasks
 from planner.tasks import Task as Task
 from planner.tasks import order_tasks as order_tasks

@@ -26,8 +26,9 @@ def least_duration(costs: Costs, total: float) -> float:
         total: The estimated duration of a known order, s, which sets the size of steps.
     """
     states = costs.states
-    own = sum(float(costs.states.durations[there].min()) for there in states.of_tasks[1:])
-    own += float(costs.least_arrivals[1:].sum())
+    inner = slice(1, costs.end + 1)
+    own = sum(float(costs.durations[there].min()) for there in states.of_tasks[inner])
+    own += float(costs.least_arrivals[inner].sum())
     distances = costs.least_between
     degrees = np.full(len(distances), 2.0)
     degrees[[0, -1]] = 1.0

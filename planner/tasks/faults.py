@@ -8,11 +8,12 @@ from dataclasses import replace
 from planner.backends.base import BackEnd
 from planner.errors import InvalidProblem, PlanningError
 from planner.fields import FieldPath
-from planner.problems.actions import AtWaypoint
+from planner.problems.actions import Action, AtWaypoint
 from planner.problems.any_of import AnyOf
 from planner.problems.check import check_problem
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import (
+    AnyWaypoint,
     CartesianMotion,
     JointMotion,
     Motion,
@@ -21,18 +22,28 @@ from planner.problems.problem import (
     RelativeWaypoint,
 )
 from planner.problems.transitions import StopTransition
+from planner.tasks.changes import ToolsOfTasks
 from planner.tasks.rules import Rules, rule_faults
-from planner.tasks.task import ARRIVAL, Origin, Task, given_task
+from planner.tasks.task import ARRIVAL, ChangeableTool, Origin, Task
 
 NO_GOAL_SETS = "must be one joint position or pose; got a goal set"
 """The fault of a waypoint with options."""
+
+NO_TOOL = "must be omitted: name one of `tools` as the tool of the task"
+"""The fault of a waypoint with a tool centre point of its own."""
 
 MOST_GIVEN = 2
 """The largest number of waypoints of a problem besides its tasks: the start and the end."""
 
 
 def refuse_faults(
-    problem: PlanningProblem, tasks: Sequence[Task], travel: Motion, backend: BackEnd, seconds: float | None
+    problem: PlanningProblem,
+    tasks: Sequence[Task],
+    travel: Motion,
+    backend: BackEnd,
+    seconds: float | None,
+    changeable: Sequence[ChangeableTool] = (),
+    mounted: str | None = None,
 ) -> None:
     """Refuse tasks that contradict themselves, each other or the robot.
 
@@ -40,26 +51,33 @@ def refuse_faults(
         InvalidProblem: With every fault found.
         PlanningError: As `check_problem` does, for the tasks in some allowed order.
     """
-    faults = [*_faults(problem, tasks, travel), *rule_faults(tasks)]
+    faults = [
+        *_faults(problem, tasks, travel, changeable),
+        *rule_faults(tasks),
+        *_tool_faults(tasks, changeable, mounted),
+    ]
     if seconds is not None and not seconds > 0.0:
         faults.append((("seconds",), f"must be greater than 0; got {seconds:g}"))
     if faults:
         raise InvalidProblem(faults)
-    fields: list[FieldPath] = [("waypoints", 0)]
-    waypoints, actions = [problem.waypoints[0]], given_task(problem, 0).actions_after(0)
-    of_actions: list[FieldPath] = [("actions",)] * len(actions)
-    for index in Rules.of(tasks).ordered(range(len(tasks)), min):
-        first, *others = tasks[index].waypoints
-        actions += tasks[index].actions_after(len(waypoints))
-        of_actions += [("tasks", index, "actions", k) for k in range(len(tasks[index].actions))]
-        waypoints += [replace(first, motion=travel), *others]
-        fields += [("tasks", index, "waypoints", k) for k in range(len(tasks[index].waypoints))]
-    if len(problem.waypoints) > 1:
-        actions += given_task(problem, 1).actions_after(len(waypoints))
-        of_actions += [("actions",)] * (len(actions) - len(of_actions))
-        waypoints.append(problem.waypoints[1])
-        fields.append(("waypoints", 1))
-    lists = {"waypoints": fields, "actions": of_actions}
+    tools = ToolsOfTasks.of(problem, tasks, changeable, mounted)
+    order = [0, *(index + 1 for index in Rules.of(tasks).ordered(range(len(tasks)), min)), tools.end]
+    before: int | None = None
+    waypoints: list[AnyWaypoint] = []
+    actions: list[Action] = []
+    lists: dict[str, list[FieldPath]] = {"waypoints": [], "actions": []}
+    for index in tools.with_changes(order if len(problem.waypoints) > 1 else order[:-1]):
+        task = tools.tasks[index]
+        fields = [tools.origin(index, k).field for k in range(len(task.waypoints))]
+        given = index in (0, tools.end)
+        actions += task.actions_after(len(waypoints))
+        own = [(*fields[0][:-2], "actions", k) for k in range(len(task.actions))]
+        lists["actions"] += [("actions",)] * len(task.actions) if given else own
+        lists["waypoints"] += fields
+        first, *others = task.waypoints
+        motion = first.motion if given else travel
+        waypoints += [replace(first, motion=motion, tool=tools.new_point(before, index)), *others]
+        before = index
     try:
         check_problem(replace(problem, waypoints=waypoints, actions=actions), backend)
     except InvalidProblem as refusal:
@@ -71,14 +89,18 @@ def _in_task(field: FieldPath, lists: Mapping[str, Sequence[FieldPath]]) -> Fiel
     return (*lists[str(field[0])][int(field[1])], *field[2:]) if len(field) > 1 and field[0] in lists else field
 
 
-def _faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motion) -> Iterator[tuple[FieldPath, str]]:
+def _faults(
+    problem: PlanningProblem, tasks: Sequence[Task], travel: Motion, changeable: Sequence[ChangeableTool]
+) -> Iterator[tuple[FieldPath, str]]:
     if not 1 <= len(problem.waypoints) <= MOST_GIVEN:
         yield ("waypoints",), f"must be the start, and the end if there is one; got {len(problem.waypoints)} waypoints"
     for k, waypoint in enumerate(problem.waypoints):
         if isinstance(waypoint, RelativeWaypoint):
             yield ("waypoints", k), "must not be relative: the order decides what comes before it"
-        if isinstance(waypoint, AnyOf):
+        elif isinstance(waypoint, AnyOf):
             yield ("waypoints", k), NO_GOAL_SETS
+        elif waypoint.tool is not None:
+            yield ("waypoints", k, "tool"), NO_TOOL
     for k, action in enumerate(problem.actions):
         if action.at not in (AtWaypoint(0), AtWaypoint(len(problem.waypoints) - 1)):
             yield ("actions", k, "at"), "must be the start or the end: the order decides the rest"
@@ -92,10 +114,30 @@ def _faults(problem: PlanningProblem, tasks: Sequence[Task], travel: Motion) -> 
     if not tasks:
         yield ("tasks",), "must have at least one task"
     for i, task in enumerate(tasks):
-        yield from _task_faults(task, ("tasks", i), has_end=len(problem.waypoints) > 1)
+        yield from _task_faults(task, ("tasks", i), always_leads_on=len(problem.waypoints) > 1 and not changeable)
 
 
-def _task_faults(task: Task, field: FieldPath, *, has_end: bool) -> Iterator[tuple[FieldPath, str]]:
+def _tool_faults(
+    tasks: Sequence[Task], changeable: Sequence[ChangeableTool], mounted: str | None
+) -> Iterator[tuple[FieldPath, str]]:
+    """Find tools that are unknown, named twice or taken in a way that depends on the order."""
+    names = [one.name for one in changeable]
+    asked: list[tuple[FieldPath, str | None]] = [(("mounted",), mounted)]
+    asked += [(("tasks", i, "tool"), task.tool) for i, task in enumerate(tasks)]
+    for field, name in asked:
+        if name is not None and name not in names:
+            yield field, f"must be the name of one of `tools`; got {name!r}"
+    for k, one in enumerate(changeable):
+        if one.name in names[:k]:
+            yield ("tools", k, "name"), f"must occur once; {one.name!r} is also the name of another tool"
+        for part in ("take", "put_back"):
+            way: Task = getattr(one, part)
+            if way != Task(way.waypoints, actions=way.actions):
+                yield ("tools", k, part), "must have waypoints and actions alone"
+            yield from _task_faults(way, ("tools", k, part), always_leads_on=False)
+
+
+def _task_faults(task: Task, field: FieldPath, *, always_leads_on: bool) -> Iterator[tuple[FieldPath, str]]:
     if not task.waypoints:
         yield (*field, "waypoints"), "must have at least one waypoint"
         return
@@ -115,7 +157,7 @@ def _task_faults(task: Task, field: FieldPath, *, has_end: bool) -> Iterator[tup
         if isinstance(waypoint, AnyOf):
             yield there, NO_GOAL_SETS
         if waypoint.tool is not None:
-            yield (*there, "tool"), "must be omitted: all tasks have the tool of the robot"
+            yield (*there, "tool"), NO_TOOL
         if isinstance(waypoint, RelativeWaypoint) and (k == 0 or task.reversible or task.closed):
             why = "first one of a task" if k == 0 else f"task that is {either}"
             yield there, f"must not be relative in the {why}"
@@ -128,26 +170,32 @@ def _task_faults(task: Task, field: FieldPath, *, has_end: bool) -> Iterator[tup
         if not k and not task.closed and not isinstance(waypoint.motion, JointMotion):
             yield (*there, "motion"), "must be omitted: the motion to a task is the `travel` motion"
         may_end = task.closed or k == len(task.waypoints) - 1 or (task.reversible and k == 0)
-        if may_end and not has_end and not isinstance(waypoint.transition, StopTransition):
-            yield (*there, "transition"), "must be a stop: without an end, the trajectory may end here"
+        if may_end and not always_leads_on and not isinstance(waypoint.transition, StopTransition):
+            yield (*there, "transition"), "must be a stop: the trajectory may end or the tool change here"
 
 
-def in_tasks(refusal: PlanningError, tasks: Sequence[Task], origins: Sequence[Origin]) -> PlanningError:
+def in_tasks(
+    refusal: PlanningError, tasks: Sequence[Task], changeable: Sequence[ChangeableTool], origins: Sequence[Origin]
+) -> PlanningError:
     """Return a refusal of a plan that names tasks in place of the plan's waypoints.
 
     Args:
         refusal: The refusal, with indices of the plan's waypoints.
         tasks: The tasks.
+        changeable: The tools that the robot takes and puts back.
         origins: The origin of each waypoint of the plan.
     """
 
     def name(index: int) -> str:
-        task, waypoint, _ = origins[index]
-        if task is None:
-            return "of the end" if waypoint else "of the start"
-        called = tasks[task].name
-        of = f"task {task}" if called is None else f"task {task} ({called!r})"
-        return f"{waypoint} of {of}"
+        origin = origins[index]
+        if origin.tool is not None:
+            done = "put back" if origin.change == "put_back" else "taken"
+            return f"{origin.waypoint} where tool {changeable[origin.tool].name!r} is {done}"
+        if origin.task is None:
+            return "of the end" if origin.waypoint else "of the start"
+        called = tasks[origin.task].name
+        of = f"task {origin.task}" if called is None else f"task {origin.task} ({called!r})"
+        return f"{origin.waypoint} of {of}"
 
     if isinstance(refusal, InvalidProblem):
         return InvalidProblem([(_in_origin(fault.field, origins), fault.message) for fault in refusal.faults])
@@ -164,9 +212,7 @@ def _in_origin(field: FieldPath, origins: Sequence[Origin]) -> FieldPath:
     """Return the field of a task or of the start or end for a field of the plan's waypoints."""
     if field[0] != "waypoints" or len(field) < 2 or int(field[1]) >= len(origins):
         return field
-    task, waypoint, motion = origins[int(field[1])]
-    if task is None:
-        return ("waypoints", waypoint, *field[2:])
-    if motion is not None and field[2:3] and field[2] in ARRIVAL:
-        waypoint = motion
-    return ("tasks", task, "waypoints", waypoint, *field[2:])
+    origin = origins[int(field[1])]
+    if origin.motion is not None and field[2:3] and field[2] in ARRIVAL:
+        origin = origin._replace(waypoint=origin.motion)
+    return (*origin.field, *field[2:])

@@ -21,13 +21,15 @@ from planner.problems.actions import Action
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import AnyWaypoint, JointMotion, Motion, PlanningProblem
 from planner.problems.transitions import StopTransition
+from planner.robots.tools import with_tools
 from planner.tasks.bound import least_duration
+from planner.tasks.changes import ToolsOfTasks
 from planner.tasks.costs import Costs
 from planner.tasks.faults import in_tasks, refuse_faults
 from planner.tasks.rules import Rules
 from planner.tasks.search import best_order
 from planner.tasks.states import NoState, States, states_of_tasks
-from planner.tasks.task import Origin, Task, given_task
+from planner.tasks.task import ChangeableTool, Origin, Task
 from planner.tasks.travel import UNUSABLE, JointSpeeds
 
 MOST_REPAIRS = 50
@@ -76,6 +78,8 @@ def order_tasks(
     *,
     travel: Motion | None = None,
     seconds: float | None = None,
+    tools: Sequence[ChangeableTool] = (),
+    mounted: str | None = None,
 ) -> OrderedTasks:
     """Choose the order, the directions and the joint positions of tasks, and plan them.
 
@@ -89,6 +93,8 @@ def order_tasks(
         travel: The motion to the first waypoint of each task; None: a free motion in a scene, otherwise a joint motion.
         seconds: The time after which the search ends with the best order so far, s. None: no limit of time, so that
             equal requests have equal answers.
+        tools: The tools of a tool changer, which tasks name. The robot changes them between tasks.
+        mounted: The name of the tool that the robot has at the start and, if there is one, at the end; None: its own.
 
     Returns:
         The order and its plan, with a lower bound.
@@ -99,9 +105,10 @@ def order_tasks(
     """
     if travel is None:
         travel = JointMotion() if problem.scene is None else FreeMotion()
-    tasks, backend = tuple(tasks), as_backend(backend)
-    refuse_faults(problem, tasks, travel, backend, seconds)
-    return run(_Ordering(problem, tasks, backend, travel, seconds).proposals(), Budget(MOST_REPAIRS * 10, seconds))
+    tasks, backend, tools = tuple(tasks), as_backend(backend), tuple(tools)
+    refuse_faults(problem, tasks, travel, backend, seconds, tools, mounted)
+    ordering = _Ordering(problem, tasks, backend, travel, seconds, tools, mounted)
+    return run(ordering.proposals(), Budget(MOST_REPAIRS * 10, seconds))
 
 
 class _Ordering:
@@ -112,31 +119,32 @@ class _Ordering:
         backend: BackEnd,
         travel: Motion,
         seconds: float | None,
+        tools: tuple[ChangeableTool, ...],
+        mounted: str | None,
     ) -> None:
         self.problem, self.backend, self.travel = problem, backend, travel
-        self.tasks = (given_task(problem, 0), *tasks, given_task(problem, -1))
+        self.given, self.tools = tasks, ToolsOfTasks.of(problem, tasks, tools, mounted)
+        self.tasks = self.tools.tasks
+        self.robots = with_tools(problem.robot, self.tools.points)
         self.has_end = len(problem.waypoints) > 1
         self.began = monotonic()
         self.deadline = inf if seconds is None else self.began + SHARE_OF_SEARCH * seconds
         every = [waypoint for task in self.tasks for waypoint in task.waypoints]
         stops = all(isinstance(waypoint.transition, StopTransition) for waypoint in every)
         speeds = JointSpeeds.of(problem, stops=stops)
-        states = self._states(speeds)
-        if not self.has_end:
-            states.durations[states.tasks == states.tasks[-1]] = 0.0
         arrivals = np.array([task.arrival for task in self.tasks])
-        self.costs = Costs(states, speeds, arrivals, has_end=self.has_end)
-        self.rules = Rules.of(self.tasks)
+        self.costs = Costs(self._states(speeds), speeds, arrivals, self.tools, has_end=self.has_end)
+        self.rules = Rules.of(self.tools.ordered)
 
     def _states(self, speeds: JointSpeeds) -> States:
         try:
-            start = states_of_tasks(self.problem, self.tasks[:1], None, speeds)
+            start = states_of_tasks(self.problem, self.tasks[:1], self.robots[:1], None, speeds)
             near = start.entries[0] if len(start.entries) == 1 else None
-            return states_of_tasks(self.problem, self.tasks, near, speeds)
+            return states_of_tasks(self.problem, self.tasks, self.robots, near, speeds)
         except NoState as none:
             steps = zip(self.tasks[none.task].steps(), self.tasks[none.task].motions(), strict=True)
-            origins = [self._origin(none.task, *step) for step in steps]
-            raise in_tasks(none.refusal, self.tasks[1:-1], origins) from None
+            origins = [self.tools.origin(none.task, *step) for step in steps]
+            raise in_tasks(none.refusal, self.given, self.tools.changeable, origins) from None
 
     def proposals(self) -> Proposals[OrderedTasks]:
         """Plan the best order, and others where plans show that the estimate of a motion is wrong."""
@@ -148,19 +156,20 @@ class _Ordering:
             estimate = self.costs.total(chosen)
             if estimate >= UNUSABLE:
                 break
-            problem, origins = self._ordered(chosen)
+            whole = self.costs.with_changes(chosen)
+            problem, origins = self._ordered(whole)
             outcome = yield from with_better_detours(planned(Attempt(problem, self.backend)))
             if is_unmade(outcome):
                 break
             if isinstance(outcome, Refused):
-                refusal = in_tasks(outcome.refusal, self.tasks[1:-1], origins)
-                if not self._corrected(chosen, origins, outcome.refusal):
+                refusal = in_tasks(outcome.refusal, self.given, self.tools.changeable, origins)
+                if not self._corrected(whole, origins, outcome.refusal):
                     break
             else:
                 plan = outcome.plan
                 if best is None or plan.trajectory.duration < best.plan.trajectory.duration:
                     best = self._result(chosen, origins, problem, plan, least, estimate, count)
-                self._learn(chosen, origins, plan)
+                self._learn(whole, origins, plan)
             other = best_order(self.costs, self.rules, self.deadline, chosen)
             if isinstance(outcome, Refused) or self.costs.total(other) < self.costs.total(chosen):
                 chosen = other
@@ -172,24 +181,22 @@ class _Ordering:
         return replace(best, planned_orders=count)
 
     def _ordered(self, chosen: np.ndarray) -> tuple[PlanningProblem, tuple[Origin, ...]]:
-        """Return the ordinary problem of states (tasks,) in order, and the origins of its waypoints."""
+        """Return the ordinary problem of states in order, changes of the tool included, and its waypoints' origins."""
         waypoints: list[AnyWaypoint] = []
         actions: list[Action] = []
         origins: list[Origin] = []
-        for state in (chosen if self.has_end else chosen[:-1]).tolist():
+        before: int | None = None
+        for state in chosen.tolist():
             index, visit = int(self.costs.states.tasks[state]), self.costs.states.visits[state]
-            task, is_end = self.tasks[index], self._origin(index, 0).task is None
-            motion = task.waypoints[0].motion if is_end else self.travel
+            task = self.tasks[index]
+            motion = task.waypoints[0].motion if index in (0, self.tools.end) else self.travel
             actions += task.actions_after(len(waypoints))
-            waypoints += task.visited(visit, motion, self.costs.states.positions[state])
-            origins += [self._origin(index, *step) for step in zip(task.steps(visit), task.motions(visit), strict=True)]
+            first, *others = task.visited(visit, motion, self.costs.states.positions[state])
+            waypoints += [replace(first, tool=self.tools.new_point(before, index)), *others]
+            before = index
+            steps = zip(task.steps(visit), task.motions(visit), strict=True)
+            origins += [self.tools.origin(index, *step) for step in steps]
         return replace(self.problem, waypoints=waypoints, actions=actions), tuple(origins)
-
-    def _origin(self, index: int, step: int, motion: int | None = None) -> Origin:
-        """Return the origin of a waypoint of a task, counted with the start and the end."""
-        if index in (0, len(self.tasks) - 1):
-            return Origin(None, min(index, 1))
-        return Origin(index - 1, step, motion)
 
     def _result(
         self,
@@ -223,7 +230,7 @@ class _Ordering:
         states, first = self._of_waypoints(chosen)
         if refusal.segment is not None and first[at]:
             self.costs.set_known(states[at - 1], states[at], UNUSABLE)
-        elif origins[at].task is None:
+        elif origins[at].task is None and origins[at].tool is None:
             return False
         else:
             self.costs.exclude(states[at])

@@ -59,7 +59,7 @@ class Search:
         self.rules, self.tasks = rules, costs.states.tasks[kept]
         rows = np.full(len(costs.states.tasks), -1)
         rows[kept] = np.arange(len(kept))
-        count = int(self.tasks[-1]) + 1
+        count = costs.end + 1
         sizes = np.bincount(rules.groups[rules.groups >= 0])
         lengths = {*range(1, MOST_MOVED + 1), *sizes.tolist()}
         self.problem = OrderProblem(
@@ -143,13 +143,13 @@ def best_order(costs: Costs, rules: Rules, deadline: float, chosen: np.ndarray |
     """
     of_tasks = costs.states.of_tasks
     order = _nearest_first(costs, rules) if chosen is None else costs.states.tasks[chosen].tolist()
-    share = max(FEWEST_STATES, MOST_STATES // len(of_tasks))
+    share = max(FEWEST_STATES, MOST_STATES // (costs.end + 1))
     while True:
         best, totals = costs.best_states([of_tasks[task] for task in order])
         kept = _kept(costs, best, totals, share)
         search = Search(costs, rules, kept)
         found: np.ndarray = kept[search.run(np.searchsorted(kept, best), deadline)]
-        if len(kept) == len(costs.states.tasks) or monotonic() >= deadline:
+        if len(kept) == costs.ordered_states or monotonic() >= deadline:
             return found
         if costs.total(found) >= costs.total(best) - LEAST_GAIN:
             return best
@@ -169,7 +169,7 @@ def _kept(costs: Costs, chosen: np.ndarray, totals: list[FloatArray], share: int
 
 def _nearest_first(costs: Costs, rules: Rules) -> list[int]:
     """Return all tasks in an allowed order, each the nearest to the one before in any of their states."""
-    last = len(costs.states.of_tasks) - 1
+    last = costs.end
     order = [0]
 
     def nearest(following: list[int]) -> int:

@@ -26,6 +26,7 @@ from planner.problems.problem import (
     RelativeWaypoint,
 )
 from planner.problems.regions import region_of
+from planner.robots import Robot
 from planner.scene import Handling, is_free
 from planner.scene.carried import checker_at_waypoints
 from planner.spatial import FloatArray, Pose
@@ -99,13 +100,18 @@ class States:
 
 
 def states_of_tasks(
-    problem: PlanningProblem, tasks: Sequence[Task], near: FloatArray | None, speeds: JointSpeeds
+    problem: PlanningProblem,
+    tasks: Sequence[Task],
+    robots: Sequence[Robot],
+    near: FloatArray | None,
+    speeds: JointSpeeds,
 ) -> States:
     """Find the states of all tasks.
 
     Args:
-        problem: The robot, its options and its scene.
+        problem: The options, the limits and the scene.
         tasks: The tasks.
+        robots: The robot with the tool of each task.
         near: (joints,), rad or m: the joint position to which solutions are turned. None: the reference of the options,
             or the middle of the limits.
         speeds: The limits by which durations are estimated.
@@ -113,17 +119,18 @@ def states_of_tasks(
     Raises:
         NoState: A task has no state.
     """
-    candidates = _candidates(problem, tasks, near)
+    candidates = _candidates(problem, tasks, robots, near)
     entries, exits, durations, of_task, opposites = [], [], [], [], []
     visits: list[Visit] = []
     positions: list[FloatArray] = []
-    for index, task in enumerate(tasks):
+    for index, (task, robot) in enumerate(zip(tasks, robots, strict=True)):
+        own = replace(problem, robot=robot)
         try:
-            carried = _carried(problem, task, candidates[index], speeds)
+            carried = _carried(own, task, candidates[index], speeds)
         except InvalidProblem as refusal:
             raise NoState(index, refusal) from None
         if not carried:
-            raise NoState(index, _refusal(problem, task))
+            raise NoState(index, _refusal(own, task))
         for forwards in carried:
             for visit in task.visits():
                 there = _on_visit(problem, forwards.positions, visit)
@@ -166,7 +173,9 @@ def _on_visit(problem: PlanningProblem, positions: FloatArray, visit: Visit) -> 
     return positions[::-1] if visit.is_reversed else positions
 
 
-def _candidates(problem: PlanningProblem, tasks: Sequence[Task], near: FloatArray | None) -> list[list[FloatArray]]:
+def _candidates(
+    problem: PlanningProblem, tasks: Sequence[Task], robots: Sequence[Robot], near: FloatArray | None
+) -> list[list[FloatArray]]:
     """Find the joint positions (n, joints) of all waypoints at which joint motions end, by task and waypoint.
 
     A waypoint at which a tool motion ends has none.
@@ -184,7 +193,7 @@ def _candidates(problem: PlanningProblem, tasks: Sequence[Task], near: FloatArra
             elif isinstance(waypoint, PoseWaypoint):
                 poses[i, k], waypoints[i, k] = _sampled(waypoint), waypoint
     free = _free_positions(problem, tasks)
-    every_pinned = pinned_robots([robot] * len(waypoints), list(waypoints.values()))
+    every_pinned = pinned_robots([robots[i] for i, _ in waypoints], list(waypoints.values()))
     reference = near if options.reference is None else np.array(options.reference)
     for pinned in dict.fromkeys(every_pinned):
         keys = [key for key, own in zip(waypoints, every_pinned, strict=True) if own is pinned]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
+from planner.fields import FieldPath
 from planner.problems.actions import Action, AtWaypoint
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import (
@@ -18,7 +19,7 @@ from planner.problems.problem import (
     SplineMotion,
     Waypoint,
 )
-from planner.spatial import FloatArray
+from planner.spatial import FloatArray, Pose, convert_poses
 
 ARRIVAL = ("motion", "duration", "minimum_duration", "limits", "process_force")
 """The fields of a waypoint about the segment that ends there."""
@@ -44,14 +45,27 @@ class Origin(NamedTuple):
     """The origin of a waypoint of the plan.
 
     Attributes:
-        task: Index of the task; None: the start or the end.
-        waypoint: Index of the waypoint in its task; in the problem for the start and the end.
+        task: Index of the task; None: the start, the end or a change of the tool.
+        waypoint: Index of the waypoint in its task, or in the change; in the problem for the start and the end.
         motion: Index of the waypoint of the task whose motion leads here; None: the motion from another task.
+        tool: Index of the tool that is taken or put back; None: none.
+        change: Which of the two, as the field of `ChangeableTool`.
     """
 
     task: int | None
     waypoint: int
     motion: int | None = None
+    tool: int | None = None
+    change: Literal["take", "put_back"] | None = None
+
+    @property
+    def field(self) -> FieldPath:
+        """The field of the waypoint: in the problem, in `tasks` or in `tools`."""
+        if self.task is not None:
+            return ("tasks", self.task, "waypoints", self.waypoint)
+        if self.tool is not None and self.change is not None:
+            return ("tools", self.tool, self.change, "waypoints", self.waypoint)
+        return ("waypoints", self.waypoint)
 
 
 @dataclass(frozen=True)
@@ -69,6 +83,7 @@ class Task:
         group: The name of a group, whose tasks follow each other without another task between; None: none.
         actions: Outputs and waits at the waypoints of the task, by their indices in it. Tasks that are reversible or
             closed have none.
+        tool: The name of the tool of the task, one of the changeable tools; None: the robot's own.
 
     Examples:
         >>> import planner
@@ -83,6 +98,7 @@ class Task:
     after: Sequence[str] = ()
     group: str | None = None
     actions: Sequence[Action] = ()
+    tool: str | None = None
 
     def __post_init__(self) -> None:
         """Keep tuples, which cannot change."""
@@ -143,6 +159,28 @@ class Task:
         """Return the ways in which the robot may visit the waypoints; every one is followed by its opposite, if any."""
         directions = (False, True) if self.reversible else (False,)
         return [Visit(first, way) for first in range(len(self.waypoints) if self.closed else 1) for way in directions]
+
+
+@dataclass(frozen=True)
+class ChangeableTool:
+    """A tool of a tool changer, which the robot takes before its tasks and puts back after them.
+
+    Attributes:
+        name: The name that tasks give.
+        tool: The tool centre point in the tip frame.
+        take: The waypoints at which the robot takes the tool, with what else happens there: dwells, outputs, the
+            payload, an object to `attach`. Poses are for the robot's own tool.
+        put_back: The waypoints at which the robot puts it back, likewise.
+    """
+
+    name: str
+    tool: Pose
+    take: Task
+    put_back: Task
+
+    def __post_init__(self) -> None:
+        """Convert other types of poses."""
+        convert_poses(self, "tool")
 
 
 def given_task(problem: PlanningProblem, index: int) -> Task:

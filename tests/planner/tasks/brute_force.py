@@ -4,23 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise, product
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
 Positions = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Ways to carry out a task: the joint positions of each, and the rules of the task."""
+    """Ways to carry out a task: the joint positions of each, the rules of the task and its tool."""
 
     ways: tuple[Positions, ...]
     after: tuple[int, ...] = ()
     group: str | None = None
+    tool: str | None = None
 
 
 def joint_times(starts: np.ndarray, ends: np.ndarray, limits: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
@@ -38,8 +40,13 @@ def shortest(
     choices: Sequence[Choice],
     end: Sequence[float] | None,
     limits: tuple[np.ndarray, np.ndarray],
+    changeable: Mapping[str, Positions] = MappingProxyType({}),
 ) -> float:
-    """Return the least duration of all allowed orders and ways; infinite: the rules allow none."""
+    """Return the least duration of all allowed orders and ways; infinite: the rules allow none.
+
+    A tool is taken on the way through the joint positions of its holder, and put back on the way back through them.
+    Without one the robot starts, and ends if there is an end.
+    """
     count = len(choices)
     entries = [np.array([way[0] for way in choice.ways]) for choice in choices]
     exits = [np.array([way[-1] for way in choice.ways]) for choice in choices]
@@ -49,7 +56,19 @@ def shortest(
         )
         for each in (choice.ways for choice in choices)
     ]
-    between = {(a, b): joint_times(exits[a], entries[b], limits) + inner[b] for a in range(count) for b in range(count)}
+
+    def travel(starts: np.ndarray, ends: np.ndarray, left: str | None, taken: str | None) -> np.ndarray:
+        ways = () if left == taken else (changeable.get(left or "", ())[::-1], changeable.get(taken or "", ()))
+        stops = [np.array([position]) for way in ways for position in way]
+        found = joint_times(starts, stops[0] if stops else ends, limits)
+        for a, b in pairwise([*stops, ends] if stops else []):
+            found = found + joint_times(a, b, limits)
+        return found
+
+    tools = [choice.tool for choice in choices]
+    between = {
+        (a, b): travel(exits[a], entries[b], tools[a], tools[b]) + inner[b] for a in range(count) for b in range(count)
+    }
 
     def may_follow(done: int, last: int | None, task: int) -> bool:
         if done >> task & 1 or any(not done >> other & 1 for other in choices[task].after):
@@ -61,7 +80,7 @@ def shortest(
     best: dict[tuple[int, int], np.ndarray] = {}
     for task in range(count):
         if may_follow(0, None, task):
-            best[1 << task, task] = joint_times(np.array([start]), entries[task], limits)[0] + inner[task]
+            best[1 << task, task] = travel(np.array([start]), entries[task], None, tools[task])[0] + inner[task]
     for done in range(1, 1 << count):
         for last, task in product(range(count), range(count)):
             if (done, last) in best and may_follow(done, last, task):
@@ -69,7 +88,9 @@ def shortest(
                 key = done | 1 << task, task
                 best[key] = np.minimum(best.get(key, np.inf), totals)
     whole = [(last, totals) for (done, last), totals in best.items() if done == (1 << count) - 1]
-    homewards = [0.0 if end is None else joint_times(exits[last], np.array([end]), limits)[:, 0] for last, _ in whole]
+    homewards = [
+        0.0 if end is None else travel(exits[last], np.array([end]), tools[last], None)[:, 0] for last, _ in whole
+    ]
     return min((float((t + home).min()) for (_, t), home in zip(whole, homewards, strict=True)), default=np.inf)
 
 

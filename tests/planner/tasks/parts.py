@@ -16,5 +16,9 @@ def joint_waypoint(position: np.ndarray | tuple[float, ...]) -> planner.JointWay
     return planner.JointWaypoint(tuple(position))
 
 
+def random_position(random: np.random.Generator) -> tuple[float, ...]:
+    return tuple((np.array(HOME) + random.uniform(-1.0, 1.0, 6)).tolist())
+
+
 def over_table(x: float, y: float, z: float = 0.1) -> planner.Pose:
     return planner.Pose(np.array([x, y, z]), DOWN)

@@ -10,15 +10,11 @@ import pytest
 import planner
 from planner.problems.problem import LinearMotion
 from tests.planner.tasks.brute_force import Choice, contour_ways, joint_times, shortest
-from tests.planner.tasks.parts import DOWN, HOME, LIMITS, ROBOT, joint_waypoint, over_table
+from tests.planner.tasks.parts import DOWN, HOME, LIMITS, ROBOT, joint_waypoint, over_table, random_position
 from tests.sizes import SIZE
 
 CASES = max(2, SIZE.examples // 20)
-"""Seeds of random tasks: 2 in the quick suite, 25 in the large one."""
-
-
-def random_position(random: np.random.Generator) -> tuple[float, ...]:
-    return tuple((np.array(HOME) + random.uniform(-1.0, 1.0, 6)).tolist())
+"""Seeds of random tasks: 2, and 100 before a release."""
 
 
 def random_tasks(random: np.random.Generator, count: int) -> tuple[list[planner.Task], list[Choice]]:
