@@ -8,7 +8,7 @@ from pydantic import Field
 
 from api.contract.answers import PlanAnswer  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.backends import Backend  # noqa: TC001
-from api.contract.parts.common import Answer, Schema
+from api.contract.parts.common import Answer, Pose, Schema
 from api.contract.parts.free_motions import FreeMotion
 from api.contract.parts.waypoints import JointMotion, SingleWaypoint
 from api.contract.requests import ProblemRequest, default_backend
@@ -18,6 +18,11 @@ MOST_TASKS = 500
 
 TaskName = Annotated[str, Field(min_length=1, max_length=200)]
 
+MOST_TOOLS = 50
+"""The most tools of a request."""
+
+ChangeWaypoints = Annotated[list[SingleWaypoint], Field(min_length=1, max_length=100)]
+
 Travel = Annotated[JointMotion | FreeMotion, Field(discriminator="kind")]
 
 
@@ -25,8 +30,8 @@ class OrderTask(Schema):
     """Waypoints that belong together: a point, a line or seam, a closed contour, or a pick with its place."""
 
     waypoints: Annotated[list[SingleWaypoint], Field(min_length=1, max_length=100)]
-    """The waypoints in the given direction. The robot gets to the first one by the `travel` motion. Changes of the tool
-    are not possible here, nor actions of tasks that are reversible or closed."""
+    """The waypoints in the given direction. The robot gets to the first one by the `travel` motion. They have no `tool`
+    of their own, and no actions if the task is reversible or closed."""
     name: TaskName | None = None
     """A name for `after`, which the answer repeats."""
     reversible: bool = False
@@ -38,6 +43,22 @@ class OrderTask(Schema):
     """The names of tasks that come before this one."""
     group: TaskName | None = None
     """The name of a group, whose tasks follow each other without another task between; null or omitted: none."""
+    tool: TaskName | None = None
+    """The name of the tool of the task, one of `tools`; null or omitted: the robot's own."""
+
+
+class ChangeableTool(Schema):
+    """A tool of a tool changer, which the robot takes before its tasks and puts back after them."""
+
+    name: TaskName
+    """The name that tasks give."""
+    tool: Pose
+    """The pose of the tool centre point in the tip frame (m)."""
+    take: ChangeWaypoints
+    """The waypoints at which the robot takes the tool, with what else happens there: dwells, actions, its `payload`, an
+    object to `attach`. The robot gets to the first one by the `travel` motion. Poses are for the robot's own tool."""
+    put_back: ChangeWaypoints
+    """The waypoints at which the robot puts the tool back, likewise."""
 
 
 class OrderRequest(ProblemRequest):
@@ -49,6 +70,11 @@ class OrderRequest(ProblemRequest):
     """The end of the trajectory; null or omitted: at the last task."""
     tasks: Annotated[list[OrderTask], Field(min_length=1, max_length=MOST_TASKS)]
     """The tasks. All their waypoints together are at most as many as a plan may have."""
+    tools: Annotated[list[ChangeableTool], Field(max_length=MOST_TOOLS)] = Field(default_factory=list)
+    """The tools of a tool changer, which tasks name. The robot changes them between tasks, as seldom as pays."""
+    mounted: TaskName | None = None
+    """The name of the tool that the robot has at the start, and at the `end` if there is one. Null or omitted: the
+    robot's own."""
     travel: Travel | None = None
     """The motion to the first waypoint of each task; null or omitted: free in a scene, otherwise straight in joint
     space."""
@@ -67,6 +93,8 @@ class OrderedTask(Schema):
     """The index of the task in the request."""
     name: str | None
     """The name of the task; null: it has none."""
+    tool: str | None
+    """The name of its tool; null: the robot's own."""
     reversed: bool
     """Whether the robot visits the waypoints in the opposite direction."""
     first: int

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import planner
 from api.contract import requests
+from api.work.answers.values import pose_answer
 from api.work.conversion.actions import to_actions, with_waits
+from api.work.conversion.poses import to_pose
 from api.work.conversion.problems import to_planning_problem, to_waypoints
 from planner.errors import InvalidProblem
 from planner.problems.motion_around import FreeMotion
 from planner.tasks import ARRIVAL
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from api.contract.parts.waypoints import SingleWaypoint
     from api.contract.tasks import OrderRequest
     from planner import FieldPath
     from planner.robots import Robot
@@ -27,6 +31,12 @@ GOAL_FIELDS = ("kind", "pose", "frame", "free", "configuration", "external", "mo
 
 ENDS = ("start", "end")
 """The fields of the request for the waypoints of the library's problem."""
+
+IN_CHANGE = 3
+"""The place of `waypoints` in the library's fields of changes: tools, number, change, waypoints."""
+
+RULES = ("name", "reversible", "closed", "after", "group", "tool")
+"""The fields of a task besides its waypoints."""
 
 
 @contextmanager
@@ -40,12 +50,22 @@ def at_field(moved: Callable[[FieldPath], FieldPath]) -> Iterator[None]:
 
 
 def in_request(field: FieldPath) -> FieldPath:
-    """Return the field of the request for a field of the library's problem of start and end."""
+    """Return the field of the request for a field of the library's start, end and tools."""
+    if field[0] == "tools" and len(field) > IN_CHANGE and field[IN_CHANGE] == "waypoints":
+        return (*field[:IN_CHANGE], *field[IN_CHANGE + 1 :])
     return (ENDS[int(field[1])], *field[2:]) if field[0] == "waypoints" and len(field) > 1 else field
 
 
-def to_task_problem(request: OrderRequest, robot: Robot) -> tuple[planner.PlanningProblem, tuple[planner.Task, ...]]:
-    """Make the problem with start and end, and the tasks.
+class TaskProblem(NamedTuple):
+    """The arguments of `order_tasks` in a request: the problem with start and end, the tasks and the tools."""
+
+    problem: planner.PlanningProblem
+    tasks: tuple[planner.Task, ...]
+    tools: tuple[planner.ChangeableTool, ...]
+
+
+def to_task_problem(request: OrderRequest, robot: Robot) -> TaskProblem:
+    """Make the problem with start and end, the tasks, and the tools.
 
     Raises:
         InvalidProblem: With every fault of the waypoints.
@@ -57,16 +77,29 @@ def to_task_problem(request: OrderRequest, robot: Robot) -> tuple[planner.Planni
     problem = to_planning_problem(plan, robot)
     tasks = []
     for index, task in enumerate(request.tasks):
-        with at_field(partial(_in_task, index)):
-            actions = to_actions((), task.waypoints)
-            waypoints = with_waits(to_waypoints(task.waypoints, problem.robot, request.frames), actions)
-        tasks.append(planner.Task(waypoints, task.name, task.reversible, task.closed, task.after, task.group, actions))
-    return problem, tuple(tasks)
+        with at_field(partial(_in_part, ("tasks", index))):
+            ordered = _to_task(task.waypoints, request, problem.robot)
+        rules: dict[str, Any] = {name: getattr(task, name) for name in RULES}
+        tasks.append(replace(ordered, **rules))
+    tools = []
+    for index, one in enumerate(request.tools):
+        ways = []
+        for part in ("take", "put_back"):
+            with at_field(partial(_in_part, ("tools", index, part))):
+                ways.append(_to_task(getattr(one, part), request, problem.robot))
+        tools.append(planner.ChangeableTool(one.name, to_pose(one.tool), *ways))
+    return TaskProblem(problem, tuple(tasks), tuple(tools))
 
 
-def _in_task(index: int, field: FieldPath) -> FieldPath:
-    """Return the field of the request for a field of the waypoints of a task."""
-    return ("tasks", index, *field) if field[0] == "waypoints" else field
+def _to_task(waypoints: Sequence[SingleWaypoint], request: OrderRequest, robot: Robot) -> planner.Task:
+    """Make a task of waypoints with their actions."""
+    actions = to_actions((), waypoints)
+    return planner.Task(with_waits(to_waypoints(waypoints, robot, request.frames), actions), actions=actions)
+
+
+def _in_part(part: FieldPath, field: FieldPath) -> FieldPath:
+    """Return the field in the library for a field of the waypoints of a task or a change."""
+    return (*part, *field) if field[0] == "waypoints" else field
 
 
 def _refuse_unordered(request: OrderRequest) -> None:
@@ -97,15 +130,19 @@ def _ordered_waypoint(
     document: Mapping[str, Any], ordered: planner.OrderedTasks, origin: Origin, planned: planner.AnyWaypoint
 ) -> dict[str, Any]:
     """Write a waypoint of the ordered list, with a joint position where the library has chosen one."""
-    if origin.task is None:
+    task: Mapping[str, Any] = {} if origin.task is None else document["tasks"][origin.task]
+    if origin.tool is not None and origin.change is not None:
+        task = {"waypoints": document["tools"][origin.tool][origin.change]}
+    if not task:
         own = arrival = document[ENDS[origin.waypoint]]
     else:
-        task = document["tasks"][origin.task]
         own, first = task["waypoints"][origin.waypoint], {} if task.get("closed") else task["waypoints"][0]
         arrival = first if origin.motion is None else task["waypoints"][origin.motion]
     waypoint = {name: value for name, value in own.items() if name not in ARRIVAL}
     waypoint |= {name: value for name, value in arrival.items() if name in ARRIVAL}
-    if origin.task is not None and origin.motion is None:
+    if planned.tool is not None:
+        waypoint["tool"] = pose_answer(planned.tool)
+    if task and origin.motion is None:
         in_scene = document.get("scene") is not None
         waypoint["motion"] = document.get("travel") or {"kind": "free" if in_scene else "joint"}
     elif origin.task is not None and "poses" in waypoint.get("motion", {}):

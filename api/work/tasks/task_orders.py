@@ -31,24 +31,37 @@ def order(context: TaskContext) -> Reply:
             raise invalid_at("/tasks", f"must have at most {most} waypoints in all; got {count}")
         robot = context.robot(request)
         with at_field(in_request):
-            problem, tasks = to_task_problem(request, robot)
+            problem, tasks, tools = to_task_problem(request, robot)
             problem = with_roadmap(problem, context.arguments.get("roadmap"))
         travel = None if request.travel is None else to_motion(request.travel, None)
     with context.stage("plan"), at_field(in_request):
         left = attempts_until(context.task.deadline).seconds
         seconds = min(left or 0.0, request.time_budget or float("inf"))
-        ordered = order_tasks(problem, tasks, to_backend(request.backend), travel=travel, seconds=seconds)
+        ordered = order_tasks(
+            problem,
+            tasks,
+            to_backend(request.backend),
+            travel=travel,
+            seconds=seconds,
+            tools=tools,
+            mounted=request.mounted,
+        )
     plan = ordered.plan
     refuse_too_many_rows(plan.trajectory.duration, request.sample_period, plan.path.robot.dof, context)
     planned = to_plan_request(context.document, ordered)
     ordinary = in_scene(validated(requests.PlanRequest, planned, context.caps), context.arguments.get("scene"))
     options = options_of(ordinary, problem, context)
-    names = [request.tasks[index].name for index in ordered.order]
-    visits = zip(ordered.order, names, ordered.reversed, ordered.first, strict=True)
+    visits = zip(ordered.order, ordered.reversed, ordered.first, strict=True)
     answer = {
         "order": [
-            {"task": index, "name": name, "reversed": is_reversed, "first": first}
-            for index, name, is_reversed, first in visits
+            {
+                "task": index,
+                "name": tasks[index].name,
+                "tool": tasks[index].tool,
+                "reversed": is_reversed,
+                "first": first,
+            }
+            for index, is_reversed, first in visits
         ],
         "bound": ordered.bound,
         "gap": ordered.gap,

@@ -36,7 +36,7 @@ def order_file(
         start = time.perf_counter()
         seconds = min(inf if own is None else own for own in (time_budget, asked.time_budget))
         with at_field(in_request):
-            problem, tasks = to_task_problem(asked, load_robot(asked.robot) if named is None else named.load())
+            problem, tasks, tools = to_task_problem(asked, load_robot(asked.robot) if named is None else named.load())
             travel = None if asked.travel is None else to_motion(asked.travel, None)
             ordered = order_tasks(
                 problem,
@@ -44,6 +44,8 @@ def order_file(
                 to_backend(asked.backend),
                 travel=travel,
                 seconds=None if seconds == inf else seconds,
+                tools=tools,
+                mounted=asked.mounted,
             )
         taken = time.perf_counter() - start
     console = terminal(stderr=False)
@@ -55,10 +57,13 @@ def order_file(
 
 
 def _order_table(tasks: tuple[planner.Task, ...], ordered: planner.OrderedTasks) -> Table:
-    """Return the tasks in order."""
-    table = Table("Order", "task", "name", "direction", "first waypoint", box=None, title_justify="left")
+    """Return the tasks in order, with their tools if they have any."""
+    has_tools = any(task.tool is not None for task in tasks)
+    columns = ["Order", "task", "name", "direction", "first waypoint", *(["tool"] if has_tools else [])]
+    table = Table(*columns, box=None, title_justify="left")
     visits = zip(ordered.order, ordered.reversed, ordered.first, strict=True)
     for place, (index, is_reversed, first) in enumerate(visits):
         direction = "reversed" if is_reversed else "as given"
-        table.add_row(str(place), str(index), tasks[index].name or "", direction, str(first))
+        tool = [tasks[index].tool or "own"] if has_tools else []
+        table.add_row(str(place), str(index), tasks[index].name or "", direction, str(first), *tool)
     return table

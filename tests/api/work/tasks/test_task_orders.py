@@ -79,6 +79,40 @@ def test_request_of_the_answer_gives_the_same_plan(service: RunningService, fiel
     assert plan["waypoints"][0]["name"] == "home"
 
 
+DRILL = {
+    "name": "drill",
+    "tool": {"position": [0.0, 0.0, 0.15]},
+    "take": [
+        {"kind": "joint", "position": [2.5, -1.5, 1.9, -1.97, -1.57, 0.0], "dwell": 1.0, "payload": {"mass": 1.0}},
+        {
+            "kind": "relative",
+            "frame": "tool",
+            "move": {"kind": "cartesian", "translation": [0, 0, -0.05]},
+            "motion": LINE,
+        },
+    ],
+    "put_back": [
+        {"kind": "joint", "position": [2.5, -1.5, 1.9, -1.97, -1.57, 0.0], "put_down": True, "actions": [OUTPUT]}
+    ],
+}
+"""A drill in its holder."""
+
+
+def test_request_of_an_answer_with_tools_gives_the_same_plan(service: RunningService) -> None:
+    tasks = [point(0.4, 0.3, tool="drill"), point(0.4, 0.0), point(0.4, -0.3, tool="drill", name="hole")]
+    request = order_request(*tasks, end=HOME, tools=[DRILL], tool={"position": [0.0, 0.0, 0.05]})
+    answer = checked(service.post("/v1/tasks/order", request), OrderAnswer)
+    assert [task["tool"] for task in answer["order"]] in ([None, "drill", "drill"], ["drill", "drill", None])
+    planned = answer["request"]["waypoints"]
+    heights = [waypoint["tool"]["position"][2] for waypoint in planned if waypoint.get("tool")]
+    assert heights == pytest.approx([0.15, 0.05])
+    assert [waypoint["payload"] for waypoint in planned if waypoint.get("payload")] == [{"mass": 1.0}]
+    assert [action["kind"] for action in answer["plan"]["actions"]] == ["set_output"]
+    plan = checked(service.post("/v1/trajectories", answer["request"]), PlanAnswer)
+    assert plan["duration"] == pytest.approx(answer["plan"]["duration"], rel=1e-9)
+    assert plan["request_hash"] == answer["plan"]["request_hash"]
+
+
 @pytest.mark.parametrize(
     ("change", "pointer"),
     [
@@ -99,6 +133,13 @@ def test_request_of_the_answer_gives_the_same_plan(service: RunningService, fiel
         ),
         ({"travel": {"kind": "free", "optimise": "duration", "time_budget": 1.0}}, "/travel/time_budget"),
         ({"tasks": [{"waypoints": [pose(0.4, 0.0)] * 100} for _ in range(11)]}, "/tasks"),
+        ({"tasks": [point(0.4, 0.0, tool="saw")], "tools": [DRILL]}, "/tasks/0/tool"),
+        ({"tools": [DRILL], "mounted": "saw"}, "/mounted"),
+        ({"tools": [DRILL, DRILL]}, "/tools/1/name"),
+        ({"tools": [DRILL | {"take": []}]}, "/tools/0/take"),
+        ({"tools": [DRILL | {"take": [HOME | {"name": "nowhere"}]}]}, "/tools/0/take/0/name"),
+        ({"tools": [DRILL | {"put_back": [pose(0.4, 0.0, motion=LINE)]}]}, "/tools/0/put_back/0/motion"),
+        ({"tools": [DRILL | {"put_back": [HOME, pose(0.4, 0.0, tool=DRILL["tool"])]}]}, "/tools/0/put_back/1/tool"),
     ],
 )
 def test_fault_points_to_its_field(service: RunningService, change: dict[str, Any], pointer: str) -> None:
