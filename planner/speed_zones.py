@@ -132,8 +132,7 @@ def speed_zone_faults(scene: Scene | None, zones: Sequence[SpeedZone]) -> Iterat
 def moving_bodies(robot: Robot, checker: CollisionChecker) -> Bodies:
     """Return the moving bodies: the pieces of a robot, its carried objects, and its tool centre point."""
     frame = robot.model.frames[robot.tool_frame_id]
-    placement = frame.placement.rotation, frame.placement.translation
-    tool = Body("tool", int(frame.parentJoint), *placement, TOOL_POINT)
+    tool = Body.on(robot, "tool", int(frame.parentJoint), frame.placement, TOOL_POINT)
     return Bodies(checker.bodies.tree, [*checker.bodies.pieces, tool])
 
 

@@ -60,16 +60,22 @@ def symbolic_motion(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> SymbolicMotio
     """
     model, z = robot.model, ca.DM([0.0, 0.0, 1.0])
     still = ca.SX(3, 1)
-    bodies = [_Moving(ca.SX.eye(3), still, still, still, still, ca.SX(-model.gravity.linear))]
+    first, lift = len(robot.positioner), ca.SX(-robot.chain.load[:3])
+    at_rest = _Moving(ca.SX.eye(3), still, still, still, still, lift)
+    bodies = [_Moving(ca.SX.eye(3), still, still, still, still, ca.SX(3, 1) if first else lift)]
     for i in range(robot.dof):
         bodies.append(_next_body(bodies[-1], model.jointPlacements[i + 1], robot.is_angle[i], q[i], v[i], a[i]))
     tool = model.frames[robot.tool_frame_id]
     tip = bodies[tool.parentJoint]
     tool_velocity = tip.velocity + ca.cross(tip.spin, _constant(tool.placement.translation))
+    pushing = _process_wrench(robot, bodies)
+    if first:
+        bodies[first] = at_rest._replace(rotation=bodies[first].rotation, offset=bodies[first].offset)
+        for i in range(first, robot.dof):
+            bodies[i + 1] = _next_body(bodies[i], model.jointPlacements[i + 1], robot.is_angle[i], q[i], v[i], a[i])
     torques: list[Any] = []
     force, moment = still, still
-    pushing = _process_wrench(robot, bodies)
-    for i in range(robot.dof, 0, -1):
+    for i in range(robot.dof, first, -1):
         own_force, own_moment = _inertial_wrench(bodies[i], model.inertias[i])
         force, moment = force + own_force, moment + own_moment
         if pushing is not None and i == tool.parentJoint:
@@ -79,7 +85,38 @@ def symbolic_motion(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> SymbolicMotio
         moment = bodies[i].rotation @ moment
         force = bodies[i].rotation @ force
         moment = moment + ca.cross(bodies[i].offset, force)
-    return SymbolicMotion(ca.vertcat(*reversed(torques)), tool_velocity, tip.spin)
+    carrying = _torques_of_positioner(robot, at_rest, q, v, a)
+    if pushing is not None:
+        force, moment = pushing  # between tool and workpiece: it goes on through the positioner
+        for i in range(tool.parentJoint, 0, -1):
+            if i <= first:
+                carrying[i - 1] += ca.dot(z, moment if robot.is_angle[i - 1] else force)
+            moment, force = bodies[i].rotation @ moment, bodies[i].rotation @ force
+            moment = moment + ca.cross(bodies[i].offset, force)
+    return SymbolicMotion(ca.vertcat(*carrying, *reversed(torques)), tool_velocity, tip.spin)
+
+
+def _torques_of_positioner(robot: Robot, at_rest: _Moving, q: ca.SX, v: ca.SX, a: ca.SX) -> list[ca.SX]:
+    """Return the torques of a positioner, from the link that stands still to the workpiece, as the kernels do."""
+    model, z, moving, steps = robot.model, ca.DM([0.0, 0.0, 1.0]), at_rest, list[tuple[ca.SX, ca.SX, ca.SX, ca.SX]]()
+    for i in reversed(range(len(robot.positioner))):
+        rotation, offset = _placed(model.jointPlacements[i + 1], robot.is_angle[i], q[i])
+        spin, spin_rate, acceleration = moving.spin, moving.spin_rate, moving.acceleration
+        if robot.is_angle[i]:
+            spin_rate = spin_rate - ca.cross(spin, z * v[i]) - z * a[i]
+            spin = spin - z * v[i]
+        else:
+            acceleration = acceleration - 2.0 * ca.cross(spin, z * v[i]) - z * a[i]
+        spin, spin_rate, acceleration = (rotation @ vector for vector in (spin, spin_rate, acceleration))
+        swing = ca.cross(spin_rate, offset) + ca.cross(spin, ca.cross(spin, offset))
+        moving = _Moving(rotation, offset, spin, spin_rate, moving.velocity, acceleration - swing)
+        steps.append((rotation, offset, *_inertial_wrench(moving, model.inertias[i])))
+    torques, force, moment = list[ca.SX](), ca.SX(3, 1), ca.SX(3, 1)
+    for i, (rotation, offset, own_force, own_moment) in enumerate(reversed(steps)):
+        force, moment = force + own_force, moment + own_moment
+        moment, force = rotation.T @ (moment + ca.cross(force, offset)), rotation.T @ force
+        torques.append(-ca.dot(z, moment if robot.is_angle[i] else force) + _of_drive(robot.joints[i], v[i], a[i]))
+    return torques
 
 
 def symbolic_tool_position(robot: Robot, q: ca.SX) -> ca.SX:

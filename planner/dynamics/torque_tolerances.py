@@ -121,7 +121,8 @@ def torque_tolerances(robot: Robot) -> TorqueTolerances | None:
     if not robot.has_dynamics or (friction is None and errors is None and not robot.uncertain_payloads):
         return None
     tip, arm = robot.model.frames[robot.tip_frame_id], robot.chain.links
-    massless, free_fall = arm.copy(), np.hstack([robot.model.gravity.linear, NO_FORCE])
+    massless, free_fall = arm.copy(), robot.chain.load.copy()
+    free_fall[3:-1] = NO_FORCE
     massless[:, INERTIAS] = massless[:, DRIVES] = 0.0
     generators: list[list[tuple[float, FloatArray, FloatArray]]] = []
     bodies: list[FloatArray] = []

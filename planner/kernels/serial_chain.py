@@ -17,14 +17,14 @@ LINK_NUMBERS = 29
 REST_SPEED = 1e-9
 """Speed, rad/s or m/s, up to which a joint rests, without Coulomb friction: still joints have rounding."""
 
-LOAD_NUMBERS = 14
+LOAD_NUMBERS = 15
 """Numbers that describe free fall and the force of the tool: the size of the structure `Load` of the kernels."""
 
 MAGNITUDE_NUMBERS = 5
 """Numbers in the structure `Magnitude` of the kernels."""
 
 NO_FORCE = (0.0,) * 9 + (-1.0, 0.0)
-"""The numbers of `Load` after free fall without a force of the tool."""
+"""The numbers of `Load` for a force of the tool, without one."""
 
 
 class SerialChain(NamedTuple):
@@ -33,11 +33,13 @@ class SerialChain(NamedTuple):
     Attributes:
         links: (joints, `LINK_NUMBERS`). First the rotation (9, row by row) and origin (3) of the joint's frame in the
             one before, at position 0. Then the mass of its link, centre of mass (3) in that frame, inertia (9) about
-            the centre of mass. Then 1 for a revolute joint, 0 for a prismatic one. Last, the rotor inertia, the
-            Coulomb friction and the viscous friction by the speed. SI units.
-        load: (`LOAD_NUMBERS`,). First the acceleration (3) of free fall in the base frame. Then the force (3) and the
-            moment (3) that the tool exerts, and the point (3) of a link where it does. Then the index of this link, or
-            -1 without a force. Last, 1 for the base's axes, 0 for the link's. SI units.
+            the centre of mass. A joint of a positioner has the link before it instead, which it moves. Then 1 for a
+            revolute joint, 0 for a prismatic one. Last, the rotor inertia, the Coulomb friction and the viscous
+            friction by the speed. SI units.
+        load: (`LOAD_NUMBERS`,). First the acceleration (3) of free fall in the frame that stands still: the base, or
+            the frame of a positioner's last joint. Then the force (3) and the moment (3) that the tool exerts, and the
+            point (3) of a link where it does. Then the index of this link, or -1 without a force. Then 1 for the base's
+            axes, 0 for the link's. Last, the number of the joints of a positioner, which come first. SI units.
     """
 
     links: FloatArray
@@ -45,23 +47,33 @@ class SerialChain(NamedTuple):
 
     @classmethod
     def of_model(
-        cls, model: pin.Model, turns: np.ndarray, force: ArrayLike = NO_FORCE, drives: ArrayLike | None = None
+        cls,
+        model: pin.Model,
+        turns: np.ndarray,
+        force: ArrayLike = NO_FORCE,
+        drives: ArrayLike | None = None,
+        positioner: int = 0,
     ) -> SerialChain:
         """Read the chain of a Pinocchio model.
 
         Args:
             model: Its joints turn about, or slide along, their z axes.
             turns: Whether each joint turns, (joints,).
-            force: The numbers of `load` after free fall.
+            force: The numbers of `load` for the force of the tool.
             drives: Rotor inertia, Coulomb friction and viscous friction (joints, 3); None: none.
+            positioner: Number of the first joints that move the base; the link behind them stands still. The model's
+                gravity is in the base frame with these joints at 0.
         """
-        placements, inertias = model.jointPlacements.tolist()[1:], model.inertias.tolist()[1:]
+        placements, inertias = model.jointPlacements.tolist()[1:], model.inertias.tolist()
+        inertias, gravity = [*inertias[:positioner], *inertias[positioner + 1 :]], model.gravity.linear
+        for placement in placements[:positioner]:
+            gravity = placement.rotation.T @ gravity
         rows = [
             np.hstack([at.rotation.ravel(), at.translation, body.mass, body.lever, body.inertia.ravel(), turning])
             for at, body, turning in zip(placements, inertias, turns, strict=True)
         ]
         of_drives = np.zeros((len(rows), 3)) if drives is None else drives
-        return cls(np.hstack([rows, of_drives]), np.hstack([model.gravity.linear, force]))
+        return cls(np.hstack([rows, of_drives]), np.hstack([gravity, force, positioner]))
 
 
 def inverse_dynamics(

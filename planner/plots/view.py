@@ -9,7 +9,11 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
+from planner.dynamics import SegmentDynamics
+from planner.kinematics.forward import tool_poses
 from planner.robots import Robot
+from planner.robots.derived.standing import placement_in_world
+from planner.scene.bodies import Bodies, JointTree
 from planner.spatial import FloatArray
 
 ELEVATION = 25.0
@@ -72,7 +76,10 @@ SAME_JOINT_DISTANCE = 1e-9
 
 
 def stick_model(robot: Robot, position: FloatArray) -> FloatArray:
-    """Return the points (joints + 2, 3), m, of the model at a joint position: base, joints, tool."""
+    """Return the points (joints + 2, 3), m, of the model at a joint position: base, joints, tool.
+
+    They are in the frame that stands still, as all of a picture: with a positioner, the base frame moves.
+    """
     pin.forwardKinematics(robot.model, robot.data, position)
     tool = pin.updateFramePlacement(robot.model, robot.data, robot.tool_frame_id).translation
     joint = int(robot.model.frames[robot.tool_frame_id].parentJoint)
@@ -80,7 +87,40 @@ def stick_model(robot: Robot, position: FloatArray) -> FloatArray:
     while joint > 0:
         points.append(robot.data.oMi[joint].translation.copy())
         joint = int(robot.model.parents[joint])
-    return np.array([*points, np.zeros(3)])[::-1]
+    (placed,) = _in_standing_frame(robot, position[None], np.array([[*points, np.zeros(3)]]))
+    return np.asarray(placed[::-1])
+
+
+def drawn_tool_poses(
+    dynamics: SegmentDynamics, segments: np.ndarray, positions: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Compute the positions (N, 3), m, and rotations (N, 3, 3) of the tool in the frame that stands still.
+
+    Args:
+        dynamics: The robot on each segment.
+        segments: (N,), index of the segment of each state.
+        positions: (N, joints), rad or m.
+    """
+
+    def poses(robot: Robot, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        points, rotations = tool_poses(robot, q)
+        tips = np.concatenate([points[:, None], points[:, None] + rotations.transpose(0, 2, 1)], axis=1)
+        tips = _in_standing_frame(robot, q, tips)
+        return tips[:, 0], (tips[:, 1:] - tips[:, :1]).transpose(0, 2, 1) if robot.positioner else rotations
+
+    points, rotations = dynamics.by_robot(poses, segments, positions)
+    return points, rotations
+
+
+def _in_standing_frame(robot: Robot, positions: FloatArray, points: FloatArray) -> FloatArray:
+    """Return points (N, points, 3), m, of the base frame at N joint positions in the frame that stands still."""
+    if not robot.positioner:
+        return points
+    joint, base = placement_in_world(robot, 0, pin.SE3.Identity())
+    rotations, origins = Bodies(JointTree.of(robot), ()).frames(positions)
+    placed = points @ base.rotation.T + base.translation
+    found: FloatArray = placed @ rotations[:, joint].transpose(0, 2, 1) + origins[:, joint, None]
+    return found
 
 
 def distinct_points(points: FloatArray) -> FloatArray:

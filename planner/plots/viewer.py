@@ -11,15 +11,15 @@ from time import monotonic
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from planner.certificate.clearance import segment_checkers
-from planner.kinematics.forward import tool_poses_on
 from planner.plots.quantities import Planned, drawn_times, kept_limits, samples_for, stops_of
 from planner.plots.space.surroundings import CARRIED, PLANE, STANDING, Style, shown_points, standing_things
-from planner.plots.view import VIEWS, joined_names, stick_model
+from planner.plots.view import VIEWS, drawn_tool_poses, joined_names, stick_model
+from planner.robots.derived.standing import foot_at_zero, placement_in_world
 from planner.robots.visuals import Colour
 from planner.scene import HERE, CollisionChecker, SceneObject
+from planner.scene.bodies import Bodies, JointTree
 from planner.shapes import Shape, surface
 from planner.spatial import FloatArray, quaternion
 
@@ -85,7 +85,7 @@ class Viewer:
         except ModuleNotFoundError as error:
             raise ModuleNotFoundError('needs viser: pip install "trajectory-planner[view]"') from error
         self._plan, self._model = plan, plan.problem.robot.model
-        self._data, self._is_shown = self._model.createData(), Lock()
+        self._bodies, self._is_shown = Bodies(JointTree.of(plan.problem.robot), ()), Lock()
         self._checkers = segment_checkers(plan.problem, plan.path.positions)
         with redirect_stdout(StringIO()):  # viser prints the address, which a caller may not want
             self._server: Any = viser.ViserServer("127.0.0.1", port, label=plan.problem.robot.id, verbose=False)
@@ -122,10 +122,10 @@ class Viewer:
             segments = trajectory.segments[trajectory.locate(np.array([time]))[0]]
             positions = trajectory.evaluate([time], (0,))[0]
             checker = self._checkers[min(int(segments[0]), len(self._checkers) - 1)]
-            points, rotations = tool_poses_on(dynamics, segments, positions)
-            pin.forwardKinematics(self._model, self._data, positions[0])
-            for frame, placement in zip(self._joints, self._data.oMi.tolist(), strict=True):
-                _put(frame, placement.rotation, placement.translation)
+            points, rotations = drawn_tool_poses(dynamics, segments, positions)
+            turns, origins = self._bodies.frames(positions)
+            for frame, turn, origin in zip(self._joints, turns[0], origins[0], strict=True):
+                _put(frame, turn, origin)
             _put(self._tool, rotations[0], points[0])
             for thing, frame in self._moving:
                 pose = thing.pose_at(time).to_frame(checker.base or HERE)
@@ -175,16 +175,18 @@ class Viewer:
         """Draw the shapes of the links, and of the attached objects, below the frames of their joints."""
         robot = self._plan.problem.robot
         for number, drawn in enumerate(robot.visual_meshes):
-            name = _path(f"joint_{drawn.joint}", f"visual_{number}")
+            joint, placement = placement_in_world(robot, drawn.joint, drawn.placement)
+            name = _path(f"joint_{joint}", f"visual_{number}")
             handle = self._mesh(name, *drawn.surface, MODEL if drawn.colour is None else _style(drawn.colour))
-            _put(handle, drawn.placement.rotation, drawn.placement.translation)
+            _put(handle, placement.rotation, placement.translation)
             self._visuals.append(handle)
         covered = {drawn.link for drawn in robot.visual_meshes}
         for number, link in enumerate(robot.collision_shapes):
             style = MODEL if link.source == "model" else ESTIMATE
-            name = _path(f"joint_{link.joint}", f"link_{number}")
+            joint, placement = placement_in_world(robot, link.joint, link.placement)
+            name = _path(f"joint_{joint}", f"link_{number}")
             handle = self._mesh(name, *surface(link.shape), style)
-            _put(handle, link.placement.rotation, link.placement.translation)
+            _put(handle, placement.rotation, placement.translation)
             if link.link in covered:
                 self._solids.append(handle)
         for order, checker in enumerate(dict.fromkeys(self._checkers)):
@@ -215,7 +217,7 @@ class Viewer:
         """Draw the path of the tool, its waypoints and the scene, and return the diagonal of the picture, m."""
         plan, stops = self._plan, stops_of(self._plan)
         samples = samples_for(plan, (), drawn_times(plan))
-        path, _ = tool_poses_on(plan.path.dynamics, samples.segment, samples.position)
+        path, _ = drawn_tool_poses(plan.path.dynamics, samples.segment, samples.position)
         rows = np.searchsorted(samples.time, [stop.arrival for stop in stops]).clip(0, len(path) - 1)
         robots = [plan.path.dynamics.robot_on(min(stop.row, len(plan.path.durations) - 1)) for stop in stops]
         sticks = [stick_model(robot, plan.path.positions[stop.row]) for robot, stop in zip(robots, stops, strict=True)]
@@ -245,7 +247,8 @@ class Viewer:
             self._changing += [(handle, checkers) for handle in handles]
         size = GRID_SHARE * diagonal
         self._scene.add_grid("grid", size, size, cell_size=0.1, section_size=0.5, section_color=GRID_COLOUR)
-        middle, up = 0.5 * (low + high), -self._model.gravity.linear / np.linalg.norm(self._model.gravity.linear)
+        up = -foot_at_zero(plan.problem.robot).rotation.T @ self._model.gravity.linear
+        middle, up = 0.5 * (low + high), up / np.linalg.norm(up)
         self._scene.set_up_direction(tuple(up))
         toward = VIEWS["isometric"].toward
         toward = toward - 2.0 * min(0.0, float(toward @ up)) * up  # from above, however the base is mounted

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
+from planner.errors import InvalidProblem
 from planner.kinematics.forward import tool_poses
 from planner.plans.result import Plan
 from planner.proofs.checker import (
@@ -51,6 +52,9 @@ def write_proof(plan: Plan) -> dict[str, Any]:
     Args:
         plan: The plan, whose certificate is satisfied.
 
+    Raises:
+        InvalidProblem: The robot has a positioner.
+
     Examples:
         >>> import planner
         >>> robot = planner.load_robot("kuka_kr16_2")
@@ -61,6 +65,9 @@ def write_proof(plan: Plan) -> dict[str, Any]:
         >>> "velocity" in planner.check_proof(proof)
         True
     """
+    if plan.path.robot.positioner:
+        text = "must have no positioner: proofs state only the motions of arms whose base frame stands still"
+        raise InvalidProblem([(("robot",), text)])
     follows = plan.path.robot.following_errors is not None
     content = _written(plan, follows=follows)
     if follows and {name.split(":")[0] for name in content["statement"]["not_covered"]} & {"torque", *TOOL_CLAIMS}:

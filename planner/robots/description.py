@@ -180,6 +180,7 @@ class RobotDescription:
     collision: CollisionGeometry | None = None
     visuals: VisualGeometry | None = None
     external_axes: tuple[str, ...] = ()
+    positioner: tuple[str, ...] = ()
     rated_payload: float | None = None
     rated_payload_source: str | None = None
     payload_mass: float = 0.0
@@ -189,6 +190,53 @@ class RobotDescription:
     notes: tuple[str, ...] = ()
     followers: tuple[Follower, ...] = ()
     findings: tuple[Finding, ...] = ()
+
+    @cached_property
+    def is_angle(self) -> np.ndarray:
+        """Whether each joint turns rather than slides, (joints,)."""
+        return np.array([joint.is_angle for joint in self.joints])
+
+    @cached_property
+    def is_continuous(self) -> np.ndarray:
+        """Whether each joint turns without position limits, for ever, (joints,)."""
+        return np.array([joint.kind == "continuous" for joint in self.joints])
+
+    def limit(self, quantity: str) -> FloatArray:
+        """Return one limit of all joints, (joints,), infinite without a limit.
+
+        Position limits are limits of planned positions: `Joint.following_error` within the joint's own.
+        """
+        return self._limits[quantity]
+
+    @cached_property
+    def _limits(self) -> dict[str, FloatArray]:
+        names = ("lower", "upper", "velocity", "acceleration", "jerk", "torque", "rms_torque")
+        limits = {name: np.array([getattr(joint, name) for joint in self.joints]) for name in names}
+        if self.following_errors is not None:
+            limits["lower"] += self.following_errors
+            limits["upper"] -= self.following_errors
+        return limits
+
+    def bounds(self, quantity: str) -> FloatArray:
+        """Return the lower and upper limits (2, joints) of `velocity`, `acceleration` or `torque`; SI units."""
+        return self._bounds[quantity]
+
+    @cached_property
+    def _bounds(self) -> dict[str, FloatArray]:
+        bounds = {}
+        for quantity in ("velocity", "acceleration", "jerk", "torque"):
+            ranges = [joint.ranges.get(quantity, (-np.inf, np.inf)) for joint in self.joints]
+            widest = self.limit(quantity)
+            bounds[quantity] = np.clip(np.array(ranges).T, -widest, widest)
+        return bounds
+
+    @cached_property
+    def middle(self) -> FloatArray:
+        """The middle of the position limits, (joints,); 0 where a side is open."""
+        lower, upper = self.limit("lower"), self.limit("upper")
+        bounded = np.isfinite(lower) & np.isfinite(upper)
+        middle = np.where(bounded, (np.where(bounded, lower, 0.0) + np.where(bounded, upper, 0.0)) / 2.0, 0.0)
+        return np.clip(middle, lower, upper)
 
     @cached_property
     def visual_meshes(self) -> tuple[VisualMesh, ...]:

@@ -54,4 +54,4 @@ def loaded_chain(robot: RobotDescription, tool_frame: int) -> SerialChain:
     load = NO_FORCE if force is None else force.on_chain(robot.model.frames[tool_frame])
     turns = np.array([joint.is_angle for joint in robot.joints])
     drives = [(joint.rotor_inertia, joint.friction, joint.damping) for joint in robot.joints]
-    return SerialChain.of_model(robot.model, turns, load, drives)
+    return SerialChain.of_model(robot.model, turns, load, drives, len(robot.positioner))

@@ -17,9 +17,15 @@ from planner.kernels.serial_chain import SerialChain
 from planner.robots.collision.geometry import CollisionGeometry, LinkShape
 from planner.robots.collision.mesh_files import FindPieces, files_of, meshes_of
 from planner.robots.collision.pairs import CollisionPair, collision_pairs
-from planner.robots.derived.changes import FREE_FALL, held_by_group, on_external_axes, with_followers, with_locked
+from planner.robots.derived.changes import held_by_group, on_external_axes, with_followers, with_locked
 from planner.robots.derived.external_axes import ExternalAxis
 from planner.robots.derived.own_limits import OwnLimits, checked_positions, checked_table, is_within, with_own_limits
+from planner.robots.derived.positioners import (
+    mounted_model,
+    refuse_following_errors,
+    refuse_positioner,
+    with_positioner,
+)
 from planner.robots.description import RobotDescription
 from planner.robots.dh import Convention, DHJoint, DHModel, read_dh
 from planner.robots.findings import Findings
@@ -27,7 +33,7 @@ from planner.robots.loads import fields_with_payload, loaded_chain, model_with_t
 from planner.robots.payload import Payload, PayloadTable
 from planner.robots.urdf.arm import PlanningGroup
 from planner.robots.urdf.reader import read_urdf
-from planner.spatial import FloatArray, Pose, as_pose
+from planner.spatial import Pose, as_pose
 
 TOOL_FRAME = "tool"
 """Name of the frame that carries the tool, when there is one."""
@@ -62,7 +68,9 @@ class Robot(PickledByFields, RobotDescription):
         disabled_collisions: Pairs of links that an SRDF takes out of collision checks.
         collision: The shapes of the links in the description, see `collision_shapes`.
         visuals: The visual meshes of the description, see `visual_meshes`; None: it has none.
-        external_axes: Names of the first joints that carry the base of the arm, such as a rail; none: it stands still.
+        external_axes: Names of the first joints, which are not the arm's own, such as a rail; none: all are the arm's.
+        positioner: Names of the first external axes, which carry the workpiece, from the workpiece on. The base frame
+            is the workpiece then, and the arm's base stands still. None: the base frame stands still.
         rated_payload: The largest payload for which the maker builds the robot, tool included, kg; None: unknown.
         rated_payload_source: The document that `rated_payload` comes from; None: it is unknown.
         payload_mass: The largest mass that `with_payload` has put on the robot, kg.
@@ -167,6 +175,8 @@ class Robot(PickledByFields, RobotDescription):
         named_positions: Mapping[str, Sequence[float]] | None = None,
         external_axes: Sequence[ExternalAxis] = (),
         arm_origin: Pose | None = None,
+        positioner: Sequence[ExternalAxis] = (),
+        workpiece: Pose | None = None,
         payload_table: PayloadTable | None = None,
     ) -> Robot:
         """Derive a robot from this one, with its own limits, tool and mounting.
@@ -191,6 +201,10 @@ class Robot(PickledByFields, RobotDescription):
             external_axes: Axes that carry this robot, from the base on: its first joints then. The base frame is that
                 in which the first one stands, and its z axis points up unless there is a `mounting`.
             arm_origin: Pose of this robot's base in the link of the last external axis; None: the same.
+            positioner: Axes that carry the workpiece, from this robot's base frame to the workpiece: its first joints
+                then, in reverse. `mass` and so on of the last axis include the workpiece.
+            workpiece: Pose of the workpiece in the link of the positioner's last axis: the base frame of all poses
+                then. None: the same.
             payload_table: Factors on limits by the payload mass, nowhere above this robot's; None: this robot's.
 
         Returns:
@@ -202,12 +216,15 @@ class Robot(PickledByFields, RobotDescription):
         findings = Findings()
         held = {**held_by_group(self, group, findings), **(locked or {})}
         left = with_followers(with_locked(self, held, findings), held, findings)
+        refuse_positioner(self, external_axes, findings)
         left = on_external_axes(left, external_axes, arm_origin, mounting, findings)
+        left = with_positioner(left, positioner, workpiece, findings)
         joints = with_own_limits(left.joints, limits or {}, findings)
         inherited = {name: q for name, q in left.named_positions.items() if is_within(joints, q)}
         positions = inherited | checked_positions(joints, named_positions or {}, findings)
         if mounting is not None and mounting.rotation is None:
             findings.error("invalid_pose", "mounting", "the mounting needs an orientation")
+        refuse_following_errors(left, joints, findings)
         table = checked_table(self.payload_table, payload_table, findings)
         findings.raise_errors()
         robot = replace(
@@ -219,9 +236,7 @@ class Robot(PickledByFields, RobotDescription):
             findings=tuple(findings.items),
         )
         if mounting is not None and mounting.rotation is not None:
-            model = robot.model.copy()
-            model.gravity.linear = mounting.rotation.T @ FREE_FALL
-            robot = replace(robot, model=model, mounting=mounting)
+            robot = replace(robot, model=mounted_model(robot, mounting.rotation), mounting=mounting)
         return robot if tool is None else robot.with_tool(tool)
 
     def __repr__(self) -> str:
@@ -258,32 +273,6 @@ class Robot(PickledByFields, RobotDescription):
         return tuple(joint.name for joint in self.joints)
 
     @cached_property
-    def is_angle(self) -> np.ndarray:
-        """Whether each joint turns rather than slides, (joints,)."""
-        return np.array([joint.is_angle for joint in self.joints])
-
-    @cached_property
-    def is_continuous(self) -> np.ndarray:
-        """Whether each joint turns without position limits, for ever, (joints,)."""
-        return np.array([joint.kind == "continuous" for joint in self.joints])
-
-    def limit(self, quantity: str) -> FloatArray:
-        """Return one limit of all joints, (joints,), infinite without a limit.
-
-        Position limits are limits of planned positions: `Joint.following_error` within the joint's own.
-        """
-        return self._limits[quantity]
-
-    @cached_property
-    def _limits(self) -> dict[str, FloatArray]:
-        names = ("lower", "upper", "velocity", "acceleration", "jerk", "torque", "rms_torque")
-        limits = {name: np.array([getattr(joint, name) for joint in self.joints]) for name in names}
-        if self.following_errors is not None:
-            limits["lower"] += self.following_errors
-            limits["upper"] -= self.following_errors
-        return limits
-
-    @cached_property
     def tool_frame_id(self) -> int:
         """Pinocchio's id of the frame that is to reach the poses: the tool's, or the tip's without a tool."""
         if self.model.existFrame(TOOL_FRAME, pin.FrameType.OP_FRAME):
@@ -307,20 +296,9 @@ class Robot(PickledByFields, RobotDescription):
     @cached_property
     def mass(self) -> float:
         """The mass of everything that moves, with the payload, kg; 0: no masses are known."""
-        return float(sum(inertia.mass for inertia in self.model.inertias.tolist()[1:]))
-
-    def bounds(self, quantity: str) -> FloatArray:
-        """Return the lower and upper limits (2, joints) of `velocity`, `acceleration` or `torque`; SI units."""
-        return self._bounds[quantity]
-
-    @cached_property
-    def _bounds(self) -> dict[str, FloatArray]:
-        bounds = {}
-        for quantity in ("velocity", "acceleration", "jerk", "torque"):
-            ranges = [joint.ranges.get(quantity, (-np.inf, np.inf)) for joint in self.joints]
-            widest = self.limit(quantity)
-            bounds[quantity] = np.clip(np.array(ranges).T, -widest, widest)
-        return bounds
+        masses = [inertia.mass for inertia in self.model.inertias.tolist()]
+        del masses[len(self.positioner)]  # of the link that stands still
+        return float(sum(masses))
 
     @property
     def has_dynamics(self) -> bool:
@@ -364,14 +342,6 @@ class Robot(PickledByFields, RobotDescription):
         """All pairs of links with shapes, and the reason for each pair that is not checked."""
         limits = self.limit("lower"), self.limit("upper")
         return collision_pairs(self.model, limits, self.collision_shapes, self.disabled_collisions)
-
-    @cached_property
-    def middle(self) -> FloatArray:
-        """The middle of the position limits, (joints,); 0 where a side is open."""
-        lower, upper = self.limit("lower"), self.limit("upper")
-        bounded = np.isfinite(lower) & np.isfinite(upper)
-        middle = np.where(bounded, (np.where(bounded, lower, 0.0) + np.where(bounded, upper, 0.0)) / 2.0, 0.0)
-        return np.clip(middle, lower, upper)
 
     def with_tool(self, pose: Pose) -> Robot:
         """Attach a tool.

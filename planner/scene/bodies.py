@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from planner.robots import Robot
+from planner.robots.derived.standing import placement_in_world, tree_joints
 from planner.shapes import BoundingCapsule, Shape
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import ROUNDING
@@ -37,13 +38,22 @@ class Body(NamedTuple):
     translation: FloatArray
     shape: Shape
 
+    @classmethod
+    def on(cls, robot: Robot, name: str, joint: int, placement: Any, shape: Shape) -> Self:
+        """Return a piece that is placed in the frame of a joint of the robot's model."""
+        number, there = placement_in_world(robot, joint, placement)
+        return cls(name, number, there.rotation, there.translation, shape)
+
 
 class JointTree(NamedTuple):
     """Joints that turn about, or slide along, the z axis of their frames; several may start at the base.
 
+    The base stands still: with a positioner, that is the frame in which it and the arm stand.
+
     Attributes:
         is_angle: (joints,): whether each joint turns.
-        parents: The number of the joint before each, from 1; 0 is the base.
+        parents: The number of the joint before each, from 1; 0 is the base. Only joints of a positioner come before
+            their parents.
         turns: (joints, 3, 3): rotation of each joint's frame in the frame before it, at a joint position of 0.
         shifts: (joints, 3), m.
     """
@@ -55,11 +65,18 @@ class JointTree(NamedTuple):
 
     @classmethod
     def of(cls, robot: Robot) -> Self:
-        """Return the joints of a robot in its base frame."""
-        placements = robot.model.jointPlacements.tolist()[1:]
+        """Return the joints of a robot."""
+        parents, placements = tree_joints(robot)
         turns = np.reshape([placement.rotation for placement in placements], (-1, 3, 3))
         shifts = np.reshape([placement.translation for placement in placements], (-1, 3))
-        return cls(robot.is_angle, tuple(int(parent) for parent in list(robot.model.parents)[1:]), turns, shifts)
+        return cls(robot.is_angle, tuple(parents), turns, shifts)
+
+    @property
+    def order(self) -> list[int]:
+        """The indices of the joints from the base on: each behind its parent."""
+        ascending = [parent <= k for k, parent in enumerate(self.parents)]
+        numbers = range(len(ascending))
+        return [k for k in numbers if ascending[k]] + [k for k in reversed(numbers) if not ascending[k]]
 
     def placed(self, rotation: FloatArray, translation: FloatArray) -> Self:
         """Return the joints with their base at a rotation (3, 3) and a translation (3,), m."""
@@ -78,7 +95,7 @@ class JointTree(NamedTuple):
 
 
 class Placements(NamedTuple):
-    """The placements of bodies at N joint positions, in the base frame.
+    """The placements of bodies at N joint positions, in the base frame of the tree.
 
     Attributes:
         rotations: (N, joints + 1, 3, 3): of the joints' frames; 0 is the base.
@@ -110,8 +127,8 @@ class Bodies:
         self.tree, self.pieces = tree, tuple(pieces)
         self.is_angle = tree.is_angle
         chains = np.zeros((len(tree.parents) + 1, len(tree.parents)), dtype=bool)
-        for k, parent in enumerate(tree.parents):
-            chains[k + 1] = chains[parent]
+        for k in tree.order:
+            chains[k + 1] = chains[tree.parents[k]]
             chains[k + 1, k] = True
         self.joints = np.array([piece.joint for piece in self.pieces], dtype=int)
         self.is_moved = chains[self.joints]
@@ -181,7 +198,8 @@ class Bodies:
         rotations, origins = np.empty((count, joints + 1, 3, 3)), np.zeros((count, joints + 1, 3))
         rotations[:, 0] = np.eye(3)
         cosines, sines = np.cos(positions)[..., None], np.sin(positions)[..., None]
-        for k, (parent, turn, shift) in enumerate(zip(*self.tree[1:], strict=True)):
+        for k in self.tree.order:
+            parent, turn, shift = (values[k] for values in self.tree[1:])
             before = rotations[:, parent] @ turn
             origins[:, k + 1] = origins[:, parent] + rotations[:, parent] @ shift
             if self.is_angle[k]:

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from planner.robots import Robot
+from planner.robots.derived.standing import placement_in_world
 from planner.scene.checker import CollisionChecker, checker_of
 from planner.scene.point_cloud import PointCloud
 from planner.scene.scene import HERE, AttachedObject, Handling, Scene, SceneObject
@@ -203,11 +204,12 @@ def _near(
 
 
 def _frame(robot: Robot, link: str | None, position: FloatArray) -> Pose:
-    """Return the pose in the base frame of a link, or (None) of the tool, at a joint position (joints,)."""
+    """Return the pose of a link, or (None) of the tool, at a joint position (joints,), in the standing frame."""
     frame = robot.model.frames[_frame_id(robot, link)]
+    number, placement = placement_in_world(robot, int(frame.parentJoint), frame.placement)
     rotations, origins = checker_of(robot, None, False).bodies.frames(position[None])
-    joint = Pose(origins[0, frame.parentJoint], rotations[0, frame.parentJoint])
-    return Pose(frame.placement.translation, frame.placement.rotation).from_frame(joint)
+    joint = Pose(origins[0, number], rotations[0, number])
+    return Pose(placement.translation, placement.rotation).from_frame(joint)
 
 
 def _frame_id(robot: Robot, link: str | None) -> int:

@@ -7,6 +7,7 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from planner.kernels.clearance import Distances, Measured
 from planner.robots import Robot
@@ -66,7 +67,7 @@ class CollisionChecker:
         False
 
     Attributes:
-        base: The mounting of the robot; None: it stands at the origin of the world.
+        base: The mounting of the robot, the base of its `JointTree`; None: that is the world.
         bodies: The pieces that move with the joints.
         obstacles: The pieces that stand still.
         moving: The objects that move by themselves. No pair has a piece of theirs: see
@@ -87,7 +88,7 @@ class CollisionChecker:
             robot: The arm, with its tool and mounting.
             scene: The obstacles; None: none.
             self_collision: Whether the arm is checked against itself and its carried objects. None: with all shapes
-                except coarse ones, capsules along its kinematics.
+                except coarse ones, capsules along its kinematics. Objects on a positioner are checked anyway.
 
         Raises:
             InvalidProblem: The scene names a link that there is not, or uses a name twice.
@@ -96,10 +97,7 @@ class CollisionChecker:
         self.dof = robot.dof
         refuse_faults(robot, self.scene)
         shapes = robot.collision_shapes
-        links = [
-            Body(shape.link, shape.joint, shape.placement.rotation, shape.placement.translation, shape.shape)
-            for shape in shapes
-        ]
+        links = [Body.on(robot, shape.link, shape.joint, shape.placement, shape.shape) for shape in shapes]
         carried = [body for thing in self.scene.attached for body in _bodies_of(robot, thing)]
         self.bodies = Bodies(JointTree.of(robot), [*links, *carried])
         self.base = robot.mounting
@@ -110,12 +108,14 @@ class CollisionChecker:
         self.obstacles = Obstacles(static, robot.mounting)
         self._allowed = {frozenset(pair) for pair in self.scene.allowed_pairs}
         fine = {k for k, shape in enumerate(shapes) if self_collision or not shape.is_coarse}
-        pairs = [] if self_collision is False else list(self._own_pairs(robot, len(links), fine))
+        self._on_positioner = range(1, 1 + len(robot.positioner))
+        found = self._own_pairs(robot, len(links), fine)
+        pairs = [pair for pair in found if self_collision is not False or self._are_across(*pair)]
         self.first, self.second = np.array(pairs, dtype=int).reshape(-1, 2).T
         self._uncertainties = np.zeros(len(self.bodies.pieces))
         self._uncertainties[: len(shapes)] = [shape.uncertainty for shape in shapes]
         self.margins, self._may_be_near = self._margins()
-        self.own_margins = np.zeros(len(pairs))
+        self.own_margins = np.array([self._own_margin(*pair) for pair in pairs])
         self.displacements = np.zeros(len(self.bodies.pieces))
         if robot.following_errors is not None:
             self._widen_margins(robot)
@@ -222,7 +222,8 @@ class CollisionChecker:
     def _own_pairs(self, robot: Robot, links: int, fine: set[int]) -> Iterator[tuple[int, int]]:
         """Yield the pairs of bodies to check: the robot's own, then pairs with its carried objects.
 
-        What an object is attached to may touch it, and so may another object that is attached there.
+        What an object is attached to may touch it, and so may another object that is attached there. Objects on a
+        positioner are checked against coarse shapes, too.
 
         Args:
             robot: The arm.
@@ -239,7 +240,8 @@ class CollisionChecker:
         touched = {thing.id: {thing.link or robot.tip_frame, *thing.touch_links} for thing in self.scene.attached}
         for second in range(links, len(pieces)):
             held = pieces[second]
-            for first in sorted(fine) + list(range(links, second)):
+            own = range(links) if held.joint in self._on_positioner else sorted(fine)
+            for first in [*own, *range(links, second)]:
                 other = pieces[first]
                 apart = other.joint != held.joint and other.name not in touched[held.name]
                 if (
@@ -248,6 +250,19 @@ class CollisionChecker:
                     and not self._may_touch(other.name, held.name)
                 ):
                     yield first, second
+
+    def _are_across(self, first: int, second: int) -> bool:
+        """Tell whether one of two bodies moves with a positioner, and the other one does not."""
+        moved = (self.bodies.pieces[number].joint in self._on_positioner for number in (first, second))
+        return len(set(moved)) == 2
+
+    def _own_margin(self, first: int, second: int) -> float:
+        """Return the margin of two bodies that move, m: objects on a positioner are surroundings of the arm."""
+        if not self._are_across(first, second):
+            return 0.0
+        names = {self.bodies.pieces[number].name for number in (first, second)}
+        own = [thing.margin for thing in self.scene.attached if thing.id in names]
+        return max([margin for margin in own if margin is not None] or [self.scene.margin])
 
     def bodies_of_robot(self, given: Sequence[SceneObject]) -> Bodies:
         """Return the bodies of the robot, with the solids that it put down: objects that are not `given`."""
@@ -331,4 +346,5 @@ def _bodies_of(robot: Robot, thing: AttachedObject) -> Sequence[Body]:
     turn = np.eye(3) if thing.pose.rotation is None else thing.pose.rotation
     rotation = frame.placement.rotation @ turn
     translation = frame.placement.rotation @ thing.pose.position + frame.placement.translation
-    return [Body(thing.id, int(frame.parentJoint), rotation, translation, shape) for shape in thing.shapes]
+    placement = pin.SE3(rotation, translation)
+    return [Body.on(robot, thing.id, int(frame.parentJoint), placement, shape) for shape in thing.shapes]

@@ -139,7 +139,7 @@ def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
 
     Raises:
         MissingDynamics: The robot has no masses.
-        InvalidProblem: The cycle is longer than the trajectory.
+        InvalidProblem: The cycle is longer than the trajectory, or the robot has a positioner.
         ModuleNotFoundError: MuJoCo is not installed (extra `models`).
     """
     from planner.simulation.plant import Plant
@@ -147,6 +147,9 @@ def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
     trajectory, dynamics = plan.trajectory, plan.path.dynamics
     if not all(robot.mass > 0.0 for robot in dynamics.robots):
         raise MissingDynamics(f"{plan.problem.robot.id} has no link inertias: its motion cannot be simulated")
+    if any(robot.positioner for robot in dynamics.robots):
+        text = "must have no positioner: simulations know only arms whose base frame stands still"
+        raise InvalidProblem([(("robot",), text)])
     if servo.cycle > trajectory.duration:
         message = f"`cycle` must be shorter than the trajectory, {trajectory.duration:g} s; got {servo.cycle:g}"
         raise InvalidProblem([(("cycle",), message)])

@@ -97,28 +97,32 @@ struct PlacedRobot {
                 chord[j] = scene.joint[j].turns != 0.0 ? 2.0 * chord_of[k] * (1.0 + RELATIVE_ROUNDING) : reach[j];
         }
         frame[0] = BASE;
-        for (int64_t j = 0; j < scene.joints; j++) {
-            const Joint& joint = scene.joint[j];
-            const Frame& before = frame[(int64_t)joint.parent];
-            Frame& here = frame[j + 1];
-            here.origin = before.placed(joint.origin);
-            double turned[9];
-            for (int r = 0; r < 3; r++)
-                for (int k = 0; k < 3; k++)
-                    turned[3 * r + k] = before.r[3 * r] * joint.rotation[k] + before.r[3 * r + 1] * joint.rotation[3 + k] +
-                                        before.r[3 * r + 2] * joint.rotation[6 + k];
-            memcpy(here.r, turned, sizeof turned);
-            if (joint.turns != 0.0) {
-                const double sine = s[j / W][j % W], cosine = c[j / W][j % W];
-                for (int r = 0; r < 9; r += 3) {
-                    here.r[r] = cosine * turned[r] + sine * turned[r + 1];
-                    here.r[r + 1] = cosine * turned[r + 1] - sine * turned[r];
-                }
-            } else {
-                here.origin = here.origin + q[j] * here.column(2);
-            }
-        }
+        for (int64_t j = 0; j < scene.joints; j++)
+            if ((int64_t)scene.joint[j].parent <= j) put_joint(j, q, s, c);
+        for (int64_t j = scene.joints - 1; j >= 0; j--)  // axes of a positioner, whose numbers grow towards the base
+            if ((int64_t)scene.joint[j].parent > j) put_joint(j, q, s, c);
         memset(is_placed.data, 0, scene.bodies);
+    }
+    void put_joint(int64_t j, const double* q, const V* s, const V* c) {
+        const Joint& joint = scene.joint[j];
+        const Frame& before = frame[(int64_t)joint.parent];
+        Frame& here = frame[j + 1];
+        here.origin = before.placed(joint.origin);
+        double turned[9];
+        for (int r = 0; r < 3; r++)
+            for (int k = 0; k < 3; k++)
+                turned[3 * r + k] = before.r[3 * r] * joint.rotation[k] + before.r[3 * r + 1] * joint.rotation[3 + k] +
+                                    before.r[3 * r + 2] * joint.rotation[6 + k];
+        memcpy(here.r, turned, sizeof turned);
+        if (joint.turns != 0.0) {
+            const double sine = s[j / W][j % W], cosine = c[j / W][j % W];
+            for (int r = 0; r < 9; r += 3) {
+                here.r[r] = cosine * turned[r] + sine * turned[r + 1];
+                here.r[r + 1] = cosine * turned[r + 1] - sine * turned[r];
+            }
+        } else {
+            here.origin = here.origin + q[j] * here.column(2);
+        }
     }
 
     // Place a body's capsule, and bound how far each joint moves it: by the chord at its largest distance from the axis.

@@ -12,10 +12,11 @@ static inline V friction(const Link& link, V v) {
     return select(v > splat(REST_SPEED), size, select(v < splat(-REST_SPEED), none - size, none)) + splat(link.viscous) * v;
 }
 
-// Free fall in the base frame; and the force that the tool exerts at a point of a link, in the axes of that link, or in the
-// base's. No link has the number -1.
+// Free fall in the frame that stands still; and the force that the tool exerts at a point of a link, in the axes of that link, or
+// in the base's. No link has the number -1. Then the number of the joints of a positioner, which come first. The link behind them
+// stands still; without a positioner it is the base.
 struct Load {  // LOAD_NUMBERS of planner/kernels/serial_chain.py
-    double gravity[3], force[3], moment[3], point[3], link, in_base;
+    double gravity[3], force[3], moment[3], point[3], link, in_base, positioner;
 };
 
 // One joint and its link at four states.
@@ -64,6 +65,58 @@ static inline void place(Chain& chain, const V* q) {
     }
 }
 
+// The force on a body, and its moment about the origin of its frame, by its motion.
+template <bool MOVES, bool ACCELERATES, class B, class S>
+static inline void wrench(const Link& link, B& body, const Vector<S>& w, const Vector<S>& dw, const Vector<S>& acc) {
+    Vector<S> at = acc, moment{};
+    if (ACCELERATES || MOVES) { at = at + cross(dw, link.centre); moment = product(link.inertia, dw); }
+    if (MOVES) {
+        at = at + cross(w, cross(w, link.centre));
+        moment = moment + cross(w, product(link.inertia, w));
+    }
+    body.force = link.mass * at;
+    body.moment = moment - cross(body.force, link.centre);
+}
+template <bool MOVES, bool ACCELERATES, bool FALLS, class S>
+static inline void add_drive(const Link& link, const S* v, const S* a, int64_t i, S* tau) {
+    if (ACCELERATES && link.rotor != 0.0) tau[i] = tau[i] + scaled(link.rotor, a[i]);
+    if (MOVES && FALLS && (link.coulomb != 0.0 || link.viscous != 0.0)) tau[i] = tau[i] + friction(link, v[i]);
+}
+
+// Torques of a positioner, from the link that stands still to the workpiece, which is the base: against the order of the chain.
+// The row of a joint has the inertia of the link before it, in that link's frame.
+template <bool MOVES, bool ACCELERATES, bool FALLS, class B, class S = typename B::Number>
+static inline void torques_of_positioner(const Link* links, const Load& load, B* bodies, const S* v, const S* a, S* tau) {
+    const Vector<S> O{};
+    const int64_t joints = (int64_t)load.positioner;
+    Vector<S> w = O, dw = O, acc = O;
+    if (FALLS) acc = acc - constant<S>(load.gravity);
+    for (int64_t i = joints - 1; i >= 0; i--) {
+        B& body = bodies[i];
+        if (links[i].turns != 0.0) {
+            if (MOVES) { dw.x = dw.x - w.y * v[i]; dw.y = dw.y + w.x * v[i]; w.z = w.z - v[i]; }
+            if (ACCELERATES) dw.z = dw.z - a[i];
+        } else {
+            if (MOVES) { acc.x = acc.x - scaled(2.0, w.y) * v[i]; acc.y = acc.y + scaled(2.0, w.x) * v[i]; }
+            if (ACCELERATES) acc.z = acc.z - a[i];
+        }
+        acc = body.out(acc);
+        if (ACCELERATES || MOVES) { dw = body.out(dw); acc = acc - body.swing(dw); }
+        if (MOVES) { w = body.out(w); acc = acc - cross(w, body.swing(w)); }
+        wrench<MOVES, ACCELERATES>(links[i], body, w, dw, acc);
+    }
+    Vector<S> force = O, moment = O;
+    for (int64_t i = 0; i < joints; i++) {
+        B& body = bodies[i];
+        force = force + body.force;
+        moment = moment + body.moment;
+        moment = body.into(moment + body.swing(force));
+        force = body.into(force);
+        tau[i] = S{} - (links[i].turns != 0.0 ? moment.z : force.z);
+        add_drive<MOVES, ACCELERATES, FALLS>(links[i], v, a, i, tau);
+    }
+}
+
 // Torques of placed bodies. MOVES: with velocities; ACCELERATES: with accelerations; FALLS: with the load. All three: with
 // friction, too.
 template <bool MOVES, bool ACCELERATES, bool FALLS, class B, class S = typename B::Number>
@@ -72,7 +125,11 @@ static inline void torques(int64_t joints, const Link* links, const Load& load, 
     Vector<S> w = O, dw = O, acc = O;
     Vector<S> push = O, twist = O;
     if (FALLS) { acc = acc - constant<S>(load.gravity); push = constant<S>(load.force); twist = constant<S>(load.moment); }
-    for (int64_t i = 0; i < joints; i++) {
+    const int64_t first = (int64_t)load.positioner;
+    if (first) torques_of_positioner<MOVES, ACCELERATES, FALLS>(links, load, bodies, v, a, tau);
+    if (FALLS && load.in_base != 0.0)
+        for (int64_t i = 0; i < first; i++) { push = bodies[i].into(push); twist = bodies[i].into(twist); }
+    for (int64_t i = first; i < joints; i++) {
         const Link& link = links[i];
         B& body = bodies[i];
         if (ACCELERATES || MOVES) acc = acc + body.swing(dw);
@@ -87,14 +144,7 @@ static inline void torques(int64_t joints, const Link* links, const Load& load, 
             if (MOVES) { acc.x = acc.x + scaled(2.0, w.y) * v[i]; acc.y = acc.y - scaled(2.0, w.x) * v[i]; }
             if (ACCELERATES) acc.z = acc.z + a[i];
         }
-        Vector<S> at = acc, moment = O;
-        if (ACCELERATES || MOVES) { at = at + cross(dw, link.centre); moment = product(link.inertia, dw); }
-        if (MOVES) {
-            at = at + cross(w, cross(w, link.centre));
-            moment = moment + cross(w, product(link.inertia, w));
-        }
-        body.force = link.mass * at;
-        body.moment = moment - cross(body.force, link.centre);
+        wrench<MOVES, ACCELERATES>(link, body, w, dw, acc);
         if (FALLS && (double)i <= load.link) {
             if (load.in_base != 0.0) { push = body.into(push); twist = body.into(twist); }
             if ((double)i == load.link) {
@@ -104,15 +154,22 @@ static inline void torques(int64_t joints, const Link* links, const Load& load, 
         }
     }
     Vector<S> force = O, moment = O;
-    for (int64_t i = joints - 1; i >= 0; i--) {
+    for (int64_t i = joints - 1; i >= first; i--) {
         B& body = bodies[i];
         force = force + body.force;
         moment = moment + body.moment;
         tau[i] = links[i].turns != 0.0 ? moment.z : force.z;
-        if (ACCELERATES && links[i].rotor != 0.0) tau[i] = tau[i] + scaled(links[i].rotor, a[i]);
-        if (MOVES && FALLS && (links[i].coulomb != 0.0 || links[i].viscous != 0.0)) tau[i] = tau[i] + friction(links[i], v[i]);
+        add_drive<MOVES, ACCELERATES, FALLS>(links[i], v, a, i, tau);
         force = body.out(force);
         moment = body.out(moment) - body.swing(force);
+    }
+    if (!FALLS || !first || load.link < 0.0) return;
+    force = push;  // between tool and workpiece: it goes on through the positioner
+    moment = twist - cross(push, load.point);
+    for (int64_t i = (int64_t)load.link; i >= 0; i--) {
+        if (i < first) tau[i] = tau[i] + (links[i].turns != 0.0 ? moment.z : force.z);
+        force = bodies[i].out(force);
+        moment = bodies[i].out(moment) - bodies[i].swing(force);
     }
 }
 

@@ -11,7 +11,6 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from planner.kinematics.forward import tool_poses_on
 from planner.plots.quantities import MILLIMETRES, Planned, drawn_times, samples_for, stops_of
 from planner.plots.space.space import BEHIND, LINE_LAYER, Space
 from planner.plots.space.surroundings import (
@@ -27,7 +26,7 @@ from planner.plots.space.surroundings import (
     shown_points,
     surroundings,
 )
-from planner.plots.view import distinct_points, joined_names, stick_model
+from planner.plots.view import distinct_points, drawn_tool_poses, joined_names, stick_model
 from planner.robots import Robot
 from planner.scene import Scene
 from planner.spatial import FloatArray
@@ -179,7 +178,7 @@ def draw_points(figure: Figure, cell: SubplotSpec, points: FloatArray, view: str
 def _tool_path(space: Space, plan: Planned) -> tuple[FloatArray, FloatArray]:
     """Draw the path of the tool, coloured by its speed, and the waypoints; return its points and orientations."""
     samples = samples_for(plan, ("tcp_velocity",), drawn_times(plan))
-    points, rotations = tool_poses_on(plan.path.dynamics, samples.segment, samples.position)
+    points, rotations = drawn_tool_poses(plan.path.dynamics, samples.segment, samples.position)
     linear = np.asarray(samples.tcp_velocity)[0]
     space.coloured(points, np.linalg.norm(linear, axis=1) * MILLIMETRES, "tool speed (mm/s)", "path")
     stops = stops_of(plan)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from planner.robots.build import model_with_follower, model_with_locked
 from planner.robots.derived.external_axes import ExternalAxis, external_chain, model_on_axes, placement_of
+from planner.robots.derived.standing import keep_standing
 from planner.robots.description import RobotDescription
 from planner.robots.findings import Findings, note_held_mimic, shown
 from planner.spatial import FloatArray, Pose
@@ -59,12 +60,15 @@ def with_locked(robot: AnyRobot, locked: Mapping[str, float], findings: Findings
         return robot
     left = [k for k, name in enumerate(names) if name not in locked]
     positions = {name: tuple(position[k] for k in left) for name, position in robot.named_positions.items()}
+    model = model_with_locked(robot.model, locked)
+    changed: dict[str, Any] = keep_standing(robot, model, locked)
     return replace(
         robot,
-        model=model_with_locked(robot.model, locked),
+        model=model,
         joints=tuple(robot.joints[k] for k in left),
         named_positions=positions,
         external_axes=tuple(name for name in robot.external_axes if name not in locked),
+        **changed,
     )
 
 

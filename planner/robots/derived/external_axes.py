@@ -1,4 +1,4 @@
-"""External axes in front of an arm: rails, gantries and turntables that carry its base, and move with it as a group."""
+"""External axes: rails, gantries and turntables that carry an arm's base, or positioners that carry the workpiece."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ LEAST_AXIS = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ExternalAxis:
-    """A linear or rotary axis that carries the base of an arm, or the next axis; None: an unknown limit.
+    """A linear or rotary axis that carries the base of an arm, a workpiece, or the next axis; None: an unknown limit.
 
     Attributes:
         name: The joint's name.
@@ -57,7 +57,7 @@ class ExternalAxis:
         acceleration: Acceleration limit, rad/s^2 or m/s^2.
         jerk: Jerk limit, rad/s^3 or m/s^3.
         torque: Torque or force limit, N m or N.
-        mass: Mass moved by the axis, without the arm and the axes behind it, kg; None: no mass.
+        mass: Mass moved by the axis, without the arm and the axes behind it, but with the workpiece, kg; None: no mass.
         center_of_mass: (3,), of that, in the frame of the axis, m.
         inertia: Inertia of that about its center of mass, in the directions of that frame, kg m^2: ixx, ixy, ixz, iyy,
             iyz, izz.
@@ -124,20 +124,32 @@ def model_on_axes(model: pin.Model, chain: Sequence[MovingJoint], arm_origin: pi
     """
     base_link = Link(chain[0].joint.name + BASE_SUFFIX, pin.SE3.Identity())
     carried = build_model(model.name, [base_link], chain)
-    carrier = len(chain)
-    base = chain[-1].links[0].placement * arm_origin
+    append_arm(carried, model, chain[-1].links[0].placement * arm_origin)
+    return carried
+
+
+def append_arm(carried: pin.Model, model: pin.Model, base: pin.SE3, moves_base: bool = True) -> None:
+    """Add the joints, bodies and frames of an arm to the last joint of a chain.
+
+    Args:
+        carried: The chain, which is changed.
+        model: The arm.
+        base: Placement of the arm's base in the frame of that joint.
+        moves_base: Whether the bodies at the arm's base move with that joint; otherwise they stand still.
+    """
+    carrier = carried.njoints - 1
     for number in range(1, model.njoints):
         parent, placement = model.parents[number] + carrier, model.jointPlacements[number]
         placement = base * placement if model.parents[number] == 0 else placement
         carried.addJoint(parent, model.joints[number], placement, model.names[number])
     for number, inertia in enumerate(model.inertias.tolist()):
-        carried.appendBodyToJoint(number + carrier, inertia, pin.SE3.Identity() if number else base)
+        if number or moves_base:
+            carried.appendBodyToJoint(number + carrier, inertia, pin.SE3.Identity() if number else base)
     for frame in model.frames.tolist()[1:]:
         placement = frame.placement if frame.parentJoint else base * frame.placement
         carried.addFrame(
             pin.Frame(frame.name, frame.parentJoint + carrier, 0, placement, frame.type, frame.inertia), False
         )
-    return carried
 
 
 def placement_of(name: str, pose: Pose | None, findings: Findings) -> pin.SE3:

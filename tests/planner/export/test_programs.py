@@ -297,6 +297,19 @@ def test_external_axes_come_behind_the_arm_in_degrees_and_millimetres(name: str)
         assert len(re.findall(r"(?:E1|eax_a) ?- ?\(500\.0+\)", program)) == 1
 
 
+def test_axes_of_a_positioner_come_behind_the_others_from_its_foot_on() -> None:
+    tilt = ExternalAxis("tilt", "revolute", (0, 1, 0), lower=-1.0, upper=1.0)
+    robot = ROBOT.derived(external_axes=[RAIL], positioner=[tilt, TABLE])
+    ends = [[0.1, 0.2, 0.5, *START], [-0.5, 0.7, 1.25, *(START + 0.2)]]
+    assert robot.joint_names[:3] == ("table", "tilt", "rail")
+    program = render(plan(PlanningProblem(robot, ends), Cubic()), "krl", ExportOptions(PERIOD)).decode()
+    last = re.findall(r"E1 ([-\d.]+), E2 ([-\d.]+), E3 ([-\d.]+)", program)[-1]
+    np.testing.assert_allclose(np.array(last, dtype=float), [1250.0, np.degrees(0.7), np.degrees(-0.5)], atol=1e-5)
+    for name in ("krl_kss8", "rapid_moves", "urscript"):
+        with pytest.raises(UnsupportedFormat, match="6 joints that turn"):
+            render(plan(PlanningProblem(robot, ends), Cubic()), name, ExportOptions(PERIOD))
+
+
 def test_programs_without_external_axes_refuse_them() -> None:
     robot = ROBOT.derived(external_axes=[RAIL])
     solved = plan(PlanningProblem(robot, [JointWaypoint([0.5, *START]), JointWaypoint([0.6, *START])]), Cubic())

@@ -82,7 +82,7 @@ def test_any_number_of_joints() -> None:
     """A chain of 200 equal links hangs at rest: each joint carries the moments of all links behind it."""
     link = np.zeros(LINK_NUMBERS)
     link[[0, 4, 8]], link[9], link[12], link[13], link[25] = 1.0, 0.1, 2.0, 0.05, 1.0
-    chain = SerialChain(np.tile(link, (200, 1)), np.array([0.0, -9.81, 0.0, *NO_FORCE]))
+    chain = SerialChain(np.tile(link, (200, 1)), np.array([0.0, -9.81, 0.0, *NO_FORCE, 0.0]))
     torques = inverse_dynamics(chain, *np.zeros((3, 1, 200)))[0]
     behind = np.arange(200, 0, -1)
     levers = np.array([0.05 * n + 0.1 * n * (n - 1) / 2 for n in behind])

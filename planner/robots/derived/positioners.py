@@ -1,0 +1,115 @@
+"""Positioners: external axes that carry the workpiece, while the base of the arm stands still.
+
+Seen from the workpiece, the axes in reverse and the arm are one serial chain. So the workpiece's frame is the base
+frame of all poses, and speeds of the tool are relative to it. A joint of the model turns about the z axis of its frame,
+or slides along it. With a half turn F about x, the inverse of an axis's motion is F Rz(q) F: positions keep the sign of
+the axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pinocchio as pin
+
+from planner.robots.build import Link, MovingJoint, build_model
+from planner.robots.derived.changes import FREE_FALL, AnyRobot
+from planner.robots.derived.external_axes import ExternalAxis, append_arm, external_chain, placement_of
+from planner.robots.derived.standing import FLIP, FOOT, foot_at_zero
+from planner.robots.description import Joint, RobotDescription
+from planner.robots.findings import Findings, shown
+from planner.spatial import FloatArray, Pose
+
+WORKPIECE = "workpiece"
+"""Name of the link that a positioner carries: the base frame of a robot with a positioner."""
+
+
+def with_positioner(
+    robot: AnyRobot, axes: Sequence[ExternalAxis], workpiece: Pose | None, findings: Findings
+) -> AnyRobot:
+    """Return the robot with a positioner beside it, whose workpiece is its base frame.
+
+    Args:
+        robot: The arm, perhaps on external axes.
+        axes: From the arm's base frame to the workpiece; none: the robot stays as it is.
+        workpiece: Pose of the workpiece's frame in the link of the last axis; None: the same.
+        findings: The findings, which are added to.
+
+    Raises:
+        InvalidRobotModel: An axis cannot be used, or the robot cannot have a positioner.
+    """
+    if not axes:
+        if workpiece is not None:
+            text = "the workpiece has a pose in the link of a positioner's axis, but there is no `positioner`"
+            findings.error("no_positioner", None, text)
+        return robot
+    if robot.positioner:
+        findings.error("second_positioner", None, f"{shown(robot.id)} has a positioner already, of {robot.positioner}")
+    at = placement_of(WORKPIECE, workpiece, findings)
+    taken = {frame.name for frame in robot.model.frames.tolist()[1:]} | {axis.name for axis in axes}
+    for name in sorted(taken & {WORKPIECE, FOOT}):
+        findings.error(
+            "duplicate_name", shown(name), f"no link or axis can be called {shown(name)}: a positioner has it"
+        )
+    joints, chain = external_chain(axes, robot.model, findings)
+    findings.raise_errors()
+    there = tuple(min(max(0.0, joint.lower), joint.upper) for joint in reversed(joints))
+    beside = replace(
+        robot,
+        model=_model_beside(robot.model, chain, at),
+        joints=(*reversed(joints), *robot.joints),
+        external_axes=(*(joint.name for joint in reversed(joints)), *robot.external_axes),
+        positioner=tuple(joint.name for joint in reversed(joints)),
+        named_positions={name: (*there, *position) for name, position in robot.named_positions.items()},
+    )
+    beside.model.gravity.linear = foot_at_zero(beside).rotation @ robot.model.gravity.linear
+    return beside
+
+
+def _model_beside(model: pin.Model, chain: Sequence[MovingJoint], workpiece: pin.SE3) -> pin.Model:
+    """Return the model of an arm and a positioner, from the workpiece on.
+
+    Args:
+        model: The arm.
+        chain: The axes of the positioner, from the arm's base to the workpiece.
+        workpiece: Placement of the workpiece in the link of the last axis.
+    """
+    last = chain[-1].links[0]
+    before = (last.placement * workpiece).inverse()  # of the joint's frame, seen from the link behind it
+    links, reversed_chain = [Link(WORKPIECE, pin.SE3.Identity()), replace(last, placement=before * last.placement)], []
+    carried = links
+    for moving, own in zip(reversed(chain), [*reversed(chain[:-1]), None], strict=True):
+        placement = before * FLIP if moving is chain[-1] else FLIP * before * FLIP
+        before = moving.placement.inverse()
+        carried = [Link(FOOT, FLIP * before) if own is None else _moved(own.links[0], FLIP * before)]
+        reversed_chain.append(MovingJoint(moving.joint, placement, carried))
+    whole = build_model(model.name, links, reversed_chain)
+    append_arm(whole, model, carried[0].placement, moves_base=False)
+    return whole
+
+
+def _moved(link: Link, placement: pin.SE3) -> Link:
+    return replace(link, placement=placement * link.placement)
+
+
+def refuse_positioner(robot: RobotDescription, axes: Sequence[ExternalAxis], findings: Findings) -> None:
+    """Refuse external axes in front of a robot that has a positioner: they would carry the workpiece."""
+    if robot.positioner and axes:
+        text = f"{shown(robot.id)} has a positioner: derive it from the arm on its `external_axes`"
+        findings.error("axes_with_positioner", None, text)
+        findings.raise_errors()
+
+
+def refuse_following_errors(robot: RobotDescription, joints: Sequence[Joint], findings: Findings) -> None:
+    """Refuse following errors beside a positioner, whose torques would miss them."""
+    if robot.positioner and (loose := [joint.name for joint in joints if joint.following_error]):
+        text = f"{shown(loose[0])} has a following error, which is not supported beside a positioner; set it to 0"
+        findings.error("following_error_with_positioner", shown(loose[0]), text)
+
+
+def mounted_model(robot: RobotDescription, mounting: FloatArray) -> pin.Model:
+    """Return the model whose frame that stands still has a rotation (3, 3) in the world: gravity follows."""
+    model = robot.model.copy()
+    model.gravity.linear = foot_at_zero(robot).rotation @ (mounting.T @ FREE_FALL)
+    return model

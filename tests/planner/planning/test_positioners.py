@@ -1,0 +1,139 @@
+"""Seams on a workpiece that a positioner moves, checked against arm and positioner as two models in the world."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import planner
+from planner.dynamics import SegmentDynamics
+from planner.errors import Collision, InvalidProblem
+from planner.plots.view import drawn_tool_poses, stick_model
+from planner.robots import ExternalAxis, load_robot
+from planner.spatial import FloatArray, Pose, rotation_from_rpy
+from tests.planner.robots.two_branches import TwoBranches
+
+TORCH = Pose.from_rpy([0.1, 0.0, 0.3], [0.0, 0.6, 0.0])
+TILT = ExternalAxis(
+    "tilt", "revolute", (0, 1, 0), Pose([1.1, 0.0, 0.4], np.eye(3)), -1.6, 1.6, 1.0, 2.0, torque=2000.0,
+    mass=120.0, center_of_mass=(0.0, 0.1, 0.05), inertia=(5.0, 0.0, 0.0, 5.0, 0.0, 5.0),
+)  # fmt: skip
+TURN = ExternalAxis(
+    "turn", "revolute", (0, 0, 1), Pose([0.0, 0.0, 0.15], np.eye(3)), -20.0, 20.0, 2.0, 4.0, torque=500.0,
+    mass=60.0, center_of_mass=(0.05, 0.0, 0.1), inertia=(2.0, 0.0, 0.0, 2.0, 0.0, 3.0),
+)  # fmt: skip
+CELL = TwoBranches(
+    load_robot("kuka_kr16_2").derived(tool=TORCH), [TILT, TURN], Pose([0.0, 0.0, 0.1], rotation_from_rpy(0.3, 0.0, 0.0))
+)
+"""An arm with a torch beside a two-axis positioner, whose workpiece is a plate that is tilted on the table."""
+
+RADIUS, HEIGHT, SPEED = 0.2, 0.05, 0.02
+HOME = planner.JointWaypoint([0.0, 0.0, 0.0, -1.5, 1.5, 0.0, 0.5, 0.0])
+
+
+def on_seam(angle: float) -> Pose:
+    """Return the pose of the torch on the circular seam, in the workpiece's frame."""
+    position = [RADIUS * np.cos(angle), RADIUS * np.sin(angle), HEIGHT]
+    return Pose(position, rotation_from_rpy(np.pi, 0.0, np.pi))
+
+
+def seam_plan(backend: object, scene: planner.Scene | None = None, end: float = 1.999 * np.pi) -> planner.Plan:
+    """Plan the seam while the table turns against it."""
+    waypoints = [
+        HOME,
+        planner.PoseWaypoint(on_seam(0.0), external={"turn": 0.0, "tilt": 0.4}),
+        planner.PoseWaypoint(
+            on_seam(end),
+            motion=planner.CircularMotion(via=on_seam(end / 2.0)),
+            limits=planner.Limits(tcp_linear_velocity=SPEED),
+            external={"turn": -end, "tilt": 0.4},
+        ),
+    ]
+    return planner.plan(planner.PlanningProblem(CELL.robot, waypoints, scene=scene), backend)  # type: ignore[arg-type]
+
+
+def off_seam(placement: pin.SE3) -> tuple[float, float]:
+    """Return the distance of the torch from the circle, m, and its angle from the torch's orientation there, rad."""
+    x, y, z = placement.translation
+    distance = float(np.hypot(np.hypot(x, y) - RADIUS, z - HEIGHT))
+    return distance, float(np.linalg.norm(pin.log3(np.asarray(on_seam(0.0).rotation).T @ placement.rotation)))
+
+
+def speeds_between(placements: list[pin.SE3], step: float) -> FloatArray:
+    points = np.array([placement.translation for placement in placements])
+    return np.linalg.norm(np.diff(points, axis=0), axis=1) / step
+
+
+@pytest.mark.parametrize("backend", [planner.Toppra(), planner.Ruckig()])
+def test_a_seam_is_welded_at_constant_speed_relative_to_the_workpiece(backend: planner.BackEnd) -> None:
+    made = seam_plan(backend)
+    start, end = made.trajectory.arrivals[1], made.trajectory.duration
+    q, v, a = made.trajectory.evaluate(np.linspace(start, end, 1500), [0, 1, 2])
+    away = np.array([off_seam(CELL.tool_in_workpiece(row)) for row in q])
+    assert away[:, 0].max() <= 1e-4
+    assert away[:, 1].max() <= 1e-3
+    between = np.linspace(start + 1.0, end - 1.0, 1500)
+    placements = [CELL.tool_in_workpiece(row) for row in made.trajectory.evaluate(between, [0])[0]]
+    speeds = speeds_between(placements, float(between[1] - between[0]))
+    assert speeds.max() <= SPEED * (1.0 + 1e-6)
+    assert speeds.min() >= 0.995 * SPEED
+    assert np.ptp(q[:, 0]) > 6.0  # the table turns under the torch
+    torques = np.array([CELL.torques(*state) for state in zip(q, v, a, strict=True)])
+    assert (np.abs(torques) <= CELL.robot.limit("torque")).all()
+    deviations = {check.quantity: check for check in made.certificate.checks if "deviation" in check.quantity}
+    assert deviations["path_position_deviation"].peak >= away[:, 0].max() - 1e-9
+    (check,) = (check for check in made.certificate.checks if check.quantity == "torque")
+    whole = made.trajectory.evaluate(np.linspace(0.0, made.trajectory.duration, 3000), [0, 1, 2])
+    shares = np.abs([CELL.torques(*state) for state in zip(*whole, strict=True)]) / CELL.robot.limit("torque")
+    assert check.ratio == pytest.approx(shares.max(), rel=5e-3)
+    assert check.ratio >= shares.max() - 1e-9
+
+
+def test_the_torque_of_the_positioner_limits_the_motion() -> None:
+    """The table with its overhanging plate takes longer with a weak drive, which is used up to its limit."""
+    weak = TwoBranches(
+        CELL.arm, [TILT, ExternalAxis(**{**vars(TURN), "torque": 10.0})], CELL.workpiece
+    ).robot  # fmt: skip
+    goal = planner.JointWaypoint([3.0, 0.3, *HOME.position[2:]])
+    strong, slow = (
+        planner.plan(planner.PlanningProblem(robot, [HOME, goal]), planner.Toppra()) for robot in (CELL.robot, weak)
+    )
+    assert slow.trajectory.duration > 1.03 * strong.trajectory.duration
+    q, v, a = slow.trajectory.evaluate(np.linspace(0.0, slow.trajectory.duration, 2000), [0, 1, 2])
+    torques = np.abs([CELL.torques(*state)[0] for state in zip(q, v, a, strict=True)])
+    assert 0.98 * 10.0 <= torques.max() <= 10.0 * (1.0 + 1e-6)
+
+
+def test_a_plate_on_the_positioner_that_would_hit_a_post_is_refused() -> None:
+    plate = planner.AttachedObject("plate", [planner.Box([0.9, 0.3, 0.02])], link="workpiece")
+    scenes = [
+        planner.Scene([planner.SceneObject("post", [planner.Box([0.05, 0.05, 2.0])], Pose([1.1, y, 0.0]))], [plate])
+        for y in (0.35, 0.7)
+    ]
+    with pytest.raises(Collision, match="plate") as refused:
+        seam_plan(planner.Toppra(), scenes[0], 0.5 * np.pi)
+    assert "post" in str(refused.value)
+    clear = seam_plan(planner.Toppra(), scenes[1], 0.5 * np.pi).certificate.clearance
+    assert clear is not None
+    assert clear.scene is not None
+    assert clear.scene.lower > 0.0
+
+
+def test_what_knows_only_a_base_that_stands_still_refuses_a_positioner() -> None:
+    made = planner.plan(planner.PlanningProblem(CELL.robot, [HOME, [0.5, *HOME.position[1:]]]), planner.Trapezoidal())
+    for refused in (planner.write_proof, planner.simulate):
+        with pytest.raises(InvalidProblem, match="positioner"):
+            refused(made)
+
+
+def test_pictures_stand_in_the_world() -> None:
+    """The stick model and the tool are where arm and positioner have them in the frame in which both stand."""
+    q = np.array([[1.0, 0.5, 0.2, -1.3, 1.4, 0.3, 0.5, 0.1], [-2.0, -0.4, 0.1, -1.5, 1.2, 0.2, -0.6, 0.4]])
+    points, rotations = drawn_tool_poses(SegmentDynamics.unchanged(CELL.robot), np.zeros(2, dtype=int), q)
+    for row, point, rotation in zip(q, points, rotations, strict=True):
+        tool, sticks = CELL.tool(row), stick_model(CELL.robot, row)
+        np.testing.assert_allclose(point, tool.translation, atol=1e-12)
+        np.testing.assert_allclose(rotation, tool.rotation, atol=1e-12)
+        np.testing.assert_allclose(sticks[-1], tool.translation, atol=1e-12)
+        np.testing.assert_allclose(sticks[0], CELL.links(row)[-1].act(CELL.workpiece.position), atol=1e-12)
