@@ -10,6 +10,7 @@ from planner.backends import Ruckig as Ruckig
 from planner.backends import Toppra as Toppra
 from planner.backends import Trapezoidal as Trapezoidal
 from planner.backends import as_backend as as_backend
+from planner.cells import CellMeeting as CellMeeting
 from planner.cells import CellPlan as CellPlan
 from planner.cells import CellRobot as CellRobot
 from planner.cells import ClearanceBetween as ClearanceBetween

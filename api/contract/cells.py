@@ -22,6 +22,8 @@ from api.contract.requests import RobotProblem, WaypointList, default_backend
 MOST_ROBOTS = 4
 """The most robots of a cell."""
 
+MOST_MEETINGS = 100
+"""The most meetings of a cell."""
 
 MemberName = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
 
@@ -49,12 +51,22 @@ class CellRequest(Schema):
     as many as a plan may have."""
     scene: SceneOrId | None = None
     """The objects around all robots, each in a frame of `frames` or in the world. At most one robot takes an object
-    (`attach`). `attached` and `allowed_pairs` are empty: each robot has its own. Omitted: no objects."""
+    (`attach`), unless robots hand it over at one of the `meetings`. `attached` and `allowed_pairs` are empty: each
+    robot has its own. Omitted: no objects."""
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints and objects. Waypoints
     may also name `base` and `world`."""
     margin: Margin = 0.0
     """The least distance between robots, m."""
+    allowed_pairs: AllowedPairs = Field(default_factory=list)
+    """Pairs of bodies of two robots that may touch, such as a gripper and an object that it takes from another one, by
+    the names `robot/link` or `robot/object`; shape (pairs, 2), without unit."""
+    meetings: Annotated[list[Annotated[str, Field(max_length=200)]], Field(max_length=MOST_MEETINGS)] = Field(
+        default_factory=list
+    )
+    """Names of waypoints at which robots meet, in the order of time. All robots with a waypoint of that name wait for
+    each other there: none goes on before all have arrived and rested for the longest of their dwells there. An object
+    that one of them puts down there (`detach`) and another one takes (`attach`) moves on with the other one."""
     skew: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
     """The largest time by which the controller of one robot may start before or after that of another, s."""
     deadline: Deadline = DEFAULT_DEADLINE
@@ -83,6 +95,17 @@ class CellClearance(Answer):
     `robot/link`. Its time is on the clock of the first robot. `upper` is measured without a skew."""
 
 
+class CellMeeting(Answer):
+    """A meeting of robots."""
+
+    name: str
+    """The name of the waypoints at which they meet."""
+    waypoints: dict[str, int]
+    """The index of that waypoint in the list of each robot that takes part, by the name of the robot."""
+    time: float
+    """When all of them have arrived and rested there, s. No one goes on before."""
+
+
 class CellAnswer(Answer):
     """The trajectories of several robots on one clock."""
 
@@ -92,3 +115,5 @@ class CellAnswer(Answer):
     """The robots in the order of the request. All trajectories start at time 0."""
     clearances: list[CellClearance]
     """One entry for each pair of robots."""
+    meetings: list[CellMeeting]
+    """The meetings in the order of the request."""

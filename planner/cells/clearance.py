@@ -8,13 +8,13 @@ margin in spite of the largest displacements of both. Otherwise it is halved.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from planner.cells.movers import Mover
+from planner.cells.movers import Mover, Rules
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, Clearance
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, StartInCollision
 from planner.kernels.clearance import FREE_BLOCK
@@ -70,6 +70,7 @@ def clearance_between(
     *,
     margin: float = 0.0,
     skew: float = 0.0,
+    allowed_pairs: Sequence[tuple[str, str]] = (),
     tolerance: float | None = CLEARANCE_TOLERANCE,
     blocks: int = MOST_BLOCKS,
 ) -> ClearanceBetween:
@@ -80,6 +81,7 @@ def clearance_between(
         second: Another one.
         margin: The least distance, m.
         skew: The largest time by which one of them may start before or after the other, s.
+        allowed_pairs: Pairs that may touch, by the names `mover/link` or `mover/object`.
         tolerance: The accuracy of the least distance without a skew, m; None: only the margin is proved, which is
             faster.
         blocks: The largest number of blocks of times and skews that are decided.
@@ -106,39 +108,58 @@ def clearance_between(
     ]
     if faults:
         raise InvalidProblem(faults)
+    rules = Rules.of(margin, skew, allowed_pairs)
+    return proved_between(first, second, rules, tolerance=tolerance, blocks=blocks)
+
+
+def proved_between(
+    first: Mover,
+    second: Mover,
+    rules: Rules,
+    *,
+    tolerance: float | None = CLEARANCE_TOLERANCE,
+    blocks: int = MOST_BLOCKS,
+) -> ClearanceBetween:
+    """Prove that two movers keep rules; see `clearance_between`.
+
+    Raises:
+        Collision, ClearanceUnproved: See `clearance_between`.
+    """
     names, lower = (first.name, second.name), np.inf
     nearest: tuple[float, float, tuple[str, str]] | None = None
-    for part in _parts(first, second, margin, 0.0):
+    for part in _parts(first, second, rules, 0.0):
         found = part.clearances(part.begin, part.end, 0.0, tolerance)
         if found.hit is not None:
-            raise _refusal(first, second, part, found.hit, part.begin, 0.0, margin)
+            raise _refusal(first, second, part, found.hit, part.begin, 0.0, rules)
         if found.undecided is not None:
             raise _unproved(names, part, found.undecided.pair, part.begin + found.undecided.time)
-        lower = min(lower, float(found.lower[ITSELF]) - float((_margins(part.phases, margin) - margin).max()))
+        displaced = sum(float(phase.displacements.max(initial=0.0)) for phase in part.phases)
+        lower = min(lower, float(found.lower[ITSELF]) - displaced)
         near = found.nearest[ITSELF]
         if near is not None and (nearest is None or near.distance < nearest[0]):
             nearest = near.distance, part.begin + near.time, _names(names, part.checker, near.pair)
-    for part in _parts(first, second, margin, skew) if skew else ():
-        _refuse_skewed(first, second, part, margin, skew, blocks)
-    lower = min(max(lower, margin - CONTACT_TOLERANCE), margin if skew else np.inf)
+    for part in _parts(first, second, rules, rules.skew) if rules.skew else ():
+        _refuse_skewed(first, second, part, rules, blocks)
+    lower = min(max(lower, rules.margin - CONTACT_TOLERANCE), rules.margin if rules.skew or nearest is None else np.inf)
     uncertainty = max(a.uncertainty + b.uncertainty for a in first.phases for b in second.phases)
     clearance = Clearance(lower, None, None, None, "certified", "estimate" if uncertainty else "model", uncertainty)
     if nearest is not None:
         clearance = replace(clearance, upper=nearest[0], time=nearest[1], pair=nearest[2])
-    return ClearanceBetween(names, clearance, skew)
+    return ClearanceBetween(names, clearance, rules.skew)
 
 
-def _refuse_skewed(first: Mover, second: Mover, part: Part, margin: float, skew: float, most: int) -> None:
+def _refuse_skewed(first: Mover, second: Mover, part: Part, rules: Rules, most: int) -> None:
     """Prove the margins of a part for all skews.
 
     Raises:
         Collision: A pair is below its margin for a skew.
         ClearanceUnproved: Too many blocks are neither free nor blocked.
     """
+    skew = rules.skew
     for shift in (-skew, skew):  # where most that touch do so
         hit = part.clearances(part.begin, part.end, shift, None).hit
         if hit is not None:
-            raise _refusal(first, second, part, hit, part.begin, shift, margin)
+            raise _refusal(first, second, part, hit, part.begin, shift, rules)
     waiting, count = np.array([[part.begin, part.end, -skew, skew]]), 0
     while len(waiting):
         now, waiting = waiting[-BLOCKS_AT_ONCE:], waiting[:-BLOCKS_AT_ONCE]
@@ -153,7 +174,7 @@ def _refuse_skewed(first: Mover, second: Mover, part: Part, margin: float, skew:
             t0, t1, e0, e1 = undecided[0].tolist()
             found = part.clearances(t0, t1, (e0 + e1) / 2.0, np.inf)
             if found.hit is not None:
-                raise _refusal(first, second, part, found.hit, t0, (e0 + e1) / 2.0, margin)
+                raise _refusal(first, second, part, found.hit, t0, (e0 + e1) / 2.0, rules)
             near = found.nearest[ITSELF]
             raise _unproved((first.name, second.name), part, 0 if near is None else near.pair, t0)
         waiting = np.concatenate([waiting, _halved(undecided)])
@@ -169,7 +190,7 @@ def _halved(blocks: FloatArray) -> FloatArray:
     return np.concatenate([low, high])
 
 
-def _parts(first: Mover, second: Mover, margin: float, skew: float) -> Iterator[Part]:
+def _parts(first: Mover, second: Mover, rules: Rules, skew: float) -> Iterator[Part]:
     """Yield the pairs of phases that meet in time."""
     start = min(0.0, first.phases[0].start, second.phases[0].start) - skew
     stop = max(first.duration, second.duration) + skew
@@ -177,13 +198,8 @@ def _parts(first: Mover, second: Mover, margin: float, skew: float) -> Iterator[
         for b in second.phases:
             begin, end = max(a.begin, b.begin - skew, start), min(a.end, b.end + skew, stop)
             if begin < end:
-                yield Part((a, b), CheckerBetween(a.bodies, b.bodies, _margins((a, b), margin)), begin, end)
-
-
-def _margins(phases: tuple[Phase, Phase], margin: float) -> FloatArray:
-    """Return the margins (first, second) of pairs of bodies with the displacements by following errors, m."""
-    first, second = phases
-    return margin + first.displacements[:, None] + second.displacements
+                margins = rules.margins((first, second), (a, b))
+                yield Part((a, b), CheckerBetween(a.bodies, b.bodies, margins), begin, end)
 
 
 def _names(movers: tuple[str, str], checker: CheckerBetween, pair: int) -> tuple[str, str]:
@@ -192,10 +208,10 @@ def _names(movers: tuple[str, str], checker: CheckerBetween, pair: int) -> tuple
 
 
 def _refusal(
-    first: Mover, second: Mover, part: Part, hit: Nearest, begin: float, skew: float, margin: float
+    first: Mover, second: Mover, part: Part, hit: Nearest, begin: float, skew: float, rules: Rules
 ) -> Collision:
     """Build the refusal of two movers with a pair below its margin, or nearer than it before both start."""
-    earliest = next(_parts(first, second, margin, 0.0))
+    earliest = next(_parts(first, second, rules, 0.0))
     at_start = earliest.clearances(earliest.begin - 1.0, earliest.begin, 0.0, None).hit
     if at_start is not None:
         part, hit, begin, skew = earliest, at_start, earliest.begin - 1.0, 0.0
@@ -204,7 +220,7 @@ def _refusal(
     near = (
         f"{pair[0]} would be {-hit.distance:.3g} m inside of {pair[1]}"
         if hit.distance <= 0.0
-        else f"{pair[0]} would come within {hit.distance:.4g} m of {pair[1]}, with a margin of {margin:g} m"
+        else f"{pair[0]} would come within {hit.distance:.4g} m of {pair[1]}, with a margin of {rules.margin:g} m"
     )
     fields: dict[str, Any] = {
         "pair": pair,

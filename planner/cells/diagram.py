@@ -14,7 +14,7 @@ from math import inf
 
 import numpy as np
 
-from planner.cells.movers import Mover
+from planner.cells.movers import Mover, Rules
 from planner.scene.between import CheckerBetween
 from planner.scene.blocks import not_free
 from planner.spatial import FloatArray
@@ -80,19 +80,19 @@ class Diagram:
     both_rest: np.ndarray
 
     @classmethod
-    def of(cls, first: Axis, second: Axis, margin: float, end: float = inf) -> Diagram:
+    def of(cls, first: Axis, second: Axis, rules: Rules, end: float = inf) -> Diagram:
         """Decide the entries of two robots.
 
         Args:
             first: The axis of one robot.
             second: The axis of the other robot.
-            margin: The least distance of both, m.
+            rules: What both must keep; the skew is left out.
             end: The end on the monotonic clock, s, after which no entry is proved free.
         """
         both = first.cells, first.points, first.cells, first.points
         other = second.cells, second.cells, second.points, second.points
         pairs = zip(both, other, strict=True)
-        return cls(*(_blocked(first.mover, second.mover, margin, end, *intervals) for intervals in pairs))
+        return cls(*(_blocked(first.mover, second.mover, rules, end, *intervals) for intervals in pairs))
 
     def transposed(self) -> Diagram:
         """Return the diagram with the robots exchanged."""
@@ -100,7 +100,7 @@ class Diagram:
 
 
 def _blocked(
-    first: Mover, second: Mover, margin: float, end: float, rows: FloatArray, columns: FloatArray
+    first: Mover, second: Mover, rules: Rules, end: float, rows: FloatArray, columns: FloatArray
 ) -> np.ndarray:
     """Return which intervals (N, 2) and (M, 2) of two movers are not proved free together: (N, M)."""
     blocked = np.zeros((len(rows), len(columns)), dtype=bool)
@@ -112,8 +112,7 @@ def _blocked(
             ]
             if not all(len(those) for those in meets):
                 continue
-            margins = margin + one.displacements[:, None] + other.displacements
-            checker = CheckerBetween(one.bodies, other.bodies, margins)
+            checker = CheckerBetween(one.bodies, other.bodies, rules.margins((first, second), (one, other)))
             block = [(int(those[0]), int(those[-1]) + 1) for those in meets]
             for a, b in not_free(checker, one, other, rows, columns, (*block[0], *block[1]), end):
                 blocked[a, b] = True

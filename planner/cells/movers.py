@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Self
@@ -94,10 +94,17 @@ class Mover:
         return cls._of(name, [(robot, checker_of(robot, scene, False), trajectory, 0.0)], given)
 
     @classmethod
-    def of_plan(cls, name: str, plan: Plan) -> Self:
-        """Return the robot of a plan, with the objects that it carries, takes and puts down."""
+    def of_plan(cls, name: str, plan: Plan, handed_over: Collection[str] = ()) -> Self:
+        """Return the robot of a plan, with the objects that it carries, takes and puts down.
+
+        Args:
+            name: The name that checks and refusals use.
+            plan: The plan.
+            handed_over: Names of objects that are left out after the robot has put them down.
+        """
         checkers = segment_checkers(plan.problem, plan.path.positions)
-        given = () if plan.problem.scene is None else plan.problem.scene.objects
+        given = [] if plan.problem.scene is None else [*plan.problem.scene.objects]
+        given += [thing for each in checkers for thing in each.scene.objects if thing.id in handed_over]
         return cls._of(name, [(plan.problem.robot, *part) for part in parts_of(checkers, plan.trajectory)], given)
 
     @classmethod
@@ -143,3 +150,39 @@ class Mover:
                     parts.append(phase.between(low, high))
             phases.append(replace(phase, motion=joined(parts), start=start, begin=begin, end=end))
         return replace(self, phases=tuple(phases))
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What two robots must keep, in any pair of a cell.
+
+    Attributes:
+        margin: The least distance, m.
+        skew: The largest time by which one of them may start before or after the other, s.
+        allowed_pairs: Pairs of names `mover/body` that may touch.
+    """
+
+    margin: float = 0.0
+    skew: float = 0.0
+    allowed_pairs: frozenset[frozenset[str]] = frozenset()
+
+    @classmethod
+    def of(cls, margin: float, skew: float, allowed_pairs: Iterable[Sequence[str]]) -> Rules:
+        """Return the rules with pairs of names in any order."""
+        return cls(margin, skew, frozenset(frozenset(pair) for pair in allowed_pairs))
+
+    def margins(self, movers: tuple[Mover, Mover], phases: tuple[Phase, Phase]) -> FloatArray:
+        """Return the margins (first, second) of pairs of bodies with the displacements by following errors, m.
+
+        The margin of a pair that may touch is negative infinity.
+        """
+        first, second = phases
+        margins = self.margin + first.displacements[:, None] + second.displacements
+        if self.allowed_pairs:
+            names = [
+                [f"{mover.name}/{piece.name}" for piece in phase.bodies.pieces]
+                for mover, phase in zip(movers, phases, strict=True)
+            ]
+            allowed = [[frozenset((one, other)) in self.allowed_pairs for other in names[1]] for one in names[0]]
+            margins[np.array(allowed, dtype=bool).reshape(margins.shape)] = -np.inf
+        return np.asarray(margins)

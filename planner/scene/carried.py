@@ -132,6 +132,12 @@ def checker_at_waypoints(
     )
 
 
+def put_down(robot: Robot, held: AttachedObject, position: FloatArray) -> SceneObject:
+    """Return the object that a robot puts down at a joint position (joints,)."""
+    pose = _with_axes(held.pose).from_frame(_frame(robot, held.link, position))
+    return SceneObject(held.id, held.shapes, pose.from_frame(_with_axes(robot.mounting or HERE)), held.margin)
+
+
 def _changed(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -> Scene:
     """Return a scene in which objects have been put down, and then others taken."""
     objects, attached = list(scene.objects), list(scene.attached)
@@ -139,8 +145,7 @@ def _changed(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -
     for name in done.put_down:
         (held,) = (thing for thing in attached if thing.id == name)
         attached.remove(held)
-        pose = _with_axes(held.pose).from_frame(_frame(robot, held.link, position)).from_frame(_with_axes(base))
-        objects.append(SceneObject(held.id, held.shapes, pose, held.margin))
+        objects.append(put_down(robot, held, position))
     for take in done.taken:
         (thing,) = (thing for thing in objects if thing.id == take.id)
         objects.remove(thing)

@@ -259,7 +259,8 @@ class WaypointBase(Schema):
     """The fields of every kind of waypoint."""
 
     name: Annotated[str, Field(max_length=200)] | None = None
-    """A name, which the answer repeats; the planner does not use it."""
+    """A name, which the answer repeats. Robots of a cell meet at waypoints of one name; else the planner does not use
+    it."""
     motion: Motion = JointMotion(kind="joint")
     """The motion from the waypoint before; omitted: straight in joint space."""
     duration: Seconds | None = None

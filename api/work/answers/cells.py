@@ -36,4 +36,5 @@ def cell_as_dict(cell: CellPlan, options: Sequence[AnswerOptions]) -> dict[str, 
             for name, alone, waits, plan, own in members
         ],
         "clearances": [{"robots": between.movers, "clearance": vars(between.clearance)} for between in cell.clearances],
+        "meetings": [vars(meeting) for meeting in cell.meetings],
     }

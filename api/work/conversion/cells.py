@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -69,3 +69,9 @@ def _to_plan_request(request: CellRequest, member: CellMember) -> requests.PlanR
     return requests.PlanRequest.model_construct(
         **own, frames=request.frames, scene=None if is_empty else scene, deadline=request.deadline
     )
+
+
+def rules_of(request: CellRequest) -> dict[str, Any]:
+    """Return the further arguments of `plan_cell`."""
+    pairs = [(first, second) for first, second in request.allowed_pairs]
+    return {"margin": request.margin, "skew": request.skew, "meetings": request.meetings, "allowed_pairs": pairs}

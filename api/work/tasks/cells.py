@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from api.base.errors import invalid_at
 from api.contract.cells import CellRequest
 from api.work.answers.cells import cell_as_dict, options_of_plans
-from api.work.conversion.cells import in_request, to_cell
+from api.work.conversion.cells import in_request, rules_of, to_cell
 from api.work.conversion.task_orders import at_field
 from api.work.conversion.time_budgets import attempts_until, within_shares
 from api.work.tasks.context import robot_of, task
@@ -39,9 +39,8 @@ def cell(context: TaskContext) -> Reply:
         planned = plan_cell(
             within_shares(members, deadline),
             scene=scene,
-            margin=request.margin,
-            skew=request.skew,
             budget=attempts_until(deadline),
+            **rules_of(request),
         )
     joints = sum(plan.path.robot.dof for plan in planned.plans)  # one answer has the samples of all
     for index, (member, plan) in enumerate(zip(request.robots, planned.plans, strict=True)):

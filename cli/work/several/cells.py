@@ -12,7 +12,7 @@ from rich.table import Table
 from api.contract.cells import CellRequest
 from api.work.answers.cells import options_of_plans
 from api.work.answers.formats import FORMATS
-from api.work.conversion.cells import in_request, to_cell
+from api.work.conversion.cells import in_request, rules_of, to_cell
 from api.work.conversion.task_orders import at_field
 from cli.work.local_plan import read_document
 from cli.work.shared import read, refusals, write
@@ -38,7 +38,7 @@ def cell_file(request: str, output: Path | None, format_: str) -> None:
         asked, _ = read_document(CellRequest, text, {})
         robots, scene = to_cell(asked, [load_robot(member.robot) for member in asked.robots])
         start = time.perf_counter()
-        cell = plan_cell(robots, scene=scene, margin=asked.margin, skew=asked.skew)
+        cell = plan_cell(robots, scene=scene, **rules_of(asked))
         taken = time.perf_counter() - start
         options = options_of_plans(asked, {})
         if form is FORMATS["json"]:
@@ -46,6 +46,8 @@ def cell_file(request: str, output: Path | None, format_: str) -> None:
         files = [form.render(plan, own) for plan, own in zip(cell.plans, options, strict=True)]
     console = terminal(stderr=False)
     console.print(_robots_table(cell), _clearances_table(cell))
+    for meeting in cell.meetings:
+        console.print(f"{' and '.join(meeting.waypoints)} meet at {meeting.name!r} until {meeting.time:.3f} s")
     console.print(f"all end after {cell.duration:.4g} s; planned in {taken * 1e3:.0f} ms")
     for name, content in zip(cell.names, files, strict=True):
         if output is not None:

@@ -11,8 +11,9 @@ import pytest
 import planner
 from planner.cells.coordination import Blocked, shortest_waits
 from planner.cells.diagram import Axis, Diagram
-from planner.robots import Robot
-from planner.spatial import FloatArray, Pose
+from planner.cells.movers import Rules
+from planner.spatial import Pose
+from tests.planner.cells.arms import AWAY, MARGIN, REACH, STEPS, placed, times_of
 from tests.planner.cells.brute_force import (
     distance_table,
     facing_capsule_arms,
@@ -23,19 +24,9 @@ from tests.planner.cells.brute_force import (
 )
 from tests.sizes import SIZE
 
-MARGIN = 0.01
-"""The least distance between robots in these tests, m."""
-
-STEPS = 60
-"""Steps of the longest trajectory in the diagram by brute force."""
-
 
 def cell_of(*plans: planner.Plan) -> list[planner.CellRobot]:
     return [planner.CellRobot(name, own.problem) for name, own in zip("abcd", plans, strict=False)]
-
-
-def times_of(plan: planner.Plan, step: float) -> FloatArray:
-    return np.append(np.arange(0.0, plan.trajectory.duration, step), plan.trajectory.duration)
 
 
 @pytest.mark.sized
@@ -66,13 +57,6 @@ def test_cells_end_within_five_percent_of_the_bound_by_brute_force() -> None:
         worlds = [robot_world(own.problem.robot, own.trajectory) for own in cell.plans]
         assert least_distance(worlds[0], worlds[1], np.linspace(0.0, cell.duration, 60)) > MARGIN - 2e-5
     assert near_free_bound >= 0.8 * solved
-
-
-AWAY = [np.pi, -1.9, 2.3, -1.8, -1.6, 0.0]
-"""A joint position of the UR5e above its base."""
-
-REACH = [np.pi, -0.6, 0.8, -1.8, -1.6, 0.0]
-"""A joint position of the UR5e that reaches forwards."""
 
 
 def crossing_plans(apart: float = 1.3) -> tuple[planner.Plan, planner.Plan]:
@@ -118,11 +102,6 @@ def test_robots_that_keep_apart_have_the_trajectories_of_their_own_plans() -> No
     for own, alone in zip(cell.plans, plans, strict=True):
         assert np.array_equal(own.trajectory.coefficients, alone.trajectory.coefficients)
     assert cell.waits == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-
-
-def placed(robot: Robot, x: float, y: float, turn: float) -> Robot:
-    c, s = np.cos(turn), np.sin(turn)
-    return robot.derived(mounting=Pose([x, y, 0.0], [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]))
 
 
 @pytest.mark.parametrize("count", [3, pytest.param(4, marks=pytest.mark.large_only)])
@@ -230,7 +209,7 @@ def taking(robot: planner.CellRobot, index: int, name: str) -> planner.CellRobot
 def test_no_object_goes_from_one_robot_to_another() -> None:
     a, b = robots_apart()
     robots = [taking(a, 1, "part"), taking(b, 2, "part")]
-    fault = r"^robots\[1\].waypoints\[2\].attach\[0\].id: must be an object that no other robot takes; robot 'a'"
+    fault = r"^robots\[1\].waypoints\[2\].attach\[0\].id: must be an object that no other robot takes, or .*; robot 'a'"
     with pytest.raises(planner.InvalidProblem, match=fault):
         planner.plan_cell(robots, scene=planner.Scene([PART]))
     away = planner.JointWaypoint(tuple(AWAY))
@@ -251,15 +230,16 @@ def test_a_spent_budget_ends_the_search_for_waits(monkeypatch: pytest.MonkeyPatc
     apart = planner.plan_cell(cell_of(*crossing_plans(3.0)), budget=planner.Budget(seconds=1e-6))
     assert len(apart.clearances) == 1
     ticks = count()  # the budget ends while the first diagram is made
-    monkeypatch.setattr("planner.cells.plan.monotonic", lambda: float(next(ticks)))
+    for module in ("plan", "waits"):
+        monkeypatch.setattr(f"planner.cells.{module}.monotonic", lambda: float(next(ticks)))
     monkeypatch.setattr("planner.scene.blocks.monotonic", lambda: np.inf)
     with pytest.raises(planner.Collision, match="found in time"):
         planner.plan_cell(robots, margin=MARGIN, budget=planner.Budget(seconds=3.5))
     monkeypatch.undo()
     movers = [planner.Mover.of_plan(name, own) for name, own in zip("ab", crossing_plans(3.0), strict=True)]
     axes = [Axis(mover, mover.duration / 8.0, np.array([0.0, mover.duration])) for mover in movers]
-    assert not Diagram.of(axes[0], axes[1], MARGIN).cells.any()
-    assert Diagram.of(axes[0], axes[1], MARGIN, end=0.0).cells.all()
+    assert not Diagram.of(axes[0], axes[1], Rules(MARGIN)).cells.any()
+    assert Diagram.of(axes[0], axes[1], Rules(MARGIN), end=0.0).cells.all()
 
 
 @pytest.mark.sized
@@ -272,7 +252,7 @@ def test_free_entries_of_a_diagram_are_free_and_clearly_free_ones_are_found() ->
             Axis(planner.Mover.of_plan("arm", own), own.trajectory.duration / 16.0, own.trajectory.departures)
             for own in plans
         ]
-        diagram = Diagram.of(axes[0], axes[1], MARGIN)
+        diagram = Diagram.of(axes[0], axes[1], Rules(MARGIN))
         blocked = diagram.cells
         inside = [np.linspace(axis.cells[:, 0], axis.cells[:, 1], 4).T.ravel() for axis in axes]
         table = distance_table((first, second), (inside[0], inside[1]))

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from api.contract.answers import PlanAnswer
 from api.contract.cells import MOST_ROBOTS, CellAnswer
 from cli import app
-from planner.cells.plan import MOST_ROBOTS as MOST_ROBOTS_OF_THE_LIBRARY
+from planner.cells.robots import MOST_ROBOTS as MOST_ROBOTS_OF_THE_LIBRARY
 from tests.api.answers import checked
 from tests.api.requests import dh_joint, dh_robot, joint
 from tests.locations import ROOT
@@ -56,6 +56,22 @@ def test_each_trajectory_is_that_of_its_robot_with_the_waits_as_dwells(service: 
         plan = checked(service.post("/v1/trajectories", alone), PlanAnswer)
         assert plan["samples"] == planned["plan"]["samples"]
         assert planned["duration_alone"] == pytest.approx(plan["duration"] - sum(planned["waits"]))
+
+
+@pytest.mark.large_only
+def test_meetings_and_handovers_are_in_the_answer(service: RunningService) -> None:
+    request = json.loads((ROOT / "examples/cell/handover.json").read_text()) | {"deadline": 60}
+    answer = checked(service.post(CELLS, request), CellAnswer)
+    (met,) = answer["meetings"]
+    assert (met["name"], met["waypoints"]) == ("handover", {"left": 2, "right": 1})
+    for own in answer["robots"]:
+        there = own["plan"]["waypoints"][met["waypoints"][own["name"]]]
+        assert there["name"] == "handover"
+        assert there["arrival_time"] + 0.5 <= met["time"] + 1e-6
+        assert there["departure_time"] >= met["time"] - 1e-6
+    problem = service.post(CELLS, request | {"allowed_pairs": []}).json()
+    assert problem["code"] == "collision"
+    assert any("bar" in name for name in problem["pair"])
 
 
 def test_command_line_writes_the_trajectories_of_the_answer(service: RunningService, tmp_path: Path) -> None:
@@ -105,6 +121,13 @@ def hand_over(request: dict[str, Any]) -> None:
         own["waypoints"][1]["attach"] = [{"id": "part"}]
 
 
+def meet_in_another_order(request: dict[str, Any]) -> None:
+    request["meetings"] = ["first", "second"]
+    for own, names in zip(request["robots"], (("first", "second"), ("second", "first")), strict=True):
+        for waypoint, name in zip(own["waypoints"], names, strict=True):
+            waypoint["name"] = name
+
+
 FAULTS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "/robots": lambda request: request["robots"].pop(),
     "/robots/1/name": of_second(name="a"),
@@ -120,6 +143,9 @@ FAULTS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "/scene/objects/0/frame": lambda request: request.update(scene={"objects": [PART | {"frame": "base"}]}),
     "/scene/objects/1/id": lambda request: request.update(scene={"objects": [PART, PART]}),
     "/frames/base": lambda request: request.update(frames={"base": {"position": [0.0, 0.0, 0.0]}}),
+    "/meetings/0": lambda request: request.update(meetings=["nowhere"]),
+    "/robots/1/waypoints/0/name": meet_in_another_order,
+    "/allowed_pairs/0": lambda request: request.update(allowed_pairs=[["a/link_1", "link_1"]]),
     "/skew": lambda request: request.update(skew=-1.0),
     "/deadline": lambda request: request.update(deadline=1e6),
 }
