@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import permutations
+from math import inf
+from time import monotonic
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +23,7 @@ from planner.cells.meetings import Meeting
 UNREACHED = np.iinfo(np.int64).max // 2
 """The number of steps to an entry that no path reaches."""
 
-MOST_RAISED_MEETINGS = 30
+MOST_RAISED_MEETINGS = 10
 """The largest number of times that the times of meetings are raised in one order of priority."""
 
 Waits = tuple[np.ndarray, ...]
@@ -111,6 +113,7 @@ def coordinated(
     diagrams: Mapping[tuple[int, int], Diagram],
     widening: int,
     meetings: Sequence[Meeting] = (),
+    end: float = inf,
 ) -> Waits | None:
     """Find waits with which robots end as early as possible; None: the search finds none.
 
@@ -119,6 +122,7 @@ def coordinated(
         diagrams: The diagram of each pair of robots, the lower number first.
         widening: The largest skew, in cells.
         meetings: The meetings in the order of time, with numbers of rests.
+        end: The end on the monotonic clock, s, after which no other order of priority is tried.
     """
     if len(axes) == 2:
         moves = moves_of(diagrams[0, 1], *axes, widening)
@@ -128,6 +132,8 @@ def coordinated(
         return None if path is None else tuple(_waits(axis, own) for axis, own in zip(axes, path, strict=True))
     best: dict[int, np.ndarray] | None = None
     for order in permutations(range(len(axes))):
+        if monotonic() > end:
+            break
         found = _meeting(axes, diagrams, widening, order, meetings)
         if found is not None and (best is None or len(found[order[0]]) < len(best[order[0]])):
             best = found

@@ -143,7 +143,7 @@ class WaitSearch:
             diagrams[i, j] = Diagram.of(*axes, self.rules, self.end)
         any_mover = {k: mover for pair, both in self.movers.items() for k, mover in zip(pair, both, strict=True)}
         cells = tuple(Axis(any_mover[k], step, own) for k, own in enumerate(rests))
-        found = coordinated(cells, diagrams, int(np.ceil(self.rules.skew / step)), self.meetings)
+        found = coordinated(cells, diagrams, int(np.ceil(self.rules.skew / step)), self.meetings, self.end)
         if found is None:
             return None
         waits = [own.astype(np.float64) * step for own in found]

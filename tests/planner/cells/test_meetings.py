@@ -26,6 +26,7 @@ from tests.planner.cells.brute_force import (
     robot_world,
     se3,
 )
+from tests.planner.scene.random_scenes import in_capsules
 from tests.sizes import SIZE
 
 ASIDE = [np.pi + 0.7, *REACH[1:]]
@@ -117,8 +118,10 @@ def test_paths_through_a_node_are_the_shortest_of_all() -> None:
 @pytest.mark.large_only
 def test_three_robots_meet_two_by_two_and_never_touch() -> None:
     arm = planner.load_robot("ur5e")
-    places = (-0.6, 0.0, 0.0), (0.6, 0.0, np.pi), (0.0, -0.6, np.pi / 2.0)
+    places = (-0.7, 0.0, 0.0), (0.7, 0.0, np.pi), (0.0, -0.7, np.pi / 2.0)
     robots = [placed(arm, *at) for at in places]
+    for robot in robots:
+        in_capsules(robot)
     first, second = ({"name": name, "dwell": 0.2} for name in ("first", "second"))
     cell = planner.plan_cell(
         [
@@ -136,7 +139,8 @@ def test_three_robots_meet_two_by_two_and_never_touch() -> None:
         arrivals = [own.trajectory.arrivals[stop] for own, stop in zip(plans, stops, strict=True)]
         assert met.time == pytest.approx(max(arrivals) + (0.7 if met.name == "second" else 0.2), abs=1e-6)
         for own, stop in zip(plans, stops, strict=True):
-            assert own.trajectory.departures[stop] >= met.time - 1e-9
+            if stop < len(own.problem.waypoints) - 1:  # else it rests there for good
+                assert own.trajectory.departures[stop] >= met.time - 1e-9
     worlds = [robot_world(own.problem.robot, own.trajectory) for own in cell.plans]
     times = np.linspace(0.0, cell.duration, 12)
     assert all(least_distance(one, other, times) > MARGIN - 2e-5 for one, other in combinations(worlds, 2))
