@@ -59,14 +59,14 @@ class CellRequest(Schema):
     margin: Margin = 0.0
     """The least distance between robots, m."""
     allowed_pairs: AllowedPairs = Field(default_factory=list)
-    """Pairs of bodies of two robots that may touch, such as a gripper and an object that it takes from another one, by
-    the names `robot/link` or `robot/object`; shape (pairs, 2), without unit."""
+    """Pairs of bodies of two robots that may touch, by the names `robot/link` or `robot/object`; shape (pairs, 2), without
+    unit. A gripper and the object that it takes from another robot are such a pair."""
     meetings: Annotated[list[Annotated[str, Field(max_length=200)]], Field(max_length=MOST_MEETINGS)] = Field(
         default_factory=list
     )
     """Names of waypoints at which robots meet, in the order of time. All robots with a waypoint of that name wait for
-    each other there: none goes on before all have arrived and rested for the longest of their dwells there. An object
-    that one of them puts down there (`detach`) and another one takes (`attach`) moves on with the other one."""
+    each other there. None goes on before all have arrived and rested for the longest of their dwells. An object that
+    one of them puts down there (`detach`) and another one takes (`attach`) moves on with the other one."""
     skew: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
     """The largest time by which the controller of one robot may start before or after that of another, s."""
     deadline: Deadline = DEFAULT_DEADLINE

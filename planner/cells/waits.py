@@ -135,7 +135,7 @@ class WaitSearch:
         return None
 
     def _coordinated(self, step: float) -> list[FloatArray] | None:
-        """Return waits by diagrams of cells of a length, s, without those at meetings; None: none is found."""
+        """Return waits besides the waits at meetings, by diagrams of cells of a length, s; None: the search fails."""
         rests = [member.rests for member in self.members]
         diagrams = {}
         for (i, j), (one, other) in self.movers.items():
