@@ -187,3 +187,23 @@ def test_menus_act_when_an_item_is_chosen_and_not_before(page: Page) -> None:
     expect(page.get_by_role("menu")).to_have_count(0)
     expect(names).to_have_count(count + 1)
     assert re.fullmatch(r"\d+", page.locator("[data-waypoint='0'] .number").inner_text())
+
+
+def test_waypoints_are_put_in_the_best_order_and_back(page: Page) -> None:
+    turns = {"home": 0.0, "far": 1.2, "near": 0.3, "middle": 0.8}
+    waypoints: list[dict[str, Any]] = [
+        {"kind": "joint", "name": name, "position": [turn, -1.2, 1.4, -1.77, -1.57, 0.0]}
+        for name, turn in turns.items()
+    ]
+    line = {"kind": "relative", "name": "seam", "frame": "tool", "motion": {"kind": "linear"}}
+    waypoints.insert(2, line | {"move": {"kind": "cartesian", "translation": [0.0, 0.0, 0.02]}})
+    use_request(page, json.dumps({"robot": "ur5e", "waypoints": waypoints}))
+    names = page.locator("[data-waypoint] strong")
+    given = ["home", "far", "seam", "near", "middle"]
+    expect(names).to_have_text(given)
+    page.get_by_role("button", name="Best order").click()
+    expect(names).to_have_text(["home", "near", "far", "seam", "middle"])
+    expect(page.locator(".ordering [role=status]")).to_contain_text("In the best order found")
+    assert violations(page) == []
+    page.get_by_role("button", name="Undo").click()
+    expect(names).to_have_text(given)

@@ -13,6 +13,7 @@ import { texts } from '../texts';
 import { Menu } from './Menu';
 import type { MenuGroup } from './Menu';
 import { MoreOfRequest } from './MoreFields';
+import { Ordering } from './Ordering';
 import { PathImport } from './PathImport';
 import { ScenePanel } from './scene/ScenePanel';
 import { SpeedZones } from './SpeedZones';
@@ -37,6 +38,7 @@ export function Waypoints() {
         ))}
       </ol>
       <p class="hint">{texts.waypoints.keys}</p>
+      <Ordering request={shown} />
       {arm && <WaypointEditor request={shown} robot={arm} index={Math.min(selected.value, shown.waypoints.length - 1)} />}
       {arm && <PathImport />}
       {arm && <MoreOfRequest request={shown} robot={arm} />}

@@ -22,6 +22,17 @@ describe('waypoints', () => {
     expect(removed(two, 0)).toBe(two);
   });
 
+  test('take their actions with them', () => {
+    const output = (at: object): object => ({ kind: 'set_output', name: 'gripper', value: true, at });
+    const actions = [output({ waypoint: 0 }), output({ waypoint: 2 }), output({ time: 1 })];
+    const acting = { ...three, actions } as PlanRequest;
+    const places = (request: PlanRequest): unknown[] => request.actions!.map(({ at }) => at);
+    expect(places(moved(acting, 2, 0))).toEqual([{ waypoint: 1 }, { waypoint: 0 }, { time: 1 }]);
+    expect(places(inserted(acting, 0, jointWaypoint([9])))).toEqual([{ waypoint: 0 }, { waypoint: 3 }, { time: 1 }]);
+    expect(places(removed(acting, 0))).toEqual([{ waypoint: 1 }, { time: 1 }]);
+    expect(places(acting)).toEqual([{ waypoint: 0 }, { waypoint: 2 }, { time: 1 }]);
+  });
+
   test('lose the fields that are taken away', () => {
     const dwelling = withWaypoint(three, 1, { dwell: 2, duration: 3 });
     expect(withWaypoint(dwelling, 1, { dwell: undefined }).waypoints[1]).toEqual({ ...three.waypoints[1], duration: 3 });

@@ -12,22 +12,34 @@ export function withoutEmpty<T extends object>(edited: T): T {
 }
 
 export function inserted(request: PlanRequest, after: number, waypoint: Waypoint): PlanRequest {
-  const waypoints = [...request.waypoints];
-  waypoints.splice(after + 1, 0, waypoint);
-  return { ...request, waypoints };
+  return reordered(request, indices(request).toSpliced(after + 1, 0, waypoint));
 }
 
 // A plan needs two waypoints: the last two stay.
 export function removed(request: PlanRequest, index: number): PlanRequest {
   if (request.waypoints.length <= 2) return request;
-  return { ...request, waypoints: request.waypoints.filter((_, i) => i !== index) };
+  return reordered(request, indices(request).toSpliced(index, 1));
 }
 
 export function moved(request: PlanRequest, from: number, to: number): PlanRequest {
   if (to < 0 || to >= request.waypoints.length) return request;
-  const waypoints = [...request.waypoints];
-  waypoints.splice(to, 0, ...waypoints.splice(from, 1));
-  return { ...request, waypoints };
+  return reordered(request, indices(request).toSpliced(from, 1).toSpliced(to, 0, from));
+}
+
+function indices({ waypoints }: PlanRequest): (number | Waypoint)[] {
+  return waypoints.map((_, index) => index);
+}
+
+// Puts waypoints in another order, by their indices or new; actions at a waypoint go with it.
+export function reordered(request: PlanRequest, order: readonly (number | Waypoint)[]): PlanRequest {
+  const waypoints = order.map((one) => (typeof one === 'number' ? request.waypoints[one]! : one));
+  const actions = request.actions?.flatMap((action) => {
+    const { waypoint } = action.at;
+    if (waypoint === undefined || waypoint === null) return [action];
+    const to = order.indexOf(waypoint);
+    return to < 0 ? [] : [{ ...action, at: { ...action.at, waypoint: to } }];
+  });
+  return { ...request, waypoints, ...(actions && { actions }) };
 }
 
 export function jointWaypoint(position: readonly number[]): JointWaypoint {

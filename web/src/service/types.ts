@@ -18,6 +18,7 @@ export type Include = Schemas['Include'];
 export type Backend = Schemas['Backend'];
 export type BackendDescription = Schemas['BackendDescription'];
 export type PlanAnswer = Schemas['PlanAnswer'];
+export type OrderRequest = Schemas['OrderRequest'];
 export type PlannedWaypoint = Schemas['PlannedWaypoint'];
 export type Samples = Schemas['Samples'];
 export type Check = Schemas['Check'];

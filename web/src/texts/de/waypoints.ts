@@ -15,6 +15,10 @@ export const ofWaypoints: typeof english = {
     keys: 'Alt+↑ und Alt+↓ verschieben den gewählten Wegpunkt, Entf löscht ihn; Zeilen lassen sich ziehen.',
     kinds: { joint: 'Gelenkstellung', pose: 'Pose', relative: 'Relative Bewegung', named: 'Benannte Stellung', any_of: 'Zielmenge' },
     options: (count, chosen) => (chosen === null ? `${count} Möglichkeiten` : `Möglichkeit ${chosen} von ${count}`),
+    order: 'Beste Reihenfolge',
+    ordering: 'Beste Reihenfolge wird gesucht …',
+    orderHint: 'Zwischen dem ersten und dem letzten Wegpunkt. Wegpunkte, die Linien und andere Werkzeugwege verbinden, bleiben zusammen.',
+    ordered: (duration, bound) => `In der besten gefundenen Reihenfolge: ${duration}. Keine dauert laut Schätzung weniger als ${bound}.`,
     number: (index) => `Wegpunkt ${index}`,
     place: (index, name) => (name === null ? `Wegpunkt ${index}` : `„${name}“ (Wegpunkt ${index})`),
     solutions: (solution, solutions) =>

@@ -14,6 +14,11 @@ export const ofWaypoints = {
     keys: 'Alt+↑ and Alt+↓ move the chosen waypoint, Delete removes it; rows can be dragged.',
     kinds: { joint: 'Joint position', pose: 'Pose', relative: 'Relative move', named: 'Named position', any_of: 'Goal set' },
     options: (count: number, chosen: number | null) => (chosen === null ? `${count} options` : `option ${chosen} of ${count}`),
+    order: 'Best order',
+    ordering: 'Searching for the best order …',
+    orderHint: 'Between the first and the last waypoint. Waypoints joined by lines and other motions of the tool stay together.',
+    ordered: (duration: string, bound: string) =>
+      `In the best order found: ${duration}. No order takes less than ${bound}, by its estimate.`,
     number: (index: number) => `Waypoint ${index}`,
     place: (index: number, name: string | null) => (name === null ? `waypoint ${index}` : `“${name}” (waypoint ${index})`),
     solutions: (solution: number | null, solutions: number | null) =>
