@@ -169,11 +169,13 @@ def roadmap(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     arm: Annotated[list[str] | None, typer.Option(help="Robots; ur5 and panda if omitted.")] = None,
     queries: Annotated[int, typer.Option(help="Motions in each of the seven kinds of scenes.", min=1)] = 10,
+    over_http: Annotated[bool, typer.Option("--http", help="Plan them over HTTP in stored scenes instead.")] = False,
 ) -> None:
     """Search free motions with a roadmap and without, before and after a change of the scene."""
-    from benchmarks.collisions.roadmaps import measure, print_table
+    from benchmarks.collisions import roadmaps, stored_roadmaps
 
-    _show(measure(arm or ("ur5", "panda"), queries), json, print_table)
+    of = stored_roadmaps if over_http else roadmaps
+    _show(of.measure(arm or ("ur5", "panda"), queries), json, of.print_table)
 
 
 @app.command()

@@ -18,11 +18,11 @@ from planner.robots import load_robot
 from planner.scene import CollisionChecker, is_free
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from benchmarks.collisions.scenes import Problem
     from planner.robots import Robot
-    from planner.scene import Scene
+    from planner.scene import Scene, SceneObject
     from planner.spatial import FloatArray
 
 NEAR = 0.05
@@ -48,9 +48,7 @@ def _of_arm(robot: Robot, queries: int, samples: int) -> dict[str, Any]:
         begun = time.process_time()
         roadmap = planner.build_roadmap(robot, asked.scene, **fixed)
         builds.append(time.process_time() - begun)
-        last = asked.scene.objects[-1]
-        moved = replace(last, pose=replace(last.pose, position=last.pose.position + np.array([0.0, 0.0, -SHIFT])))
-        scene = replace(asked.scene, objects=[*asked.scene.objects[:-1], moved])
+        scene = replace(asked.scene, objects=[*asked.scene.objects[:-1], lowered(asked)])
         begun = time.process_time()
         changed = planner.build_roadmap(robot, scene, **fixed, earlier=roadmap)
         changes.append(time.process_time() - begun)
@@ -65,17 +63,31 @@ def _of_arm(robot: Robot, queries: int, samples: int) -> dict[str, Any]:
     }
 
 
+def ends_of_queries(
+    robot: Robot, asked: Problem, checker: CollisionChecker, queries: int
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield the joint positions (joints,) at the ends of at most so many motions, if they are collision-free."""
+    rng = np.random.default_rng(0)
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    for _ in range(queries):
+        start, goal = (np.clip(end + NEAR * rng.normal(size=robot.dof), lower, upper) for end in asked[3:])
+        if is_free(checker, np.array([start, goal])).all():
+            yield start, goal
+
+
+def lowered(asked: Problem) -> SceneObject:
+    """Return the last object of the scene where the change puts it."""
+    last = asked.scene.objects[-1]
+    return replace(last, pose=replace(last.pose, position=last.pose.position + np.array([0.0, 0.0, -SHIFT])))
+
+
 def _searches(
     robot: Robot, asked: Problem, scene: Scene, roadmap: planner.Roadmap, queries: int
 ) -> list[tuple[float, ...]]:
     """Return times, s, and lengths of paths without the roadmap and with it, where a detour is found."""
-    checker, rng = CollisionChecker(robot, scene, self_collision=True), np.random.default_rng(0)
+    checker = CollisionChecker(robot, scene, self_collision=True)
     rows: list[tuple[float, ...]] = []
-    lower, upper = robot.limit("lower"), robot.limit("upper")
-    for _ in range(queries):
-        start, goal = (np.clip(end + NEAR * rng.normal(size=robot.dof), lower, upper) for end in asked[3:])
-        if not is_free(checker, np.array([start, goal])).all():
-            continue
+    for start, goal in ends_of_queries(robot, asked, checker, queries):
         paths, taken = [], []
         for one in (None, roadmap):
             begun = time.process_time()

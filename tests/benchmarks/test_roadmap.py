@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.collisions import roadmaps
+from benchmarks.collisions import roadmaps, stored_roadmaps
 
 
 def test_it_measures_and_prints(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -14,3 +14,16 @@ def test_it_measures_and_prints(monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     assert "kuka_kr16_2" in capsys.readouterr().out
     for when in ("before", "after"):
         assert figures["arms"]["kuka_kr16_2"][when]["with"]["median"] > 0.0
+
+
+@pytest.mark.large_only
+def test_it_measures_stored_roadmaps_over_http(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(stored_roadmaps, "KINDS", ("table_under",))
+    figures = stored_roadmaps.measure(("kuka_kr16_2",), 2, samples=30)
+    stored_roadmaps.print_table(figures)
+    assert "after a change" in capsys.readouterr().out
+    for state in stored_roadmaps.STATES:
+        one = figures["arms"]["kuka_kr16_2"][state]
+        assert 0.0 < one["plan"]["median"] < one["latency"]["median"]
