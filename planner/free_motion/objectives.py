@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from planner.dynamics import SegmentDynamics
-from planner.free_motion.shortcuts import lengths
 from planner.limits import SegmentLimits
 from planner.paths import JointPath
 from planner.problems.motion_around import Objective
@@ -71,25 +70,23 @@ class Estimate:
 
     def __call__(self, positions: FloatArray) -> float:
         """Estimate the cost of a path (positions, joints), in the units of its objective."""
-        legs = lengths(positions)
+        steps = positions[1:] - positions[:-1]
+        legs = np.sqrt(np.square(steps).sum(axis=1))
         if self._objective == "path_length":
             return float(legs.sum())
-        moving = legs > 0.0
-        if not moving.any():
-            return 0.0
-        corners = positions[np.append(moving, True)]
-        steps = np.diff(corners, axis=0)
-        times = np.maximum((np.abs(steps) / self._velocity).max(axis=1), LEAST_UNIT_TIME * legs[moving])
-        still = np.zeros((1, steps.shape[1]))
-        changes = np.diff(np.concatenate([still, steps / times[:, None], still]), axis=0)
+        if not legs.all():
+            return self(positions[np.append(legs > 0.0, True)]) if legs.any() else 0.0
+        times = np.maximum((np.abs(steps) / self._velocity).max(axis=1), LEAST_UNIT_TIME * legs)
+        rates = np.zeros((len(steps) + 2, steps.shape[1]))
+        rates[1:-1] = steps / times[:, None]
+        changes = rates[1:] - rates[:-1]
         turns = (np.abs(changes) / self._acceleration).max(axis=1)
         going, turning = float(times.sum()), 0.5 * float(turns.sum())
         slower = max(1.0, (turning / going) ** 0.5)
         if self._objective == "duration":
             return float(going * slower + turning / slower)
-        middles, rest = corners[:-1] + steps / 2.0, np.zeros_like(steps)
-        held = self._effort(middles, rest) @ times
-        bent = self._effort(corners, changes / np.where(turns > 0.0, turns, 1.0)[:, None]) @ turns
+        held = self._effort(positions[:-1] + steps / 2.0, np.zeros_like(steps)) @ times
+        bent = self._effort(positions, changes / np.where(turns > 0.0, turns, 1.0)[:, None]) @ turns
         return float(held * slower + 0.5 * bent / slower)
 
     def farthest(self, cost: float) -> FloatArray:
