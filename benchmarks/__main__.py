@@ -260,6 +260,20 @@ def goal_sets(
 
 
 @app.command()
+def off_path(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    problems: Annotated[int, typer.Option(help="Problems with tolerance regions.", min=1)] = 6,
+    starts: Annotated[int, typer.Option(help="Multi-start searches of each.", min=1)] = 4,
+    seconds: Annotated[float, typer.Option(help="Processor time of each search, s.", min=0.1)] = 20.0,
+    budget: Annotated[float, typer.Option(help="Time budget of each plan, s.", min=0.1)] = 1.0,
+) -> None:
+    """Optimise durations within tolerance regions, beside multi-start searches with the closed form."""
+    from benchmarks.trajectories.off_path import measure, print_table
+
+    _show(measure(problems, starts, seconds, budget), json, print_table)
+
+
+@app.command()
 def simulation(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     plans: Annotated[int, typer.Option(help="Random plans, over all back ends.", min=1)] = 500,

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 import planner
+from benchmarks.trajectories.off_path import REGION, through_poses, trapezoidal_duration
 from planner.planning.off_path.leg_times import LegTimes
 from planner.planning.off_path.open_waypoints import open_waypoints
 from planner.problems.transitions import ThroughTransition
-from tests.planner.planning.off_path.problems import PANDA, REGION, UR5E, through_poses, trapezoidal_duration
+
+UR5E, PANDA = planner.load_robot("ur5e"), "panda"
+"""An arm, and a redundant one with constant limits, of the extra `robots`: without that its tests are skipped."""
 
 
 @pytest.mark.parametrize("seed", range(5))

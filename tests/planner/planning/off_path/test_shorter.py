@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 from time import monotonic
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
 import planner
+from benchmarks.trajectories.off_path import REGION, WITHIN, durations_by_search, through_poses
 from planner.errors import InvalidProblem
-from planner.kinematics.forward import jacobian
 from planner.problems.regions import Region
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
-from planner.spatial import FloatArray
-from tests.planner.planning.off_path.problems import PANDA, REGION, UR5E, through_poses, trapezoidal_duration
 from tests.sizes import SIZE
 
-BEYOND_THE_BEST = 1.05
-"""The largest duration beside the best of brute force."""
+UR5E, PANDA = planner.load_robot("ur5e"), "panda"
+"""An arm, and a redundant one with constant limits, of the extra `robots`: without that its tests are skipped."""
 
 MOST_EVALUATIONS = 80 if SIZE.one_in > 1 else 200
 """The evaluations of each search by brute force."""
@@ -74,45 +72,15 @@ def test_the_elbow_of_a_redundant_arm_shortens_the_duration() -> None:
     assert (again.trajectory.coefficients == plan.trajectory.coefficients).all()
 
 
-def best_by_brute_force(problem: planner.PlanningProblem, free: Region | None, starts: int) -> float:
-    """Return the shortest duration of trapezoids, s, of Nelder-Mead searches over offsets and elbows."""
-    robot, rng = problem.robot, np.random.default_rng(1)
-    path = planner.plan(problem, "trapezoidal").path.positions
-    waypoints = [(k, w) for k, w in enumerate(problem.waypoints) if isinstance(w, planner.PoseWaypoint)]
-    ranges = np.array([*free.ranges.values()]) if free is not None else np.zeros((0, 2))
-    dims = len(ranges) + robot.dof - 6
-
-    def duration(x: FloatArray) -> float:
-        """Return the duration, s, at shares of ranges and shifts of the elbow; 1000 where a pose has no solution."""
-        positions = path.copy()
-        for (k, waypoint), own in zip(waypoints, x.reshape(-1, dims), strict=True):
-            shares, elbow = np.clip(own[: len(ranges)], 0.0, 1.0), own[len(ranges) :]
-            pose = waypoint.pose
-            if free is not None:
-                pose = free.pose(pose, ranges[:, 0] + shares * (ranges[:, 1] - ranges[:, 0]))
-            idle = np.linalg.svd(jacobian(robot, path[k]))[2][6:]
-            near = np.clip(path[k] + elbow @ idle, robot.limit("lower"), robot.limit("upper"))
-            solved = planner.inverse_kinematics(robot, pose, reference=near)
-            if solved.status != "solved":
-                return 1e3
-            positions[k] = solved.position
-        return trapezoidal_duration(robot, positions)
-
-    found = []
-    for _ in range(starts):
-        start = rng.random(len(waypoints) * dims)
-        found.append(minimize(duration, start, method="Nelder-Mead", options={"maxfev": MOST_EVALUATIONS}).fun)
-    return float(min(found))
-
-
 @pytest.mark.sized
 @pytest.mark.parametrize("seed", range(max(1, 8 // SIZE.one_in)))
 @pytest.mark.parametrize(("name", "free"), [(PANDA, None), ("ur5e", REGION)], ids=["elbow", "region"])
 def test_the_duration_is_within_5_percent_of_brute_force(name: str, free: Region | None, seed: int) -> None:
     """Several Nelder-Mead searches with the closed form of the duration find nothing much better."""
     problem = through_poses(planner.load_robot(name), seed, 2, free=free)
-    best = best_by_brute_force(problem, free, 2 if SIZE.one_in > 1 else 6)
-    assert optimised(problem, "trapezoidal", 30).trajectory.duration <= BEYOND_THE_BEST * best
+    searches = durations_by_search(problem, free, MOST_EVALUATIONS, 1)
+    best = min(islice(searches, 2 if SIZE.one_in > 1 else 6))
+    assert optimised(problem, "trapezoidal", 30).trajectory.duration <= WITHIN * best
 
 
 def test_a_fully_determined_request_has_the_same_plan_and_a_warning() -> None:
