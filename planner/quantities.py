@@ -46,6 +46,8 @@ MEASURES = {
     "tcp_angular_jerk": Measure("Tool turning jerk", "rad/s³"),
     "path_position_deviation": Measure("Off the path", "m"),
     "path_orientation_deviation": Measure("Off the orientation", "rad"),
+    "object_position_deviation": Measure("Off the pose on its object", "m"),
+    "object_orientation_deviation": Measure("Off the orientation on its object", "rad"),
     "tool_axis_angle": Measure("Tool axis off its direction", "rad"),
     "tool_orientation_angle": Measure("Tool off its orientation", "rad"),
     "tool_plane_distance": Measure("Tool off its plane", "m"),

@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.certificate.checks import Check
 from planner.problems.problem import AnyWaypoint
+from planner.problems.rides import RideMotion
 from planner.spatial import FloatArray
 from planner.tolerances import LIMIT_TOLERANCE, POSITION_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import cumulative_sums, powers
@@ -41,6 +42,9 @@ def certify_durations(trajectory: Trajectory, waypoints: Sequence[AnyWaypoint], 
     rows += [(max(arrivals[k] - requested, 0.0), requested, arrivals[k]) for k, requested in latest]
     if dwells:
         stood = _standing_times(trajectory, arrivals, departures)
+        for k, w in enumerate(waypoints[1:]):
+            if isinstance(w.motion, RideMotion):
+                stood[k] = departures[k] - arrivals[k]  # relative to the object, which `certify_rides` checks
         rows += [(stood[k] - requested, requested, departures[k]) for k, requested in dwells]
     if whole is not None:
         rows.append((trajectory.duration - whole, whole, trajectory.duration))

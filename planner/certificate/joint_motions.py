@@ -14,6 +14,7 @@ from planner.dynamics import SegmentDynamics
 from planner.guarantees import LeavesStraightMotions
 from planner.kinematics.forward import tool_poses
 from planner.problems.problem import AnyWaypoint, JointMotion
+from planner.problems.rides import RideMotion
 from planner.problems.transitions import StopTransition
 from planner.spatial import FloatArray
 from planner.tool_motions.pose_paths import ONE_PIECE
@@ -76,7 +77,8 @@ def certify_joint_motions(
     of_tool, of_joints = [], []
     passed = [not isinstance(waypoint.transition, StopTransition) for waypoint in waypoints]
     for segment in np.flatnonzero(np.diff(positions, axis=0).any(axis=1)).tolist():
-        if not isinstance(waypoints[segment + 1].motion, JointMotion):
+        motion = waypoints[segment + 1].motion
+        if not isinstance(motion, JointMotion) or isinstance(motion, RideMotion):
             continue
         robot = dynamics.robot_on(segment)
         start, end = positions[segment : segment + 2]

@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 
 from planner.problems.motion_around import FixedWaypoint, FreeMotion, KeptMotion, as_requested
 from planner.problems.problem import AnyWaypoint, JointMotion, JointWaypoint, PlanningProblem, Waypoint
+from planner.problems.rides import RideMotion
 from planner.spatial import FloatArray
 
 AS_GIVEN = JointMotion("as_given")
@@ -14,8 +15,13 @@ AS_GIVEN = JointMotion("as_given")
 
 
 def fixed_motion(waypoint: AnyWaypoint) -> JointMotion:
-    """Return the motion to a found joint position in place of the motion to a waypoint, with its constraints."""
+    """Return the motion to a found joint position in place of the motion to a waypoint, with its constraints.
+
+    A motion of a ride stays as it is.
+    """
     motion = waypoint.motion
+    if isinstance(motion, RideMotion):
+        return motion
     return KeptMotion("as_given", keep=motion.keep) if isinstance(motion, KeptMotion) and motion.keep else AS_GIVEN
 
 

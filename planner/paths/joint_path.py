@@ -17,11 +17,13 @@ from planner.paths.clear_motions import ClearMotions
 from planner.paths.half_spaces import HalfSpaces
 from planner.paths.segment_groups import SegmentGroup, build_group, is_joint_motion, straight_group, travel_time
 from planner.problems.problem import AnyWaypoint, JointMotion, PlanningProblem
+from planner.problems.rides import RideMotion, object_of
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.robots import Robot
 from planner.robots.payload import Payload, ProcessForce
 from planner.spatial import FloatArray
 from planner.tool_motions.pose_paths import PosePath
+from planner.trajectories.polynomials import PiecewisePolynomial
 from planner.trajectories.trajectory import Trajectory
 from planner.waypoints.goal_regions import with_chosen_poses
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
@@ -38,6 +40,10 @@ SHORT_MOTION_RATIO = 0.03
 SHARP = 0.3
 """Difference of the joints' rates, relative to their velocity limits, above which a waypoint between two motions at
 full speed is a turn."""
+
+
+UNPLANNED = "must be left out here: only a plan of waypoints in their order knows when the robot meets the object"
+"""The message of a fault where waypoints on a moving object are solved by themselves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +95,7 @@ class JointPath:
         passed_at: The velocities (joints,), rad/s or m/s, requested at passed waypoints, by the segment that begins
             there.
         half_spaces: Half spaces for the path of a back end that searches between joint waypoints; None: no restriction.
+        rides: The curves of the segments of rides, with time of their own: see `RideMotion`. Back ends rest there.
     """
 
     robot: Robot
@@ -101,6 +108,7 @@ class JointPath:
     tool_motions: tuple[PosePath | None, ...]
     passed_at: Mapping[int, FloatArray] = field(default_factory=dict)
     half_spaces: HalfSpaces | None = None
+    rides: Mapping[int, PiecewisePolynomial] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """Return robot and number of waypoints, in one line."""
@@ -118,12 +126,12 @@ class JointPath:
 
     @cached_property
     def moving(self) -> np.ndarray:
-        """Indices of the segments that have a length, ascending."""
-        return _moving(self.waypoints)
+        """Indices of the segments that have a length and no time of their own, ascending."""
+        return _moving(self.waypoints, self.rides)
 
     @cached_property
     def still(self) -> np.ndarray:
-        """Indices of the segments that have none, ascending."""
+        """Indices of the other segments, ascending."""
         still = np.ones(len(self.durations), dtype=bool)
         still[self.moving] = False
         return np.flatnonzero(still)
@@ -181,7 +189,8 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     waypoints, solved = solved_waypoints(problem)
     limits = problem.segment_limits()
     dwells = np.array([waypoint.dwell for waypoint in waypoints])
-    moving = _moving(solved)
+    rides = {k: w.motion.curve for k, w in enumerate(waypoints[1:]) if isinstance(w.motion, RideMotion)}
+    moving = _moving(solved, rides)
     durations = np.array(
         [_rest_time(waypoint) if k not in moving else waypoint.duration for k, waypoint in enumerate(waypoints[1:])],
         dtype=float,
@@ -210,6 +219,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
             None if waypoint.tool_motion is None else waypoint.tool_motion.path for waypoint in solved[1:]
         ),
         passed_at=_passed_at(waypoints, moving, transitions),
+        rides=rides,
     )
 
 
@@ -220,6 +230,8 @@ def solved_waypoints(problem: PlanningProblem) -> tuple[tuple[AnyWaypoint, ...],
         PlanningError: As `solve_waypoints` does.
     """
     options = problem.inverse_kinematics
+    if faults := [(("waypoints", i, "on"), UNPLANNED) for i, w in enumerate(problem.waypoints) if object_of(w)]:
+        raise InvalidProblem(faults)
     waypoints = within_limits(problem.robot, problem.waypoints, problem.start_tolerance)
     surroundings = ClearMotions.of(problem, waypoints)
     is_free = None if surroundings is None else surroundings.is_free
@@ -249,10 +261,10 @@ def _loaded(robot: Robot, payload: Payload | None, force: ProcessForce | None) -
     return robot if force is None else replace(robot, process_force=force)
 
 
-def _moving(solved: Sequence[SolvedWaypoint]) -> np.ndarray:
-    """Return the segments between joint positions that differ, or on which the tool goes around and comes back."""
-    pairs = enumerate(pairwise(solved))
-    moving = [k for k, (start, end) in pairs if (start.position != end.position).any() or not is_joint_motion(end)]
+def _moving(solved: Sequence[SolvedWaypoint], rides: Collection[int]) -> np.ndarray:
+    """Return the segments, but for rides, between different joint positions, or where the tool goes and comes back."""
+    pairs = ((k, *ends) for k, ends in enumerate(pairwise(solved)) if k not in rides)
+    moving = [k for k, start, end in pairs if (start.position != end.position).any() or not is_joint_motion(end)]
     return np.array(moving, dtype=int)
 
 

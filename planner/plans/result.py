@@ -22,6 +22,7 @@ from planner.certificate.joint_motions import certify_joint_motions
 from planner.certificate.limits import certificate_of, unless_missed
 from planner.certificate.pose_constraints import certify_pose_constraints
 from planner.certificate.residual_vibration import certify_residual_vibration
+from planner.certificate.rides import certify_rides
 from planner.certificate.sampling import SampleCertificate, certify_sampling
 from planner.certificate.speed_zones import SpeedZoneCheck, certify_speed_zones, refuse_too_fast
 from planner.certificate.tool_path import certify_tool_path
@@ -35,6 +36,7 @@ from planner.limits import SMALLEST
 from planner.paths import JointPath
 from planner.plans.binding import with_binding_limits
 from planner.plans.optimisation import Optimisation
+from planner.plans.ride import RideReport
 from planner.plans.saved import read_plan, write_plan
 from planner.plans.warnings import plan_warnings
 from planner.problems.any_of import requested_indices
@@ -45,6 +47,7 @@ from planner.time_scaling.sampled_limits import refuse_what_turns_too_often
 from planner.timing.action_times import TimedAction, action_times
 from planner.timing.continuous_torque import within_rms_torque
 from planner.timing.durations import duration_error, in_requested_durations
+from planner.timing.rides import with_rides
 from planner.timing.shaping import shaping_time
 from planner.timing.slowing import slowed
 from planner.tolerances import ROUNDING
@@ -74,6 +77,8 @@ class Plan:
         choices: The choice at each goal set of the request. In `problem`, the chosen options replace the goal sets.
         optimisation: The gain of the requested optimisation of the duration. In `problem`, the moved waypoints are at
             their joint positions. None: not requested.
+        ride: The times of the ride on a moving object. In `problem`, joint positions replace its waypoints. None: the
+            request has none.
     """
 
     problem: PlanningProblem
@@ -85,6 +90,7 @@ class Plan:
     detours: tuple[Detour, ...] = ()
     choices: tuple[Choice, ...] = ()
     optimisation: Optimisation | None = None
+    ride: RideReport | None = None
 
     def __repr__(self) -> str:
         """Return robot, back end and duration, in one line."""
@@ -247,7 +253,7 @@ def _timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Traje
     trajectory = within_rms_torque(problem, backend, path, slowed(problem, backend, path, trajectory))
     if problem.duration is not None and abs(trajectory.duration - problem.duration) > ROUNDING * problem.duration:
         raise duration_error(problem.duration, trajectory.duration)
-    return trajectory
+    return with_rides(path, trajectory)
 
 
 def certified(
@@ -337,6 +343,7 @@ def _certificate(
     wanted = np.where(np.isnan(met.positions), path.positions, met.positions)
     wanted[near] = np.nan
     checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, path.waypoints, met.targets)
+    checks += certify_rides(trajectory, problem)
     checks += certify_pose_constraints(trajectory, problem.robots, problem.waypoints)
     checks += [*certify_passages(trajectory, path.robot.joint_names, path.passed_at), *met.checks]
     checks += certify_durations(trajectory, problem.waypoints, problem.duration)

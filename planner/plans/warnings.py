@@ -55,7 +55,7 @@ def plan_warnings(
 ) -> Iterator[PlanWarning]:
     """Yield the warnings of a certified plan."""
     yield from _snapped(problem)
-    numbers, repeated = requested_indices(problem), path.still + 1
+    numbers, repeated = requested_indices(problem), path.still[~np.isin(path.still, list(path.rides))] + 1
     if len(repeated):
         named = ", ".join(str(numbers[i]) for i in repeated[:MOST_NAMED].tolist())
         more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""

@@ -14,7 +14,9 @@ from planner.errors import InvalidProblem
 from planner.fields import FieldPath
 from planner.paths import JointPath
 from planner.plots.style import AXIS_COLOURS, colour_of
+from planner.problems.motion_around import as_requested
 from planner.problems.problem import PlanningProblem, ViaWaypoint
+from planner.problems.rides import RideEnd
 from planner.robots import Robot
 from planner.samples import Samples, sample_at
 from planner.spatial import FloatArray
@@ -66,7 +68,11 @@ class NamedStop(NamedTuple):
 
 def stops_of(plan: Planned) -> list[NamedStop]:
     """List the requested waypoints, without the corners of detours; a waypoint without a name has its number."""
-    requested = [row for row, waypoint in enumerate(plan.problem.waypoints) if not isinstance(waypoint, ViaWaypoint)]
+    requested = [
+        row
+        for row, waypoint in enumerate(plan.problem.waypoints)
+        if not isinstance(as_requested(waypoint), ViaWaypoint | RideEnd)
+    ]
     times = plan.trajectory.arrivals, plan.trajectory.departures
     return [
         NamedStop(row, plan.problem.waypoints[row].name or str(index), *(float(column[row]) for column in times))

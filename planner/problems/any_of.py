@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, replace
 
 from planner.fields import FieldPath
 from planner.problems.actions import Action, AtWaypoint
-from planner.problems.problem import AnyWaypoint, PlanningProblem, RelativeWaypoint, Waypoint
+from planner.problems.problem import AnyWaypoint, PlanningProblem, PoseWaypoint, RelativeWaypoint, Waypoint
 
 OWN_FIELDS = frozenset({"name", "dwell"})
 """The fields of every kind of waypoint that a goal set may have itself."""
@@ -161,6 +161,8 @@ def goal_set_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]
             for waypoint, field_path in zip(own, _paths_in(option, path), strict=True):
                 if isinstance(waypoint, AnyOf) or not isinstance(waypoint, Waypoint):
                     yield field_path, f"must be a waypoint of another kind; got {type(waypoint).__name__}"
+                elif isinstance(waypoint, PoseWaypoint) and waypoint.on is not None:
+                    yield (*field_path, "on"), "must be left out in an option: the robot rides on one object"
                 elif waypoint.tool is not None:
                     yield (*field_path, "tool"), "must be None in an option. Set the tool at a waypoint before or after"
             if own and isinstance(own[0], RelativeWaypoint):

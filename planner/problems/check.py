@@ -21,6 +21,7 @@ from planner.problems.problem import (
     PolylineMotion,
     SplineMotion,
 )
+from planner.problems.rides import ride_faults
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.problems.waypoint_faults import (
     action_faults,
@@ -108,6 +109,7 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
             yield ("waypoints", i, "dwell"), "needs a stop: the robot rests only at a waypoint where it stops"
     yield from _payload_faults(problem)
     yield from objects_handled_faults(problem)
+    yield from ride_faults(problem)
     yield from tool_faults(problem)
     yield from process_force_faults(problem)
     yield from action_faults(problem)

@@ -237,6 +237,8 @@ class PoseWaypoint(Waypoint):
             starts from `inverse_kinematics.reference` or the middle of the limits.
         external: Positions of external axes here, rad or m, by their names; None, and axes without an entry: the
             planner chooses.
+        on: Name of an object of the scene that moves at constant velocity: `pose` is in its frame, and the tool moves
+            along with it. The planner chooses the time of arrival. None: `pose` is fixed.
     """
 
     pose: Pose
@@ -244,6 +246,7 @@ class PoseWaypoint(Waypoint):
     frame: Pose | None = None
     free: Free | None = None
     external: Mapping[str, float] | None = None
+    on: str | None = None
 
     def __post_init__(self) -> None:
         """Convert other types of poses."""

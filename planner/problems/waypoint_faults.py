@@ -27,6 +27,7 @@ from planner.problems.problem import (
     Turns,
 )
 from planner.problems.regions import Region, region_faults
+from planner.problems.rides import RideMotion, object_of
 from planner.problems.transitions import StopTransition
 from planner.robots import Robot
 from planner.scene.scene import Scene, handling_faults
@@ -56,7 +57,8 @@ def action_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
 def objects_handled_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     """Find objects that the robot cannot take or put down at their waypoint."""
     if problem.scene is not None:
-        yield from handling_faults(problem.robot, problem.scene, problem.handling)
+        riding = {name for waypoint in problem.waypoints if (name := object_of(waypoint)) is not None}
+        yield from handling_faults(problem.robot, problem.scene, problem.handling, riding)
         yield from _early_takes(problem, problem.scene)
     for i, (waypoint, done) in enumerate(zip(problem.waypoints, problem.handling, strict=True)):
         if not done.is_none and problem.scene is None:
@@ -79,7 +81,8 @@ def _early_takes(problem: PlanningProblem, scene: Scene) -> Iterator[tuple[Field
         earliest = max(earliest, waypoint.earliest_arrival)
         for take in waypoint.attach:
             stop = stops.get(take.id)
-            if stop is not None and earliest < stop:
+            rides = object_of(waypoint) == take.id or isinstance(waypoint.motion, RideMotion)
+            if stop is not None and earliest < stop and not rides:
                 text = f"must be at least {stop:g} s, when {take.id!r} stops, here or at a waypoint before"
                 yield ("waypoints", i, "earliest_arrival"), text
 

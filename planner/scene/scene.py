@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -267,8 +267,17 @@ def _thing_faults(things: Sequence[SceneObject | AttachedObject], kind: str) -> 
         yield ("scene", kind, i, "pose"), "a pose is made of numbers and a rotation"
 
 
-def handling_faults(robot: Robot, scene: Scene, handling: Sequence[Handling]) -> Iterator[tuple[FieldPath, str]]:
-    """Find what cannot be taken or put down at the waypoints of a robot, in their order."""
+def handling_faults(
+    robot: Robot, scene: Scene, handling: Sequence[Handling], riding: Collection[str] = ()
+) -> Iterator[tuple[FieldPath, str]]:
+    """Find what cannot be taken or put down at the waypoints of a robot, in their order.
+
+    Args:
+        robot: The arm.
+        scene: The objects.
+        handling: The objects that the robot takes and puts down at each waypoint.
+        riding: Names of objects that the robot moves along with, so that it may take them while they move.
+    """
     shapes = {thing.id: thing.shapes for thing in scene.objects} | {held.id: held.shapes for held in scene.attached}
     endless = {thing.id for thing in scene.objects if thing.motion is not None and thing.motion.stop is None}
     links = {frame.name for frame in robot.model.frames}
@@ -286,8 +295,9 @@ def handling_faults(robot: Robot, scene: Scene, handling: Sequence[Handling]) ->
                 yield (*field, "id"), f"the robot carries {take.id!r} already"
             elif not all(map(_has_end, shapes[take.id])):
                 yield (*field, "id"), f"{take.id!r} cannot be carried: it is no solid with an end"
-            elif take.id in endless:
-                yield (*field, "id"), f"must be an object that stops: {take.id!r} has a `motion` without end"
+            elif take.id in endless and take.id not in riding:
+                text = f"must be an object that stops: {take.id!r} has a `motion` without end. Take it at a waypoint `on` it"
+                yield (*field, "id"), text
             if take.link is not None and take.link not in links:
                 yield (*field, "link"), f"{robot.id} has no link called {take.link!r}"
             for j, name in enumerate(take.touch_links):

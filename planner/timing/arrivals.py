@@ -12,6 +12,7 @@ import numpy as np
 from planner.errors import InfeasibleDuration, InvalidProblem, Remedy
 from planner.paths import JointPath
 from planner.problems.problem import PlanningProblem, ViaWaypoint
+from planner.problems.rides import is_riding
 from planner.problems.transitions import StopTransition
 from planner.tolerances import LIMIT_TOLERANCE, POSITION_TOLERANCE
 from planner.trajectories.trajectory import Trajectory
@@ -50,7 +51,9 @@ def last_stop(problem: PlanningProblem, waypoint: int) -> int:
     stops = (
         k
         for k in range(waypoint - 1, 0, -1)
-        if isinstance(waypoints[k].transition, StopTransition) and not isinstance(waypoints[k], ViaWaypoint)
+        if isinstance(waypoints[k].transition, StopTransition)
+        and not isinstance(waypoints[k], ViaWaypoint)
+        and not is_riding(problem, k)
     )
     return next(stops, 0)
 

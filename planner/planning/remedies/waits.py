@@ -19,6 +19,7 @@ from planner.planning.attempts import Refused
 from planner.planning.proofs import Change
 from planner.planning.variants import is_of_moving_object
 from planner.problems.problem import PlanningProblem, ViaWaypoint
+from planner.problems.rides import is_riding
 from planner.problems.transitions import StopTransition
 from planner.scene.blocks import not_free
 from planner.scene.checker import CollisionChecker
@@ -84,7 +85,7 @@ def _stops(problem: PlanningProblem, segment: int) -> Iterator[int]:
     stops = [
         k
         for k, (waypoint, number) in enumerate(zip(problem.waypoints[:-1], problem.numbers, strict=False))
-        if number <= segment and not isinstance(waypoint, ViaWaypoint)
+        if number <= segment and not isinstance(waypoint, ViaWaypoint) and not is_riding(problem, k)
         if k == 0 or isinstance(waypoint.transition, StopTransition)
     ]
     yield from stops[::-1][:MOST_STOPS]

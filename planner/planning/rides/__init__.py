@@ -1,0 +1,1 @@
+"""Rides on moving objects: when the robot gets on, and the latest start of the program."""

@@ -1,0 +1,358 @@
+"""Rides at given times: the joints follow the tool, and the problem with that ride."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from planner.errors import LimitsUnsatisfiable, PlanningError, UnreachableWaypoint
+from planner.kinematics.configurations import in_configuration
+from planner.kinematics.inverse import all_solutions, inverse_kinematics
+from planner.kinematics.turns import counted_velocity, nearest_turn
+from planner.paths import solved_waypoints
+from planner.problems.actions import Action, AtWaypoint
+from planner.problems.any_of import ProblemWithOptions
+from planner.problems.motion_around import FixedWaypoint, FreeMotion
+from planner.problems.problem import AnyWaypoint, JointMotion, PlanningProblem, PoseWaypoint, Waypoint
+from planner.problems.rides import Ride, RideEnd, RideMotion, velocity_in_base
+from planner.scene.motions import ConstantVelocity
+from planner.scene.scene import HERE, Scene
+from planner.spatial import FloatArray
+from planner.tool_motions.errors import limit_error, lost_error
+from planner.tool_motions.follow import Lost, Track, follow
+from planner.tool_motions.position_limits import first_beyond
+from planner.tool_motions.ride_paths import RidePath
+from planner.trajectories.polynomials import PiecewisePolynomial, quintics_through
+
+FIRST_DURATION = 0.3
+"""The duration of each part of a ride with which the search for the shortest one begins, s."""
+
+SHORTEST_PART = 0.02
+"""The shortest duration of a part of a ride, s."""
+
+USED = (0.75, 0.98)
+"""The shares of the limits that each part of a ride is to use: at least the first, unless it is too short already, and
+at most the second, which leaves room between the samples."""
+
+MOST_FITS = 12
+"""The most trials until the durations of a ride use the limits."""
+
+LARGEST_CHANGE = 4.0
+"""The largest factor between the durations of two such trials."""
+
+SAMPLES_OF_PART = 40
+"""The number of samples of each part of a ride, at which the limits are compared."""
+
+SAMPLES_OF_REST = 9
+"""The number of samples of each rest relative to the object."""
+
+MOST_BRANCHES = 4
+"""The most solutions of the inverse kinematics from which a ride is tried, the nearest ones."""
+
+
+@dataclass(frozen=True, eq=False)
+class Boarding:
+    """A ride with its times.
+
+    Attributes:
+        time: Time of arrival at the first waypoint on the object, s.
+        path: The path of the tool.
+        curve: Joint positions over the time since the robot begins to get on, s.
+    """
+
+    time: float
+    path: RidePath
+    curve: PiecewisePolynomial
+
+    @property
+    def begin(self) -> float:
+        """The time at which the robot begins to get on, s."""
+        return self.time - self.path.lead_in
+
+    @property
+    def start(self) -> FloatArray:
+        """The joint position (joints,) where it does, rad or m."""
+        return np.asarray(self.curve.coefficients[0, :, 0])
+
+
+class _Use(NamedTuple):
+    """The largest shares of limits in each part of a ride.
+
+    Attributes:
+        scales: (parts,), factors on the durations with which the limits would just be used, about.
+        worst: (parts,), the largest share of any limit.
+        speed: The largest share of a velocity limit at the speed of the object alone.
+        joint: Index of its joint.
+        value: The velocity there, rad/s or m/s.
+        limit: Its limit.
+    """
+
+    scales: FloatArray
+    worst: FloatArray
+    speed: float
+    joint: int
+    value: float
+    limit: float
+
+
+class Boardings:
+    """The rides of a problem at any time.
+
+    Args:
+        problem: The problem.
+        ride: Its ride.
+
+    Raises:
+        PlanningError: A waypoint before the ride cannot be solved.
+    """
+
+    def __init__(self, problem: PlanningProblem, ride: Ride) -> None:
+        self.problem, self.ride = problem, ride
+        self.robot, self.base = problem.robots[ride.first], problem.robot.mounting or HERE
+        self.velocity = velocity_in_base(ride.thing, self.base)
+        before = replace(problem, waypoints=problem.waypoints[: ride.first], actions=())
+        self.before = solved_waypoints(before)[1][-1].position
+        self.limits = problem.segment_limits()
+        self.waypoints = [w for w in problem.waypoints[ride.first : ride.last + 1] if isinstance(w, PoseWaypoint)]
+        self.slowness = 1.0
+        self.durations = np.full(len(self.waypoints) + 1, FIRST_DURATION)
+
+    @property
+    def holds(self) -> FloatArray:
+        """The times (waypoints,) of the rests relative to the object, s."""
+        return np.array([waypoint.dwell for waypoint in self.waypoints])
+
+    def path(self, time: float, durations: FloatArray) -> RidePath:
+        """Return the path of the tool with a time of arrival, s, and durations (parts,), s, of all but the rests."""
+        there = self.ride.thing.pose_at(time).to_frame(self.base)
+        poses = [waypoint.pose.from_frame(there) for waypoint in self.waypoints]
+        return RidePath(poses, self.velocity, durations[0], self.holds, durations[1:-1], durations[-1])
+
+    def at(self, time: float) -> Boarding | PlanningError:
+        """Return the ride with a time of arrival, s, as short as the limits of the joints allow, or why there is none.
+
+        The search begins with the durations of the ride found last.
+        """
+        refusal: PlanningError | None = None
+        first = self.waypoints[0]
+        path = self.path(time, self.durations)
+        options = self.problem.inverse_kinematics
+        solutions = all_solutions(self.robot, path.pose(0.0), options, self.before)
+        starts = in_configuration(self.robot, solutions, first.configuration)
+        for start in starts[:MOST_BRANCHES]:
+            found = self._fitted(time, nearest_turn(self.robot, start, self.before))
+            if isinstance(found, Boarding):
+                return found
+            refusal = refusal or found
+            if isinstance(found, UnreachableWaypoint):
+                break  # no solution of the inverse kinematics reaches farther than another
+        name = f"the motion with {self.ride.thing.id!r}"
+        return refusal or UnreachableWaypoint(
+            f"{name} cannot be reached by {self.robot.id} at its start", waypoint=self.ride.first
+        )
+
+    def _fitted(self, time: float, start: FloatArray) -> Boarding | PlanningError:
+        """Return the ride from near a joint position (joints,), or why there is none."""
+        fixed = np.array([np.nan, *(w.duration or np.nan for w in self.waypoints[1:]), np.nan])
+        least = np.array([0.0, *(w.minimum_duration for w in self.waypoints[1:]), 0.0])
+        durations = np.where(np.isnan(fixed), self.durations, fixed)
+        fits: Boarding | PlanningError | None = None
+        for _ in range(MOST_FITS):
+            boarding = self._followed(time, durations, start)
+            if isinstance(boarding, PlanningError):
+                return fits or boarding
+            use = self._use(boarding)
+            if use.speed > 1.0:
+                return self._too_fast(use)
+            is_free = np.isnan(fixed) & (durations > np.maximum(least, SHORTEST_PART))
+            if (use.worst <= USED[1]).all():
+                self.durations, fits = durations, boarding
+                if not (is_free & (use.worst < USED[0])).any():
+                    break
+            scales = np.clip(use.scales / np.mean(USED), 1.0 / LARGEST_CHANGE, LARGEST_CHANGE)
+            wanted = np.maximum(durations * scales, np.maximum(least, SHORTEST_PART))
+            durations = np.where(np.isnan(fixed), wanted, fixed)
+        if fits is None:
+            return LimitsUnsatisfiable(
+                f"the motion with {self.ride.thing.id!r} would use {use.worst.max():.4g} times a limit of a joint",
+                segment=self.ride.first - 1 + int(use.worst.argmax()),
+            )
+        if self.slowness == 1.0:
+            return fits
+        slower = np.where(np.isnan(fixed), self.durations * self.slowness, fixed)
+        return self._followed(time, slower, start)
+
+    def _followed(self, time: float, durations: FloatArray, start: FloatArray) -> Boarding | PlanningError:
+        """Follow the path of the tool from near a joint position (joints,)."""
+        path = self.path(time, durations)
+        robot, options, name = self.robot, self.problem.inverse_kinematics, f"the motion with {self.ride.thing.id!r}"
+        near = inverse_kinematics(robot, path.pose(0.0), options, start)
+        index = {"segment": self.ride.first - 1, "waypoint": self.ride.first}
+        if near.status != "solved":
+            return UnreachableWaypoint(f"{name} cannot be reached by {robot.id} at its start", **index)
+        motions = [own.motion for own in self.waypoints[1:]]
+        tolerances = [(m.tolerance_position, m.tolerance_orientation) for m in motions if hasattr(m, "singularity")]
+        tolerance = tuple(np.min([*tolerances, self.default_tolerance], axis=0).tolist())
+        curve = follow(Track(robot, path, nearest_turn(robot, near.position, start), None, tolerance))
+        if isinstance(curve, Lost):
+            return lost_error(name, robot, path, curve, options, "refuse").with_fields(**index)
+        if (beyond := first_beyond(robot, curve)) is not None:
+            return limit_error(name, robot, *beyond).with_fields(**index)
+        return Boarding(time, path, _from_rest_to_rest(curve.stretched(path.duration)))
+
+    default_tolerance = 1e-4, 1e-3
+    """The tolerances, m and rad, of straight lines without others."""
+
+    def _use(self, boarding: Boarding) -> _Use:
+        """Return the shares of the limits of velocity, acceleration and jerk that a ride uses."""
+        knots, curve = boarding.path.knots, boarding.curve
+        edges = [(knots[0], knots[1]), *((knots[2 * k], knots[2 * k + 1]) for k in range(1, len(self.waypoints)))]
+        edges.append((knots[-2], knots[-1]))
+        scales, worst = [], []
+        for part, (begin, end) in enumerate(edges):
+            segment = min(self.ride.first - 1 + part, len(self.limits.velocity.upper) - 1)
+            values = curve.evaluate(np.linspace(begin, end, SAMPLES_OF_PART), [1, 2, 3])
+            shares = [
+                (np.abs(rows) / self.limits.bounds(quantity).narrower[segment]).max()
+                for rows, quantity in zip(values, ("velocity", "acceleration", "jerk"), strict=True)
+            ]
+            is_relative = 0 < part < len(edges) - 1
+            scales.append(max(shares[0] if is_relative else 0.0, shares[1] ** (1 / 2), shares[2] ** (1 / 3)))
+            worst.append(max(shares))
+        rests = [np.linspace(knots[2 * k + 1], knots[2 * k + 2], SAMPLES_OF_REST) for k in range(len(self.waypoints))]
+        speeds = np.abs(curve.evaluate(np.concatenate(rests), [1])[0])
+        limit = self.limits.velocity.narrower[self.ride.first - 1 : self.ride.last + 1].min(axis=0)
+        row, joint = np.unravel_index(int((speeds / limit).argmax()), speeds.shape)
+        value = float(speeds[row, joint])
+        return _Use(
+            np.array(scales), np.array(worst), value / float(limit[joint]), int(joint), value, float(limit[joint])
+        )
+
+    def _too_fast(self, use: _Use) -> LimitsUnsatisfiable:
+        name, speed = self.robot.joint_names[use.joint], float(np.linalg.norm(self.velocity))
+        return LimitsUnsatisfiable(
+            f"{self.ride.thing.id!r} is too fast: to move along at {speed:.4g} m/s, {name} would move at "
+            f"{use.value:.4g}, its limit is {use.limit:.4g}",
+            waypoint=self.ride.first,
+            joint=name,
+            value=use.value,
+            limit=use.limit,
+        )
+
+    def travel_time(self, boarding: Boarding) -> float:
+        """Return a lower bound on the time from the start of the trajectory until getting on can begin, s."""
+        waypoints = self.problem.waypoints[: self.ride.first]
+        rests = sum(waypoint.dwell + (waypoint.duration or waypoint.minimum_duration) for waypoint in waypoints)
+        speeds = counted_velocity(self.robot.limit("velocity"))
+        away = np.abs(boarding.start - self.before)
+        limited = np.isfinite(self.robot.limit("velocity"))
+        return rests + float((away / speeds)[limited].max(initial=0.0))
+
+    def problem_with(self, boarding: Boarding, later: float = 0.0) -> ProblemWithOptions:
+        """Return the problem with a ride in the place of its waypoints on the object.
+
+        Args:
+            boarding: The ride.
+            later: Time by which the robot rests longer at its first waypoint, s.
+        """
+        problem, ride = self.problem, self.ride
+        taken: float | None = None
+        middle: list[AnyWaypoint] = [self._lead_in(boarding)]
+        knots = boarding.path.knots
+        previous = 0.0
+        for k, waypoint in enumerate(self.waypoints):
+            arrival = knots[2 * k + 1]
+            middle.append(self._on_object(boarding, k, waypoint, previous))
+            if taken is None and any(take.id == ride.thing.id for take in waypoint.attach):
+                taken = boarding.begin + arrival
+            previous = arrival
+        middle.append(self._lead_out(boarding, previous))
+        waypoints = [*problem.waypoints[: ride.first], *middle, *problem.waypoints[ride.last + 1 :]]
+        if later:
+            waypoints[0] = replace(waypoints[0], dwell=waypoints[0].dwell + later)
+        inner = [ride.first, *ride.indices, ride.last + 1]
+        indices = [*range(ride.first), *inner, *range(ride.last + 1, len(problem.waypoints))]
+        given = {field.name: getattr(problem, field.name) for field in fields(PlanningProblem)}
+
+        def moved(action: Action) -> Action:
+            if not isinstance(action.at, AtWaypoint):
+                return action
+            index = action.at.waypoint
+            return replace(action, at=AtWaypoint(index + (index >= ride.first) + (index > ride.last)))
+
+        changed = {
+            "waypoints": tuple(waypoints),
+            "actions": tuple(map(moved, problem.actions)),
+            "scene": self._scene(taken),
+            "paths": tuple(("waypoints", index) for index in indices),
+        }
+        return ProblemWithOptions(**(given | changed))
+
+    def _scene(self, taken: float | None) -> Scene | None:
+        """Return the scene, with the object moving by itself only until it is taken at a time, s."""
+        scene = self.problem.scene
+        if scene is None or taken is None:
+            return scene
+
+        def until(thing: object) -> object:
+            if thing is not self.ride.thing:
+                return thing
+            motion = self.ride.thing.motion
+            assert isinstance(motion, ConstantVelocity)  # noqa: S101 - the check of the problem refuses others
+            return replace(self.ride.thing, motion=replace(motion, end=taken))
+
+        return replace(scene, objects=tuple(map(until, scene.objects)))  # type: ignore[arg-type]
+
+    def _lead_in(self, boarding: Boarding) -> RideEnd:
+        """Return the waypoint where the robot begins to get on."""
+        first = self.waypoints[0]
+        motion = first.motion if isinstance(first.motion, FreeMotion) else JointMotion("as_given")
+        return RideEnd(
+            boarding.start.tolist(),
+            motion=motion,
+            limits=first.limits,
+            tool=first.tool,
+            earliest_arrival=boarding.begin,
+            latest_arrival=boarding.begin,
+        )
+
+    def _lead_out(self, boarding: Boarding, previous: float) -> RideEnd:
+        """Return the waypoint where the robot has got off; `previous` is the last arrival since the start, s."""
+        knots, limits = boarding.path.knots, self.problem.waypoints[self.ride.last + 1].limits
+        position = boarding.curve.evaluate(knots[-1:], [0])[0][0]
+        motion = self._motion(boarding, previous, knots[-1])
+        return RideEnd(position.tolist(), motion=motion, limits=limits, duration=float(boarding.path.lead_out))
+
+    def _on_object(self, boarding: Boarding, k: int, waypoint: PoseWaypoint, previous: float) -> FixedWaypoint:
+        """Return a waypoint on the object at its joint position; `previous` is the arrival before, s."""
+        knots = boarding.path.knots
+        arrival, departure = knots[2 * k + 1], knots[2 * k] if k else knots[0]
+        there = self.ride.thing.pose_at(boarding.time).to_frame(self.base)
+        shift = (arrival - knots[1]) * self.velocity
+        frame = replace(there, position=there.position + shift)
+        requested = replace(waypoint, frame=frame)
+        kept = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)}
+        kept |= {
+            "motion": self._motion(boarding, previous, arrival),
+            "duration": float(arrival - departure),
+            "minimum_duration": 0.0,
+            "earliest_arrival": 0.0,
+            "latest_arrival": waypoint.latest_arrival if k else None,
+            "tool": None,
+        }
+        position = boarding.curve.evaluate(np.array([arrival]), [0])[0][0]
+        return FixedWaypoint(position.tolist(), requested=requested, **kept)
+
+    def _motion(self, boarding: Boarding, begin: float, end: float) -> RideMotion:
+        """Return the motion of the ride between times since its start, s."""
+        return RideMotion("as_given", curve=boarding.curve.between(begin, end), thing=self.ride.thing)
+
+
+def _from_rest_to_rest(curve: PiecewisePolynomial) -> PiecewisePolynomial:
+    """Return a curve whose velocity and acceleration are exactly 0 at its ends, where they are but for rounding."""
+    states = [rows.copy() for rows in curve.evaluate(curve.breakpoints, [0, 1, 2])]
+    for rows in states[1:]:
+        rows[[0, -1]] = 0.0
+    return quintics_through(curve.lengths, *states)

@@ -1,0 +1,282 @@
+"""The plan of a problem with a ride: the earliest time at which the robot can get on, and the latest start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, PlanningError, Remedy, UnreachableWaypoint
+from planner.planning.attempts import Attempt, Outcome, Planned, Proposals, Refused, is_unmade
+from planner.planning.improved import improved
+from planner.planning.rides.boarding import Boarding, Boardings
+from planner.plans.result import Plan
+from planner.plans.ride import RideReport
+from planner.problems.any_of import requested_paths
+from planner.problems.check import check_problem
+from planner.problems.rides import is_riding, rides_of
+from planner.robots import Robot
+from planner.timing.arrivals import last_stop
+
+TIMES_TRIED = 48
+"""The number of times of arrival, all over the time within reach, between which an interval may be missed."""
+
+KNOWN_TO = 5e-3
+"""How well the earliest time of arrival is found, s."""
+
+AHEAD = 1e-3
+"""Time by which the robot is to be there sooner than it just could, s."""
+
+MOST_STEPS = 12
+"""The most attempts that make the time of arrival sooner."""
+
+MOST_LATE = 4
+"""The most attempts at the latest start."""
+
+SLOWER = 1.3
+"""The factor on the durations of a ride that breaks a limit which is not compared before, such as that of a torque."""
+
+SLOWEST = 4.0
+"""The largest product of such factors."""
+
+
+def with_ride(attempt: Attempt) -> Proposals[Plan]:
+    """Plan with the earliest ride found, and find the latest start.
+
+    Raises:
+        PlanningError: No ride has a plan: the reason at the time of arrival that came nearest to one.
+    """
+    check_problem(attempt.problem, attempt.backend)
+    search = _Search(attempt)
+    return (yield from search.run())
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A plan with a ride.
+
+    Attributes:
+        boarding: The ride.
+        plan: The plan.
+        slack: Time that the robot waits for the ride at the stop before, s.
+    """
+
+    boarding: Boarding
+    plan: Plan
+    slack: float
+
+
+class _Search:
+    """The search for rides that have a plan."""
+
+    def __init__(self, attempt: Attempt) -> None:
+        self.attempt, self.problem = attempt, attempt.problem
+        (self.ride,) = rides_of(self.problem)
+        self.boardings = Boardings(self.problem, self.ride)
+        self.first = self.problem.waypoints[self.ride.first]
+        self.refusals: list[tuple[float, PlanningError]] = []
+        self.is_spent = False
+
+    def run(self) -> Proposals[Plan]:
+        """Return the plan with the earliest ride, with its report."""
+        times = self._times()
+        found, failed = yield from self._first(times)
+        if found is None:
+            raise self._refusal(times)
+        found = yield from self._sooner(found, failed)
+        latest = self.first.latest_arrival
+        if latest is not None and found.boarding.time > latest:
+            raise self._late(latest, found)
+        start = yield from self._latest_start(found, times)
+        path, begin = found.boarding.path, found.boarding.begin
+        arrival, end = found.boarding.time, begin + path.duration
+        report = RideReport(self.ride.first, self.ride.thing.id, float(begin), float(arrival), float(end), float(start))
+        return replace(found.plan, ride=report)
+
+    def _times(self) -> np.ndarray:
+        """Return times of arrival (N,), s, from the earliest to the last within reach.
+
+        Raises:
+            UnreachableWaypoint: The pose on the object is never within reach then.
+        """
+        there = self.boardings.path(0.0, self.boardings.durations).poses[0].position
+        velocity, reach = self.boardings.velocity, _reach(self.boardings.robot)
+        speed = float(np.linalg.norm(velocity))
+        nearest = -float(there @ velocity) / speed**2
+        away = float(np.linalg.norm(there + nearest * velocity))
+        half = np.sqrt(max(reach**2 - away**2, 0.0)) / speed
+        stop = self.ride.thing.motion.stop if self.ride.thing.motion is not None else None
+        begin, end = max(self.first.earliest_arrival, nearest - half), nearest + half
+        end = end if stop is None else min(end, stop)
+        if away >= reach or end <= begin:
+            earliest = max(self.first.earliest_arrival, 0.0)
+            when = earliest if away < reach else max(nearest, earliest)
+            nearest_then = float(np.linalg.norm(there + when * velocity))
+            raise UnreachableWaypoint(
+                f"{self.ride.thing.id!r} is out of reach of {self.boardings.robot.id} from {earliest:g} s on: the pose "
+                f"of waypoint {{waypoint}} is {nearest_then:.4g} m from its base at {when:.4g} s, and no pose beyond "
+                f"{reach:.4g} m can be reached",
+                waypoint=self.ride.first,
+                value=nearest_then,
+                limit=reach,
+            )
+        return np.linspace(begin, end, TIMES_TRIED + 1)
+
+    def _attempt(self, boarding: Boarding, later: float = 0.0) -> Proposals[Outcome]:
+        problem = self.boardings.problem_with(boarding, later)
+        outcome = yield from improved(replace(self.attempt, problem=problem))
+        if isinstance(outcome, Refused):
+            self.is_spent = is_unmade(outcome)
+            if not self.is_spent:
+                self.refusals.append((boarding.time, outcome.refusal.moved(requested_paths(problem))))
+        return outcome
+
+    def _found(self, boarding: Boarding, outcome: Planned) -> _Found:
+        problem, trajectory = outcome.plan.problem, outcome.plan.trajectory
+        (k, *_) = (
+            i for i, w in enumerate(problem.waypoints) if w.latest_arrival == boarding.begin == w.earliest_arrival
+        )
+        stop = last_stop(problem, k)
+        requested = requested_paths(problem)[stop][1]
+        dwell = self.problem.waypoints[int(requested)].dwell
+        return _Found(boarding, outcome.plan, float(trajectory.departures[stop] - trajectory.arrivals[stop]) - dwell)
+
+    def _tried(self, time: float) -> Proposals[_Found | PlanningError]:
+        """Try a time of arrival, s, more slowly where limits of torques or of the tool are broken."""
+        while True:
+            boarding = self.boardings.at(time)
+            if isinstance(boarding, PlanningError):
+                self.refusals.append((time, boarding))
+                return boarding
+            soonest = self.boardings.travel_time(boarding)
+            if soonest > boarding.begin:
+                return self._not_there(soonest, boarding)
+            outcome = yield from self._attempt(boarding)
+            if isinstance(outcome, Planned):
+                return self._found(boarding, outcome)
+            refusal = outcome.refusal
+            if isinstance(refusal, InfeasibleDuration) and refusal.limit is not None and self._is_at_ride(outcome):
+                return self._not_there(refusal.limit, boarding)
+            if not isinstance(refusal, LimitsUnsatisfiable) or self.boardings.slowness * SLOWER > SLOWEST:
+                return refusal
+            self.boardings.slowness *= SLOWER
+
+    def _is_at_ride(self, refused: Refused) -> bool:
+        """Tell whether a late arrival is that where the robot is to get on."""
+        index = refused.refusal.waypoint
+        path = requested_paths(refused.attempt.problem)
+        return index is not None and int(path[index][1]) == self.ride.first
+
+    def _not_there(self, soonest: float, boarding: Boarding) -> InfeasibleDuration:
+        """Return the refusal of a ride that begins before the robot can be there, at a time, s; `limit` is the arrival."""
+        arrival = soonest + boarding.path.lead_in
+        return InfeasibleDuration(
+            f"waypoint {{waypoint}} on {self.ride.thing.id!r} cannot be reached at {boarding.time:.6g} s: within the "
+            f"limits and the requested durations, the robot would be there at {arrival:.6g} s",
+            waypoint=self.ride.first,
+            value=boarding.time,
+            limit=arrival,
+        )
+
+    def _first(self, times: np.ndarray) -> Proposals[tuple[_Found | None, float]]:
+        """Return the first ride with a plan, and the last time of arrival, s, that has none."""
+        failed, time = float(times[0]), float(times[0])
+        while True:
+            found = yield from self._tried(time)
+            if isinstance(found, _Found):
+                return found, failed
+            if self.is_spent:
+                return None, failed
+            failed = time
+            if isinstance(found, InfeasibleDuration) and found.waypoint == self.ride.first and found.limit is not None:
+                self.refusals.append((time, found))
+                time = max(found.limit + AHEAD, time + AHEAD)
+            else:
+                time = float(times[min(np.searchsorted(times, time + 1e-9, side="right"), len(times) - 1)])
+            if time > times[-1] or time <= failed:
+                return None, failed
+
+    def _sooner(self, found: _Found, failed: float) -> Proposals[_Found]:
+        """Make the time of arrival sooner, down to one, s, that has no plan."""
+        for _ in range(MOST_STEPS):
+            time = found.boarding.time
+            if found.slack <= KNOWN_TO or time - failed <= KNOWN_TO:
+                break
+            sooner = max(time - found.slack + AHEAD, (failed + time) / 2.0)
+            tried = yield from self._tried(sooner)
+            if isinstance(tried, _Found):
+                found = tried
+            elif self.is_spent:
+                break
+            else:
+                failed = sooner
+        return found
+
+    def _latest_start(self, found: _Found, times: np.ndarray) -> Proposals[float]:
+        """Return the longest rest at the first waypoint, s, with which a plan was made."""
+        latest = self.first.latest_arrival
+        last = float(times[-1]) if latest is None else min(float(times[-1]), latest)
+        step = float(times[1] - times[0])
+        best, tries = found, 0
+        time, failed = last, None
+        while time > found.boarding.time and tries < MOST_LATE:
+            boarding = self.boardings.at(time)
+            if isinstance(boarding, PlanningError):
+                failed, time = time, time - step
+                continue
+            while failed is not None and failed - time > KNOWN_TO:
+                middle = (time + failed) / 2.0
+                if isinstance(self.boardings.at(middle), PlanningError):
+                    failed = middle
+                else:
+                    time = middle
+            tried = yield from self._tried(time)
+            tries += 1
+            if isinstance(tried, _Found) and tried.slack > best.slack:
+                best = tried
+                break
+            if self.is_spent:
+                break
+            failed, time = time, time - step
+        for share in (1.0, 0.98, 0.9, 0.75) if not self.is_spent else ():
+            later = np.floor((best.slack - AHEAD) * share / AHEAD) * AHEAD
+            if later <= 0.0 or self.is_spent:
+                break
+            outcome = yield from self._attempt(best.boarding, later)
+            if isinstance(outcome, Planned):
+                return float(later)
+        return 0.0
+
+    def _late(self, latest: float, found: _Found) -> InfeasibleDuration:
+        """Return the refusal of a ride that has to begin too soon, with the time that works."""
+        arrival = float(np.ceil(found.boarding.time / AHEAD) * AHEAD)
+        remedy = Remedy(
+            ("waypoints", self.ride.first, "latest_arrival"),
+            arrival,
+            "the earliest arrival found on the object",
+            found.plan.trajectory.duration,
+        )
+        return InfeasibleDuration(
+            f"waypoint {{waypoint}} on {self.ride.thing.id!r} cannot be reached by {latest:g} s: the earliest arrival "
+            f"found is at {found.boarding.time:.6g} s",
+            waypoint=self.ride.first,
+            value=latest,
+            limit=found.boarding.time,
+            remedies=[remedy],
+        )
+
+    def _refusal(self, times: np.ndarray) -> PlanningError:
+        """Return the reason why no time of arrival has a plan: the last one of a plan, or else that of a ride."""
+        middle = float(times.mean())
+        late = [own for own in self.refusals if isinstance(own[1], InfeasibleDuration)]
+        time, refusal = late[-1] if late else min(self.refusals, key=lambda own: abs(own[0] - middle))
+        known = f"no time of arrival on {self.ride.thing.id!r} from {times[0]:.4g} to {times[-1]:.4g} s has a plan"
+        return refusal.with_fields(_text=f"{known}; at {time:.4g} s: {refusal._text}")
+
+
+def _reach(robot: Robot) -> float:
+    """Return a distance from the base, m, beyond which the tool cannot be."""
+    placements = robot.model.jointPlacements.tolist()[1:]
+    travels = [max(abs(joint.lower), abs(joint.upper)) for joint in robot.joints if not joint.is_angle]
+    tip = robot.model.frames[robot.tool_frame_id].placement
+    return float(sum(np.linalg.norm(one.translation) for one in (*placements, tip)) + sum(travels))

@@ -1,0 +1,32 @@
+"""The report of a ride on a moving object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class RideReport:
+    """The times of a ride on a moving object.
+
+    Attributes:
+        waypoint: Index in the request of the first waypoint on the object.
+        object: Name of the object.
+        begin: Time at which the tool begins to get up to the speed of the object, s.
+        arrival: Time of arrival at that waypoint, s.
+        end: Time at which the robot rests again, s.
+        latest_start: The latest time at which the program may begin, s, on the clock of the objects: a plan was made in
+            which the robot rests so long first. 0: none was found.
+
+    Examples:
+        >>> import planner
+        >>> planner.RideReport(1, "part", 1.05, 1.2, 2.1, latest_start=0.8).object
+        'part'
+    """
+
+    waypoint: int
+    object: str
+    begin: float
+    arrival: float
+    end: float
+    latest_start: float
