@@ -112,9 +112,9 @@ from planner.planning import Budget as Budget
 from planner.planning import Progress as Progress
 from planner.planning import plan as plan
 from planner.plans.optimisation import Optimisation as Optimisation
-from planner.plans.ride import RideReport as RideReport
 from planner.plans.result import Plan as Plan
 from planner.plans.result import load as load
+from planner.plans.ride import RideReport as RideReport
 from planner.plans.tool_reports import LinePolynomial as LinePolynomial
 from planner.plans.tool_reports import SlowPart as SlowPart
 from planner.plans.tool_reports import ToolSpeedReport as ToolSpeedReport

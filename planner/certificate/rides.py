@@ -1,8 +1,8 @@
 """The check of rides: the tool keeps its pose on its object, or its straight line relative to it, at all times.
 
-Seen from the object, the base of the robot slides backwards. So the robot on a rail that slides as the base does has
-to keep to lines that stand still, and the bound on deviations from paths of the tool holds for them. The check trusts
-neither the times nor the curves that the planner chose.
+Seen from the object, the base of the robot slides backwards. There, a robot on a rail has to keep to lines that stand
+still. So the bound on deviations from paths of the tool holds on rides, too. The check trusts neither the times nor the
+curves that the planner chose.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from planner.certificate.checks import Check
-from planner.certificate.lines_and_circles import Line
+from planner.certificate.lines_and_circles import Line, angles_of
 from planner.certificate.path_bounds import bound_deviations
 from planner.dynamics import SegmentDynamics
+from planner.kinematics.forward import tool_pose
 from planner.problems.motion_around import as_requested
 from planner.problems.problem import CartesianMotion, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.problems.rides import RideMotion, velocity_in_base
@@ -36,8 +37,7 @@ RAIL = "seen_from_the_object"
 def certify_rides(trajectory: Trajectory, problem: PlanningProblem) -> list[Check]:
     """Find the largest deviations of the tool from its poses and lines on an object that it rides on.
 
-    From the arrival at the first waypoint on the object to the departure from the last one, the tool is at rest
-    relative to the object, or on the straight line to the next waypoint.
+    Relative to the object, the tool is at rest at its waypoints, and on a straight line between two of them.
 
     Args:
         trajectory: The trajectory to be checked.
@@ -71,7 +71,7 @@ def certify_rides(trajectory: Trajectory, problem: PlanningProblem) -> list[Chec
             parts.append(trajectory.between(trajectory.departures[k], trajectory.arrivals[riding[row + 1]]))
             limits.append(allowed[row + 1])
     if not parts:
-        return []
+        return _at_arrival(trajectory, problem.robots[first], poses[0], allowed[0], begin)
     seen = _seen_from_object(parts, float(np.linalg.norm(velocity)))
     robot = _on_rail(problem.robots[first], velocity)
     dynamics = SegmentDynamics.of_robots([robot] * (len(parts) + 1))
@@ -94,6 +94,21 @@ def certify_rides(trajectory: Trajectory, problem: PlanningProblem) -> list[Chec
         )
         for quantity, worst, extra in zip(RIDE_DEVIATIONS, found, (slip, 0.0), strict=True)
         if worst is not None
+    ]
+
+
+def _at_arrival(
+    trajectory: Trajectory, robot: Robot, pose: Pose, allowed: tuple[float, float], time: float
+) -> list[Check]:
+    """Return the checks of a tool that is at a pose on its object at one time, s, only."""
+    reached = tool_pose(robot, trajectory.evaluate(time, [0])[0])
+    assert reached.rotation is not None  # noqa: S101 - the tool has one
+    assert pose.rotation is not None  # noqa: S101 - the check of the problem refuses poses without one
+    away = float(np.linalg.norm(reached.position - pose.position))
+    turned = float(angles_of((pose.rotation.T @ reached.rotation)[None])[0])
+    return [
+        Check(quantity, None, value, limit, value / limit, time, "exact", enforced=True, bounded=True)
+        for quantity, value, limit in zip(RIDE_DEVIATIONS, (away, turned), allowed, strict=True)
     ]
 
 
@@ -127,7 +142,7 @@ def _free_until(trajectory: Trajectory, problem: PlanningProblem, riding: list[i
 
 
 def _slip(thing: SceneObject, base: Pose, velocity: FloatArray, begin: float, end: float) -> float:
-    """Return the largest distance, m, of an object from where its velocity would take it: it may stop on the way."""
+    """Return the largest distance, m, of an object from where its velocity would take it."""
 
     def gaps() -> Iterator[float]:
         start = thing.pose_at(begin).to_frame(base).position

@@ -15,8 +15,8 @@ class RideReport:
         begin: Time at which the tool begins to get up to the speed of the object, s.
         arrival: Time of arrival at that waypoint, s.
         end: Time at which the robot rests again, s.
-        latest_start: The latest time at which the program may begin, s, on the clock of the objects: a plan was made in
-            which the robot rests so long first. 0: none was found.
+        latest_start: The latest time at which the program may begin, s, on the clock of the objects. A plan was made
+            in which the robot rests so long at its first waypoint. 0: none was found.
 
     Examples:
         >>> import planner

@@ -229,16 +229,14 @@ class PoseWaypoint(Waypoint):
     """A waypoint given by a pose of the tool.
 
     Attributes:
-        pose: The pose in the base frame, or in `frame`; without a rotation, any orientation is allowed.
+        pose: The pose in the base frame, or in `frame` or on an object; without a rotation, any is allowed.
         configuration: The branches of shoulder, elbow and wrist; None: any branch.
         frame: Pose in the base frame of the work object that `pose` is given in; None: the base frame.
         free: Tolerance region of the pose; None: none. The planner takes the joint position of that region that is
             nearest to the one before, in time at the joints' full speed. It chooses one waypoint after the other, and
             starts from `inverse_kinematics.reference` or the middle of the limits.
-        external: Positions of external axes here, rad or m, by their names; None, and axes without an entry: the
-            planner chooses.
-        on: Name of an object of the scene that moves at constant velocity: `pose` is in its frame, and the tool moves
-            along with it. The planner chooses the time of arrival. None: `pose` is fixed.
+        external: Positions of external axes here, rad or m, by their names; without an entry, the planner chooses.
+        on: Name of an object at constant velocity, in whose frame `pose` is; the planner chooses the time. None: none.
     """
 
     pose: Pose
@@ -306,15 +304,14 @@ class PlanningProblem:
 
     Attributes:
         robot: The arm, with its tool already attached if there is one.
-        waypoints: One or more. The problem converts joint values, names of positions and poses to waypoints. The robot
-            starts at rest at the first and ends at rest at the last. A waypoint within 1e-9 rad or m of the one before
-            is passed together with it, by the stricter of the two transitions. A `duration` or `minimum_duration` there
-            is a rest of that time. A trajectory without motion or requested rest is a rest of 0.01 s.
+        waypoints: One or more; joint values, names of positions and poses become waypoints. The robot starts and ends
+            at rest. A waypoint within 1e-9 rad or m of the one before is passed with it, by the stricter transition.
+            A `duration` there is a rest. A trajectory without motion or rest is a rest of 0.01 s.
         limits: Limits on the whole trajectory; where a waypoint has its own limits, the narrower ones hold.
         inverse_kinematics: Options of the inverse kinematics for pose waypoints.
         payload: The payload until a waypoint changes it; None: none.
-        duration: Time for the whole trajectory, dwells included, s. Segments without a `duration` share the time left
-            by dwells and the other segments, in proportion to their shortest times. None: as fast as the limits allow.
+        duration: Time for the whole trajectory, dwells included, s. Segments without a `duration` share the time left,
+            in proportion to their shortest times. None: as fast as the limits allow.
         start_tolerance: Largest excess of a joint waypoint beyond a position limit that is moved to it, rad or m.
         actions: Actions besides motion; the plan has their times.
         scene: The obstacles, and the objects that the robot carries; None: no obstacle is known.
@@ -325,8 +322,8 @@ class PlanningProblem:
         optimise: `duration` moves joint positions at poses, radii of blends, and corners of free motions without an
             `optimise` of their own, for a shorter duration. None: the first certified plan counts.
         time_budget: Longest time of it, s, the first plan included; equal requests may then differ. None: no limit.
-        optimise_iterates: The largest number of trajectories tried, and tried again at the corners of each free motion.
-            None: 100, or any number with a `time_budget`.
+        optimise_iterates: The largest number of trajectories tried, also at the corners of each free motion. None: 100,
+            or any number with a `time_budget`.
         roadmap: A roadmap that free motions without constraints on the tool are first searched on; None: there is none.
     """
 

@@ -296,8 +296,8 @@ def handling_faults(
             elif not all(map(_has_end, shapes[take.id])):
                 yield (*field, "id"), f"{take.id!r} cannot be carried: it is no solid with an end"
             elif take.id in endless and take.id not in riding:
-                text = f"must be an object that stops: {take.id!r} has a `motion` without end. Take it at a waypoint `on` it"
-                yield (*field, "id"), text
+                text = f"must be an object that stops: {take.id!r} has a `motion` without end"
+                yield (*field, "id"), f"{text}. Take it at a waypoint `on` it"
             if take.link is not None and take.link not in links:
                 yield (*field, "link"), f"{robot.id} has no link called {take.link!r}"
             for j, name in enumerate(take.touch_links):

@@ -14,8 +14,8 @@ from planner.trajectories.trajectory import Trajectory
 def with_rides(path: JointPath, trajectory: Trajectory) -> Trajectory:
     """Return a trajectory that moves where a back end rests for the time of a ride.
 
-    The rest relative to the object at a waypoint belongs to the segment that begins there: an object that the robot
-    takes there moves with the tool from then on.
+    The rest relative to the object at a waypoint belongs to the segment that begins there. So an object that the robot
+    takes there moves with the tool from the arrival on.
     """
     if not path.rides:
         return trajectory

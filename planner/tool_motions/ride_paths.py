@@ -93,7 +93,7 @@ class RidePath:
         return len(self.poses) - 1, 0.0, 0.0
 
     def _shift(self, time: float) -> tuple[float, float]:
-        """Return the time by which the object would be where the tool's frame is, s from the first arrival; its rate."""
+        """Return the time, s from the first arrival, at which the object has the same shift; and its rate."""
         arrival, departure = self.knots[1], self.knots[-2]
         if time < arrival:
             x = time / self.lead_in

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.errors import LimitsUnsatisfiable, PlanningError, UnreachableWaypoint
+from planner.guarantees import JOINT_DERIVATIVES
 from planner.kinematics.configurations import in_configuration
 from planner.kinematics.inverse import all_solutions, inverse_kinematics
 from planner.kinematics.turns import counted_velocity, nearest_turn
@@ -15,7 +16,15 @@ from planner.paths import solved_waypoints
 from planner.problems.actions import Action, AtWaypoint
 from planner.problems.any_of import ProblemWithOptions
 from planner.problems.motion_around import FixedWaypoint, FreeMotion
-from planner.problems.problem import AnyWaypoint, JointMotion, PlanningProblem, PoseWaypoint, Waypoint
+from planner.problems.problem import (
+    AnyWaypoint,
+    CartesianMotion,
+    JointMotion,
+    LinearMotion,
+    PlanningProblem,
+    PoseWaypoint,
+    Waypoint,
+)
 from planner.problems.rides import Ride, RideEnd, RideMotion, velocity_in_base
 from planner.scene.motions import ConstantVelocity
 from planner.scene.scene import HERE, Scene
@@ -24,6 +33,7 @@ from planner.tool_motions.errors import limit_error, lost_error
 from planner.tool_motions.follow import Lost, Track, follow
 from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.ride_paths import RidePath
+from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.trajectories.polynomials import PiecewisePolynomial, quintics_through
 
 FIRST_DURATION = 0.3
@@ -32,9 +42,10 @@ FIRST_DURATION = 0.3
 SHORTEST_PART = 0.02
 """The shortest duration of a part of a ride, s."""
 
-USED = (0.75, 0.98)
-"""The shares of the limits that each part of a ride is to use: at least the first, unless it is too short already, and
-at most the second, which leaves room between the samples."""
+USED = (0.93, 0.99)
+"""The least and the largest ratio of the shortest duration within the limits to that of each part of a ride.
+
+The rest is room for rounding."""
 
 MOST_FITS = 12
 """The most trials until the durations of a ride use the limits."""
@@ -42,13 +53,10 @@ MOST_FITS = 12
 LARGEST_CHANGE = 4.0
 """The largest factor between the durations of two such trials."""
 
-SAMPLES_OF_PART = 40
-"""The number of samples of each part of a ride, at which the limits are compared."""
-
 SAMPLES_OF_REST = 9
 """The number of samples of each rest relative to the object."""
 
-MOST_BRANCHES = 4
+MOST_SOLUTIONS_TRIED = 4
 """The most solutions of the inverse kinematics from which a ride is tried, the nearest ones."""
 
 
@@ -125,13 +133,13 @@ class Boardings:
         return np.array([waypoint.dwell for waypoint in self.waypoints])
 
     def path(self, time: float, durations: FloatArray) -> RidePath:
-        """Return the path of the tool with a time of arrival, s, and durations (parts,), s, of all but the rests."""
+        """Return the path of the tool with a time of arrival, s, and durations (parts,), s, without the rests."""
         there = self.ride.thing.pose_at(time).to_frame(self.base)
         poses = [waypoint.pose.from_frame(there) for waypoint in self.waypoints]
         return RidePath(poses, self.velocity, durations[0], self.holds, durations[1:-1], durations[-1])
 
     def at(self, time: float) -> Boarding | PlanningError:
-        """Return the ride with a time of arrival, s, as short as the limits of the joints allow, or why there is none.
+        """Return the shortest ride found with a time of arrival, s, or why there is none.
 
         The search begins with the durations of the ride found last.
         """
@@ -141,7 +149,7 @@ class Boardings:
         options = self.problem.inverse_kinematics
         solutions = all_solutions(self.robot, path.pose(0.0), options, self.before)
         starts = in_configuration(self.robot, solutions, first.configuration)
-        for start in starts[:MOST_BRANCHES]:
+        for start in starts[:MOST_SOLUTIONS_TRIED]:
             found = self._fitted(time, nearest_turn(self.robot, start, self.before))
             if isinstance(found, Boarding):
                 return found
@@ -167,9 +175,9 @@ class Boardings:
             if use.speed > 1.0:
                 return self._too_fast(use)
             is_free = np.isnan(fixed) & (durations > np.maximum(least, SHORTEST_PART))
-            if (use.worst <= USED[1]).all():
+            if (use.scales <= USED[1]).all():
                 self.durations, fits = durations, boarding
-                if not (is_free & (use.worst < USED[0])).any():
+                if not (is_free & (use.scales < USED[0])).any():
                     break
             scales = np.clip(use.scales / np.mean(USED), 1.0 / LARGEST_CHANGE, LARGEST_CHANGE)
             wanted = np.maximum(durations * scales, np.maximum(least, SHORTEST_PART))
@@ -189,46 +197,50 @@ class Boardings:
         path = self.path(time, durations)
         robot, options, name = self.robot, self.problem.inverse_kinematics, f"the motion with {self.ride.thing.id!r}"
         near = inverse_kinematics(robot, path.pose(0.0), options, start)
-        index = {"segment": self.ride.first - 1, "waypoint": self.ride.first}
+        segment, waypoint = self.ride.first - 1, self.ride.first
         if near.status != "solved":
-            return UnreachableWaypoint(f"{name} cannot be reached by {robot.id} at its start", **index)
-        motions = [own.motion for own in self.waypoints[1:]]
-        tolerances = [(m.tolerance_position, m.tolerance_orientation) for m in motions if hasattr(m, "singularity")]
-        tolerance = tuple(np.min([*tolerances, self.default_tolerance], axis=0).tolist())
+            return UnreachableWaypoint(
+                f"{name} cannot be reached by {robot.id} at its start", segment=segment, waypoint=waypoint
+            )
+        motions = [own.motion for own in self.waypoints[1:] if isinstance(own.motion, CartesianMotion)]
+        tolerances = [
+            (motion.tolerance_position, motion.tolerance_orientation) for motion in (*motions, LinearMotion())
+        ]
+        tolerance = tuple(np.min(tolerances, axis=0).tolist())
         curve = follow(Track(robot, path, nearest_turn(robot, near.position, start), None, tolerance))
         if isinstance(curve, Lost):
-            return lost_error(name, robot, path, curve, options, "refuse").with_fields(**index)
+            return lost_error(name, robot, path, curve, options, "refuse").with_fields(
+                segment=segment, waypoint=waypoint
+            )
         if (beyond := first_beyond(robot, curve)) is not None:
-            return limit_error(name, robot, *beyond).with_fields(**index)
+            return limit_error(name, robot, *beyond).with_fields(segment=segment, waypoint=waypoint)
         return Boarding(time, path, _from_rest_to_rest(curve.stretched(path.duration)))
-
-    default_tolerance = 1e-4, 1e-3
-    """The tolerances, m and rad, of straight lines without others."""
 
     def _use(self, boarding: Boarding) -> _Use:
         """Return the shares of the limits of velocity, acceleration and jerk that a ride uses."""
         knots, curve = boarding.path.knots, boarding.curve
-        edges = [(knots[0], knots[1]), *((knots[2 * k], knots[2 * k + 1]) for k in range(1, len(self.waypoints)))]
-        edges.append((knots[-2], knots[-1]))
-        scales, worst = [], []
-        for part, (begin, end) in enumerate(edges):
-            segment = min(self.ride.first - 1 + part, len(self.limits.velocity.upper) - 1)
-            values = curve.evaluate(np.linspace(begin, end, SAMPLES_OF_PART), [1, 2, 3])
-            shares = [
-                (np.abs(rows) / self.limits.bounds(quantity).narrower[segment]).max()
-                for rows, quantity in zip(values, ("velocity", "acceleration", "jerk"), strict=True)
-            ]
-            is_relative = 0 < part < len(edges) - 1
-            scales.append(max(shares[0] if is_relative else 0.0, shares[1] ** (1 / 2), shares[2] ** (1 / 3)))
-            worst.append(max(shares))
+        middles = curve.breakpoints[:-1] + curve.lengths / 2.0
+        of_piece = np.searchsorted(knots, middles, side="right") - 1  # even: a part, odd: a rest
+        derivatives = derivatives_on_unit_time(curve, len(JOINT_DERIVATIVES))
+        parts = len(knots) // 2
+        scales, worst = np.zeros(parts), np.zeros(parts)
+        for order, quantity in list(enumerate(JOINT_DERIVATIVES))[1:]:
+            limits = self.limits.bounds(quantity).narrower[self.ride.first - 1 : self.ride.last + 1]
+            own = limits[np.minimum(of_piece // 2, parts - 1)]
+            found = largest_magnitudes(derivatives[order], own, np.arange(len(middles)))
+            shares = np.abs(found.values) / own[np.arange(len(middles)), found.joints]
+            for part in range(parts):
+                share = float(shares[of_piece == 2 * part].max(initial=0.0))
+                worst[part] = max(worst[part], share)
+                # Getting on and off, the speed that is reached is given; it changes in the time that is sought.
+                power = order if 0 < part < parts - 1 else order - 1
+                scales[part] = max(scales[part], share ** (1.0 / power) if power else 0.0)
         rests = [np.linspace(knots[2 * k + 1], knots[2 * k + 2], SAMPLES_OF_REST) for k in range(len(self.waypoints))]
         speeds = np.abs(curve.evaluate(np.concatenate(rests), [1])[0])
         limit = self.limits.velocity.narrower[self.ride.first - 1 : self.ride.last + 1].min(axis=0)
         row, joint = np.unravel_index(int((speeds / limit).argmax()), speeds.shape)
         value = float(speeds[row, joint])
-        return _Use(
-            np.array(scales), np.array(worst), value / float(limit[joint]), int(joint), value, float(limit[joint])
-        )
+        return _Use(scales, worst, value / float(limit[joint]), int(joint), value, float(limit[joint]))
 
     def _too_fast(self, use: _Use) -> LimitsUnsatisfiable:
         name, speed = self.robot.joint_names[use.joint], float(np.linalg.norm(self.velocity))

@@ -21,17 +21,26 @@ from planner.timing.arrivals import last_stop
 TIMES_TRIED = 48
 """The number of times of arrival, all over the time within reach, between which an interval may be missed."""
 
-KNOWN_TO = 5e-3
+ARRIVAL_KNOWN_TO = 5e-3
 """How well the earliest time of arrival is found, s."""
 
 AHEAD = 1e-3
 """Time by which the robot is to be there sooner than it just could, s."""
 
-MOST_STEPS = 12
+MOST_SOONER = 12
 """The most attempts that make the time of arrival sooner."""
 
 MOST_LATE = 4
 """The most attempts at the latest start."""
+
+LAST_KNOWN_TO = 2e-2
+"""How well the last time of arrival is found, s."""
+
+EARLIER = 0.04
+"""The share of the time since the earliest arrival by which a late arrival without a plan is made sooner."""
+
+SHARES_OF_SLACK = (1.0, 0.98, 0.9, 0.75)
+"""The shares of its time to spare by which the robot may begin later, where other objects are in the way."""
 
 SLOWER = 1.3
 """The factor on the durations of a ride that breaks a limit which is not compared before, such as that of a torque."""
@@ -133,9 +142,7 @@ class _Search:
 
     def _found(self, boarding: Boarding, outcome: Planned) -> _Found:
         problem, trajectory = outcome.plan.problem, outcome.plan.trajectory
-        (k, *_) = (
-            i for i, w in enumerate(problem.waypoints) if w.latest_arrival == boarding.begin == w.earliest_arrival
-        )
+        k = next(i for i in range(len(problem.waypoints)) if is_riding(problem, i))
         stop = last_stop(problem, k)
         requested = requested_paths(problem)[stop][1]
         dwell = self.problem.waypoints[int(requested)].dwell
@@ -168,7 +175,7 @@ class _Search:
         return index is not None and int(path[index][1]) == self.ride.first
 
     def _not_there(self, soonest: float, boarding: Boarding) -> InfeasibleDuration:
-        """Return the refusal of a ride that begins before the robot can be there, at a time, s; `limit` is the arrival."""
+        """Return the refusal of a ride that begins before the soonest time, s, at which the robot can be there."""
         arrival = soonest + boarding.path.lead_in
         return InfeasibleDuration(
             f"waypoint {{waypoint}} on {self.ride.thing.id!r} cannot be reached at {boarding.time:.6g} s: within the "
@@ -179,28 +186,38 @@ class _Search:
         )
 
     def _first(self, times: np.ndarray) -> Proposals[tuple[_Found | None, float]]:
-        """Return the first ride with a plan, and the last time of arrival, s, that has none."""
-        failed, time = float(times[0]), float(times[0])
-        while True:
+        """Return the first ride with a plan, and the last time of arrival, s, before it that has none."""
+        last = float(times[-1])
+        time, failed = float(times[0]), float(times[0])
+        late, beyond = -np.inf, last  # the robot is too late at one time, and the other may be out of reach
+        while time <= last:
             found = yield from self._tried(time)
             if isinstance(found, _Found):
                 return found, failed
             if self.is_spent:
-                return None, failed
+                break
             failed = time
-            if isinstance(found, InfeasibleDuration) and found.waypoint == self.ride.first and found.limit is not None:
+            if self._is_late(found):
                 self.refusals.append((time, found))
-                time = max(found.limit + AHEAD, time + AHEAD)
+                late, time = time, max((found.limit or 0.0) + AHEAD, time + AHEAD)
             else:
-                time = float(times[min(np.searchsorted(times, time + 1e-9, side="right"), len(times) - 1)])
-            if time > times[-1] or time <= failed:
-                return None, failed
+                beyond = time
+            if late > -np.inf and time >= beyond and beyond - late > ARRIVAL_KNOWN_TO:
+                failed, time = late, (late + beyond) / 2.0
+            elif time >= beyond:
+                time = min((at for at in times.tolist() if at > beyond), default=np.inf)
+                late, beyond = -np.inf, last
+        return None, failed
+
+    def _is_late(self, refusal: PlanningError) -> bool:
+        """Tell whether a ride is refused because it begins before the robot can be there."""
+        return isinstance(refusal, InfeasibleDuration) and refusal.waypoint == self.ride.first
 
     def _sooner(self, found: _Found, failed: float) -> Proposals[_Found]:
         """Make the time of arrival sooner, down to one, s, that has no plan."""
-        for _ in range(MOST_STEPS):
+        for _ in range(MOST_SOONER):
             time = found.boarding.time
-            if found.slack <= KNOWN_TO or time - failed <= KNOWN_TO:
+            if found.slack <= ARRIVAL_KNOWN_TO or time - failed <= ARRIVAL_KNOWN_TO:
                 break
             sooner = max(time - found.slack + AHEAD, (failed + time) / 2.0)
             tried = yield from self._tried(sooner)
@@ -216,36 +233,41 @@ class _Search:
         """Return the longest rest at the first waypoint, s, with which a plan was made."""
         latest = self.first.latest_arrival
         last = float(times[-1]) if latest is None else min(float(times[-1]), latest)
-        step = float(times[1] - times[0])
-        best, tries = found, 0
-        time, failed = last, None
-        while time > found.boarding.time and tries < MOST_LATE:
-            boarding = self.boardings.at(time)
-            if isinstance(boarding, PlanningError):
-                failed, time = time, time - step
-                continue
-            while failed is not None and failed - time > KNOWN_TO:
-                middle = (time + failed) / 2.0
-                if isinstance(self.boardings.at(middle), PlanningError):
-                    failed = middle
-                else:
-                    time = middle
+        known = 0.0
+        if found.slack > ARRIVAL_KNOWN_TO:
+            known = yield from self._proved_start(found, known)
+        if self.is_spent:
+            return known
+        time = self._last_boarding(found.boarding.time, last)
+        for _ in range(MOST_LATE):
+            self.boardings.slowness = 1.0
             tried = yield from self._tried(time)
-            tries += 1
-            if isinstance(tried, _Found) and tried.slack > best.slack:
-                best = tried
-                break
             if self.is_spent:
                 break
-            failed, time = time, time - step
-        for share in (1.0, 0.98, 0.9, 0.75) if not self.is_spent else ():
-            later = np.floor((best.slack - AHEAD) * share / AHEAD) * AHEAD
-            if later <= 0.0 or self.is_spent:
+            if isinstance(tried, _Found):
+                return (yield from self._proved_start(tried, known))
+            time -= EARLIER * (time - found.boarding.time)
+        return known
+
+    def _proved_start(self, found: _Found, known: float) -> Proposals[float]:
+        """Return a later start with a ride for which a plan was made, s; none such: the one known."""
+        for share in SHARES_OF_SLACK:
+            later = float(np.floor((found.slack - AHEAD) * share / AHEAD) * AHEAD)
+            if later <= known or self.is_spent:
                 break
-            outcome = yield from self._attempt(best.boarding, later)
+            outcome = yield from self._attempt(found.boarding, later)
             if isinstance(outcome, Planned):
-                return float(later)
-        return 0.0
+                return later
+        return known
+
+    def _last_boarding(self, first: float, last: float) -> float:
+        """Return the last time of arrival, s, at which there is a ride, from one at which there is."""
+        if isinstance(self.boardings.at(last), Boarding):
+            return last
+        while last - first > LAST_KNOWN_TO:
+            middle = (first + last) / 2.0
+            first, last = (middle, last) if isinstance(self.boardings.at(middle), Boarding) else (first, middle)
+        return first
 
     def _late(self, latest: float, found: _Found) -> InfeasibleDuration:
         """Return the refusal of a ride that has to begin too soon, with the time that works."""
@@ -266,10 +288,10 @@ class _Search:
         )
 
     def _refusal(self, times: np.ndarray) -> PlanningError:
-        """Return the reason why no time of arrival has a plan: the last one of a plan, or else that of a ride."""
+        """Return the reason why no time of arrival has a plan."""
         middle = float(times.mean())
         late = [own for own in self.refusals if isinstance(own[1], InfeasibleDuration)]
-        time, refusal = late[-1] if late else min(self.refusals, key=lambda own: abs(own[0] - middle))
+        time, refusal = late[-1] if late else min(self.refusals, key=lambda own: float(abs(own[0] - middle)))
         known = f"no time of arrival on {self.ride.thing.id!r} from {times[0]:.4g} to {times[-1]:.4g} s has a plan"
         return refusal.with_fields(_text=f"{known}; at {time:.4g} s: {refusal._text}")
 

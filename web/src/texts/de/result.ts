@@ -48,6 +48,8 @@ export const ofResult: typeof english = {
     tcp_angular_jerk: 'Drehruck des Werkzeugs',
     path_position_deviation: 'Abstand von der Bahn',
     path_orientation_deviation: 'Abweichung der Orientierung',
+    object_position_deviation: 'Abweichung auf dem Objekt',
+    object_orientation_deviation: 'Abweichung der Orientierung auf dem Objekt',
     blend_deviation: 'Abgeschnittene Ecken',
     passing_velocity_error: 'Fehler der Durchfahrgeschwindigkeit',
     waypoint_position_error: 'Abstand vom Wegpunkt',
