@@ -137,12 +137,12 @@ class Check(Answer):
     `tcp_linear_acceleration`, `tcp_angular_acceleration`, `tcp_centripetal_acceleration` (across the path),
     `tcp_linear_jerk`, `tcp_angular_jerk`. Deviations of the tool from the requested path: `path_position_deviation`,
     `path_orientation_deviation`, `blend_deviation`. From its poses and lines on a moving object:
-    `object_position_deviation`, m, and `object_orientation_deviation`, rad. With `min_effort`, the deviation from straight joint motions:
-    `tool_deviation` of the tool, m, and `joint_deviation` of the farthest joint, rad or m. Errors against the request:
-    `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations, dwells and arrivals,
-    s. The tool has `waypoint_position_error`, m, and `waypoint_orientation_error`, rad, at pose and relative
-    waypoints. `residual_vibration` is the largest amplitude that a motion from stop to stop leaves in the requested
-    vibration mode, rad or m. Its limit is 5 % of the amplitude that the unshaped motion leaves."""
+    `object_position_deviation`, m, and `object_orientation_deviation`, rad. With `min_effort`, the deviation from
+    straight joint motions: `tool_deviation` of the tool, m, and `joint_deviation` of the farthest joint, rad or m.
+    Errors against the request: `passing_velocity_error` of a joint, rad/s or m/s, and `duration_error` of durations,
+    dwells and arrivals, s. The tool has `waypoint_position_error`, m, and `waypoint_orientation_error`, rad, at pose
+    and relative waypoints. `residual_vibration` is the largest amplitude that a motion from stop to stop leaves in the
+    requested vibration mode, rad or m. Its limit is 5 % of the amplitude that the unshaped motion leaves."""
     joint: str | None
     """The name of the joint with the largest share of its limit; null: the quantity belongs to the tool."""
     peak: float

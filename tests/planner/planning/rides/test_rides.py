@@ -43,13 +43,18 @@ BELTS: dict[str, tuple[planner.SceneObject, float]] = {
     "turned, and stops": (part(end=5.0, turn=0.4), 2.5),
 }
 
+MORE = {"along x", "slow", "fast"}
+"""The belts of the large size."""
+
+LARGE = (pytest.mark.large_only,)
+
 
 def checks_on_part(plan: planner.Plan) -> list[planner.Check]:
     """Return the checks of the tool on its object."""
     return [check for check in plan.certificate.checks if check.quantity.startswith("object_")]
 
 
-@pytest.mark.parametrize("name", BELTS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=LARGE if name in MORE else ()) for name in BELTS])
 def test_the_tool_stays_with_the_part_at_dense_samples(name: str) -> None:
     thing, earliest = BELTS[name]
     plan = planner.plan(problem(thing, pick(earliest)), "ruckig", ONCE)
@@ -70,7 +75,14 @@ def test_the_tool_stays_with_the_part_at_dense_samples(name: str) -> None:
         assert (np.abs(plan.trajectory.evaluate(times, [k])[0]) <= ARM.limit(limit) * (1.0 + 1e-9)).all()
 
 
-@pytest.mark.parametrize("backend", ["cubic", "quintic", "trapezoidal", "toppra", "min_effort", "auto"])
+@pytest.mark.parametrize(
+    "backend",
+    [
+        "cubic",
+        "trapezoidal",
+        *(pytest.param(kind, marks=LARGE) for kind in ("quintic", "toppra", "min_effort", "auto")),
+    ],
+)
 def test_every_back_end_rides(backend: str) -> None:
     thing = part()
     plan = planner.plan(problem(thing, [on(ABOVE, dwell=0.2, earliest_arrival=2.5)]), backend, ONCE)
@@ -120,7 +132,7 @@ def test_no_time_of_a_scan_has_a_sooner_ride() -> None:
     plan = planner.plan(given, "ruckig")
     assert plan.ride is not None
     boardings = Boardings(given, rides_of(given)[0])
-    for time in np.linspace(0.0, plan.ride.arrival - 2.0 * ARRIVAL_KNOWN_TO, 8).tolist():
+    for time in np.linspace(0.0, plan.ride.arrival - 2.0 * ARRIVAL_KNOWN_TO, 4).tolist():
         boarding = boardings.at(time)
         if isinstance(boarding, Boarding):
             outcome = Attempt(boardings.problem_with(boarding), plan.backend).made()
@@ -222,16 +234,24 @@ def refused(*args: Any, **more: Any) -> planner.PlanningError:
     return refusal.value
 
 
-def test_what_is_out_of_reach_too_fast_or_too_late_is_refused_with_the_reason() -> None:
+def test_a_part_out_of_reach_is_refused() -> None:
     far = refused(part((3.0, -0.9, 0.15)), pick())
     assert far.code == "unreachable_waypoint"
     assert "out of reach of ur5e" in far.message
     gone = refused(part((-0.5, 1.5, 0.15)), pick())
     assert gone.code == "unreachable_waypoint"
+
+
+@pytest.mark.large_only
+def test_a_part_that_is_too_fast_for_a_joint_is_refused_with_the_joint() -> None:
     fast = refused(part((-0.4, -3.0, 0.15), (0.0, 3.0, 0.0)), [on(GRIP)])
     assert fast.code == "limits_unsatisfiable"
     assert "'part' is too fast" in fast.message
     assert fast.waypoint == 1
+
+
+@pytest.mark.large_only
+def test_a_deadline_that_has_passed_is_refused_with_the_arrival_that_works() -> None:
     soon = refused(part(), [on(ABOVE, latest_arrival=1.0)])
     assert soon.code == "infeasible_duration"
     assert soon.limit is not None
