@@ -143,6 +143,8 @@ def _path_deviation(plan: Plan) -> float:
     trajectory, path = plan.trajectory, plan.path
     worst = 0.0
     for segment, motion in enumerate(path.tool_motions):
+        if segment in path.rides:
+            continue  # its path is that of the object
         robot = path.dynamics.robot_on(segment)
         times = np.linspace(trajectory.arrivals[segment], trajectory.arrivals[segment + 1], PATH_SAMPLES)
         tools = _tools(robot, trajectory.evaluate(times, [0])[0])

@@ -8,6 +8,7 @@ from api.contract.kinematics import AnsweredConfiguration, AnsweredPose  # noqa:
 from api.contract.parts.common import Answer
 from api.contract.parts.free_motions import OptimisationAnswer, WayGain  # noqa: TC001
 from api.contract.parts.problem_documents import Choice  # noqa: TC001 - pydantic evaluates the annotations
+from api.contract.parts.rides import RideAnswer  # noqa: TC001
 from api.contract.parts.scenes import ClearancesAnswer, CollisionAnswer, SpeedZoneAnswer  # noqa: TC001
 
 
@@ -115,7 +116,8 @@ class PlannedWaypoint(Answer):
     choice: Literal["given", "only", "shortest_path", "preferred", "continued", "detour"]
     """The reason for this solution. `given`: a joint waypoint. `only`: the only solution. `shortest_path`: the path
     through the whole list is shortest with it. `preferred`: best by the preference of the request. `continued`: the
-    end of a tool motion. `detour`: a corner of the detour of a free motion."""
+    end of a tool motion. `detour`: a corner of the detour of a free motion, or where the robot gets on or off a
+    moving object."""
     configuration: AnsweredConfiguration
     """The configuration of the arm, by its names."""
     manipulability: float
@@ -368,6 +370,8 @@ class PlanAnswer(Answer):
     """The chosen options of the goal sets of the request, if there are any, and the reasons against the others."""
     optimisation: OptimisationAnswer | None = None
     """With `optimise`: the durations without and with it."""
+    ride: RideAnswer | None = None
+    """With waypoints `on` a moving object: the times of the ride."""
     certificate: CertificateAnswer
     """The checks after planning: the peaks of all quantities and their limits."""
     actions: list[TimedAction] | None = None

@@ -17,7 +17,7 @@ from planner.paths.clear_motions import ClearMotions
 from planner.paths.half_spaces import HalfSpaces
 from planner.paths.segment_groups import SegmentGroup, build_group, is_joint_motion, straight_group, travel_time
 from planner.problems.problem import AnyWaypoint, JointMotion, PlanningProblem
-from planner.problems.rides import RideMotion, object_of
+from planner.problems.rides import RideMotion, unplanned_faults
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.robots import Robot
 from planner.robots.payload import Payload, ProcessForce
@@ -40,10 +40,6 @@ SHORT_MOTION_RATIO = 0.03
 SHARP = 0.3
 """Difference of the joints' rates, relative to their velocity limits, above which a waypoint between two motions at
 full speed is a turn."""
-
-
-UNPLANNED = "must be left out here: only a plan of waypoints in their order knows when the robot meets the object"
-"""The message of a fault where waypoints on a moving object are solved by themselves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +226,7 @@ def solved_waypoints(problem: PlanningProblem) -> tuple[tuple[AnyWaypoint, ...],
         PlanningError: As `solve_waypoints` does.
     """
     options = problem.inverse_kinematics
-    if faults := [(("waypoints", i, "on"), UNPLANNED) for i, w in enumerate(problem.waypoints) if object_of(w)]:
+    if faults := list(unplanned_faults(problem.waypoints)):
         raise InvalidProblem(faults)
     waypoints = within_limits(problem.robot, problem.waypoints, problem.start_tolerance)
     surroundings = ClearMotions.of(problem, waypoints)

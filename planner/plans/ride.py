@@ -15,12 +15,13 @@ class RideReport:
         begin: Time at which the tool begins to get up to the speed of the object, s.
         arrival: Time of arrival at that waypoint, s.
         end: Time at which the robot rests again, s.
+        durations: The times of its parts, s: of getting on, of each motion on the object, and of getting off.
         latest_start: The latest time at which the program may begin, s, on the clock of the objects. A plan was made
             in which the robot rests so long at its first waypoint. 0: none was found.
 
     Examples:
         >>> import planner
-        >>> planner.RideReport(1, "part", 1.05, 1.2, 2.1, latest_start=0.8).object
+        >>> planner.RideReport(1, "part", 1.05, 1.2, 2.1, (0.15, 0.5, 0.4), latest_start=0.8).object
         'part'
     """
 
@@ -29,4 +30,5 @@ class RideReport:
     begin: float
     arrival: float
     end: float
+    durations: tuple[float, ...]
     latest_start: float

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -178,6 +178,14 @@ def _other_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     for name, is_given in parts.items():
         if is_given:
             yield (name,), "must be left out with waypoints on a moving object (`on`)"
+
+
+def unplanned_faults(waypoints: Sequence[AnyWaypoint]) -> Iterator[tuple[FieldPath, str]]:
+    """Find waypoints on moving objects where they are solved by themselves."""
+    for i, waypoint in enumerate(waypoints):
+        if object_of(waypoint) is not None:
+            text = "must be left out here: only a plan of waypoints in their order meets a moving object"
+            yield ("waypoints", i, "on"), text
 
 
 def velocity_in_base(thing: SceneObject, base: Pose | None) -> np.ndarray:

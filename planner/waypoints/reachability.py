@@ -16,6 +16,7 @@ from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_fai
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import Search, is_isolated, wide_spread
 from planner.problems.problem import START_TOLERANCE, AnyWaypoint, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.rides import unplanned_faults
 from planner.problems.waypoint_faults import waypoint_faults
 from planner.robots import Robot
 from planner.robots.tools import with_tools
@@ -101,7 +102,7 @@ def reachability(
             relative, or the scene lacks an object to take.
     """
     handling = [Handling(waypoint.attach, waypoint.detach) for waypoint in waypoints]
-    faults = list(waypoint_faults(robot, waypoints, options))
+    faults = [*waypoint_faults(robot, waypoints, options), *unplanned_faults(waypoints)]
     faults += [] if scene is None else handling_faults(robot, scene, handling)
     if faults:
         raise InvalidProblem(faults)

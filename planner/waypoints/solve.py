@@ -24,6 +24,7 @@ from planner.problems.problem import (
     RelativeWaypoint,
     ViaWaypoint,
 )
+from planner.problems.rides import RideEnd
 from planner.robots import Robot
 from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose
@@ -269,7 +270,7 @@ class _Sequence:
             as_requested = type(waypoint) is JointWaypoint and wanted.rotation is not None
             known = as_requested and bool((position == stop.layer.positions[0]).all())
             pose = wanted if known else tool_pose(robot, position)
-            why: Choice = "detour" if isinstance(waypoint, ViaWaypoint) else "given"
+            why: Choice = "detour" if isinstance(waypoint, ViaWaypoint | RideEnd) else "given"
             return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, why, motion)
         pose = tool_pose(robot, position)
         errors = pose_errors(wanted, pose)

@@ -288,7 +288,8 @@ class WaypointBase(Schema):
     """Whether the robot releases its payload here and continues without one."""
     attach: Annotated[list[Attach], Field(max_length=64)] = Field(default_factory=list)
     """Objects of the `scene` that the robot picks up here. From here on they move with the robot and must not collide
-    with anything else. Their weight is the `payload`. A moving object must have stopped by `earliest_arrival`."""
+    with anything else. Their weight is the `payload`. A moving object must have stopped by `earliest_arrival`, unless
+    the waypoint is `on` it."""
     detach: Annotated[list[Name], Field(max_length=64)] = Field(default_factory=list)
     """The ids of objects that the robot puts down here: picked up before or `attached` in the scene. From here on they
     stay where they are. At the same waypoint, `detach` happens before `attach`."""
@@ -341,7 +342,12 @@ class PoseWaypoint(WaypointBase):
     kind: Literal["pose"]
     """The kind of waypoint: a pose of the tool."""
     pose: Pose
-    """The pose of the tool (m), in the base frame unless `frame` names another."""
+    """The pose of the tool (m), in the base frame unless `frame` names another, or `on` an object."""
+    on: Name | None = None
+    """The id of an object of the `scene` with a `linear` motion; null or omitted: none. The pose is then in the frame
+    of the object, and the tool moves along with it. Its dwell is a rest relative to the object, and so is the straight
+    line to a further waypoint on it. The planner finds the earliest time of arrival within the time window of the first
+    one; the answer has it in `ride`. All waypoints on objects follow each other, on one object."""
     frame: FrameName | None = None
     """The name of the frame of the pose, and of the `via` or `poses` of the motion to it. It is one of the request's
     `frames`, `base` or `world`; omitted: `base`. Answers are in the base frame."""

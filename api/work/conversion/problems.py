@@ -96,6 +96,9 @@ def to_waypoints(
         if frame not in in_base:
             faults.append(((*path, "frame"), f"must be one of {', '.join(in_base)}; got {frame!r}"))
             return None
+        if isinstance(waypoint, waypoints.PoseWaypoint) and None not in (waypoint.on, waypoint.frame):
+            faults.append(((*path, "frame"), "must be left out on an object"))
+            return None
         force = waypoint.process_force
         if force is not None and (fault := _unknown_frame(force, in_base)):
             faults.append(((*path, "process_force", "frame"), fault))
@@ -334,6 +337,7 @@ def _to_waypoint(waypoint: waypoints.SingleWaypoint, robot: Robot, frame: Pose |
         case waypoints.PoseWaypoint():
             asked = {} if waypoint.configuration is None else waypoint.configuration.model_dump()
             pose, named = to_pose(waypoint.pose), Configuration(**asked)
+            common_fields["on"] = waypoint.on
             return planner.PoseWaypoint(pose, named, frame, _to_free(waypoint.free), waypoint.external, **common_fields)
         case waypoints.RelativeWaypoint():
             return planner.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)

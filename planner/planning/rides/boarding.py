@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from planner.kinematics.configurations import in_configuration
 from planner.kinematics.inverse import all_solutions, inverse_kinematics
 from planner.kinematics.turns import counted_velocity, nearest_turn
 from planner.paths import solved_waypoints
+from planner.plans.ride import RideReport
 from planner.problems.actions import Action, AtWaypoint
 from planner.problems.any_of import ProblemWithOptions
 from planner.problems.motion_around import FixedWaypoint, FreeMotion
@@ -25,7 +27,7 @@ from planner.problems.problem import (
     PoseWaypoint,
     Waypoint,
 )
-from planner.problems.rides import Ride, RideEnd, RideMotion, velocity_in_base
+from planner.problems.rides import Ride, RideEnd, RideMotion, rides_of, velocity_in_base
 from planner.scene.motions import ConstantVelocity
 from planner.scene.scene import HERE, Scene
 from planner.spatial import FloatArray
@@ -35,6 +37,7 @@ from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.ride_paths import RidePath
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.trajectories.polynomials import PiecewisePolynomial, quintics_through
+from planner.trajectories.trajectory import Trajectory
 
 FIRST_DURATION = 0.3
 """The duration of each part of a ride with which the search for the shortest one begins, s."""
@@ -111,21 +114,26 @@ class Boardings:
     Args:
         problem: The problem.
         ride: Its ride.
-
-    Raises:
-        PlanningError: A waypoint before the ride cannot be solved.
     """
 
     def __init__(self, problem: PlanningProblem, ride: Ride) -> None:
         self.problem, self.ride = problem, ride
         self.robot, self.base = problem.robots[ride.first], problem.robot.mounting or HERE
         self.velocity = velocity_in_base(ride.thing, self.base)
-        before = replace(problem, waypoints=problem.waypoints[: ride.first], actions=())
-        self.before = solved_waypoints(before)[1][-1].position
         self.limits = problem.segment_limits()
         self.waypoints = [w for w in problem.waypoints[ride.first : ride.last + 1] if isinstance(w, PoseWaypoint)]
         self.slowness = 1.0
         self.durations = np.full(len(self.waypoints) + 1, FIRST_DURATION)
+
+    @cached_property
+    def before(self) -> FloatArray:
+        """The joint position (joints,) at the waypoint before the ride, rad or m.
+
+        Raises:
+            PlanningError: A waypoint before the ride cannot be solved.
+        """
+        before = replace(self.problem, waypoints=self.problem.waypoints[: self.ride.first], actions=())
+        return solved_waypoints(before)[1][-1].position
 
     @property
     def holds(self) -> FloatArray:
@@ -360,6 +368,14 @@ class Boardings:
     def _motion(self, boarding: Boarding, begin: float, end: float) -> RideMotion:
         """Return the motion of the ride between times since its start, s."""
         return RideMotion("as_given", curve=boarding.curve.between(begin, end), thing=self.ride.thing)
+
+
+def with_planned_ride(problem: PlanningProblem, report: RideReport, trajectory: Trajectory) -> ProblemWithOptions:
+    """Return a requested problem with the ride of its plan."""
+    (ride,) = rides_of(problem)
+    boardings, curve = Boardings(problem, ride), trajectory.between(report.begin, report.end)
+    path = boardings.path(report.arrival, np.array(report.durations))
+    return boardings.problem_with(Boarding(report.arrival, path, curve))
 
 
 def _from_rest_to_rest(curve: PiecewisePolynomial) -> PiecewisePolynomial:

@@ -99,7 +99,16 @@ class _Search:
         start = yield from self._latest_start(found, times)
         path, begin = found.boarding.path, found.boarding.begin
         arrival, end = found.boarding.time, begin + path.duration
-        report = RideReport(self.ride.first, self.ride.thing.id, float(begin), float(arrival), float(end), float(start))
+        durations = tuple(map(float, (path.lead_in, *path.moves, path.lead_out)))
+        report = RideReport(
+            waypoint=self.ride.first,
+            object=self.ride.thing.id,
+            begin=float(begin),
+            arrival=float(arrival),
+            end=float(end),
+            durations=durations,
+            latest_start=float(start),
+        )
         return replace(found.plan, ride=report)
 
     def _times(self) -> np.ndarray:
