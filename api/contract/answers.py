@@ -6,9 +6,8 @@ from typing import Any, Literal
 
 from api.contract.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.contract.parts.common import Answer
-from api.contract.parts.free_motions import OptimisationAnswer, WayGain  # noqa: TC001
+from api.contract.parts.free_motions import OptimisationAnswer, RideAnswer, WayGain  # noqa: TC001
 from api.contract.parts.problem_documents import Choice  # noqa: TC001 - pydantic evaluates the annotations
-from api.contract.parts.rides import RideAnswer  # noqa: TC001
 from api.contract.parts.scenes import ClearancesAnswer, CollisionAnswer, SpeedZoneAnswer  # noqa: TC001
 
 
