@@ -46,12 +46,15 @@ def by_size(_document: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def by_plan(document: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Declare that the back end, slow motions and the time budgets decide the duration of the operation."""
+    """Declare that the back end, slow motions, searches and the time budgets decide the duration of the operation."""
     motions = list(_motions(document.get("waypoints")))
     is_slow = any(motion.get("kind") in SLOW_MOTIONS for motion in motions)
     budgets = [asked.get("time_budget") for asked in (document, *motions) if asked.get("optimise")]
+    waypoints = document.get("waypoints")
+    listed = waypoints if isinstance(waypoints, list) else ()
+    rides = any(isinstance(waypoint, dict) and waypoint.get("on") is not None for waypoint in listed)
     seconds = sum(budget for budget in budgets if isinstance(budget, int | float) and 0.0 <= budget < LARGEST)
-    return (_options(document.get("backend")), is_slow, bool(budgets), round(seconds).bit_length())
+    return (_options(document.get("backend")), is_slow, bool(budgets) or rides, round(seconds).bit_length())
 
 
 def by_cell(document: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from planner.kinematics import FloatArray
     from planner.plans.optimisation import Optimisation
     from planner.plans.result import Plan
+    from planner.plans.ride import RideReport
     from planner.robots import Joint, Robot
     from planner.trajectories.trajectory import PlanWarning
 
@@ -95,6 +96,7 @@ def plan_summary(plan: Plan, seconds: float) -> Group:
         *map(warning_line, plan.warnings),
         *map(_choice_line, plan.choices),
         *([] if plan.optimisation is None else [_optimisation_line(plan.optimisation)]),
+        *([] if plan.ride is None else [_ride_line(plan.ride)]),
         Text(),
         _waypoint_table(plan),
         Text(),
@@ -204,6 +206,12 @@ def _optimisation_line(report: Optimisation) -> Text:
     shrunk = f"{_counted(len(report.radii), 'blend')} changed" if report.radii else ""
     details = ", ".join(filter(None, (tried, moved, shrunk)))
     return Text.assemble(("optimised  ", "green"), shorter, (f"({details})", "dim"))
+
+
+def _ride_line(report: RideReport) -> Text:
+    """Show the time of arrival on a moving object, and the latest start."""
+    start = f"latest start at {report.latest_start:.4g} s" if report.latest_start else "no later start found"
+    return Text.assemble((f"on {report.object}  ", "green"), f"from {report.arrival:.4g} s on ", (f"({start})", "dim"))
 
 
 def _counted(number: int, noun: str) -> str:

@@ -66,6 +66,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "past_a_switch.json": (3, None),
     "pick_and_place.json": (8, None),
     "pick_and_place_dates.json": (8, None),
+    "pick_from_a_running_belt.json": (5, None),
     "refuelling_beside_the_car.json": (6, 25.29),
     "refuelling_case_1.json": (6, 25.29),
     "refuelling_case_1_poses.json": (6, 25.29),
