@@ -59,8 +59,8 @@ class CellRequest(Schema):
     margin: Margin = 0.0
     """The least distance between robots, m."""
     allowed_pairs: AllowedPairs = Field(default_factory=list)
-    """Pairs of bodies of two robots that may touch, by the names `robot/link` or `robot/object`; shape (pairs, 2), without
-    unit. A gripper and the object that it takes from another robot are such a pair."""
+    """Pairs of bodies of two robots that may touch, by the names `robot/link` or `robot/object`; shape (pairs, 2),
+    without unit. A gripper and the object that it takes from another robot are such a pair."""
     meetings: Annotated[list[Annotated[str, Field(max_length=200)]], Field(max_length=MOST_MEETINGS)] = Field(
         default_factory=list
     )
