@@ -147,14 +147,24 @@ class Changes(Schema):
     """The pose of the base in the world (m), whose z axis points up: gravity follows it, poses stay in the base frame.
     Omitted: the other robot's."""
     named_positions: Annotated[dict[FrameName, JointVector], Field(max_length=64)] = Field(default_factory=dict)
-    """Joint positions by name, one value for each joint that is not locked, rad or m, `external_axes` first. The other
-    robot's named positions stay, with the external axes at 0, or at the limit nearest to it."""
+    """Joint positions by name, one value for each joint that is not locked, rad or m, in the order of `joint_names`:
+    axes of the `positioner` in reverse, `external_axes`, arm. The other robot's named positions stay, with the axes
+    of both at 0, or at the limit nearest to it."""
     external_axes: Annotated[list[ExternalAxis], Field(max_length=8)] = Field(default_factory=list)
     """Axes in front of the arm that carry its base, from the ground on: a rail, a gantry, a turntable. They are the
     first joints of the robot. Its base frame is the frame in which the first axis stands. Poses are in it, and its z
-    axis points up unless there is a `mounting`. An axis that carries the workpiece does not belong here."""
+    axis points up unless there is a `mounting`. An axis that carries the workpiece belongs to the `positioner`."""
     arm_origin: Pose | None = None
     """The pose of the arm's base in the link that the last of the `external_axes` moves (m); omitted: the same
+    frame."""
+    positioner: Annotated[list[ExternalAxis], Field(max_length=3)] = Field(
+        default_factory=list, exclude_if=lambda axes: not axes
+    )
+    """Axes beside the arm that carry the workpiece, from the ground on; the first one's `origin` is in the arm's base
+    frame. They are the first joints of the robot, in reverse. Its base frame is the moving workpiece: poses refer to
+    it, and speeds of the tool are relative to it. `mass` and so on of the last axis include the workpiece."""
+    workpiece: Pose | None = Field(default=None, exclude_if=lambda pose: pose is None)
+    """The pose of the workpiece in the link that the last axis of the `positioner` moves (m); omitted: the same
     frame."""
     payload_table: PayloadTable | None = Field(default=None, exclude_if=lambda table: table is None)
     """Factors on the acceleration and jerk limits by the payload mass; omitted: the other robot's, which they
@@ -288,9 +298,13 @@ class RobotDescription(RobotSummary):
     tool: Placement
     """The tool centre point in the tip frame, for requests that name no tool."""
     mounting: Placement | None
-    """The base in the world, whose z axis points up; null: gravity is as the model has it."""
+    """The base in the world, whose z axis points up, or with a positioner the frame in which arm and positioner stand;
+    null: gravity is as the model has it."""
     external_axes: list[str]
-    """The names of the first joints, in front of the arm, that carry its base; none: the base stands still."""
+    """The names of the first joints, which are not the arm's own; none: all are the arm's."""
+    positioner: list[str] = Field(default_factory=list, exclude_if=lambda names: not names)
+    """The names of the first `external_axes` that carry the workpiece, from the workpiece on. The base frame moves with
+    it then, and the frame `positioner_base` stands still. Omitted: the base frame stands still."""
     named_positions: dict[str, list[float]]
     """Joint positions by name, one value a joint in the order of `joint_names`, rad or m; a waypoint may go to one."""
     geometry: list[Any] = Field(

@@ -319,8 +319,9 @@ def _followed(
             if not isinstance(through, Lost):
                 return through, angle
     is_redundant = robot.dof > track.rows
-    if requested.still and is_redundant:
-        alone = follow(track, requested.still)
+    even = requested.still if end is None else requested.still or robot.positioner
+    if even and is_redundant:  # axes of a positioner go evenly to a given end
+        alone = follow(track, even)
         if not isinstance(alone, Lost) and first_beyond(robot, alone) is None:
             return alone, 0.0
     result = follow_any(track)

@@ -72,6 +72,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "refuelling_case_1_poses.json": (6, 25.29),
     "refuelling_case_2.json": (5, 37.60),
     "round_torch.json": (4, None),
+    "seam_on_a_positioner.json": (3, None),
     "slow_beside_a_walkway.json": (2, None),
     "still_after_each_motion.json": (3, None),
     "three_joint_arm_first.json": (3, 30.0),

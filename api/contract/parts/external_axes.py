@@ -1,4 +1,4 @@
-"""External axes in front of an arm: rails, gantries and turntables that carry its base."""
+"""External axes: rails, gantries and turntables that carry an arm's base, or positioners that carry the workpiece."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ JointName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-/ ]*$", ma
 
 
 class ExternalAxis(Schema):
-    """A linear or rotary axis that carries the base of the arm, or the next axis."""
+    """A linear or rotary axis that carries the base of the arm, the workpiece, or the next axis."""
 
     name: JointName
     """The name of the joint, by which limits and waypoints (`external`) name it."""
@@ -37,8 +37,8 @@ class ExternalAxis(Schema):
     torque: Limit | None = None
     """The torque or force limit, N m or N; omitted: none."""
     mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
-    """The mass of the carriage or table that the axis moves, without the arm and the axes behind it, kg. Omitted: it
-    weighs nothing, and the axis needs torque for the arm only."""
+    """The mass of the carriage or table that the axis moves, without the arm and the axes behind it, but with the
+    workpiece, kg. Omitted: it weighs nothing."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """The center of mass x, y, z of this mass, in the frame of the axis, m; omitted: its origin."""
     inertia: Annotated[list[Number], Field(min_length=6, max_length=6)] | None = None

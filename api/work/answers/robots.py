@@ -52,6 +52,7 @@ def describe(robot: Robot) -> dict[str, Any]:
         "tool": placed(as_pose(robot.tool_in_tip)),
         "mounting": None if mounting is None else placed(mounting),
         "external_axes": list(robot.external_axes),
+        **({"positioner": list(robot.positioner)} if robot.positioner else {}),
         "named_positions": {name: list(position) for name, position in robot.named_positions.items()},
         "mass": robot.mass,
         "rated_payload": robot.rated_payload,

@@ -31,7 +31,7 @@ from planner.scene import Attach
 from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from api.contract.parts import payload_table
     from planner import FieldPath
@@ -94,13 +94,13 @@ def to_waypoints(
     def convert(waypoint: waypoints.SingleWaypoint, path: FieldPath) -> planner.AnyWaypoint | None:
         frame = waypoint.frame or BASE if isinstance(waypoint, waypoints.PoseWaypoint) else BASE
         if frame not in in_base:
-            faults.append(((*path, "frame"), f"must be one of {', '.join(in_base)}; got {frame!r}"))
+            faults.append(((*path, "frame"), _unknown_frame(frame, in_base, robot)))
             return None
         if isinstance(waypoint, waypoints.PoseWaypoint) and None not in (waypoint.on, waypoint.frame):
             faults.append(((*path, "frame"), "must be left out on an object"))
             return None
         force = waypoint.process_force
-        if force is not None and (fault := _unknown_frame(force, in_base)):
+        if force is not None and (fault := _frame_fault(force, in_base, robot)):
             faults.append(((*path, "process_force", "frame"), fault))
             return None
         try:
@@ -126,16 +126,21 @@ def mounted(robot: Robot, mounting: common.Pose | None) -> Robot:
 
 
 def _frames_in_base(robot: Robot, frames: Mapping[str, common.Pose]) -> dict[str, Pose | None]:
-    """Return the frames that waypoints may name, in the base frame; None: that itself."""
+    """Return the frames that waypoints may name, in the base frame; None: that itself.
+
+    With a positioner, the base frame moves, and frames in the world have no fixed pose in it.
+    """
+    if robot.positioner:
+        return {BASE: None}
     here = robot.mounting
     in_world = {WORLD: Pose(np.zeros(3), np.eye(3)), **{name: with_axes(to_pose(p)) for name, p in frames.items()}}
     return {BASE: None, **{name: pose if here is None else pose.to_frame(here) for name, pose in in_world.items()}}
 
 
 def frames_in_world(robot: Robot, frames: Mapping[str, common.Pose]) -> dict[str, Pose]:
-    """Return the frames that objects of a scene may name, in the world."""
-    base = robot.mounting or Pose(np.zeros(3), np.eye(3))
-    return {WORLD: Pose(np.zeros(3)), BASE: base, **{name: to_pose(pose) for name, pose in frames.items()}}
+    """Return the frames that objects of a scene may name, in the world; the base frame moves with a positioner."""
+    base = {} if robot.positioner else {BASE: robot.mounting or Pose(np.zeros(3), np.eye(3))}
+    return {WORLD: Pose(np.zeros(3)), **base, **{name: to_pose(pose) for name, pose in frames.items()}}
 
 
 def to_options(options: requests.InverseKinematicsOptions, seed: int) -> InverseKinematicsOptions:
@@ -163,15 +168,21 @@ def with_process_force(robot: Robot, asked: common.ProcessForce | None) -> Robot
     if asked is None:
         return robot
     in_base = _frames_in_base(robot, {})
-    if fault := _unknown_frame(asked, in_base):
+    if fault := _frame_fault(asked, in_base, robot):
         raise InvalidProblem([(("process_force", "frame"), fault)])
     return replace(robot, process_force=_to_process_force(asked, in_base))
 
 
-def _unknown_frame(asked: common.ProcessForce, in_base: Mapping[str, Pose | None]) -> str | None:
-    """Return the fault of a process force in an unknown frame."""
+def _frame_fault(asked: common.ProcessForce, in_base: Mapping[str, Pose | None], robot: Robot) -> str | None:
+    """Return the fault of a process force in an unknown frame; None: it is known."""
     known = [TOOL, *in_base]
-    return None if asked.frame in known else f"must be one of {', '.join(known)}; got {asked.frame!r}"
+    return None if asked.frame in known else _unknown_frame(asked.frame, known, robot)
+
+
+def _unknown_frame(name: str, known: Iterable[str], robot: Robot) -> str:
+    """Return the message of a fault: there is no frame of that name that stands still in the base frame."""
+    moves = ", for the base frame is the workpiece on the positioner" if robot.positioner else ""
+    return f"must be one of {', '.join(known)}{moves}; got {name!r}"
 
 
 def _to_process_force(asked: common.ProcessForce, in_base: Mapping[str, Pose | None]) -> ProcessForce:
@@ -265,6 +276,8 @@ def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
         named_positions=model.named_positions,
         external_axes=[_to_external_axis(axis) for axis in model.external_axes],
         arm_origin=None if model.arm_origin is None else to_pose(model.arm_origin),
+        positioner=[_to_external_axis(axis) for axis in model.positioner],
+        workpiece=None if model.workpiece is None else to_pose(model.workpiece),
         payload_table=to_payload_table(model.payload_table),
     )
     return replace(robot, source=f"derived from {base.id}: {base.source}")

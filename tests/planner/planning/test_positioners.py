@@ -90,6 +90,23 @@ def test_a_seam_is_welded_at_constant_speed_relative_to_the_workpiece(backend: p
     assert check.ratio >= shares.max() - 1e-9
 
 
+def test_fixed_axes_go_evenly_so_that_a_torch_stands_still_over_a_flat_seam() -> None:
+    """The table turns the seam under the torch: the arm hardly moves, to the tolerance of the path."""
+    robot, end = TwoBranches(CELL.arm, CELL.axes, Pose([0.0, 0.0, 0.1], np.eye(3))).robot, 2.5
+    poses = [Pose(on_seam(angle).position, rotation_from_rpy(np.pi, 0.0, np.pi + angle)) for angle in (0.0, end)]
+    motion = planner.CircularMotion(via=Pose(on_seam(end / 2.0).position))
+    waypoints = [
+        HOME,
+        planner.PoseWaypoint(poses[0], external={"turn": 0.0, "tilt": 0.0}),
+        planner.PoseWaypoint(poses[1], motion=motion, external={"turn": -end, "tilt": 0.0}),
+    ]
+    made = planner.plan(planner.PlanningProblem(robot, waypoints), planner.Toppra())
+    times = np.linspace(made.trajectory.arrivals[1], made.trajectory.duration, 200)
+    (q,) = made.trajectory.evaluate(times, [0])
+    assert np.ptp(q[:, 0]) == pytest.approx(end)
+    assert np.ptp(q[:, 1:], axis=0).max() < 1e-3
+
+
 def test_the_torque_of_the_positioner_limits_the_motion() -> None:
     """The table with its overhanging plate takes longer with a weak drive, which is used up to its limit."""
     weak = TwoBranches(

@@ -8,8 +8,18 @@ export function matrixOf({ position, quaternion_xyzw }: Placement): Matrix4 {
   return new Matrix4().compose(new Vector3().fromArray(position), new Quaternion().fromArray(quaternion_xyzw), ONE);
 }
 
-// The matrices of the base and of each joint's frame, in the base frame: a frame `after` n joints moves with entry n.
+const STANDING = 'positioner_base'; // the frame in which arm and positioner stand, while the base moves with the workpiece
+
+// The matrices of the base and of each joint's frame, in the frame that stands still: a frame `after` n joints moves with entry n.
 export function jointMatrices(robot: Robot, position: readonly number[]): Matrix4[] {
+  const matrices = matricesInBase(robot, position);
+  const foot = robot.positioner && robot.placements.find(({ frame }) => frame === STANDING);
+  if (!foot) return matrices;
+  const base = matrices[foot.after]!.clone().multiply(matrixOf(foot)).invert();
+  return matrices.map((matrix) => matrix.premultiply(base));
+}
+
+function matricesInBase(robot: Robot, position: readonly number[]): Matrix4[] {
   const matrices = [new Matrix4()];
   const motion = new Matrix4();
   const axis = new Vector3();
@@ -26,5 +36,5 @@ export function jointMatrices(robot: Robot, position: readonly number[]): Matrix
 // The matrix of the tool centre point in the base frame.
 export function toolMatrix(robot: Robot, position: readonly number[]): Matrix4 {
   const tip = robot.placements.find((placement) => placement.frame === robot.tip_frame)!;
-  return jointMatrices(robot, position)[tip.after]!.multiply(matrixOf(tip)).multiply(matrixOf(robot.tool));
+  return matricesInBase(robot, position)[tip.after]!.multiply(matrixOf(tip)).multiply(matrixOf(robot.tool));
 }

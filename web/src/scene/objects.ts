@@ -9,7 +9,7 @@ export interface Placed {
   id: string;
   shape: SceneShape;
   margin: number; // m
-  matrix: Matrix4; // in the base frame; of what is carried: behind so many joints
+  matrix: Matrix4; // in the frame that stands still; of what is carried: behind so many joints
   after: number | null; // joints before it; null: none
   at?: (time: number) => Matrix4; // of a moving object: the matrix at a time, s
 }
@@ -19,7 +19,7 @@ export type Setting = Pick<PlanRequest, 'frames' | 'tool' | 'mounting'> & { scen
 
 const ONE = new Vector3(1, 1, 1);
 
-// The objects of a scene in the base frame, and what is attached to the robot behind its joints.
+// The objects of a scene in the frame that stands still, and what is attached to the robot behind its joints.
 export function placedOf(setting: Setting, robot: Robot): Placed[] {
   const { scene } = setting;
   if (!scene) return [];

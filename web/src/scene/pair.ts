@@ -11,7 +11,7 @@ export interface Pair {
   position: readonly number[]; // of the joints, when they are nearest
 }
 
-// The nearest points of a pair in the base frame; null: one of them is not convex, or nothing to be drawn.
+// The nearest points of a pair in the frame that stands still; null: one of them is not convex, or nothing to be drawn.
 export function pointsOf(
   { names, position }: Pair,
   robot: Robot,

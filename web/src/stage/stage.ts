@@ -10,6 +10,7 @@ import { linkShapes, reach, type Shape } from '../robot/shapes';
 import { styleColour, theme } from '../state/theme';
 import { Arm } from './arm';
 import { Cloud } from './cloud';
+import { Frames } from './frames';
 import { Gizmo, type GizmoMode, type GizmoWays } from './gizmo';
 import { lights } from './lights';
 import { areSeen, DIRECTIONS, fillCanvas, isSeen, NEAR, SHARES, standBack, type View } from './views';
@@ -27,7 +28,7 @@ type Drawn =
 export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(38, 1, 0.01, 100);
-  readonly world = new Group(); // in the base frame; the mounting turns it
+  private readonly frames = new Frames();
   readonly controls: OrbitControls;
   readonly gizmo: Gizmo;
   private readonly renderer: WebGLRenderer;
@@ -49,10 +50,10 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     this.renderer.localClippingEnabled = true;
     this.camera.up.set(0, 0, 1);
-    this.scene.add(this.world, ...lights());
+    this.scene.add(this.frames.standing, ...lights());
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.draw());
-    this.gizmo = new Gizmo(this.camera, canvas, this.world, this.scene, 0.7);
+    this.gizmo = new Gizmo(this.camera, canvas, this.frames.base, this.scene, 0.7);
     this.gizmo.onChange = () => this.draw();
     this.gizmo.onHold = (isHeld) => (this.controls.enabled = !isHeld);
     listenToClicks(canvas, (event) => this.pick(event));
@@ -78,8 +79,8 @@ export class Stage {
     this.shapes = shapes;
     this.extent = Math.max(0.3, reach(robot));
     this.arm = new Arm(robot, this.shapes);
-    this.world.add(this.arm.object);
-    this.arm.pose(jointPosition);
+    this.frames.standing.add(this.arm.object);
+    this.setJointPosition(jointPosition);
     this.isFitted = false;
     this.setGround();
     this.look('home');
@@ -94,9 +95,7 @@ export class Stage {
   // The base in the world, and what stands around the robot at all times.
   setSurroundings(setting: Setting, standing: readonly Placed[]): void {
     if (!this.robot) return;
-    this.world.matrixAutoUpdate = false;
-    this.world.matrix.copy(mountingOf(setting, this.robot));
-    this.world.matrixWorldNeedsUpdate = true;
+    this.frames.mount(mountingOf(setting, this.robot));
     const isNew = this.isFitted && standing.length > this.standing;
     this.standing = standing.length;
     this.replace('scene', this.things(standing));
@@ -153,6 +152,7 @@ export class Stage {
 
   setJointPosition(position: readonly number[]): void {
     this.arm?.pose(position);
+    if (this.robot) this.frames.pose(this.robot, position);
     this.draw();
   }
 
@@ -244,7 +244,7 @@ export class Stage {
 
   // The box around the robot, the path of its tool and what stands around it, and around more.
   private bounds(...more: readonly (Object3D | undefined)[]): Box3 {
-    this.world.updateWorldMatrix(true, true);
+    this.frames.standing.updateWorldMatrix(true, true);
     const box = new Box3().setFromPoints([...this.swept]);
     for (const object of [this.arm?.object, this.drawn.path, ...this.ends(), ...more]) if (object) box.expandByObject(object);
     return box.isEmpty() ? new Box3(new Vector3(-1, -1, 0), new Vector3(1, 1, 1)) : box;
@@ -294,7 +294,7 @@ export class Stage {
   private replace(name: Drawn, object: Object3D | null | undefined): void {
     disposeOf(this.drawn[name]);
     this.drawn[name] = object ?? undefined;
-    if (object) this.world.add(object);
+    if (object) this.frames.of(name).add(object);
     this.draw();
   }
 }

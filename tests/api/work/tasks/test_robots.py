@@ -361,6 +361,43 @@ def test_an_arm_on_a_rail_is_a_robot_like_any_other(service: RunningService) -> 
     service.client.delete(f"{ROBOTS}/planar_arm")
 
 
+def test_a_workpiece_on_a_positioner_is_the_base_frame(service: RunningService) -> None:
+    """Two links of 0.4 m and 0.3 m beside a turntable: poses are in its moving frame, and others are refused."""
+    service.post(ROBOTS, dh_robot(joints=[dh_joint(mass=2.0), dh_joint(a=0.3)]))
+    table = {"name": "table", "kind": "revolute", "axis": [0.0, 0.0, 2.0], "lower": -3.0, "upper": 3.0}
+    table |= {"origin": {"position": [0.5, 0.0, 0.0]}, "mass": 5.0, "inertia": [0.1, 0.0, 0.0, 0.1, 0.0, 0.4]}
+    body = derived_robot(positioner=[table], workpiece={"position": [0.0, 0.0, 0.1]})
+    added = service.post(ROBOTS, body)
+    assert added.status_code == 201, added.text
+    robot = AddedRobot.model_validate_json(added.content, strict=True)
+    assert robot.positioner == robot.external_axes == ["table"]
+    forward = service.post(FORWARD, {"robot": "in_cell", "positions": [[0.0, 0.0, 0.0], [np.pi / 2.0, 0.0, 0.0]]})
+    found = [pose["position"] for pose in forward.json()["poses"]]
+    np.testing.assert_allclose(found, [[0.2, 0.0, -0.1], [0.0, -0.2, -0.1]], atol=1e-12)
+    turned = {"robot": "in_cell", "positions": [[1.0, 0.0, 0.0]], "accelerations": [[2.0, 0.0, 0.0]]}
+    assert service.post("/v1/dynamics/inverse", turned).json()["torques"][0][0] == pytest.approx(0.8)
+    line = {"kind": "relative", "frame": "base", "move": {"kind": "cartesian", "translation": [0.0, 0.2, 0.0]}}
+    asked = [joint(0.0, 0.5, -1.0), {**line, "motion": {"kind": "linear"}}]
+    planned = service.post(PLAN, plan_request(robot="in_cell", waypoints=asked, include=["tcp_pose"]))
+    assert planned.status_code == 200, planned.text
+    assert planned.json()["certificate"]["satisfied"]
+    poses = np.array(planned.json()["samples"]["tcp_pose"]["position"])
+    np.testing.assert_allclose(poses[:, [0, 2]], poses[:1, [0, 2]].repeat(len(poses), axis=0), atol=1e-4)
+    in_world = {"kind": "pose", "frame": "world", "pose": {"position": [0.4, 0.3, 0.0]}}
+    ball = {"id": "ball", "shape": {"kind": "sphere", "radius": 0.1}, "frame": "base"}
+    for changes, pointer in (
+        ({"waypoints": [joint(0.0, 0.5, -1.0), in_world]}, "/waypoints/1/frame"),
+        ({"scene": {"objects": [ball]}}, "/scene/objects/0/frame"),
+    ):
+        refused = service.post(PLAN, plan_request(robot="in_cell", waypoints=asked) | changes)
+        assert refused.status_code == 422, refused.text
+        assert [fault["pointer"] for fault in refused.json()["errors"]] == [pointer]
+    proved = service.post(PLAN, plan_request(robot="in_cell", waypoints=asked, include=["proof"]))
+    assert (proved.status_code, proved.json()["errors"][0]["pointer"]) == (422, "/robot"), proved.text
+    for robot_id in ("in_cell", "planar_arm"):
+        service.client.delete(f"{ROBOTS}/{robot_id}")
+
+
 def test_the_digest_of_a_derived_robot_is_of_all_that_it_is_made_of(service: RunningService) -> None:
     """Not of the name of an added robot, but of its content; of a catalogue robot, of its id."""
 
