@@ -16,7 +16,8 @@ from api.contract.robots import Changes, DerivedModel, RobotDefinition, UrdfMode
 from api.contract.tasks import OrderRequest
 from api.store.contents.mesh_archive import MeshArchive
 from api.work.conversion.kept_meshes import keep_meshes
-from api.work.conversion.problems import to_backend, to_robot
+from api.work.conversion.problems import to_backend
+from api.work.conversion.robots import to_robot
 from api.work.conversion.task_orders import to_task_problem
 from cli.work.local_plan import plan_request, read_request
 from planner.errors import Collision

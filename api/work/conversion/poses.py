@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -70,3 +70,8 @@ def _three(numbers: Sequence[float]) -> tuple[float, float, float]:
     """Return three numbers as the library has them."""
     x, y, z = numbers
     return x, y, z
+
+
+def with_tuples(values: dict[str, Any]) -> dict[str, Any]:
+    """Return values whose lists are tuples, as immutable values have them."""
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}

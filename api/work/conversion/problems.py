@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 import planner
-from api.contract import requests, robots
-from api.contract.parts import common, external_axes, free_motions, goal_sets, waypoints
+from api.contract.parts import common, free_motions, goal_sets, waypoints
 from api.work.conversion.actions import to_actions, with_waits
-from api.work.conversion.curves import to_payload_table, to_torque_curve, to_velocity_curves, with_curves
 from api.work.conversion.goal_sets import to_requested_waypoint
-from api.work.conversion.kept_meshes import kept_pieces
-from api.work.conversion.poses import to_pose, to_pose_constraint, to_rotation, with_axes
+from api.work.conversion.poses import to_pose, to_pose_constraint, to_rotation, with_axes, with_tuples
 from api.work.conversion.scenes import to_scene, to_speed_zones
 from api.work.conversion.vibration import to_residual_vibration
 from planner.backends import BACKENDS, BackEnd
@@ -24,8 +21,6 @@ from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.problems.motion_around import FreeMotion
-from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
-from planner.robots.collision import kept_meshes
 from planner.robots.payload import Payload, ProcessForce
 from planner.scene import Attach
 from planner.spatial import FloatArray, Pose
@@ -33,8 +28,9 @@ from planner.spatial import FloatArray, Pose
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from api.contract.parts import payload_table
+    from api.contract import requests
     from planner import FieldPath
+    from planner.robots import Robot
 
 BASE = "base"
 """The name of the frame that poses are in unless another one is named."""
@@ -206,86 +202,7 @@ def to_limits(limits: common.Limits) -> Limits:
     """Make limits, lists as tuples."""
     asked = limits.model_dump()
     pairs = {name: value and list(map(tuple, value)) for name, value in asked.items() if name.endswith("_range")}
-    return Limits(**_with_tuples(asked | pairs))
-
-
-def to_robot(definition: robots.RobotModel | robots.UrdfRobot, robot_id: str) -> Robot:
-    """Make the robot that a client describes; the meshes of one that is not added yet are not read.
-
-    Raises:
-        InvalidRobotModel: It cannot be used.
-    """
-    match definition:
-        case robots.UrdfDocument():
-            kept = definition.meshes if isinstance(definition, robots.UrdfModel) else []
-            read = Robot.from_urdf(
-                definition.urdf,
-                srdf=definition.srdf,
-                tip_frame=definition.tip_frame,
-                base_frame=definition.base_frame,
-                group=definition.group,
-                joints=definition.joints,
-                locked=definition.locked,
-                meshes=kept_meshes(kept_pieces(kept)),
-                id=robot_id,
-                source="uploaded URDF",
-            )
-            limits: dict[str, Any] = {}
-            for name, curves in definition.velocity_curves.items():
-                limits[name] = {"velocity_curves": to_velocity_curves(curves)}
-            for name, curve in definition.torque_curves.items():
-                limits[name] = {**limits.get(name, {}), "torque_curve": to_torque_curve(curve)}
-            return _with_own(read, limits, definition.payload_table)
-        case robots.DhModel():
-            read = Robot.from_dh(
-                [DHJoint(**with_curves(_with_tuples(joint.model_dump()), joint)) for joint in definition.joints],
-                convention=definition.convention,
-                base=None if definition.base is None else to_pose(definition.base),
-                tip=None if definition.tip is None else to_pose(definition.tip),
-                id=robot_id,
-                source="uploaded Denavit-Hartenberg table",
-            )
-            return _with_own(read, {}, definition.payload_table)
-        case robots.DerivedModel():
-            return _to_derived_robot(definition, robot_id)
-
-
-def _with_own(read: Robot, limits: Mapping[str, Any], table: payload_table.PayloadTable | None) -> Robot:
-    """Return a robot with limits of joints and a payload table that its document cannot have."""
-    if not limits and table is None:
-        return read
-    limited = read.derived(limits=limits, payload_table=to_payload_table(table))
-    return replace(limited, findings=(*read.findings, *limited.findings))
-
-
-def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
-    """Make the robot that a client derives from another.
-
-    Raises:
-        InvalidRobotModel: The request contradicts the other robot.
-        UnknownRobot: There is no other robot.
-    """
-    base = load_robot(model.base or "") if model.definition is None else to_robot(model.definition, "an added robot")
-    robot = base.derived(
-        id=robot_id,
-        limits={name: with_curves(own.model_dump(exclude_none=True), own) for name, own in model.limits.items()},
-        group=model.group,
-        locked=model.locked,
-        tool=None if model.tool is None else to_pose(model.tool),
-        mounting=None if model.mounting is None else to_pose(model.mounting),
-        named_positions=model.named_positions,
-        external_axes=[_to_external_axis(axis) for axis in model.external_axes],
-        arm_origin=None if model.arm_origin is None else to_pose(model.arm_origin),
-        positioner=[_to_external_axis(axis) for axis in model.positioner],
-        workpiece=None if model.workpiece is None else to_pose(model.workpiece),
-        payload_table=to_payload_table(model.payload_table),
-    )
-    return replace(robot, source=f"derived from {base.id}: {base.source}")
-
-
-def _to_external_axis(axis: external_axes.ExternalAxis) -> ExternalAxis:
-    """Make an external axis."""
-    return ExternalAxis(**axis.model_dump() | {"origin": None if axis.origin is None else to_pose(axis.origin)})
+    return Limits(**with_tuples(asked | pairs))
 
 
 def to_end_states(request: requests.ValidateRequest, joints: int) -> EndStates:
@@ -327,10 +244,6 @@ def to_matrix(rows: Sequence[Sequence[float]], columns: int, field: FieldPath) -
     return np.array(rows, dtype=np.float64)
 
 
-def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
-
-
 def _to_waypoint(waypoint: waypoints.SingleWaypoint, robot: Robot, frame: Pose | None) -> planner.AnyWaypoint:
     plain = ("name", "duration", "minimum_duration", "earliest_arrival", "latest_arrival", "dwell", "put_down")
     common_fields: dict[str, Any] = {name: getattr(waypoint, name) for name in plain} | {
@@ -360,7 +273,7 @@ def _to_free(free: Literal["rotation_z"] | waypoints.Region | None) -> planner.F
     if not isinstance(free, waypoints.Region):
         return free
     ranges = {name: getattr(free, name) for name in waypoints.Region.model_fields}
-    return planner.Region(**_with_tuples(ranges))
+    return planner.Region(**with_tuples(ranges))
 
 
 def to_motion(motion: waypoints.Motion, frame: Pose | None) -> planner.Motion:

@@ -17,7 +17,7 @@ from api.contract.parts.scenes import Scene
 from api.contract.robots import RobotModel
 from api.pool.messages import Reply
 from api.store.contents.digests import sha256
-from api.work.conversion.problems import to_robot
+from api.work.conversion.robots import to_robot
 from planner.robots import load_robot
 
 if TYPE_CHECKING:

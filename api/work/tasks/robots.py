@@ -19,7 +19,7 @@ from api.work.answers.gltf import collision_gltf, visual_gltf
 from api.work.answers.negotiation import MediaType, negotiated
 from api.work.answers.robots import describe, describe_collision_geometry
 from api.work.conversion.kept_meshes import drawn_visuals, keep_meshes
-from api.work.conversion.problems import to_robot
+from api.work.conversion.robots import to_robot
 from api.work.tasks.context import JSON, model_of, robot_of, task, to_json
 from planner.errors import UnknownRobot
 from planner.robots import catalogue_ids, load_robot

@@ -18,7 +18,7 @@ from api.contract.robots import RobotDefinition, RobotModel, UrdfModel, UrdfRobo
 from api.store.contents.digests import canonical
 from api.store.contents.mesh_archive import MeshArchive
 from api.work.conversion.kept_meshes import keep_meshes
-from api.work.conversion.problems import to_robot
+from api.work.conversion.robots import to_robot
 from api.work.tasks.robots import without_name
 from planner import read_robot_files
 from planner.robots import load_robot
