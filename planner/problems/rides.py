@@ -102,6 +102,10 @@ def ride_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     on = [i for i, waypoint in enumerate(problem.waypoints) if object_of(waypoint) is not None]
     if not on:
         return
+    if problem.robot.positioner:
+        text = "must be left out: the robot's base frame is the workpiece on its positioner, which moves, too"
+        yield from ((("waypoints", i, "on"), text) for i in on)
+        return
     things = {} if problem.scene is None else {thing.id: thing for thing in problem.scene.objects}
     for i in on:
         yield from _object_faults(things, object_of(problem.waypoints[i]), ("waypoints", i, "on"))

@@ -13,7 +13,6 @@ from api.work.conversion.actions import to_actions, with_waits
 from api.work.conversion.goal_sets import to_requested_waypoint
 from api.work.conversion.poses import to_pose, to_pose_constraint, to_rotation, with_axes, with_tuples
 from api.work.conversion.scenes import to_scene, to_speed_zones
-from api.work.conversion.vibration import to_residual_vibration
 from planner.backends import BACKENDS, BackEnd
 from planner.certificate import EndStates
 from planner.errors import InvalidProblem
@@ -21,6 +20,7 @@ from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.problems.motion_around import FreeMotion
+from planner.problems.residual_vibration import ResidualVibration
 from planner.robots.payload import Payload, ProcessForce
 from planner.scene import Attach
 from planner.spatial import FloatArray, Pose
@@ -66,6 +66,11 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> planner.
         time_budget=request.time_budget,
         optimise_iterates=request.optimise_iterates,
     )
+
+
+def to_residual_vibration(mode: common.VibrationMode | None) -> ResidualVibration | None:
+    """Make a vibration mode."""
+    return None if mode is None else ResidualVibration(**mode.model_dump())
 
 
 def to_backend(asked: Any) -> BackEnd:

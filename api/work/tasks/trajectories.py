@@ -22,10 +22,16 @@ from api.work.answers.plans import AnswerOptions, as_dict
 from api.work.answers.problem_documents import problem_document
 from api.work.answers.views import VIEWS, View
 from api.work.conversion.given_trajectories import to_trajectory
-from api.work.conversion.problems import frames_in_world, to_backend, to_end_states, to_limits, to_planning_problem
+from api.work.conversion.problems import (
+    frames_in_world,
+    to_backend,
+    to_end_states,
+    to_limits,
+    to_planning_problem,
+    to_residual_vibration,
+)
 from api.work.conversion.scenes import kept_roadmap, to_scene, to_speed_zones
 from api.work.conversion.time_budgets import attempts_until, within_deadline
-from api.work.conversion.vibration import to_residual_vibration
 from api.work.tasks.context import task
 from api.work.tasks.remedies import acceptable_remedies, at_back_end
 from planner.backends import BACKENDS

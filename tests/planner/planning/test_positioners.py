@@ -7,10 +7,12 @@ import pinocchio as pin
 import pytest
 
 import planner
+from planner.certificate.clearance import certify_clearance
 from planner.dynamics import SegmentDynamics
 from planner.errors import Collision, InvalidProblem
 from planner.plots.view import drawn_tool_poses, stick_model
 from planner.robots import ExternalAxis, load_robot
+from planner.scene import CollisionChecker
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.planner.robots.two_branches import TwoBranches
 
@@ -69,11 +71,11 @@ def speeds_between(placements: list[pin.SE3], step: float) -> FloatArray:
 def test_a_seam_is_welded_at_constant_speed_relative_to_the_workpiece(backend: planner.BackEnd) -> None:
     made = seam_plan(backend)
     start, end = made.trajectory.arrivals[1], made.trajectory.duration
-    q, v, a = made.trajectory.evaluate(np.linspace(start, end, 1500), [0, 1, 2])
+    q, v, a = made.trajectory.evaluate(np.linspace(start, end, 400), [0, 1, 2])
     away = np.array([off_seam(CELL.tool_in_workpiece(row)) for row in q])
     assert away[:, 0].max() <= 1e-4
     assert away[:, 1].max() <= 1e-3
-    between = np.linspace(start + 1.0, end - 1.0, 1500)
+    between = np.linspace(start + 1.0, end - 1.0, 600)
     placements = [CELL.tool_in_workpiece(row) for row in made.trajectory.evaluate(between, [0])[0]]
     speeds = speeds_between(placements, float(between[1] - between[0]))
     assert speeds.max() <= SPEED * (1.0 + 1e-6)
@@ -84,9 +86,9 @@ def test_a_seam_is_welded_at_constant_speed_relative_to_the_workpiece(backend: p
     deviations = {check.quantity: check for check in made.certificate.checks if "deviation" in check.quantity}
     assert deviations["path_position_deviation"].peak >= away[:, 0].max() - 1e-9
     (check,) = (check for check in made.certificate.checks if check.quantity == "torque")
-    whole = made.trajectory.evaluate(np.linspace(0.0, made.trajectory.duration, 3000), [0, 1, 2])
+    whole = made.trajectory.evaluate(np.linspace(0.0, made.trajectory.duration, 1000), [0, 1, 2])
     shares = np.abs([CELL.torques(*state) for state in zip(*whole, strict=True)]) / CELL.robot.limit("torque")
-    assert check.ratio == pytest.approx(shares.max(), rel=5e-3)
+    assert check.ratio == pytest.approx(shares.max(), rel=2e-2)
     assert check.ratio >= shares.max() - 1e-9
 
 
@@ -128,16 +130,21 @@ def test_a_plate_on_the_positioner_that_would_hit_a_post_is_refused() -> None:
         planner.Scene([planner.SceneObject("post", [planner.Box([0.05, 0.05, 2.0])], Pose([1.1, y, 0.0]))], [plate])
         for y in (0.35, 0.7)
     ]
+    trajectory = seam_plan(planner.Toppra(), None, 0.5 * np.pi).trajectory
+    near, clear = (CollisionChecker(CELL.robot, scene) for scene in scenes)
     with pytest.raises(Collision, match="plate") as refused:
-        seam_plan(planner.Toppra(), scenes[0], 0.5 * np.pi)
+        certify_clearance(near, trajectory)
     assert "post" in str(refused.value)
-    clear = seam_plan(planner.Toppra(), scenes[1], 0.5 * np.pi).certificate.clearance
-    assert clear is not None
-    assert clear.scene is not None
-    assert clear.scene.lower > 0.0
+    report = certify_clearance(clear, trajectory)
+    assert report is not None
+    assert report.scene is not None
+    assert report.scene.lower > 0.0
 
 
 def test_what_knows_only_a_base_that_stands_still_refuses_a_positioner() -> None:
+    riding = planner.PoseWaypoint(on_seam(0.0), on="crate")
+    with pytest.raises(InvalidProblem, match="positioner"):
+        planner.plan(planner.PlanningProblem(CELL.robot, [HOME, riding]))
     made = planner.plan(planner.PlanningProblem(CELL.robot, [HOME, [0.5, *HOME.position[1:]]]), planner.Trapezoidal())
     for refused in (planner.write_proof, planner.simulate):
         with pytest.raises(InvalidProblem, match="positioner"):
