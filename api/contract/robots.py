@@ -18,8 +18,12 @@ from api.contract.parts.common import (
     Schema,
     Vector3,
 )
-from api.contract.parts.external_axes import ExternalAxis  # noqa: TC001 - pydantic evaluates the annotations
-from api.contract.parts.joints import DhJoint, JointDescription, OwnLimits  # noqa: TC001 - pydantic evaluates them
+from api.contract.parts.joints import (  # noqa: TC001 - pydantic evaluates them
+    DhJoint,
+    ExternalAxis,
+    JointDescription,
+    OwnLimits,
+)
 from api.contract.parts.limit_curves import TorqueCurve, VelocityCurves  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.payload_table import PayloadTable  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.problem_documents import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations

@@ -1,4 +1,4 @@
-"""Joints of robots: rows of tables, limits of an owner, and descriptions."""
+"""Joints of robots: rows of tables, external axes, limits of an owner, and descriptions."""
 
 from __future__ import annotations
 
@@ -12,12 +12,15 @@ from api.contract.parts.common import (
     Limit,
     LimitRange,
     Number,
+    Pose,
     Positive,
     Schema,
     Vector3,
 )
-from api.contract.parts.external_axes import JointName  # noqa: TC001 - pydantic evaluates the annotations
 from api.contract.parts.limit_curves import TorqueCurve, VelocityCurves  # noqa: TC001 - pydantic evaluates the annotations
+
+JointName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-/ ]*$", max_length=100)]
+"""The name of a joint."""
 
 DriveValue = Annotated[float, Field(ge=0.0, le=LARGEST)]
 """A friction or an inertia of a drive."""
@@ -170,3 +173,38 @@ class JointDescription(Answer):
     provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
     """The source of each limit, by the name of its quantity. It is `published` with the robot, its `datasheet`, an
     `estimate`, a `default` of the service, or its `owner`."""
+
+
+class ExternalAxis(Schema):
+    """A linear or rotary axis that carries the base of the arm, the workpiece, or the next axis."""
+
+    name: JointName
+    """The name of the joint, by which limits and waypoints (`external`) name it."""
+    kind: Literal["prismatic", "revolute", "continuous"]
+    """The kind of joint: `prismatic`, a rail; `revolute`, a turntable, or `continuous` without position limits."""
+    axis: Vector3
+    """The direction along which the axis slides, or about which it turns, in its own frame, without unit and of any
+    length above 1e-9."""
+    origin: Pose | None = None
+    """The frame of the axis at position 0, in the base frame (m), or in the link that the axis before it moves.
+    Omitted: the same frame."""
+    lower: Number | None = None
+    """The lower position limit, rad or m; only a `continuous` axis has none."""
+    upper: Number | None = None
+    """The upper position limit, rad or m; only a `continuous` axis has none."""
+    velocity: Limit | None = None
+    """The velocity limit, rad/s or m/s; omitted: a default, as the answer says."""
+    acceleration: Limit | None = None
+    """The acceleration limit, rad/s^2 or m/s^2; omitted: a default, as the answer says."""
+    jerk: Limit | None = None
+    """The jerk limit, rad/s^3 or m/s^3; omitted: a default, as the answer says."""
+    torque: Limit | None = None
+    """The torque or force limit, N m or N; omitted: none."""
+    mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
+    """The mass of the carriage or table that the axis moves, without the arm and the axes behind it, but with the
+    workpiece, kg. Omitted: it weighs nothing."""
+    center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """The center of mass x, y, z of this mass, in the frame of the axis, m; omitted: its origin."""
+    inertia: Annotated[list[Number], Field(min_length=6, max_length=6)] | None = None
+    """The inertia ixx, ixy, ixz, iyy, iyz, izz of this mass about its center, kg m^2; omitted: unknown. Its directions
+    are the axes of the frame of the axis."""

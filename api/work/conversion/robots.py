@@ -15,7 +15,7 @@ from planner.robots.collision import kept_meshes
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from api.contract.parts import external_axes, payload_table
+    from api.contract.parts import joints, payload_table
 
 
 def to_robot(definition: robots.RobotModel | robots.UrdfRobot, robot_id: str) -> Robot:
@@ -92,6 +92,6 @@ def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
     return replace(robot, source=f"derived from {base.id}: {base.source}")
 
 
-def _to_external_axis(axis: external_axes.ExternalAxis) -> ExternalAxis:
+def _to_external_axis(axis: joints.ExternalAxis) -> ExternalAxis:
     """Make an external axis."""
     return ExternalAxis(**axis.model_dump() | {"origin": None if axis.origin is None else to_pose(axis.origin)})
