@@ -8,6 +8,7 @@ blocks, which are cut in four where they are neither proved free nor proved bloc
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -80,19 +81,29 @@ class Diagram:
     both_rest: np.ndarray
 
     @classmethod
-    def of(cls, first: Axis, second: Axis, rules: Rules, end: float = inf) -> Diagram:
+    def of(
+        cls, first: Axis, second: Axis, rules: Rules, shares: Sequence[float] = (1.0,), end: float = inf
+    ) -> list[Diagram]:
         """Decide the entries of two robots.
 
         Args:
             first: The axis of one robot.
             second: The axis of the other robot.
             rules: What both must keep; the skew is left out.
+            shares: An entry is not blocked where it is free for this share of the excursions from its middle. Only for
+                1 that is a proof. The first is 1, the others descend.
             end: The end on the monotonic clock, s, after which no entry is proved free.
+
+        Returns:
+            A diagram for each share.
         """
         both = first.cells, first.points, first.cells, first.points
         other = second.cells, second.cells, second.points, second.points
-        pairs = zip(both, other, strict=True)
-        return cls(*(_blocked(first.mover, second.mover, rules, end, *intervals) for intervals in pairs))
+        tables = [
+            _blocked(first.mover, second.mover, rules, shares, end, *intervals)
+            for intervals in zip(both, other, strict=True)
+        ]
+        return [cls(*of_share) for of_share in zip(*tables, strict=True)]
 
     def transposed(self) -> Diagram:
         """Return the diagram with the robots exchanged."""
@@ -100,10 +111,16 @@ class Diagram:
 
 
 def _blocked(
-    first: Mover, second: Mover, rules: Rules, end: float, rows: FloatArray, columns: FloatArray
-) -> np.ndarray:
-    """Return which intervals (N, 2) and (M, 2) of two movers are not proved free together: (N, M)."""
-    blocked = np.zeros((len(rows), len(columns)), dtype=bool)
+    first: Mover,
+    second: Mover,
+    rules: Rules,
+    shares: Sequence[float],
+    end: float,
+    rows: FloatArray,
+    columns: FloatArray,
+) -> list[np.ndarray]:
+    """Return which intervals (N, 2) and (M, 2) of two movers are not free together: (N, M) for each share."""
+    blocked = [np.zeros((len(rows), len(columns)), dtype=bool) for _ in shares]
     for one in first.phases:
         for other in second.phases:
             meets = [
@@ -114,6 +131,8 @@ def _blocked(
                 continue
             checker = CheckerBetween(one.bodies, other.bodies, rules.margins((first, second), (one, other)))
             block = [(int(those[0]), int(those[-1]) + 1) for those in meets]
-            for a, b in not_free(checker, one, other, rows, columns, (*block[0], *block[1]), end):
-                blocked[a, b] = True
+            whole = *block[0], *block[1]
+            for a, b, free in not_free(checker, one, other, rows, columns, whole, end, shares=shares[1:]):
+                for table, share in zip(blocked, shares, strict=True):
+                    table[a, b] |= free < share
     return blocked

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from time import monotonic
 
@@ -20,8 +20,14 @@ from planner.problems.problem import ViaWaypoint
 from planner.problems.transitions import StopTransition
 from planner.spatial import FloatArray
 
-CELLS_OF_LONGEST = (128, 256)
+CELLS_OF_LONGEST = (128, 256, 512)
 """Number of cells of the longest trajectory, in each of the searches for waits."""
+
+SHARES = (1.0, 0.5, 0.0)
+"""Shares of the excursions in a cell of a diagram. For 1 the waits found are proved, for 0 they are the shortest."""
+
+WAITS_GAP = 0.02
+"""Largest part by which a cell may end later than by the shortest waits of a diagram; else a finer diagram follows."""
 
 BLOCKS_OF_WAITS = 2_000
 """The largest number of decided blocks of a pair while waits are chosen: waits that need more become longer."""
@@ -106,12 +112,25 @@ class WaitSearch:
         if isinstance(refusal, StartInCollision):
             raise refusal
         longest = max(float(member.rests[-1]) for member in self.members)
+        best: list[FloatArray] | None = None
         for count in CELLS_OF_LONGEST:
             if monotonic() > self.end:
                 break
-            waits = self._coordinated(longest / count)
-            if waits is not None and self.refusal(waits) is None:
-                return self.with_meetings(self._shortened(waits))
+            bound = None
+            for waits in self._coordinated(longest / count):
+                duration = self._duration(waits)
+                bound = duration if bound is None else bound
+                if best is not None and duration >= self._duration(best):
+                    break
+                if self.refusal(waits) is None:
+                    best = waits
+                    break
+            if bound is None and count > CELLS_OF_LONGEST[0]:
+                break  # two diagrams without any path
+            if best is not None and bound is not None and self._duration(best) <= (1.0 + WAITS_GAP) * bound:
+                break
+        if best is not None:
+            return self.with_meetings(self._shortened(best))
         reason = "no waits where the robots rest keep them apart"
         if monotonic() > self.end:
             reason = "no waits that keep the robots apart were found in time"
@@ -134,22 +153,30 @@ class WaitSearch:
                 return refusal
         return None
 
-    def _coordinated(self, step: float) -> list[FloatArray] | None:
-        """Return waits besides the waits at meetings, by diagrams of cells of a length, s; None: the search fails."""
+    def _duration(self, waits: Sequence[FloatArray]) -> float:
+        """Return the time at which the last robot ends, s."""
+        added, _ = self.with_meetings(waits)
+        return max(float(member.rests[-1] + own.sum()) for member, own in zip(self.members, added, strict=True))
+
+    def _coordinated(self, step: float) -> Iterator[list[FloatArray]]:
+        """Yield waits besides the waits at meetings, by diagrams of cells of a length, s: the shortest first."""
         rests = [member.rests for member in self.members]
         diagrams = {}
         for (i, j), (one, other) in self.movers.items():
             axes = Axis(one, step, rests[i]), Axis(other, step, rests[j])
-            diagrams[i, j] = Diagram.of(*axes, self.rules, self.end)
+            diagrams[i, j] = Diagram.of(*axes, self.rules, SHARES, self.end)
         any_mover = {k: mover for pair, both in self.movers.items() for k, mover in zip(pair, both, strict=True)}
         cells = tuple(Axis(any_mover[k], step, own) for k, own in enumerate(rests))
-        found = coordinated(cells, diagrams, int(np.ceil(self.rules.skew / step)), self.meetings, self.end)
-        if found is None:
-            return None
-        waits = [own.astype(np.float64) * step for own in found]
-        for axis, own in zip(cells, waits, strict=True):
-            own[1:-1] += (axis.counts * step - np.diff(axis.rests))[:-1]
-        return without_meetings(self.meetings, rests, waits)
+        for number in reversed(range(len(SHARES))):
+            of_share = {pair: own[number] for pair, own in diagrams.items()}
+            widening = int(np.ceil(self.rules.skew / step))
+            found = coordinated(cells, of_share, widening, self.meetings, self.end)
+            if found is None:
+                return
+            waits = [own.astype(np.float64) * step for own in found]
+            for axis, own in zip(cells, waits, strict=True):
+                own[1:-1] += (axis.counts * step - np.diff(axis.rests))[:-1]
+            yield without_meetings(self.meetings, rests, waits)
 
     def _shortened(self, waits: Sequence[FloatArray]) -> list[FloatArray]:
         """Shorten waits as far as the robots are proved to keep clear, until the end of the search."""

@@ -21,7 +21,7 @@ from planner.planning.variants import is_of_moving_object
 from planner.problems.problem import PlanningProblem, ViaWaypoint
 from planner.problems.rides import is_riding
 from planner.problems.transitions import StopTransition
-from planner.scene.blocks import not_free
+from planner.scene.blocks import BLOCKED_SHARE, not_free
 from planner.scene.checker import CollisionChecker
 from planner.scene.phases import Phase
 from planner.scene.scene import SceneObject
@@ -142,8 +142,9 @@ def _free_waits(
             of_phase = np.flatnonzero((columns[:, 1] >= meeting.begin) & (columns[:, 0] <= meeting.end))
             if len(of_part) and len(of_phase):
                 whole = (of_part[0], of_part[-1] + 1, of_phase[0], of_phase[-1] + 1)
-                for those, when in not_free(meeting.checker, own, meeting.phase, rows, columns, whole, at_middles=True):
-                    blocked[those, when] = True
+                found = not_free(meeting.checker, own, meeting.phase, rows, columns, whole, shares=(0.0,))
+                for those, when, share in found:
+                    blocked[those, when] |= share == BLOCKED_SHARE
     waits = np.arange(len(columns) - count + 1)
     moves = np.arange(count)
     is_free = ~blocked[1 + moves, waits[:, None] + moves].any(axis=1)

@@ -33,9 +33,9 @@ def cell_of(*plans: planner.Plan) -> list[planner.CellRobot]:
 def test_cells_end_within_five_percent_of_the_bound_by_brute_force() -> None:
     rng = np.random.default_rng(5)
     solved = near_free_bound = 0
-    while solved < max(1, SIZE.requests // 90):
+    while solved < max(1, SIZE.requests // 20):
         first, second = (random_plan(robot, rng, 4) for robot in facing_capsule_arms(rng.uniform(0.95, 1.3)))
-        step = max(own.trajectory.duration for own in (first, second)) / STEPS
+        step = max(own.trajectory.duration for own in (first, second)) / (2 * STEPS)
         times = times_of(first, step), times_of(second, step)
         table = distance_table((first, second), times)
         free, shorter = table >= MARGIN, min(table.shape)
@@ -43,8 +43,10 @@ def test_cells_end_within_five_percent_of_the_bound_by_brute_force() -> None:
             np.append(np.rint(own.trajectory.departures / step).astype(int)[:-1], len(of) - 1)
             for own, of in zip((first, second), times, strict=True)
         )
-        bound = fewest_steps(table >= MARGIN + 0.03, (rests[0], rests[1]))
-        if bound is None or np.diag(free[:shorter, :shorter]).all():
+        if (
+            fewest_steps(table >= MARGIN + 0.01, (rests[0], rests[1])) is None
+            or np.diag(free[:shorter, :shorter]).all()
+        ):
             continue  # blocked or nearly so, or free without waits
         solved += 1
         cell = planner.plan_cell(cell_of(first, second), margin=MARGIN)
@@ -53,10 +55,10 @@ def test_cells_end_within_five_percent_of_the_bound_by_brute_force() -> None:
         assert anywhere is not None
         assert cell.duration <= 1.05 * (least + 1) * step
         assert cell.duration >= (anywhere - 2) * step
-        near_free_bound += cell.duration <= 1.05 * (anywhere + 1) * step
+        near_free_bound += cell.duration <= 1.05 * anywhere * step
         worlds = [robot_world(own.problem.robot, own.trajectory) for own in cell.plans]
         assert least_distance(worlds[0], worlds[1], np.linspace(0.0, cell.duration, 60)) > MARGIN - 2e-5
-    assert near_free_bound >= 0.8 * solved
+    assert near_free_bound >= 0.95 * solved
 
 
 def crossing_plans(apart: float = 1.3) -> tuple[planner.Plan, planner.Plan]:
@@ -238,8 +240,8 @@ def test_a_spent_budget_ends_the_search_for_waits(monkeypatch: pytest.MonkeyPatc
     monkeypatch.undo()
     movers = [planner.Mover.of_plan(name, own) for name, own in zip("ab", crossing_plans(3.0), strict=True)]
     axes = [Axis(mover, mover.duration / 8.0, np.array([0.0, mover.duration])) for mover in movers]
-    assert not Diagram.of(axes[0], axes[1], Rules(MARGIN)).cells.any()
-    assert Diagram.of(axes[0], axes[1], Rules(MARGIN), end=0.0).cells.all()
+    assert not Diagram.of(axes[0], axes[1], Rules(MARGIN))[0].cells.any()
+    assert Diagram.of(axes[0], axes[1], Rules(MARGIN), end=0.0)[0].cells.all()
 
 
 @pytest.mark.sized
@@ -252,7 +254,7 @@ def test_free_entries_of_a_diagram_are_free_and_clearly_free_ones_are_found() ->
             Axis(planner.Mover.of_plan("arm", own), own.trajectory.duration / 16.0, own.trajectory.departures)
             for own in plans
         ]
-        diagram = Diagram.of(axes[0], axes[1], Rules(MARGIN))
+        (diagram,) = Diagram.of(axes[0], axes[1], Rules(MARGIN))
         blocked = diagram.cells
         inside = [np.linspace(axis.cells[:, 0], axis.cells[:, 1], 4).T.ravel() for axis in axes]
         table = distance_table((first, second), (inside[0], inside[1]))
