@@ -153,64 +153,6 @@ class ProblemRequest(RobotProblem):
     deadline: Deadline = DEFAULT_DEADLINE
 
 
-class WaypointList(Schema):
-    """The waypoints of a robot, with the duration, the objective and the actions of its trajectory."""
-
-    waypoints: Annotated[list[Waypoint], Field(min_length=1)]
-    """The waypoints in order; the robot starts at rest at the first and ends at rest at the last. A waypoint at the
-    joint position of the one before (within 1e-9 rad or m) is merged with it under the stricter transition. A warning
-    says so. Its `duration` or `minimum_duration` becomes a rest. A trajectory without motion and without a
-    requested rest is a rest of 0.01 s."""
-    duration: Seconds | None = None
-    """The duration of the whole trajectory with dwells, s. Segments without a duration of their own share the
-    remaining time in proportion to their shortest durations. Omitted: as fast as the limits allow."""
-    optimise: Literal["duration"] | None = None
-    """The objective that the planner minimises within the open coordinates of the request. With `duration`, joint
-    positions at poses move: in tolerance regions (`free`), with open orientations and elbows. Radii of blends shrink,
-    and corners of free motions without an `optimise` of their own move. The answer is the shortest certified
-    trajectory, never longer than without, and has the `optimisation`. The warning `nothing_to_optimise` says that
-    nothing is open. Omitted: the first certified plan is the answer."""
-    time_budget: Annotated[float, Field(gt=0.0, le=600.0)] | None = None
-    """The time budget of `optimise`, s from the start of planning. The answer depends on the speed of the service. The
-    optimisation also ends before the `deadline`. Omitted: it ends after `optimise_iterates`."""
-    optimise_iterates: Annotated[int, Field(ge=1, le=10_000)] | None = None
-    """The largest number of trajectories that `optimise` tries, and tries again at the corners of each free motion.
-    Equal requests then have equal answers. Omitted: 100, or any number with a `time_budget`."""
-    actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
-    """Actions during the trajectory, other than the `actions` of waypoints; the answer gives their times."""
-
-
-class TrajectoryRequest(WaypointList, ProblemRequest):
-    """The planning problem without the back end: a robot, its waypoints, limits and options."""
-
-    repeat: Annotated[int, Field(ge=0, le=1_000_000)] = 1
-    """The number of times that a robot program runs the trajectory; 0: until an operator stops it. Such a trajectory
-    ends at the joint position of its start. Answers in other formats contain the trajectory once."""
-
-
-class PlanRequest(TrajectoryRequest):
-    """The planning problem: a robot, its waypoints, limits and options."""
-
-    backend: Backend = Field(
-        default_factory=lambda: default_backend(), description="What puts time on the path; omitted: the cubic."
-    )
-    picture: Picture | None = None
-    """The contents of a picture of the plan (`?format=svg`, `png`); omitted: positions, velocities and accelerations
-    of the joints."""
-
-
-class CompareRequest(TrajectoryRequest):
-    """The same waypoints for several back ends."""
-
-    backends: Annotated[list[Backend], Field(min_length=1, max_length=MOST_BACKENDS)]
-    """The back ends, each of which plans independently; the results are in this order."""
-
-
-def default_backend() -> Any:
-    """Make the back end of a request that names none: the cubic."""
-    return backend_schemas()["cubic"](kind="cubic")  # type: ignore[call-arg] # made by create_model
-
-
 class SampledTrajectory(Schema):
     """Samples of a trajectory of any origin; rows are time."""
 
@@ -279,6 +221,67 @@ class GivenTrajectory(Schema):
     interpolation: Interpolation | None = None
     """The interpolation of the controller, which needs the columns that it interpolates. Omitted: the best for the
     columns of the samples (`linear`, `cubic` or `quintic`), or `polynomials` without samples."""
+
+
+class WaypointList(Schema):
+    """The waypoints of a robot, with the duration, the objective and the actions of its trajectory."""
+
+    waypoints: Annotated[list[Waypoint], Field(min_length=1)]
+    """The waypoints in order; the robot starts at rest at the first and ends at rest at the last. A waypoint at the
+    joint position of the one before (within 1e-9 rad or m) is merged with it under the stricter transition. A warning
+    says so. Its `duration` or `minimum_duration` becomes a rest. A trajectory without motion and without a
+    requested rest is a rest of 0.01 s."""
+    duration: Seconds | None = None
+    """The duration of the whole trajectory with dwells, s. Segments without a duration of their own share the
+    remaining time in proportion to their shortest durations. Omitted: as fast as the limits allow."""
+    optimise: Literal["duration"] | None = None
+    """The objective that the planner minimises within the open coordinates of the request. With `duration`, joint
+    positions at poses move: in tolerance regions (`free`), with open orientations and elbows. Radii of blends shrink,
+    and corners of free motions without an `optimise` of their own move. The answer is the shortest certified
+    trajectory, never longer than without, and has the `optimisation`. The warning `nothing_to_optimise` says that
+    nothing is open. Omitted: the first certified plan is the answer."""
+    time_budget: Annotated[float, Field(gt=0.0, le=600.0)] | None = None
+    """The time budget of `optimise`, s from the start of planning. The answer depends on the speed of the service. The
+    optimisation also ends before the `deadline`. Omitted: it ends after `optimise_iterates`."""
+    optimise_iterates: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    """The largest number of trajectories that `optimise` tries, and tries again at the corners of each free motion.
+    Equal requests then have equal answers. Omitted: 100, or any number with a `time_budget`."""
+    warm_start: GivenTrajectory | None = None
+    """A trajectory of any origin, such as the `samples` of an earlier answer. `optimise` also begins at its joint
+    positions where it comes nearest to the waypoints, in order. Its times do not matter. Omitted: none."""
+    actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
+    """Actions during the trajectory, other than the `actions` of waypoints; the answer gives their times."""
+
+
+class TrajectoryRequest(WaypointList, ProblemRequest):
+    """The planning problem without the back end: a robot, its waypoints, limits and options."""
+
+    repeat: Annotated[int, Field(ge=0, le=1_000_000)] = 1
+    """The number of times that a robot program runs the trajectory; 0: until an operator stops it. Such a trajectory
+    ends at the joint position of its start. Answers in other formats contain the trajectory once."""
+
+
+class PlanRequest(TrajectoryRequest):
+    """The planning problem: a robot, its waypoints, limits and options."""
+
+    backend: Backend = Field(
+        default_factory=lambda: default_backend(), description="What puts time on the path; omitted: the cubic."
+    )
+    picture: Picture | None = None
+    """The contents of a picture of the plan (`?format=svg`, `png`); omitted: positions, velocities and accelerations
+    of the joints."""
+
+
+class CompareRequest(TrajectoryRequest):
+    """The same waypoints for several back ends."""
+
+    backends: Annotated[list[Backend], Field(min_length=1, max_length=MOST_BACKENDS)]
+    """The back ends, each of which plans independently; the results are in this order."""
+
+
+def default_backend() -> Any:
+    """Make the back end of a request that names none: the cubic."""
+    return backend_schemas()["cubic"](kind="cubic")  # type: ignore[call-arg] # made by create_model
 
 
 class ValidateRequest(GivenTrajectory):

@@ -156,6 +156,11 @@ def _optimise_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]
             yield (name,), "must be finite and greater than 0"
         elif requested is not None and problem.optimise is None:
             yield (name,), "needs `optimise`, the objective of the optimisation that it limits"
+    start, robot = problem.warm_start, problem.robot
+    if start is not None and problem.optimise is None:
+        yield ("warm_start",), "needs `optimise`, which begins there"
+    if start is not None and start.coefficients.shape[1] != robot.dof:
+        yield ("warm_start",), f"must have the {robot.dof} joints of {robot.id}; got {start.coefficients.shape[1]}"
 
 
 def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -26,6 +26,7 @@ from planner.robots.tools import with_tools
 from planner.scene.scene import Attach, Handling, Scene
 from planner.spatial import ROTATION_TOLERANCE, Pose, as_pose, convert_poses
 from planner.speed_zones import SpeedZone
+from planner.trajectories.trajectory import Trajectory
 
 Frame = Literal["tool", "base"]
 
@@ -97,7 +98,16 @@ class CircularMotion(CartesianMotion):
 
 
 @dataclass(frozen=True)
-class PolylineMotion(CartesianMotion):
+class _ThroughPoses(CartesianMotion):
+    poses: Sequence[Pose]
+
+    def __post_init__(self) -> None:
+        """Convert other types of poses."""
+        object.__setattr__(self, "poses", tuple(as_pose(pose, f"poses[{i}]") for i, pose in enumerate(self.poses)))
+
+
+@dataclass(frozen=True)
+class PolylineMotion(_ThroughPoses):
     """A motion of the tool along straight lines from pose to pose, with blended corners.
 
     The poses lie between the two waypoints of the segment. The curvature of a blend grows from zero and falls back to
@@ -109,16 +119,11 @@ class PolylineMotion(CartesianMotion):
         blend: Distance from a corner at which the tool leaves the straight line, m: at most half of the line.
     """
 
-    poses: Sequence[Pose]
     blend: float
-
-    def __post_init__(self) -> None:
-        """Convert other types of poses."""
-        object.__setattr__(self, "poses", tuple(as_pose(pose, f"poses[{i}]") for i, pose in enumerate(self.poses)))
 
 
 @dataclass(frozen=True)
-class SplineMotion(CartesianMotion):
+class SplineMotion(_ThroughPoses):
     """A motion of the tool on a smooth curve through poses.
 
     The poses lie between the two waypoints of the segment. The position is the natural cubic spline
@@ -128,15 +133,9 @@ class SplineMotion(CartesianMotion):
         poses: The poses that the tool passes, in the base frame. Rotations are interpolated as of `PolylineMotion`.
     """
 
-    poses: Sequence[Pose]
-
-    def __post_init__(self) -> None:
-        """Convert other types of poses."""
-        object.__setattr__(self, "poses", tuple(as_pose(pose, f"poses[{i}]") for i, pose in enumerate(self.poses)))
-
 
 Motion = JointMotion | CartesianMotion
-"""Type of the motion to a waypoint."""
+"""The motion to a waypoint."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -322,8 +321,8 @@ class PlanningProblem:
         optimise: `duration` moves joint positions at poses, radii of blends, and corners of free motions without an
             `optimise` of their own, for a shorter duration. None: the first certified plan counts.
         time_budget: Longest time of it, s, the first plan included; equal requests may then differ. None: no limit.
-        optimise_iterates: The largest number of trajectories tried, also at the corners of each free motion. None: 100,
-            or any number with a `time_budget`.
+        optimise_iterates: The most trajectories tried, and again for each free motion; None: 100 without `time_budget`.
+        warm_start: A trajectory of any origin, at whose joint positions it also begins; None: none.
         roadmap: A roadmap that free motions without constraints on the tool are first searched on; None: there is none.
     """
 
@@ -342,6 +341,7 @@ class PlanningProblem:
     optimise: Literal["duration"] | None = None
     time_budget: float | None = None
     optimise_iterates: int | None = None
+    warm_start: Trajectory | None = None
     roadmap: Roadmap | None = None
 
     def __post_init__(self) -> None:

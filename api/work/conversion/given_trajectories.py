@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from api.contract.parts import common
-from api.work.conversion.problems import to_matrix
+from api.work.conversion.arrays import to_matrix
 from planner.certificate import interpolated, interpolation_of
 from planner.errors import InvalidProblem
 from planner.trajectories.polynomials import powers

@@ -10,6 +10,7 @@ import numpy as np
 import planner
 from api.contract.parts import common, free_motions, goal_sets, waypoints
 from api.work.conversion.actions import to_actions, with_waits
+from api.work.conversion.given_trajectories import to_trajectory
 from api.work.conversion.goal_sets import to_requested_waypoint
 from api.work.conversion.poses import to_pose, to_pose_constraint, to_rotation, with_axes, with_tuples
 from api.work.conversion.scenes import to_scene, to_speed_zones
@@ -65,6 +66,7 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> planner.
         optimise=request.optimise,
         time_budget=request.time_budget,
         optimise_iterates=request.optimise_iterates,
+        warm_start=None if request.warm_start is None else to_trajectory(request.warm_start, robot, ("warm_start",))[1],
     )
 
 
@@ -235,18 +237,6 @@ def to_vector(values: Sequence[float], length: int, field: FieldPath) -> FloatAr
     return np.array(values, dtype=np.float64)
 
 
-def to_matrix(rows: Sequence[Sequence[float]], columns: int, field: FieldPath) -> FloatArray:
-    """Make rows (N, columns) an array.
-
-    Raises:
-        InvalidProblem: Naming each row that has another length.
-    """
-    wrong = [i for i, row in enumerate(rows) if len(row) != columns]
-    if wrong:
-        raise InvalidProblem(
-            [((*field, i), f"must have one value for each of the {columns} joints; got {len(rows[i])}") for i in wrong]
-        )
-    return np.array(rows, dtype=np.float64)
 
 
 def _to_waypoint(waypoint: waypoints.SingleWaypoint, robot: Robot, frame: Pose | None) -> planner.AnyWaypoint:

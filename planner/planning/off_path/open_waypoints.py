@@ -12,9 +12,10 @@ from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.search import QUICK, Search
 from planner.problems.motion_around import as_requested
 from planner.problems.problem import JointMotion, JointWaypoint, PlanningProblem, PoseWaypoint
-from planner.problems.regions import region_of
+from planner.problems.regions import Region, region_of
+from planner.robots import Robot
 from planner.robots.tools import with_region_joints
-from planner.spatial import FloatArray
+from planner.spatial import FloatArray, Pose
 from planner.tool_motions.inverse_jacobian import null_space
 from planner.waypoints.pinned import Pinned, pinned_robots
 from planner.waypoints.targets import wanted_poses
@@ -28,12 +29,18 @@ class OpenWaypoint:
 
     Attributes:
         index: Index of the waypoint in the requested problem.
+        pose: The requested pose.
+        region: Its tolerance region; None: none.
+        robot: The robot with the tool of the waypoint.
         search: Solves its pose with joints and offsets.
         pinned: The robot without the external axes that the waypoint fixes.
         configuration: The requested configuration.
     """
 
     index: int
+    pose: Pose
+    region: Region | None
+    robot: Robot
     search: Search
     pinned: Pinned
     configuration: Configuration
@@ -50,6 +57,14 @@ class OpenWaypoint:
             return solved
         own = solved[: self.pinned.robot.dof]
         return solved if in_configuration(self.pinned.robot, [own], self.configuration) else None
+
+    def coordinates(self, position: FloatArray) -> FloatArray:
+        """Return the coordinates of a joint position (joints,), within their ranges."""
+        offsets: list[float] = []
+        if self.region is not None:
+            offsets = [*self.region.offsets(self.pose, tool_pose(self.robot, position)).values()][::-1]
+        found = np.concatenate([self.pinned.own(position), offsets])
+        return np.asarray(np.clip(found, self.search.lower, self.search.upper), dtype=np.float64)
 
     def position(self, coordinates: FloatArray) -> FloatArray:
         """Return the joint position (joints,) at coordinates, rad or m."""
@@ -80,19 +95,17 @@ def open_waypoints(problem: PlanningProblem, positions: FloatArray) -> dict[Open
     for k, (waypoint, pinned) in enumerate(zip(waypoints, pinned_at, strict=True)):
         if isinstance(waypoint, JointWaypoint) or not isinstance(waypoint.motion, JointMotion):
             continue
-        robot, pose, offsets, configuration = pinned.robot, poses[k], np.zeros(0), Configuration()
+        robot, pose, region, configuration = pinned.robot, poses[k], None, Configuration()
         if isinstance(waypoint, PoseWaypoint):
             pose, configuration = waypoint.pose_in_base, waypoint.configuration
             if waypoint.free:
                 region = region_of(waypoint.free)
                 robot = with_region_joints(robot, region.ranges)
-                reached = tool_pose(problem.robots[k], positions[k])
-                offsets = np.array([*region.offsets(pose, reached).values()])[::-1]
         if pose is None:
             continue
         search = Search(robot, pose, pinned.options(problem.inverse_kinematics))
-        coordinates = np.clip(np.concatenate([pinned.own(positions[k]), offsets]), search.lower, search.upper)
-        one = OpenWaypoint(k, search, pinned, configuration)
+        one = OpenWaypoint(k, pose, region, problem.robots[k], search, pinned, configuration)
+        coordinates = one.coordinates(positions[k])
         if len(one.tangent(coordinates)):
             found[one] = coordinates
     return found

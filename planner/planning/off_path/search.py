@@ -13,8 +13,10 @@ from planner.planning.attempts import Planned
 from planner.planning.off_path.descent import Points, descended
 from planner.planning.off_path.leg_times import LegTimes
 from planner.planning.off_path.open_waypoints import open_waypoints
+from planner.planning.off_path.warm_start import points_on
 from planner.problems.blend_radii import blend_radii
 from planner.spatial import FloatArray
+from planner.trajectories.trajectory import Trajectory
 
 WINDOW_SIZE = 12
 """The most open waypoints that move in one iterate, one after the other in the list."""
@@ -95,6 +97,7 @@ class Search:
         self._step = FIRST_STEP
         backend = planned.attempt.backend
         self._times = LegTimes(path, keeps_jerk=backend.guarantees["jerk"] is Guarantee.HARD)
+        self._given = [] if problem.warm_start is None else self._from(problem.warm_start)
 
     @property
     def is_empty(self) -> bool:
@@ -109,6 +112,8 @@ class Search:
 
     def candidate(self, number: int, rng: np.random.Generator) -> Candidate | None:
         """Return the candidate of a round; None: it would be no better by its estimate."""
+        if self._given:
+            return Candidate(self._given.pop(0), self.best.radii, "jump", 0)
         window = number % len(self._windows)
         if self._reach[window] >= LEAST_REACH:
             return self._descent(window)
@@ -127,6 +132,15 @@ class Search:
             self._step = float(np.clip(self._step * (STEP_GROWTH if is_better else STEP_GROWTH**-0.25), *STEP_SIZES))
         if is_better:
             self.best = candidate
+
+    def _from(self, trajectory: Trajectory) -> list[Points]:
+        """Return the points on another trajectory, and the end of a descent from there."""
+        begin = end = points_on(trajectory, self.best.points)
+        if begin is None or end is None:
+            return []
+        for window in range(len(self._windows)):
+            end = self._descended(end, window, LARGEST_REACH) or end
+        return [begin, end]
 
     def _descent(self, window: int) -> Candidate | None:
         """Descend from the best point; None: there is no descent."""
