@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from api.contract.parts import common
-from api.work.conversion.arrays import to_matrix
 from planner.certificate import interpolated, interpolation_of
 from planner.errors import InvalidProblem
 from planner.trajectories.polynomials import powers
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from api.contract import requests
     from planner import FieldPath
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 
 def to_trajectory(
@@ -103,3 +103,17 @@ def from_polynomials(polynomials: Sequence[requests.JointCurve], joint_names: Se
     pieces = np.flatnonzero(lengths > 0.0)
     ends = np.array([0.0, lengths[pieces].sum()])
     return Trajectory(lengths[pieces], coefficients[pieces], np.zeros(len(pieces), dtype=int), ends, ends)
+
+
+def to_matrix(rows: Sequence[Sequence[float]], columns: int, field: FieldPath) -> FloatArray:
+    """Make rows (N, columns) an array.
+
+    Raises:
+        InvalidProblem: Naming each row that has another length.
+    """
+    wrong = [i for i, row in enumerate(rows) if len(row) != columns]
+    if wrong:
+        raise InvalidProblem(
+            [((*field, i), f"must have one value for each of the {columns} joints; got {len(rows[i])}") for i in wrong]
+        )
+    return np.array(rows, dtype=np.float64)

@@ -237,8 +237,6 @@ def to_vector(values: Sequence[float], length: int, field: FieldPath) -> FloatAr
     return np.array(values, dtype=np.float64)
 
 
-
-
 def _to_waypoint(waypoint: waypoints.SingleWaypoint, robot: Robot, frame: Pose | None) -> planner.AnyWaypoint:
     plain = ("name", "duration", "minimum_duration", "earliest_arrival", "latest_arrival", "dwell", "put_down")
     common_fields: dict[str, Any] = {name: getattr(waypoint, name) for name in plain} | {

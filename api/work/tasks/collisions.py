@@ -9,8 +9,7 @@ import numpy as np
 from api.base.errors import invalid_at
 from api.contract import collisions as schemas
 from api.work.answers.clearances import clearance_answer, speed_zones_answer
-from api.work.conversion.arrays import to_matrix
-from api.work.conversion.given_trajectories import to_trajectory
+from api.work.conversion.given_trajectories import to_matrix, to_trajectory
 from api.work.conversion.problems import frames_in_world, mounted, with_tool
 from api.work.conversion.scenes import refuse_motions, to_scene, to_speed_zones
 from api.work.tasks.context import task

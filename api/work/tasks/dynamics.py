@@ -8,7 +8,7 @@ import numpy as np
 
 from api.base.errors import invalid
 from api.contract import dynamics as schemas
-from api.work.conversion.arrays import to_matrix
+from api.work.conversion.given_trajectories import to_matrix
 from api.work.conversion.problems import to_payload, with_process_force, with_tool
 from api.work.tasks.context import task
 from planner import dynamics

@@ -11,7 +11,7 @@ from api.pool.messages import Reply
 from api.work.answers.kinematics import all_answer, best_answer, reachability_answer
 from api.work.answers.negotiation import MediaType, negotiated
 from api.work.answers.values import pose_answer
-from api.work.conversion.arrays import to_matrix
+from api.work.conversion.given_trajectories import to_matrix
 from api.work.conversion.poses import to_pose
 from api.work.conversion.problems import (
     frames_in_world,

@@ -8,8 +8,7 @@ import numpy as np
 
 from api.contract import trajectory_operations as schemas
 from api.work.answers.plans import operation_as_dict
-from api.work.conversion.arrays import to_matrix
-from api.work.conversion.given_trajectories import to_trajectory
+from api.work.conversion.given_trajectories import to_matrix, to_trajectory
 from api.work.conversion.problems import (
     frames_in_world,
     mounted,

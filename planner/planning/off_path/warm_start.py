@@ -45,7 +45,7 @@ def points_on(trajectory: Trajectory, points: Points) -> Points | None:
 
 
 def _distances(waypoint: OpenWaypoint, samples: FloatArray) -> FloatArray:
-    """Return how far (samples,), m, the tool is from the pose of a waypoint, or from its region."""
+    """Return the distances (samples,), m, of the tool from the pose of a waypoint, or from its region."""
     away = tool_poses(waypoint.robot, samples)[0] - waypoint.pose.position
     if waypoint.region is not None and waypoint.pose.rotation is not None:
         ranges = np.array([waypoint.region.ranges.get(axis, (0.0, 0.0)) for axis in "xyz"])

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from tests.api.conftest import RunningService
 
 ELBOW: dict[str, Any] = json.loads((ROOT / "examples" / "elbow_saves_time.json").read_text(encoding="utf-8"))
+LINE = {"samples": {"time": [0.0, 1.0], "position": [[0.0] * 7] * 2}}
 WITHOUT = {name: value for name, value in ELBOW.items() if not name.startswith("optimise")}
 
 
@@ -28,6 +29,14 @@ def test_the_answer_has_both_durations_and_the_moved_waypoints(service: RunningS
     assert (report["moved"], report["blends"]) == ([1], [])
     assert after["waypoints"][1]["position"] != before["waypoints"][1]["position"]
     assert after["waypoints"][1]["position_error"] < 1e-5
+
+
+@pytest.mark.parametrize("part", ["samples", "polynomials"])
+def test_one_iterate_from_an_earlier_answer_is_as_short_as_that(service: RunningService, part: str) -> None:
+    earlier = checked(service.post("/v1/trajectories", ELBOW | {"include": ["polynomials"]}), answers.PlanAnswer)
+    body = ELBOW | {"optimise_iterates": 1, "warm_start": {part: earlier[part]}}
+    answer = checked(service.post("/v1/trajectories", body), answers.PlanAnswer)
+    assert answer["duration"] <= earlier["duration"] * (1.0 + 1e-5)
 
 
 @pytest.mark.large_only
@@ -52,6 +61,12 @@ def test_nothing_open_is_a_warning(service: RunningService) -> None:
         ({"duration": 5.0}, "/optimise"),
         ({"optimise": None}, "/optimise_iterates"),
         ({"time_budget": 0.0}, "/time_budget"),
+        ({"optimise": None, "optimise_iterates": None, "warm_start": LINE}, "/warm_start"),
+        (
+            {"warm_start": {"samples": LINE["samples"] | {"position": [[0.0] * 6] * 2}}},
+            "/warm_start/samples/position/0",
+        ),
+        ({"warm_start": {}}, "/warm_start/polynomials"),
     ],
 )
 def test_contradictions_are_refused(service: RunningService, more: dict[str, Any], pointer: str) -> None:
