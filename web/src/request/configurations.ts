@@ -17,7 +17,7 @@ export function configured(request: PlanRequest, index: number, solution: Soluti
     sides.every(([part, side]) => [side, null].includes(configuration[part as (typeof PARTS)[number]])),
   );
   if (sides.length > 0 && fitting.length === 1) return withWaypoint(request, index, { configuration: Object.fromEntries(sides) });
-  const ofPoses = { pose: undefined, frame: undefined, free: undefined, configuration: undefined, external: undefined };
+  const ofPoses = { pose: undefined, on: undefined, frame: undefined, free: undefined, configuration: undefined, external: undefined };
   return withWaypoint(request, index, { ...ofPoses, ...jointWaypoint(solution.position) });
 }
 

@@ -1,5 +1,5 @@
 // Frames of a request in the base frame of its robot.
-import type { PlanRequest, Pose, PoseWaypoint, Robot } from '../service/types';
+import type { PlanRequest, Pose, Robot } from '../service/types';
 import { composed, inverted, poseOf } from './poses';
 
 const BASE: Pose = { position: [0, 0, 0], orientation: { kind: 'quaternion', xyzw: [0, 0, 0, 1] } };
@@ -11,12 +11,6 @@ export function frameInBase(name: string | null | undefined, { frames, mounting 
   if (name === 'world') return world;
   const frame = frames?.[name];
   return frame ? composed(world, frame) : null;
-}
-
-// The pose of a waypoint, with any orientation if it asks for none; null: its frame is unknown.
-export function poseInBase({ pose, frame }: PoseWaypoint, request: PlanRequest, robot: Robot): Pose | null {
-  const found = frameInBase(frame, request, robot);
-  return found && transformed(found, pose);
 }
 
 // A pose in the base frame as the frame of a waypoint has it.

@@ -71,7 +71,7 @@ const sides = object({}, { shoulder: nullable(text), elbow: nullable(text), wris
 const move = byKind({ cartesian: object({ translation: vector }), cylindrical: kindOnly, spherical: kindOnly });
 const goals = {
   joint: object({ position: list(number, { least: 1 }) }, ofEveryWaypoint),
-  pose: object({ pose }, { ...ofEveryWaypoint, frame: nullable(text), configuration: nullable(sides) }),
+  pose: object({ pose }, { ...ofEveryWaypoint, on: nullable(text), frame: nullable(text), configuration: nullable(sides) }),
   named: object({ name: text }, ofEveryWaypoint),
 };
 const relative = object({ frame: oneOf('tool', 'base'), move }, ofEveryWaypoint);

@@ -1,7 +1,7 @@
 // A path that is read from a file, before it is added: its points, its extent, and what may be added to a request.
 import type { PlanRequest, Pose, Robot, Waypoint } from '../service/types';
 import { toolPose } from '../robot/tool_pose';
-import { poseInBase } from './frames';
+import { poseInBase } from './places';
 
 export const PATH_FRAME = 'path';
 

@@ -23,7 +23,7 @@ export function poseInBase(asked: PlanRequest, index: number): Pose | null {
   const planned = isStale.value || !shownPlan.value ? undefined : plannedWaypoint(shownPlan.value.answer, index);
   const waypoint = asked.waypoints[index];
   if (planned) return planned.pose;
-  return waypoint?.kind === 'pose' && !waypoint.frame ? waypoint.pose : null;
+  return waypoint?.kind === 'pose' && !waypoint.frame && !waypoint.on ? waypoint.pose : null;
 }
 
 export async function askSolutions(): Promise<void> {

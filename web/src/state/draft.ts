@@ -2,9 +2,10 @@
 // request.
 import { effect } from '@preact/signals';
 import { withoutEmpty, withWaypoint } from '../request/edits';
-import { poseInBase } from '../request/frames';
+import { poseInBase } from '../request/places';
 import { show } from './actions';
 import { pose, jointPosition } from './jointPosition';
+import { metAt } from './meeting';
 import { askReach, endReach } from './reaching';
 import { select } from './selection';
 import { draft, request, robot, selected } from './store';
@@ -24,7 +25,7 @@ export function sketch(changes: object): void {
   const next = withoutEmpty({ ...waypoint, ...changes });
   draft.value = next;
   if (next.kind === 'joint') pose(next.position);
-  const wanted = next.kind === 'pose' ? poseInBase(next, shown, arm) : null;
+  const wanted = next.kind === 'pose' ? poseInBase(next, shown, arm, metAt(selected.value)) : null;
   if (wanted) askReach(wanted, jointPosition.value, pose);
 }
 

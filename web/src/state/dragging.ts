@@ -1,8 +1,9 @@
 // The chosen pose, or the chosen object of the scene, may be dragged. A pose it is asked about on the way, and put into the request where it is let go.
 import { toolAt } from '../plan/tools';
-import { poseInBase, poseInFrame } from '../request/frames';
+import { poseAsGiven, poseInBase } from '../request/places';
 import type { Pose } from '../service/types';
 import { edit, sketch } from './draft';
+import { metAt } from './meeting';
 import { reach } from './reaching';
 import type { Reach } from './reaching';
 import { objectPose, placeObject, shownThing, sketchObject } from './scene_editing';
@@ -21,7 +22,7 @@ export const dragging: Dragging = {
     if (shownThing.value) return objectPose.value;
     const [shown, arm] = [request.value, robot.value];
     const waypoint = draft.value ?? shown?.waypoints[selected.value];
-    return shown && arm && waypoint?.kind === 'pose' ? poseInBase(waypoint, shown, arm) : null;
+    return shown && arm && waypoint?.kind === 'pose' ? poseInBase(waypoint, shown, arm, metAt(selected.value)) : null;
   },
   tool: () => (shownThing.value ? undefined : request.value && toolAt(request.value, selected.value)),
   reach: () => reach.value,
@@ -32,5 +33,5 @@ export const dragging: Dragging = {
 function inItsFrame(pose: Pose): Pose {
   const [shown, arm] = [request.value, robot.value];
   const waypoint = shown?.waypoints[selected.value];
-  return shown && arm && waypoint?.kind === 'pose' && waypoint.frame ? poseInFrame(pose, waypoint.frame, shown, arm) : pose;
+  return shown && arm && waypoint?.kind === 'pose' ? poseAsGiven(pose, waypoint, shown, arm, metAt(selected.value)) : pose;
 }

@@ -2,9 +2,10 @@
 import { computed } from '@preact/signals';
 import { plannedWaypoint } from '../plan/samples';
 import { toolAt } from '../plan/tools';
-import { poseInBase } from '../request/frames';
+import { poseInBase } from '../request/places';
 import { toolPose } from '../robot/tool_pose';
 import type { PlanRequest, Pose, PoseConstraint, Robot } from '../service/types';
+import { metAt } from './meeting';
 import { request, robot, selected, shownPlan } from './store';
 
 // In the base frame, from the request where it says so, else from the last plan; what neither says is left out.
@@ -16,7 +17,7 @@ function poseAt(shown: PlanRequest, arm: Robot, index: number): Pose | null {
   const waypoint = shown.waypoints[index];
   if (waypoint?.kind === 'joint' && waypoint.position.length === arm.joints.length)
     return toolPose(arm, waypoint.position, toolAt(shown, index));
-  const wanted = waypoint?.kind === 'pose' ? poseInBase(waypoint, shown, arm) : null;
+  const wanted = waypoint?.kind === 'pose' ? poseInBase(waypoint, shown, arm, metAt(index)) : null;
   if (wanted?.orientation) return wanted;
   return (shownPlan.value && plannedWaypoint(shownPlan.value.answer, index)?.pose) ?? wanted;
 }

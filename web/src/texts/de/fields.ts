@@ -35,6 +35,7 @@ export const ofFields: typeof english = {
       minimum_duration: 'Mindestdauer',
       earliest_arrival: 'Früheste Ankunft',
       latest_arrival: 'Späteste Ankunft',
+      on: 'Auf dem Objekt',
       attach: 'Aufnehmen',
       detach: 'Ablegen',
       put_down: 'Last ablegen',
