@@ -152,6 +152,14 @@ def _waypoint_faults(problem: PlanningProblem, ride: Ride) -> Iterator[tuple[Fie
                 yield (*path, name), f"must be left out {where}"
         if i > ride.first and not (type(waypoint.motion) is LinearMotion and waypoint.motion.free is None):
             yield (*path, "motion"), "must be a straight line without `free`: the tool moves so relative to the object"
+        if waypoint.detach:
+            yield (*path, "detach"), "must be left out on an object: what is put down there stays where it is"
+        for k, take in enumerate(waypoint.attach):
+            if take.id != ride.thing.id:
+                yield (
+                    (*path, "attach", k, "id"),
+                    f"must be {ride.thing.id!r}, on which the waypoint is; got {take.id!r}",
+                )
         if not isinstance(waypoint.transition, StopTransition):
             yield (*path, "transition"), "must be a stop: the tool stops there relative to the object"
     if waypoints[ride.first].duration is not None or waypoints[ride.first].minimum_duration:

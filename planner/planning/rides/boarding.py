@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.errors import LimitsUnsatisfiable, PlanningError, UnreachableWaypoint
+from planner.errors import ConfigurationChange, LimitsUnsatisfiable, PlanningError, UnreachableWaypoint
 from planner.guarantees import JOINT_DERIVATIVES
-from planner.kinematics.configurations import in_configuration
+from planner.kinematics.configurations import configurations, in_configuration
 from planner.kinematics.inverse import all_solutions, inverse_kinematics
 from planner.kinematics.turns import counted_velocity, nearest_turn
 from planner.paths import solved_waypoints
@@ -222,7 +222,13 @@ class Boardings:
             )
         if (beyond := first_beyond(robot, curve)) is not None:
             return limit_error(name, robot, *beyond).with_fields(segment=segment, waypoint=waypoint)
-        return Boarding(time, path, _from_rest_to_rest(curve.stretched(path.duration)))
+        boarding = Boarding(time, path, _from_rest_to_rest(curve.stretched(path.duration)))
+        arrivals = boarding.curve.evaluate(path.knots[1:-1:2], [0])[0]
+        for k, (own, reached) in enumerate(zip(self.waypoints, configurations(robot, arrivals), strict=True)):
+            if not own.configuration.allows(reached):
+                text = f"{name} comes to waypoint {{waypoint}} with {reached}, not with {own.configuration}"
+                return ConfigurationChange(text, segment=segment + k, waypoint=waypoint + k)
+        return boarding
 
     def _use(self, boarding: Boarding) -> _Use:
         """Return the shares of the limits of velocity, acceleration and jerk that a ride uses."""

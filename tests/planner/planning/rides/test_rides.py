@@ -263,6 +263,18 @@ def test_a_deadline_that_has_passed_is_refused_with_the_arrival_that_works() -> 
     assert planner.plan(problem(part(), later_one), "ruckig").ride is not None
 
 
+def test_configurations_hold_all_along_a_ride() -> None:
+    thing = part()
+    down, up = planner.Configuration(elbow="down"), planner.Configuration(elbow="up")
+    plan = planner.plan(problem(thing, [on(ABOVE, configuration=down, earliest_arrival=2.5)]), "ruckig", ONCE)
+    (reached,) = planner.configurations(ARM, plan.trajectory.at_arrivals[[2]])
+    assert reached.elbow == "down"
+    given = problem(thing, [on(ABOVE, configuration=down), on(GRIP, motion=LINE, configuration=up)])
+    refusal = Boardings(given, rides_of(given)[0]).at(2.5)
+    assert isinstance(refusal, planner.ConfigurationChange)
+    assert refusal.waypoint == 2
+
+
 POSE = planner.PoseWaypoint(Pose([-0.5, -0.2, 0.4], DOWN))
 
 
@@ -281,6 +293,8 @@ POSE = planner.PoseWaypoint(Pose([-0.5, -0.2, 0.4], DOWN))
         ([on(ABOVE), replace(POSE, motion=LINE)], ("waypoints", 2, "motion"), "away from an object"),
         ([on(ABOVE, duration=1.0)], ("waypoints", 1, "duration"), "the object determines"),
         ([on(ABOVE), on(GRIP, motion=LINE, earliest_arrival=3.0)], ("waypoints", 2, "earliest_arrival"), "after the"),
+        ([on(ABOVE, attach=[planner.Attach("table")])], ("waypoints", 1, "attach", 0, "id"), "must be 'part'"),
+        ([on(ABOVE, detach=["part"])], ("waypoints", 1, "detach"), "stays where it is"),
         ([on(ABOVE, transition=planner.ThroughTransition())], ("waypoints", 1, "transition"), "must be a stop"),
     ],
 )
