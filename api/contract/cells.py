@@ -44,7 +44,7 @@ class CellMember(WaypointList, RobotProblem):
 
 
 class CellRequest(Schema):
-    """Two to four robots in one world. Each keeps to its own path and waits where it rests."""
+    """Two to four robots in one world. Each has its own path and waits where it rests."""
 
     robots: Annotated[list[CellMember], Field(min_length=2, max_length=MOST_ROBOTS)]
     """The robots. The `mounting` of each is the pose of its base in the world. All their waypoints together are at most

@@ -1,4 +1,4 @@
-"""Plans of several robots in one cell, on one clock: fixed paths, and waits where robots rest."""
+"""Plans of several robots in one cell, on one clock: paths of their own, and waits where robots rest."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from planner.cells.handovers import (
     in_scene,
     order_of_plans,
 )
+from planner.cells.making_way import Obstacles, has_free_motion, making_way
 from planner.cells.meetings import CellMeeting, Meeting, faults_of_meetings, meetings_of, with_common_dwells
 from planner.cells.movers import Mover, Rules
 from planner.cells.robots import CellRobot, faults_of_pairs, faults_of_robots
 from planner.cells.waits import Member, Pair, WaitSearch
-from planner.errors import InvalidProblem, PlanningError
+from planner.errors import ClearanceUnproved, Collision, InvalidProblem, PlanningError, StartInCollision
 from planner.fields import FieldPath
 from planner.planning.attempts import Budget
 from planner.planning.plan import DEFAULT, plan
@@ -73,6 +74,9 @@ def plan_cell(
     The waits are chosen in the coordination diagram of each pair of robots. Two robots end as early as such waits
     allow, to the accuracy of the diagram. Three or four wait for each other in the best order of priority.
 
+    Where no waits keep the robots apart, those with free motions are planned again, around the places where others rest
+    at their start and end. A robot that takes part in a handover keeps to its path.
+
     At a meeting robots wait for each other: none goes on before all have arrived and rested for the longest of their
     dwells there. An object that one of them puts down there and another one takes moves on with the other one.
 
@@ -114,17 +118,25 @@ def plan_cell(
     if faults:
         raise InvalidProblem(faults)
     robots, handovers = with_common_dwells(robots, met), handovers_of(robots, met)
+    rules = Rules.of(margin, skew, [*allowed_pairs, *_one_object(robots, handovers)])
+    given = {k for handover in handovers for k in (handover.giver, handover.taker)}
+    free = [k for k, robot in enumerate(robots) if k not in given and has_free_motion(robot.problem)]
+
+    def replan(k: int, obstacles: Obstacles) -> Plan | None:
+        if monotonic() > end:
+            return None
+        left = replace(budget, seconds=None if end == inf else (end - monotonic()) / (len(robots) + 1))
+        return _around(k, robots[k], in_scene(robots[k].problem, scene, ()), obstacles, left)
+
     alone = _alone(robots, scene, handovers, end, budget)
-    members = [Member.of(own) for own in alone]
-    passed = [{k: members[k].rest_at(alone[k], stop) for k, stop in own.stops.items()} for own in met]
-    search = WaitSearch(
-        members,
-        _movers(robots, alone, handovers),
-        Rules.of(margin, skew, [*allowed_pairs, *_one_object(robots, handovers)]),
-        [Meeting(own.name, stops) for own, stops in zip(met, passed, strict=True)],
-        end,
-    )
-    waits, times = search.found()
+    try:
+        members, waits, times = _coordinated(robots, alone, met, handovers, rules, end)
+    except (Collision, ClearanceUnproved) as refusal:
+        made = None if isinstance(refusal, StartInCollision) else making_way(robots, alone, free, rules, replan)
+        if made is None:
+            raise
+        alone = made
+        members, waits, times = _coordinated(robots, alone, met, handovers, rules, end)
     plans = [
         _with_waits(k, robot, own, member, wait, budget) if wait.any() else own
         for k, (robot, own, member, wait) in enumerate(zip(robots, alone, members, waits, strict=True))
@@ -134,7 +146,7 @@ def plan_cell(
         tuple(robot.name for robot in robots),
         tuple(plans),
         tuple(member.by_waypoint(own, wait) for member, own, wait in zip(members, alone, waits, strict=True)),
-        tuple(proved_between(first, second, search.rules) for first, second in proved),
+        tuple(proved_between(one, other, rules) for one, other in proved),
         tuple(
             CellMeeting(own.name, {robots[k].name: stop for k, stop in own.stops.items()}, time)
             for own, time in zip(met, times, strict=True)
@@ -158,6 +170,26 @@ def _alone(
         arrived = [handed_over(handover, plans[handover.giver]) for handover in handovers if handover.taker == k]
         plans[k] = _plan(k, robots[k], in_scene(robots[k].problem, scene, arrived), own)
     return [plans[k] for k in range(len(robots))]
+
+
+def _coordinated(
+    robots: Sequence[CellRobot],
+    alone: Sequence[Plan],
+    met: Sequence[Meeting],
+    handovers: Sequence[Handover],
+    rules: Rules,
+    end: float,
+) -> tuple[list[Member], list[FloatArray], tuple[float, ...]]:
+    """Return the robots on their own plans, their waits (rests,), s, and the times of meetings, s.
+
+    Raises:
+        Collision, ClearanceUnproved: No waits are proved to keep the robots apart.
+    """
+    members = [Member.of(own) for own in alone]
+    passed = [{k: members[k].rest_at(alone[k], stop) for k, stop in own.stops.items()} for own in met]
+    at_rests = [Meeting(own.name, stops) for own, stops in zip(met, passed, strict=True)]
+    waits, times = WaitSearch(members, _movers(robots, alone, handovers), rules, at_rests, end).found()
+    return members, waits, times
 
 
 def _movers(
@@ -196,6 +228,24 @@ def _plan(number: int, robot: CellRobot, problem: PlanningProblem, budget: Budge
         raise refusal.with_fields(_text=text, robot=number, remedies=(), hints=hints) from None
 
 
+def _around(
+    number: int, robot: CellRobot, problem: PlanningProblem, obstacles: Obstacles, budget: Budget
+) -> Plan | None:
+    """Plan one robot around obstacles, and then its path again without them; None: there is no plan."""
+    try:
+        own = _plan(number, robot, obstacles.around(problem), budget)
+        return _again(number, robot, own, replace(own.problem, scene=problem.scene), budget)
+    except PlanningError:
+        return None
+
+
+def _again(number: int, robot: CellRobot, own: Plan, problem: PlanningProblem, budget: Budget) -> Plan:
+    """Plan a robot's fixed path again, in a changed problem."""
+    fixed = replace(problem, optimise=None, time_budget=None, optimise_iterates=None)  # the path is as it is
+    found = _plan(number, robot, fixed, replace(budget, seconds=None))
+    return replace(found, detours=own.detours, choices=own.choices, optimisation=own.optimisation)
+
+
 def _field_in_cell(number: int, field: FieldPath) -> FieldPath:
     """Return the path in a cell to a field of a robot's problem; the common scene has objects and margin."""
     return field if field[:2] in {("scene", "objects"), ("scene", "margin")} else ("robots", number, *field)
@@ -207,6 +257,4 @@ def _with_waits(number: int, robot: CellRobot, own: Plan, member: Member, waits:
     for k, wait in zip(member.waypoints, waits.tolist(), strict=True):
         waypoints[k] = replace(waypoints[k], dwell=waypoints[k].dwell + wait)
     duration = None if own.problem.duration is None else own.problem.duration + float(waits.sum())
-    fixed = replace(own.problem, optimise=None, time_budget=None, optimise_iterates=None)  # the path is as it is
-    found = _plan(number, robot, replace(fixed, waypoints=waypoints, duration=duration), replace(budget, seconds=None))
-    return replace(found, detours=own.detours, choices=own.choices, optimisation=own.optimisation)
+    return _again(number, robot, own, replace(own.problem, waypoints=waypoints, duration=duration), budget)

@@ -16,7 +16,8 @@ router = Router(tags=["trajectories"])
 @router.post(
     "/v1/cells/plan",
     summary="Plan two to four robots in one world on one clock.",
-    description="Each robot keeps to its own path and waits where it rests, so that all end as early as possible. The "
+    description="Each robot has its own path and waits where it rests, so that all end as early as possible. Free "
+    "motions make way where no waits keep the robots apart. The "
     "answer has one certified trajectory for each robot, and the proved clearance between each two robots for every "
     "start skew of their controllers.",
     responses=returns(CellAnswer, codes=PLAN_CODES, shared=True),
