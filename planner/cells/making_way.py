@@ -47,7 +47,7 @@ Replan = Callable[[int, Obstacles], Plan | None]
 def making_way(
     robots: Sequence[CellRobot], plans: Sequence[Plan], free: Sequence[int], rules: Rules, replan: Replan
 ) -> list[Plan] | None:
-    """Return other plans of robots, in which those with free motions make way for others; None: none does.
+    """Return other plans of robots, whose free motions make way for other robots; None: no motion does.
 
     Args:
         robots: The robots.
@@ -84,14 +84,14 @@ def _obstacles(robot: CellRobot, others: Sequence[Mover], rules: Rules, starts: 
     objects, pairs = [], []
     links = {shape.link for shape in robot.problem.robot.collision_shapes}
     for mover in others:
-        for place, is_there, time in (("start", starts, -np.inf), ("end", ends, np.inf)):
-            for name, thing in _bodies(mover, time, place, rules.margin) if is_there else ():
+        for event, is_there, time in (("start", starts, -np.inf), ("end", ends, np.inf)):
+            for name, thing in _bodies(mover, time, event, rules.margin) if is_there else ():
                 objects.append(thing)
                 pairs += [(link, thing.id) for link in links if {name, f"{robot.name}/{link}"} in rules.allowed_pairs]
     return Obstacles(tuple(objects), tuple(pairs))
 
 
-def _bodies(mover: Mover, time: float, place: str, margin: float) -> Iterator[tuple[str, SceneObject]]:
+def _bodies(mover: Mover, time: float, event: str, margin: float) -> Iterator[tuple[str, SceneObject]]:
     """Yield the bodies of a mover before or after its motion, with a margin, m, each with its name `mover/body`."""
     phase = mover.phases[0 if time < 0.0 else -1]
     at = min(max(time, phase.start), phase.stop)
@@ -101,4 +101,4 @@ def _bodies(mover: Mover, time: float, place: str, margin: float) -> Iterator[tu
         turn, origin = rotations[0, piece.joint], origins[0, piece.joint]
         pose = Pose(origin + turn @ piece.translation, turn @ piece.rotation)
         name = f"{mover.name}/{piece.name}"
-        yield name, SceneObject(f"{name} at the {place} ({k})", [piece.shape], pose, margin + phase.displacements[k])
+        yield name, SceneObject(f"{name} at the {event} ({k})", [piece.shape], pose, margin + phase.displacements[k])
