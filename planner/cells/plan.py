@@ -74,8 +74,8 @@ def plan_cell(
     The waits are chosen in the coordination diagram of each pair of robots. Two robots end as early as such waits
     allow, to the accuracy of the diagram. Three or four wait for each other in the best order of priority.
 
-    Where no waits keep the robots apart, robots with free motions are planned again, around the places where others rest
-    at their start and end. A robot that takes part in a handover keeps to its path.
+    Where no waits keep the robots apart, robots with free motions are planned again, around the places where others
+    rest at their start and end. A robot that takes part in a handover keeps to its path.
 
     At a meeting robots wait for each other: none goes on before all have arrived and rested for the longest of their
     dwells there. An object that one of them puts down there and another one takes moves on with the other one.
