@@ -17,6 +17,7 @@ import numpy as np
 from planner.cells.movers import Mover, Rules
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, Clearance
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, StartInCollision
+from planner.fields import FieldPath
 from planner.kernels.clearance import FREE_BLOCK
 from planner.scene.between import CheckerBetween
 from planner.scene.blocks import BLOCKS_AT_ONCE
@@ -87,7 +88,7 @@ def clearance_between(
         blocks: The largest number of blocks of times and skews that are decided.
 
     Raises:
-        InvalidProblem: The margin or the skew is negative or not finite.
+        InvalidProblem: The margin or the skew is negative or not finite, or a pair names no body of both.
         StartInCollision: They are nearer than the margin before both start.
         Collision: They come nearer than the margin later, perhaps only with a skew.
         ClearanceUnproved: The proof takes too long.
@@ -101,11 +102,20 @@ def clearance_between(
         >>> planner.clearance_between(planner.Mover.of_plan("arm", plan), part, margin=0.1, skew=0.05).movers
         ('arm', 'part')
     """
-    faults = [
+    faults: list[tuple[FieldPath, str]] = [
         ((name,), f"must be finite and 0 or more; got {value:g}")
         for name, value in (("margin", margin), ("skew", skew))
         if not 0.0 <= value < np.inf
     ]
+    names = [
+        {f"{own.name}/{body.name}" for phase in own.phases for body in phase.bodies.pieces} for own in (first, second)
+    ]
+    for i, pair in enumerate(allowed_pairs):
+        if not any(one in names[0] and other in names[1] for one, other in (pair, pair[::-1])):
+            message = (
+                f"must have a name `{first.name}/body` and a name `{second.name}/body`; got {pair[0]!r} and {pair[1]!r}"
+            )
+            faults.append((("allowed_pairs", i), message))
     if faults:
         raise InvalidProblem(faults)
     rules = Rules.of(margin, skew, allowed_pairs)

@@ -201,3 +201,35 @@ def test_sliding_objects_refuse_half_spaces_and_velocities_that_are_none() -> No
     for velocity, duration in (([np.nan, 0.0, 0.0], 1.0), ([0.1, 0.0], 1.0), ([0.1, 0.0, 0.0], 0.0)):
         with pytest.raises(planner.InvalidProblem):
             planner.Mover.sliding("door", [planner.Sphere(0.1)], Pose([0.0, 0.0, 0.0]), velocity, duration)
+
+
+def test_pairs_that_may_touch_are_left_out_and_all_others_are_proved() -> None:
+    arm = arm_of_capsules("ur5e")
+    robots = facing_arms(arm, 0.9)
+    rng = np.random.default_rng(2)
+    plans = [random_plan(robot, rng, 2) for robot in robots]
+    movers = [planner.Mover.of_plan(name, plan) for name, plan in zip("ab", plans, strict=True)]
+    allowed: list[tuple[str, str]] = []
+    with pytest.raises(planner.Collision):
+        planner.clearance_between(movers[0], movers[1])
+    while True:
+        try:
+            proved = planner.clearance_between(movers[1], movers[0], allowed_pairs=allowed).clearance.lower
+            break
+        except planner.Collision as refusal:
+            assert refusal.pair is not None
+            assert tuple(refusal.pair[::-1]) not in allowed
+            allowed.append((refusal.pair[1], refusal.pair[0]))
+    links = [[body.link for body in robot.collision_shapes] for robot in robots]
+    worlds = [robot_world(plan.problem.robot, plan.trajectory) for plan in plans]
+    least = np.inf
+    for time in np.linspace(0.0, max(plan.trajectory.duration for plan in plans), 40).tolist():
+        for one, shape in zip(links[0], worlds[0](time), strict=True):
+            for other, thing in zip(links[1], worlds[1](time), strict=True):
+                if (f"a/{one}", f"b/{other}") not in allowed:
+                    least = min(least, distance([shape], [thing]))
+    assert allowed
+    assert proved - 1e-6 <= least
+    assert least > -CONTACT_TOLERANCE
+    with pytest.raises(planner.InvalidProblem, match=r"allowed_pairs\[0\]: must have a name `a/body`"):
+        planner.clearance_between(movers[0], movers[1], allowed_pairs=[("a/link_1", "link_2")])
