@@ -55,9 +55,10 @@ def plan_warnings(
 ) -> Iterator[PlanWarning]:
     """Yield the warnings of a certified plan."""
     yield from _snapped(problem)
-    numbers, repeated = requested_indices(problem), path.still[~np.isin(path.still, list(path.rides))] + 1
+    numbers = requested_indices(problem)
+    repeated = [segment + 1 for segment in path.still.tolist() if segment not in path.rides]
     if len(repeated):
-        named = ", ".join(str(numbers[i]) for i in repeated[:MOST_NAMED].tolist())
+        named = ", ".join(str(numbers[i]) for i in repeated[:MOST_NAMED])
         more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""
         message = (
             "same joint position as the waypoint before; the robot passes both at once, or rests for the requested time"
