@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -56,13 +56,13 @@ def follow_lines(
     return batch.follow(batch.solve_ends(guesses, are_given))
 
 
-def follow_any(track: Track) -> PiecewisePolynomial | Lost:
+def follow_any(track: Track, still: Collection[str] = ()) -> PiecewisePolynomial | Lost:
     """Follow a path as `follow` does, a polyline or a spline at once where it is ordinary."""
-    at_once = follow_at_once(track)
-    return follow(track) if at_once is None else at_once
+    at_once = follow_at_once(track, still)
+    return follow(track, still) if at_once is None else at_once
 
 
-def follow_at_once(track: Track) -> PiecewisePolynomial | None:
+def follow_at_once(track: Track, still: Collection[str] = ()) -> PiecewisePolynomial | None:
     """Follow all pieces of a path at once, as `follow` does; None: the path or the robot is not ordinary.
 
     The path is neither a polyline nor a spline, comes near a singularity or needs very short steps. Or the robot has
@@ -74,7 +74,7 @@ def follow_at_once(track: Track) -> PiecewisePolynomial | None:
     count = len(path.breakpoints)
     steps = 1 if count > MANY_PIECES else BATCH_FOLLOWING_STEPS
     bounds = np.interp(np.arange(steps * (count - 1) + 1) / steps, np.arange(count), path.breakpoints)
-    batch = _Pieces(track, path, bounds)
+    batch = _Pieces(track, path, bounds, still)
     if batch.idle != len(batch.drift) or batch.solve_ends(end) < len(batch.lengths):
         return None
     followed = batch.follow(len(batch.lengths), LONGEST_STEP * steps)
@@ -148,12 +148,13 @@ class _Pieces(Batch):
 
     ends_are_known = False
 
-    def __init__(self, track: Track, path: PiecedPath, bounds: FloatArray) -> None:
+    def __init__(self, track: Track, path: PiecedPath, bounds: FloatArray, still: Collection[str] = ()) -> None:
         self.path, self.begins = path, bounds[:-1]
         count, robot, start, rows = len(bounds) - 1, track.robot, track.start, track.rows
         tolerances, steepest = np.tile(track.tolerance, (count, 1)), np.full(count, track.steepest)
         super().__init__(robot, rows, np.diff(bounds), start, tolerances, steepest)
-        free = kept_motions(robot, jacobian(robot, start)[:rows])[: max(0, self.idle)]
+        free = kept_motions(robot, jacobian(robot, start)[:rows], still)[: max(0, self.idle)]
+        self.is_still = np.array([name in still for name in robot.joint_names])
         self.start, self.way, self.drift = start, track.way, free @ track.way
         if self.idle == len(free):
             self.free[:] = free
@@ -180,8 +181,11 @@ class _Pieces(Batch):
         turned = None if rotations is None else rotations @ self.robot.tool_in_tip.rotation.T
         target = Target(self.screws, positions, turned, self.point)
         box, q = Box(*np.full((2, self.robot.dof), [[-np.inf], [np.inf]])), self.starts[0]
-        travel = np.zeros_like(q)
+        travel, even = np.zeros_like(q), self.kept(every, one)
         for k in range(count):
+            if self.is_still.any():
+                box = Box(*(np.where(self.is_still, even[k], bound) for bound in (-np.inf, np.inf)))
+                travel = np.where(self.is_still, even[k] - q, travel)
             _, (there,) = target.of(every[k : k + 1]).descend((q + travel)[None], box, STEADY)
             self.ends[k], travel, q = there, there - q, there
         self.ends, solved = self._solve(every, one, self.ends)

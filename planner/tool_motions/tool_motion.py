@@ -30,6 +30,7 @@ from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.deviations import by_region_joints, through_singular_wrist
 from planner.tool_motions.errors import SINGULAR_TRAVEL_SLOWED, configuration_error, limit_error, lost_error
+from planner.tool_motions.even_axes import follow_evenly
 from planner.tool_motions.follow import SINGULAR_TRAVEL, Lost, Track, follow
 from planner.tool_motions.follow_many import follow_any, follow_lines
 from planner.tool_motions.pose_paths import Line, NoPath, PosePath, Reversed
@@ -94,14 +95,14 @@ class RequestedMotion:
         assert isinstance(self.waypoint.motion, CartesianMotion)  # noqa: S101 - asked for motions of the tool only
         return self.waypoint.motion
 
-    def given_ends(self, start: FloatArray) -> list[FloatArray]:
+    def given_ends(self, start: FloatArray, most: int | None = MOST_ENDS) -> list[FloatArray]:
         """Return the joint positions (joints,) where it is to end, those nearest to its start first; none: anywhere."""
         if isinstance(self.waypoint, JointWaypoint):
             return [_turned_to(self.robot, self.waypoint.position, start)]
         if self.pinned_ends is None:
             return []
         turned = (_turned_to(self.robot, q, start) for q in self.pinned_ends)
-        return sorted(turned, key=lambda q: float(np.abs(q - start).max()))[:MOST_ENDS]
+        return sorted(turned, key=lambda q: float(np.abs(q - start).max()))[:most]
 
     @property
     def configuration(self) -> Configuration:
@@ -228,6 +229,8 @@ def follow_chain(requested: Sequence[RequestedMotion], start: FloatArray, guesse
 
 def follow_path(requested: RequestedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
     """Follow the tool's path from a joint position (joints,); use its tolerance region if necessary."""
+    if (even := _follow_evenly(requested, start, path)) is not None:
+        return even
     ends: list[FloatArray | None] = [*requested.given_ends(start)] or [None]
     results = (_follow_as_written(requested, start, path, end) for end in ends)
     result = first = next(results)
@@ -237,6 +240,18 @@ def follow_path(requested: RequestedMotion, start: FloatArray, path: PosePath) -
     if isinstance(result, ToolMotion) or requested.motion.free is None or path.pose(0.0).rotation is None:
         return result
     return _follow_by_region_joints(requested, start, path, region_of(requested.motion.free)) or result
+
+
+def _follow_evenly(requested: RequestedMotion, start: FloatArray, path: PosePath) -> ToolMotion | None:
+    """Follow the path while the axes of a positioner go evenly to a given end; None: the arm cannot."""
+    motion = requested.motion
+    tolerance = motion.tolerance_position, motion.tolerance_orientation
+    curve = follow_evenly(requested.robot, path, start, requested.given_ends(start, None), tolerance)
+    if curve is None:
+        return None
+    end: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
+    is_allowed = requested.configuration.allows(configurations(requested.robot, end[None])[0])
+    return ToolMotion(path, curve, end, _warning(requested, path, curve, 0.0)) if is_allowed else None
 
 
 def _follow_by_region_joints(
@@ -319,9 +334,8 @@ def _followed(
             if not isinstance(through, Lost):
                 return through, angle
     is_redundant = robot.dof > track.rows
-    even = requested.still if end is None else requested.still or robot.positioner
-    if even and is_redundant:  # axes of a positioner go evenly to a given end
-        alone = follow(track, even)
+    if requested.still and is_redundant:
+        alone = follow(track, requested.still)
         if not isinstance(alone, Lost) and first_beyond(robot, alone) is None:
             return alone, 0.0
     result = follow_any(track)

@@ -109,6 +109,42 @@ def test_fixed_axes_go_evenly_so_that_a_torch_stands_still_over_a_flat_seam() ->
     assert np.ptp(q[:, 1:], axis=0).max() < 1e-3
 
 
+def on_saddle(share: float) -> Pose:
+    """Return the pose of the torch on the seam of a pipe on a pipe."""
+    angle = 1.9 * np.pi * share
+    position = [0.2 * np.cos(angle), 0.2 * np.sin(angle), 0.05 + 0.04 * np.cos(2.0 * angle)]
+    return Pose(position, rotation_from_rpy(np.pi, 0.1 * np.sin(2.0 * angle), np.pi + angle))
+
+
+@pytest.mark.parametrize("kind", [planner.SplineMotion, planner.PolylineMotion])
+def test_a_saddle_is_welded_at_constant_speed_while_the_axes_go_evenly(kind: type) -> None:
+    """Both axes move in proportion, and the torch passes every pose of the seam."""
+    poses = [on_saddle(share) for share in np.linspace(0.0, 1.0, 40)]
+    motion = kind(poses=poses[1:-1], **({"blend": 1e-3} if kind is planner.PolylineMotion else {}))
+    ends = {"turn": 0.0, "tilt": 0.0}, {"turn": -1.9 * np.pi, "tilt": 0.1}
+    waypoints = [
+        HOME,
+        planner.PoseWaypoint(poses[0], external=ends[0]),
+        planner.PoseWaypoint(
+            poses[-1], motion=motion, external=ends[1], limits=planner.Limits(tcp_linear_velocity=SPEED)
+        ),
+    ]
+    made = planner.plan(planner.PlanningProblem(CELL.robot, waypoints), planner.Toppra())
+    start, end = made.trajectory.arrivals[1], made.trajectory.duration
+    (q,) = made.trajectory.evaluate(np.linspace(start, end, 1500), [0])
+    np.testing.assert_allclose(q[:, 1] / 0.1, q[:, 0] / (-1.9 * np.pi), atol=1e-6)
+    placements = [CELL.tool_in_workpiece(row) for row in q]
+    points = np.array([placement.translation for placement in placements])
+    for pose in poses[::7] if kind is planner.SplineMotion else poses[:: len(poses) - 1]:
+        nearest = int(np.linalg.norm(points - pose.position, axis=1).argmin())
+        assert np.linalg.norm(points[nearest] - pose.position) < 1e-4 + SPEED * (end - start) / 1500
+        assert np.linalg.norm(pin.log3(np.asarray(pose.rotation).T @ placements[nearest].rotation)) < 2e-3
+    between = np.linspace(start + 1.0, end - 1.0, 600)
+    inner = [CELL.tool_in_workpiece(row) for row in made.trajectory.evaluate(between, [0])[0]]
+    if kind is planner.SplineMotion:  # a chord across a corner is shorter than the way
+        assert speeds_between(inner, float(between[1] - between[0])).min() >= 0.995 * SPEED
+
+
 def test_the_torque_of_the_positioner_limits_the_motion() -> None:
     """The table with its overhanging plate takes longer with a weak drive, which is used up to its limit."""
     weak = TwoBranches(
