@@ -6,7 +6,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, PlanningError, Remedy, UnreachableWaypoint
+from planner.errors import (
+    InfeasibleDuration,
+    InvalidProblem,
+    LimitsUnsatisfiable,
+    MissingDynamics,
+    PayloadExceeded,
+    PlanningError,
+    Remedy,
+    StartInCollision,
+    UnreachableWaypoint,
+)
 from planner.planning.attempts import Attempt, Outcome, Planned, Proposals, Refused, is_unmade
 from planner.planning.improved import improved
 from planner.planning.rides.boarding import Boarding, Boardings
@@ -47,6 +57,10 @@ SLOWER = 1.3
 
 SLOWEST = 4.0
 """The largest product of such factors."""
+
+
+AT_ALL_TIMES = (InvalidProblem, MissingDynamics, PayloadExceeded, StartInCollision)
+"""Refusals that no other time of arrival avoids."""
 
 
 def with_ride(attempt: Attempt) -> Proposals[Plan]:
@@ -145,8 +159,11 @@ class _Search:
         outcome = yield from improved(replace(self.attempt, problem=problem))
         if isinstance(outcome, Refused):
             self.is_spent = is_unmade(outcome)
+            refusal = outcome.refusal.moved(requested_paths(problem))
+            if isinstance(refusal, AT_ALL_TIMES):
+                raise refusal
             if not self.is_spent:
-                self.refusals.append((boarding.time, outcome.refusal.moved(requested_paths(problem))))
+                self.refusals.append((boarding.time, refusal))
         return outcome
 
     def _found(self, boarding: Boarding, outcome: Planned) -> _Found:
@@ -301,7 +318,10 @@ class _Search:
         middle = float(times.mean())
         late = [own for own in self.refusals if isinstance(own[1], InfeasibleDuration)]
         time, refusal = late[-1] if late else min(self.refusals, key=lambda own: float(abs(own[0] - middle)))
-        known = f"no time of arrival on {self.ride.thing.id!r} from {times[0]:.4g} to {times[-1]:.4g} s has a plan"
+        within = f"on {self.ride.thing.id!r} from {times[0]:.4g} to {times[-1]:.4g} s"
+        known = f"no time of arrival {within} has a plan"
+        if self.is_spent:
+            known = f"no plan was found for a time of arrival {within} before the budget of attempts ended"
         return refusal.with_fields(_text=f"{known}; at {time:.4g} s: {refusal._text}")
 
 

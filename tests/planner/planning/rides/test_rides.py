@@ -263,6 +263,18 @@ def test_a_deadline_that_has_passed_is_refused_with_the_arrival_that_works() -> 
     assert planner.plan(problem(part(), later_one), "ruckig").ride is not None
 
 
+def test_a_start_in_collision_and_a_spent_budget_are_told() -> None:
+    seen: list[planner.Progress] = []
+    around = planner.SceneObject("post", [planner.Box([0.1] * 3)], planner.tool_pose(ARM, np.array(HOME)))
+    with pytest.raises(planner.StartInCollision):
+        planner.plan(
+            problem(part(), [on(ABOVE, earliest_arrival=3.0)], around), budget=planner.Budget(on_progress=seen.append)
+        )
+    assert len(seen) == 1, "no other time of arrival helps"
+    with pytest.raises(planner.InfeasibleDuration, match="before the budget of attempts ended"):
+        planner.plan(problem(part(), [on(ABOVE)]), "ruckig", ONCE)
+
+
 def test_configurations_hold_all_along_a_ride() -> None:
     thing = part()
     down, up = planner.Configuration(elbow="down"), planner.Configuration(elbow="up")
