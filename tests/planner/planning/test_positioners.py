@@ -14,7 +14,7 @@ from planner.plots.view import drawn_tool_poses, stick_model
 from planner.robots import ExternalAxis, load_robot
 from planner.scene import CollisionChecker
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
-from tests.planner.robots.two_branches import TwoBranches
+from tests.planner.robots.two_branches import TwoBranches, se3
 
 TORCH = Pose.from_rpy([0.1, 0.0, 0.3], [0.0, 0.6, 0.0])
 TILT = ExternalAxis(
@@ -197,3 +197,24 @@ def test_pictures_stand_in_the_world() -> None:
         np.testing.assert_allclose(rotation, tool.rotation, atol=1e-12)
         np.testing.assert_allclose(sticks[-1], tool.translation, atol=1e-12)
         np.testing.assert_allclose(sticks[0], CELL.links(row)[-1].act(CELL.workpiece.position), atol=1e-12)
+
+
+def test_another_machine_keeps_clear_of_the_workpiece_in_the_world() -> None:
+    """The clearance proved between a turning part and a ball that slides past is that of dense samples."""
+    turned = CELL.robot.derived(mounting=Pose([0.3, -0.2, 0.1], rotation_from_rpy(0.2, 0.3, 0.4)))
+    part = planner.AttachedObject("part", [planner.Sphere(0.05)], Pose([0.5, 0.1, 0.2]), "workpiece")
+    goal = [2.0, 0.5, 0.4, -1.3, 1.3, 0.2, 0.4, 0.0]
+    trajectory = planner.plan(planner.PlanningProblem(turned, [HOME, goal]), planner.Trapezoidal()).trajectory
+    from_, velocity = np.array([2.3, -0.6, 0.6]), np.array([-0.1, 0.3, -0.1])
+    mover = planner.Mover.of_trajectory("cell", turned, trajectory, planner.Scene(attached=[part]))
+    ball = planner.Mover.sliding("ball", [planner.Sphere(0.1)], Pose(from_), velocity, duration=trajectory.duration)
+    links = {shape.link for shape in turned.collision_shapes}
+    allowed = [(f"cell/{link}", "ball/ball") for link in sorted(links)]  # only the part is measured
+    found = planner.clearance_between(mover, ball, allowed_pairs=allowed).clearance
+    times, mounting, least = np.linspace(0.0, trajectory.duration, 400), se3(turned.mounting), np.inf
+    for time, q in zip(times, trajectory.evaluate(times, [0])[0], strict=True):
+        at = (mounting * CELL.links(q)[-1] * se3(CELL.workpiece)).act(part.pose.position)
+        least = min(least, float(np.linalg.norm(at - from_ - time * velocity)) - 0.15)
+    assert found.upper == pytest.approx(least, abs=2e-3)
+    assert found.lower == pytest.approx(least, abs=2e-3)
+    assert found.pair == ("cell/part", "ball/ball")

@@ -12,6 +12,7 @@ import pytest
 
 from planner.dynamics import inverse_dynamics, path_dynamics
 from planner.dynamics.symbolic import symbolic_motion
+from planner.dynamics.torque_tolerances import torque_tolerances
 from planner.errors import InvalidRobotModel
 from planner.kinematics import jacobian, tool_pose
 from planner.kinematics.configurations import configurations
@@ -203,3 +204,17 @@ def test_a_second_positioner_and_axes_under_the_workpiece_are_refused() -> None:
             beside.derived(**changes)  # type: ignore[arg-type]
         assert {finding.code for finding in refused.value.findings} >= {code}
     assert all(a != b for a, b in pairwise(beside.joint_names))
+
+
+def test_tolerances_of_a_payload_reach_the_torques_of_the_arm_alone() -> None:
+    cell, loose = (
+        CELLS[1],
+        Payload(3.0, (0.1, 0.0, 0.2), mass_tolerance=0.5, center_of_mass_tolerance=(0.02, 0.0, 0.01)),
+    )
+    with_both, alone = (torque_tolerances(robot.with_payload(loose)) for robot in (cell.robot, cell.arm))
+    assert with_both is not None
+    assert alone is not None
+    q, v, a = states(cell).swapaxes(0, 1)
+    generators = with_both.torques(q, v, a)
+    np.testing.assert_allclose(generators[..., :2], 0.0, atol=1e-12)
+    np.testing.assert_allclose(generators[..., 2:], alone.torques(q[:, 2:], v[:, 2:], a[:, 2:]), atol=1e-9)
