@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 
-from api.contract.requests import PlanRequest
+from api.contract.requests import GivenTrajectory, JointCurve, PlanRequest, SampledTrajectory
 from tests.api.combinations.factors import schema
 
 if TYPE_CHECKING:
@@ -47,9 +47,17 @@ LEFT_OUT = {
         "limits of power refuse them; test_torque_with_tolerances has them with every back end",
     ),
     "PlanRequest.picture": "it changes no plan",
+    "PoseWaypoint.on": "few plans meet a moving object; test_rides has it with every back end",
     "TrajectoryRequest.repeat": "it changes no plan; test_programs has it",
     **dict.fromkeys(
-        ("WaypointList.optimise", "WaypointList.time_budget", "WaypointList.optimise_iterates"),
+        (
+            *(f"WaypointList.{name}" for name in ("optimise", "time_budget", "optimise_iterates", "warm_start")),
+            *(
+                f"{model.__name__}.{name}"
+                for model in (GivenTrajectory, SampledTrajectory, JointCurve)
+                for name in model.model_fields
+            ),
+        ),
         "it plans many times; test_optimise has it",
     ),
     "Pose.quaternion_xyzw": "another notation of `orientation`",
