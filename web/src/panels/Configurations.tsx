@@ -32,7 +32,7 @@ export function Configurations({ request, robot, index }: ConfigurationsProps) {
     focusFirst();
   };
   return (
-    <div class="configurations" ref={host} onMouseLeave={endReach}>
+    <div class="configurations" ref={host}>
       {configuration && (
         <button type="button" onClick={() => choose(unconfigured(request, index))}>
           {texts.configurations.leave}
@@ -63,12 +63,15 @@ function Ways({ all, robot, onChoose }: WaysProps) {
     setFocused(number);
     showReach(all[number]!, all);
   };
+  // The mouse also leaves when the list moves below it: what has the focus is shown on.
+  const leave = ({ currentTarget }: { currentTarget: HTMLElement }): void =>
+    currentTarget.contains(document.activeElement) ? point(focused) : endReach();
   return (
     <>
       <p class="hint">
         {label}. {texts.configurations.hint}
       </p>
-      <ol class="ways" aria-label={label} onKeyDown={keys}>
+      <ol class="ways" aria-label={label} onKeyDown={keys} onMouseLeave={leave}>
         {all.map((solution, number) => (
           <li key={number}>
             <button
