@@ -7,7 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.certificate.path_parts import PathParts, part_numbers
-from planner.spatial import FloatArray, Pose, rotation_vector, rotation_vectors, rotations_from_vectors
+from planner.spatial import (
+    ROTATION_TOLERANCE,
+    FloatArray,
+    Pose,
+    rotation_vector,
+    rotation_vectors,
+    rotations_from_vectors,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +112,20 @@ def _turns(start: Pose, via: Pose | None, end: Pose, u: float) -> tuple[FloatArr
     if via is None or via.rotation is None:
         return start.rotation, np.array([whole, np.zeros(3)])
     half = rotation_vector(start.rotation.T @ via.rotation)
-    return start.rotation, np.linalg.solve(np.array([[u, u * u], [1.0, 1.0]]), np.array([half, whole]))
+    ends = np.array([half, _steadier(whole, half / u)])
+    return start.rotation, np.linalg.solve(np.array([[u, u * u], [1.0, 1.0]]), ends)
+
+
+def _steadier(whole: FloatArray, ahead: FloatArray) -> FloatArray:
+    """Return the rotation vector (3,) of the rotation of `whole`, within a whole turn, that is nearest to `ahead`."""
+    about = whole if np.linalg.norm(whole) > ROTATION_TOLERANCE else ahead
+    length = float(np.linalg.norm(about))
+    if length <= ROTATION_TOLERANCE:
+        return whole
+    same = whole + np.outer([0.0, -2.0 * np.pi, 2.0 * np.pi], about / length)
+    within = same[np.linalg.norm(same, axis=1) <= 2.0 * np.pi + ROTATION_TOLERANCE]
+    nearest: FloatArray = within[np.linalg.norm(within - ahead, axis=1).argmin()]
+    return nearest
 
 
 def _turned(start: FloatArray | None, turns: FloatArray, u: FloatArray) -> FloatArray | None:

@@ -12,7 +12,8 @@ import numpy as np
 import pinocchio as pin
 
 from planner.kinematics.search import pose_errors
-from planner.spatial import FloatArray, Pose, rotation_vector
+from planner.kinematics.turns import TURN
+from planner.spatial import ROTATION_TOLERANCE, FloatArray, Pose, rotation_vector
 from planner.tolerances import POSITION_TOLERANCE
 
 COLLINEAR = 1e-6
@@ -99,8 +100,10 @@ class Turn:
 
     @classmethod
     def by_way_of(cls, start: FloatArray, via: FloatArray, end: FloatArray, u: float) -> Turn:
-        """Build the smooth turn through the rotation `via` at `u`."""
+        """Build the smooth turn through the rotation `via` at `u`, the steadier way on to the end."""
         half, whole = rotation_vector(start.T @ via), rotation_vector(start.T @ end)
+        either = (whole, *(whole + TURN * axis for axis in _axes_back(whole, half)))
+        whole = min(either, key=lambda turn: float(np.linalg.norm(half - u * turn)))
         second = (half - u * whole) / (u * u - u)
         return cls(start, whole - second, second)
 
@@ -114,6 +117,14 @@ class Turn:
         w, rate = self.first * u + self.second * u * u, self.first + 2.0 * u * self.second
         result: FloatArray = self.start @ pin.exp3(w) @ (pin.Jexp3(w) @ rate)
         return result
+
+
+def _axes_back(whole: FloatArray, half: FloatArray) -> list[FloatArray]:
+    """Return the axes (3,) about which a whole turn more, up to 2 pi, gives the same rotation."""
+    angle, angle_of_half = np.linalg.norm(whole), np.linalg.norm(half)
+    if angle > ROTATION_TOLERANCE:
+        return [-whole / angle]
+    return [half / angle_of_half, -half / angle_of_half] if angle_of_half > ROTATION_TOLERANCE else []
 
 
 @dataclass(frozen=True, eq=False)

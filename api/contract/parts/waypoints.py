@@ -113,8 +113,8 @@ class CircularMotion(ToolMotion):
     kind: Literal["circular"]
     """The motion: an arc of the tool."""
     via: Pose
-    """A pose on the circle (m), in the frame of the waypoint; without an orientation the tool turns by the shortest
-    rotation."""
+    """A pose on the circle (m), in the frame of the waypoint. With an orientation, the tool turns by way of it to the
+    end; without one, by the shortest rotation."""
 
 
 class PolylineMotion(ToolMotion):
