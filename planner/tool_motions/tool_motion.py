@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
 
@@ -101,7 +101,8 @@ class RequestedMotion:
             return [_turned_to(self.robot, self.waypoint.position, start)]
         if self.pinned_ends is None:
             return []
-        turned = (_turned_to(self.robot, q, start) for q in self.pinned_ends)
+        pins = self.waypoint.external if isinstance(self.waypoint, PoseWaypoint) else None
+        turned = (_turned_to(self.robot, q, start, pins or ()) for q in self.pinned_ends)
         return sorted(turned, key=lambda q: float(np.abs(q - start).max()))[:most]
 
     @property
@@ -362,11 +363,11 @@ def _warning(
     return PlanWarning("near_singularity", message)
 
 
-def _turned_to(robot: Robot, position: ArrayLike, towards: FloatArray) -> FloatArray:
-    """Turn continuous joints of a position (joints,) as near to another (joints,) as whole turns bring them."""
+def _turned_to(robot: Robot, position: ArrayLike, towards: FloatArray, still: Collection[str] = ()) -> FloatArray:
+    """Turn continuous joints of a position (joints,), except some, to the turn nearest to another (joints,)."""
     q = np.asarray(position, dtype=np.float64)
     turns = np.round((towards - q) / TURN)
-    return q + TURN * np.where([joint.kind == "continuous" for joint in robot.joints], turns, 0.0)
+    return q + TURN * np.where([one.kind == "continuous" and one.name not in still for one in robot.joints], turns, 0.0)
 
 
 def _allowed(waypoints: Sequence[AnyWaypoint]) -> tuple[FloatArray, FloatArray]:

@@ -218,3 +218,23 @@ def test_another_machine_keeps_clear_of_the_workpiece_in_the_world() -> None:
     assert found.upper == pytest.approx(least, abs=2e-3)
     assert found.lower == pytest.approx(least, abs=2e-3)
     assert found.pair == ("cell/part", "ball/ball")
+
+
+@pytest.mark.parametrize("turn", [4.0, -6.0, 7.0])
+def test_continuous_table_makes_the_turn_that_is_asked_for_along_a_line(turn: float) -> None:
+    """Also by more than half a turn, where a shorter way leads to the same pose."""
+    table = ExternalAxis("table", "continuous", (0, 0, 1), origin=Pose([0.6, 0.0, 0.2], np.eye(3)))
+    robot = load_robot("ur5e").derived(id="turning", positioner=[table])
+    down = np.diag([1.0, -1.0, -1.0])
+    start, end = (
+        planner.PoseWaypoint(Pose([0.05, y, 0.12], down), external={"table": angle}, motion=motion)
+        for y, angle, motion in ((0.0, 0.0, planner.JointMotion()), (0.02, turn, planner.LinearMotion()))
+    )
+    plan = planner.plan(planner.PlanningProblem(robot, [start, end]))
+    positions = plan.trajectory(plan.trajectory.sample_times(0.01))
+    assert positions[[0, -1], 0] == pytest.approx([0.0, turn], abs=1e-9)
+    assert (np.diff(positions[:, 0]) * np.sign(turn) >= -1e-12).all()
+    reached = planner.forward_kinematics(robot, positions)
+    assert np.array([pose.position[[0, 2]] for pose in reached]) == pytest.approx(
+        np.array([[0.05, 0.12]] * len(reached)), abs=2e-4
+    )
