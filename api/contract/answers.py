@@ -108,10 +108,10 @@ class PlannedWaypoint(Answer):
     """The orientation error of the tool, rad; null: no orientation was requested."""
     solutions: int | None
     """The number of isolated solutions of the pose; in a scene, of the collision-free ones if there are any. Null: a
-    joint waypoint, or a continuum."""
+    joint waypoint, a continuum, or a pose on a moving object."""
     solution: int | None
     """The index of the chosen solution, ordered by the travel time from the waypoint before: 0 is the nearest. Null: a
-    joint waypoint, or a continuum."""
+    joint waypoint, a continuum, or a pose on a moving object."""
     choice: Literal["given", "only", "shortest_path", "preferred", "continued", "detour"]
     """The reason for this solution. `given`: a joint waypoint. `only`: the only solution. `shortest_path`: the path
     through the whole list is shortest with it. `preferred`: best by the preference of the request. `continued`: the

@@ -77,7 +77,9 @@ function Row({ waypoint, index, shown }: RowProps) {
         </span>
         <span class="when">
           {answer && seconds(answer.arrival_time)}
-          {answer && waypoint.kind === 'pose' && <small>{texts.waypoints.solutions(answer.solution, answer.solutions)}</small>}
+          {answer && waypoint.kind === 'pose' && !waypoint.on && (
+            <small>{texts.waypoints.solutions(answer.solution, answer.solutions)}</small>
+          )}
         </span>
       </button>
       {isChosen && (
