@@ -2,6 +2,7 @@
 import { signal } from '@preact/signals';
 import { estimateOfPlan } from '../plan/estimates';
 import { seconds } from '../plan/units';
+import type { PlanAnswer } from '../service/types';
 import { isStale, planning, problem, robot, shownPlan } from '../state/store';
 import { texts } from '../texts';
 import { BatchPanel } from './BatchPanel';
@@ -28,6 +29,7 @@ export function Result() {
         <p class={`verdict ${isStale.value || planning.value ? 'stale' : ''}`}>
           <strong>✓ {texts.result.certified(seconds(planned.answer.duration))}</strong>
           <span>{texts.result.certifiedBy(planned.answer.backend, planned.answer.solver, planned.took)}</span>
+          {planned.answer.ride && <span>{meeting(planned.answer.ride)}</span>}
           {estimate && <span class="estimate">{estimate}</span>}
         </p>
       )}
@@ -59,6 +61,10 @@ export function Result() {
       </div>
     </section>
   );
+}
+
+function meeting({ object, arrival, latest_start }: NonNullable<PlanAnswer['ride']>): string {
+  return texts.result.meets(object, seconds(arrival), latest_start > 0 ? seconds(latest_start) : null);
 }
 
 function turn(event: KeyboardEvent): void {

@@ -8,6 +8,8 @@ export const ofResult: typeof english = {
     certified: (duration) => `Zertifiziert, ${duration}`,
     certifiedBy: (backend, solver, took) =>
       `von ${backend}${solver ? ` (${solver})` : ''}, geplant und geprüft in ${Math.round(took * 1000)} ms`,
+    meets: (object, arrival, latest) =>
+      `Trifft ${object} bei ${arrival}.${latest === null ? '' : ` Das Programm darf bis ${latest} beginnen.`}`,
     reported: 'berichtet, nicht erzwungen',
     quantity: 'Größe',
     joint: 'Kritisches Gelenk',

@@ -7,6 +7,8 @@ export const ofResult = {
     certified: (duration: string) => `Certified, ${duration}`,
     certifiedBy: (backend: string, solver: string | null, took: number) =>
       `by ${backend}${solver ? ` (${solver})` : ''}, planned and checked in ${Math.round(took * 1000)} ms`,
+    meets: (object: string, arrival: string, latest: string | null) =>
+      `Meets ${object} at ${arrival}.${latest === null ? '' : ` The program may begin until ${latest}.`}`,
     reported: 'reported, not enforced',
     quantity: 'Quantity',
     joint: 'Worst joint',
