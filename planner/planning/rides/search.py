@@ -27,6 +27,7 @@ from planner.problems.check import check_problem
 from planner.problems.rides import is_riding, rides_of
 from planner.robots import Robot
 from planner.timing.arrivals import last_stop
+from planner.trajectories.trajectory import PlanWarning
 
 TIMES_TRIED = 48
 """The number of times of arrival, all over the time within reach, between which an interval may be missed."""
@@ -58,6 +59,12 @@ SLOWER = 1.3
 SLOWEST = 4.0
 """The largest product of such factors."""
 
+
+_SEARCH_ENDED = PlanWarning(
+    "ride_search_ended",
+    "the search for the earliest arrival and the latest start was ended by its budget: more time may find better ones",
+)
+"""The warning of a plan whose ride may not be the best."""
 
 AT_ALL_TIMES = (InvalidProblem, MissingDynamics, PayloadExceeded, StartInCollision)
 """Refusals that no other time of arrival avoids."""
@@ -123,7 +130,8 @@ class _Search:
             durations=durations,
             latest_start=float(start),
         )
-        return replace(found.plan, ride=report)
+        warnings = (_SEARCH_ENDED, *found.plan.warnings) if self.is_spent else found.plan.warnings
+        return replace(found.plan, ride=report, warnings=warnings)
 
     def _times(self) -> np.ndarray:
         """Return times of arrival (N,), s, from the earliest to the last within reach.

@@ -275,6 +275,16 @@ def test_a_start_in_collision_and_a_spent_budget_are_told() -> None:
         planner.plan(problem(part(), [on(ABOVE)]), "ruckig", ONCE)
 
 
+@pytest.mark.large_only
+def test_a_plan_whose_search_was_ended_says_so() -> None:
+    whole, ended = (planner.plan(problem(part(), pick()), "ruckig", planner.Budget(attempts=k)) for k in (100, 3))
+    assert whole.ride is not None and ended.ride is not None
+    said = ["ride_search_ended" in [warning.code for warning in plan.warnings] for plan in (whole, ended)]
+    assert said == [False, True]
+    assert ended.ride.arrival >= whole.ride.arrival
+    assert ended.ride.latest_start <= whole.ride.latest_start
+
+
 def test_configurations_hold_all_along_a_ride() -> None:
     thing = part()
     down, up = planner.Configuration(elbow="down"), planner.Configuration(elbow="up")
