@@ -219,8 +219,7 @@ def test_visual_meshes_are_drawn_in_their_colours_and_collision_shapes_on_reques
         wait_until(lambda: page.evaluate(BLUE_PIXELS) > 500)
         solids = page.get_by_role("button", name="Collision shapes")
         solids.click()
-        wait_until(lambda: page.evaluate(BLUE_PIXELS) == 0)
-        assert page.evaluate(ARM_PIXELS)[0] > 500
+        wait_until(lambda: page.evaluate(BLUE_PIXELS) == 0 and page.evaluate(ARM_PIXELS)[0] > 500)
         assert violations(page) == []
         solids.click()
         wait_until(lambda: page.evaluate(BLUE_PIXELS) > 500)
