@@ -112,20 +112,17 @@ def _turns(start: Pose, via: Pose | None, end: Pose, u: float) -> tuple[FloatArr
     if via is None or via.rotation is None:
         return start.rotation, np.array([whole, np.zeros(3)])
     half = rotation_vector(start.rotation.T @ via.rotation)
-    ends = np.array([half, _steadier(whole, half / u)])
+    rest = start.rotation.T @ via.rotation @ rotation_vector(via.rotation.T @ end.rotation)
+    ends = np.array([half, _by_way_of(whole, half + rest)])
     return start.rotation, np.linalg.solve(np.array([[u, u * u], [1.0, 1.0]]), ends)
 
 
-def _steadier(whole: FloatArray, ahead: FloatArray) -> FloatArray:
-    """Return the rotation vector (3,) of the rotation of `whole`, within a whole turn, that is nearest to `ahead`."""
-    about = whole if np.linalg.norm(whole) > ROTATION_TOLERANCE else ahead
-    length = float(np.linalg.norm(about))
-    if length <= ROTATION_TOLERANCE:
+def _by_way_of(whole: FloatArray, parts: FloatArray) -> FloatArray:
+    """Return the rotation vector (3,) of the rotation of `whole` that turns about its axis the way of two `parts`."""
+    angle = float(np.linalg.norm(whole))
+    if angle <= ROTATION_TOLERANCE or parts @ whole / angle >= angle - np.pi:
         return whole
-    same = whole + np.outer([0.0, -2.0 * np.pi, 2.0 * np.pi], about / length)
-    within = same[np.linalg.norm(same, axis=1) <= 2.0 * np.pi + ROTATION_TOLERANCE]
-    nearest: FloatArray = within[np.linalg.norm(within - ahead, axis=1).argmin()]
-    return nearest
+    return whole / angle * (angle - 2.0 * np.pi)
 
 
 def _turned(start: FloatArray | None, turns: FloatArray, u: FloatArray) -> FloatArray | None:

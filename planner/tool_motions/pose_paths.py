@@ -100,10 +100,13 @@ class Turn:
 
     @classmethod
     def by_way_of(cls, start: FloatArray, via: FloatArray, end: FloatArray, u: float) -> Turn:
-        """Build the smooth turn through the rotation `via` at `u`, the steadier way on to the end."""
-        half, whole = rotation_vector(start.T @ via), rotation_vector(start.T @ end)
-        either = (whole, *(whole + TURN * axis for axis in _axes_back(whole, half)))
-        whole = min(either, key=lambda turn: float(np.linalg.norm(half - u * turn)))
+        """Build the smooth turn to `via` at `u` and on to the end, each the way of the shortest rotation."""
+        to_via, whole = start.T @ via, rotation_vector(start.T @ end)
+        half, angle = rotation_vector(to_via), float(np.linalg.norm(whole))
+        if angle > ROTATION_TOLERANCE:
+            both = half + to_via @ rotation_vector(via.T @ end)
+            other = whole * (1.0 - TURN / angle)
+            whole = min(whole, other, key=lambda turn: float(np.linalg.norm(both - turn)))
         second = (half - u * whole) / (u * u - u)
         return cls(start, whole - second, second)
 
@@ -117,14 +120,6 @@ class Turn:
         w, rate = self.first * u + self.second * u * u, self.first + 2.0 * u * self.second
         result: FloatArray = self.start @ pin.exp3(w) @ (pin.Jexp3(w) @ rate)
         return result
-
-
-def _axes_back(whole: FloatArray, half: FloatArray) -> list[FloatArray]:
-    """Return the axes (3,) about which a whole turn more, up to 2 pi, gives the same rotation."""
-    angle, angle_of_half = np.linalg.norm(whole), np.linalg.norm(half)
-    if angle > ROTATION_TOLERANCE:
-        return [-whole / angle]
-    return [half / angle_of_half, -half / angle_of_half] if angle_of_half > ROTATION_TOLERANCE else []
 
 
 @dataclass(frozen=True, eq=False)

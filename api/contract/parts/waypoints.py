@@ -113,8 +113,8 @@ class CircularMotion(ToolMotion):
     kind: Literal["circular"]
     """The motion: an arc of the tool."""
     via: Pose
-    """A pose on the circle (m), in the frame of the waypoint. With an orientation, the tool turns by way of it to the
-    end; without one, by the shortest rotation."""
+    """A pose on the circle (m), in the frame of the waypoint. With an orientation, the tool turns to it and on to the
+    end, each the way of the shortest rotation. Without one, the tool turns to the end by the shortest rotation."""
 
 
 class PolylineMotion(ToolMotion):
